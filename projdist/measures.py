@@ -1,0 +1,408 @@
+"""Pointwise measures of distortion, from the Jacobian alone.
+
+Every measure is a function of matrices `J` of shape (..., 2, 2), and of their second
+derivatives `H` of shape (..., 2, 2, 2) where it says so. A measure that is undefined at a
+point is NaN there. `MEASURES` lists them by name; `get_measure` also takes the short
+symbols (h, k, s, a, b, omega, theta), `scale@AZIMUTH`, and any callable of J.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from projdist._typing import FloatArray
+
+__all__ = ["MEASURES", "Measure", "get_measure", "principal_scales"]
+
+
+def principal_scales(J: ArrayLike) -> FloatArray:
+    """Singular values of J in descending order, shape (..., n) for J of shape (..., n, n).
+
+    For n = 2 they come from a + b and a - b, each one a hypotenuse: exact to rounding near
+    conformality, where a and b from the trace and the determinant lose half of the digits.
+    """
+    J = np.asarray(J, dtype=float)
+    if J.ndim < 2 or J.shape[-1] != J.shape[-2]:
+        raise ValueError(f"Invalid Jacobian shape {J.shape}. The last two axes must be equal, as in (..., 2, 2).")
+    if J.shape[-1] == 2:
+        total, difference = _sum_and_difference(J)
+        return np.stack([0.5 * (total + difference), 0.5 * (total - difference)], axis=-1)
+    finite = np.isfinite(J).all(axis=(-1, -2))
+    scales = np.full(J.shape[:-1], np.nan)
+    scales[finite] = np.linalg.svd(J[finite], compute_uv=False)
+    return scales
+
+
+def _sum_and_difference(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The principal scales' sum a + b and difference a - b >= 0."""
+    similar = np.hypot(J[..., 0, 0] + J[..., 1, 1], J[..., 1, 0] - J[..., 0, 1])
+    mirrored = np.hypot(J[..., 0, 0] - J[..., 1, 1], J[..., 1, 0] + J[..., 0, 1])
+    return np.maximum(similar, mirrored), np.minimum(similar, mirrored)
+
+
+def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    total, difference = _sum_and_difference(J)
+    return 0.5 * (total + difference), 0.5 * (total - difference)
+
+
+def _log(value: FloatArray) -> FloatArray:
+    """The natural logarithm; NaN, not -inf, where the value is zero."""
+    return np.log(np.where(value > 0, value, np.nan))
+
+
+def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
+    return np.where(defined, value, np.nan)
+
+
+def _determinant(J: FloatArray) -> FloatArray:
+    return np.asarray(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
+
+
+def meridional_scale(J: FloatArray) -> FloatArray:
+    """Scale h along the meridian, the length of J's north column."""
+    return np.hypot(J[..., 0, 1], J[..., 1, 1])
+
+
+def parallel_scale(J: FloatArray) -> FloatArray:
+    """Scale k along the parallel, the length of J's east column."""
+    return np.hypot(J[..., 0, 0], J[..., 1, 0])
+
+
+def areal_scale(J: FloatArray) -> FloatArray:
+    """Areal scale s = a b = |det J|; whether the map mirrors is the measure `orientation`."""
+    return np.abs(_determinant(J))
+
+
+def tissot_semimajor(J: FloatArray) -> FloatArray:
+    """Largest scale a, the indicatrix' semi-major axis."""
+    return _principal(J)[0]
+
+
+def tissot_semiminor(J: FloatArray) -> FloatArray:
+    """Smallest scale b, the indicatrix' semi-minor axis."""
+    return _principal(J)[1]
+
+
+def angular_distortion(J: FloatArray) -> FloatArray:
+    """Maximum angular deformation omega = 2 asin((a - b) / (a + b)) in degrees (Snyder 1987, 4-9)."""
+    total, difference = _sum_and_difference(J)
+    # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
+    omega = np.degrees(2.0 * np.arctan2(difference, np.sqrt((total - difference) * (total + difference))))
+    return _where(total > 0, omega)
+
+
+def meridian_parallel_angle(J: FloatArray) -> FloatArray:
+    """Angle theta' between the meridian and the parallel on the map, 0 to 90 degrees (Snyder 1987, 4-14)."""
+    dot = J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]
+    return _where(
+        (parallel_scale(J) > 0) & (meridional_scale(J) > 0), np.degrees(np.arctan2(areal_scale(J), np.abs(dot)))
+    )
+
+
+def meridian_convergence(J: FloatArray) -> FloatArray:
+    """Angle from true north clockwise to grid north in degrees.
+
+    The surveyors' sign, PROJ's too: positive east of the central meridian of a transverse
+    Mercator in the northern hemisphere.
+    """
+    return _where(meridional_scale(J) > 0, np.degrees(np.arctan2(-J[..., 0, 1], J[..., 1, 1])))
+
+
+def scale_at(J: FloatArray, azimuth: ArrayLike) -> FloatArray:
+    """Scale in the direction `azimuth`, degrees clockwise from north."""
+    angle = np.radians(azimuth)
+    east, north = np.sin(angle), np.cos(angle)
+    return np.hypot(
+        J[..., 0, 0] * east + J[..., 0, 1] * north,
+        J[..., 1, 0] * east + J[..., 1, 1] * north,
+    )
+
+
+def fisher(J: FloatArray) -> FloatArray:
+    """Fisher distortion sqrt(sum of ln^2 of the principal scales), any dimension.
+
+    D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".
+    """
+    return np.sqrt(np.sum(_log(principal_scales(J)) ** 2, axis=-1))
+
+
+def log_anisotropy(J: FloatArray) -> FloatArray:
+    """ln(a / b), the logarithmic distortion of angles."""
+    a, b = _principal(J)
+    return _log(a / np.where(b > 0, b, np.nan))
+
+
+def log_areal_scale(J: FloatArray) -> FloatArray:
+    """ln(a b), the logarithmic distortion of areas."""
+    return _log(areal_scale(J))
+
+
+def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln^2 a + ln^2 b and ln(a b) in one go, NaN where the map is singular."""
+    a, b = _principal(J)
+    log_a, log_b = _log(a), _log(b)
+    return log_a * log_a + log_b * log_b, log_a + log_b
+
+
+def airy(J: FloatArray) -> FloatArray:
+    """Airy's term sqrt(((a - 1)^2 + (b - 1)^2) / 2); its RMS is Airy's error (Airy 1861)."""
+    a, b = _principal(J)
+    return np.sqrt(0.5 * ((a - 1.0) ** 2 + (b - 1.0) ** 2))
+
+
+def kavrayskiy(J: FloatArray) -> FloatArray:
+    """Kavrayskiy's term sqrt((ln^2 a + ln^2 b) / 2), with the half that `fisher` has not."""
+    return fisher(J) / np.sqrt(2.0)
+
+
+def jordan(J: FloatArray) -> FloatArray:
+    """Jordan's term: the RMS over all directions of scale - 1 (Jordan 1896)."""
+    total, difference = _sum_and_difference(J)
+    c = 0.5 * total
+    n = (difference / np.where(total > 0, total, 1.0)) ** 2
+    # Mean scale over the directions = c (1 + n/4 + n^2/64 + ...), the perimeter of an ellipse (Ivory 1798).
+    # Written for the excess over c, the sum has no cancellation near scale 1.
+    return np.sqrt((c - 1.0) ** 2 + c * (c * n - 2.0 * _perimeter_excess(n)))
+
+
+def _perimeter_excess(n: FloatArray) -> FloatArray:
+    """Perimeter of an ellipse over pi (a + b), less 1, for n = ((a - b) / (a + b))^2."""
+    # A sum of squares of the binomial coefficients of sqrt(1 + x). Below n = 0.05 six terms are exact to 1e-16 n.
+    series = n * (1 / 4 + n * (1 / 64 + n * (1 / 256 + n * (25 / 16384 + n * (49 / 65536 + n * 441 / 1048576)))))
+    large = n > 0.05
+    if np.any(large):
+        from scipy.special import ellipe  # imported here: scipy is slow to load, and few need it
+
+        root = np.sqrt(n)
+        exact = 2.0 / np.pi * (1.0 + root) * ellipe(4.0 * root / (1.0 + root) ** 2) - 1.0
+        return np.asarray(np.where(large, exact, series))
+    return np.asarray(series)
+
+
+def scale_error_ppm(J: FloatArray) -> FloatArray:
+    """Largest |scale - 1| over all directions, in parts per million."""
+    a, b = _principal(J)
+    return 1e6 * np.maximum(np.abs(a - 1.0), np.abs(b - 1.0))
+
+
+def areal_error_ppm(J: FloatArray) -> FloatArray:
+    """|s - 1| in parts per million."""
+    return 1e6 * np.abs(areal_scale(J) - 1.0)
+
+
+def orientation(J: FloatArray) -> FloatArray:
+    """+1 where the map keeps orientation, -1 where it mirrors, 0 where it is singular."""
+    return np.sign(_determinant(J))
+
+
+# Gauss-Legendre for nearly conformal J: on an arc of 180 degrees 24 nodes are exact to rounding where a < 1.01 b.
+_ARC_NODES, _ARC_WEIGHTS = np.polynomial.legendre.leggauss(24)
+
+
+def flexion(J: FloatArray, H: FloatArray) -> FloatArray:
+    """Goldberg and Gott's flexion |v x w| / |v|^2, the mean over all directions.
+
+    v is the velocity and w the acceleration on the map of a unit-speed great circle; the
+    unit is one per radian of arc when J and H are per radian. Goldberg & Gott 2007, section 3.
+    """
+    return _mean_over_directions(J, H, _cross)
+
+
+def skewness(J: FloatArray, H: FloatArray) -> FloatArray:
+    """Goldberg and Gott's skewness |v . w| / |v|^2, the mean over all directions (as `flexion`)."""
+    return _mean_over_directions(J, H, _dot)
+
+
+def _cross(v: FloatArray, w: FloatArray) -> FloatArray:
+    return np.asarray(v[..., 0] * w[..., 1] - v[..., 1] * w[..., 0])
+
+
+def _dot(v: FloatArray, w: FloatArray) -> FloatArray:
+    return np.asarray(v[..., 0] * w[..., 0] + v[..., 1] * w[..., 1])
+
+
+def _mean_over_directions(
+    J: FloatArray, H: FloatArray, product: Callable[[FloatArray, FloatArray], FloatArray]
+) -> FloatArray:
+    """Mean over t in [0, pi) of |product(J t, H(t, t))| / |J t|^2."""
+
+    # In the principal axes |J t|^2 = a^2 cos^2 + b^2 sin^2, and the numerator is a cubic form c(t).
+    a, b = (scale[..., None] for scale in _principal(J))
+    axis = 0.5 * np.arctan2(2.0 * (J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]), _column_excess(J))
+
+    def numerator(angle: FloatArray) -> FloatArray:
+        t = np.stack([np.cos(angle + axis[..., None]), np.sin(angle + axis[..., None])], axis=-1)
+        v = np.einsum("...ij,...dj->...di", J, t)
+        return product(v, np.einsum("...ijk,...dj,...dk->...di", H, t, t))
+
+    probe = np.broadcast_to(np.arange(4) * (np.pi / 4), (*J.shape[:-2], 4))
+    values = numerator(probe)
+    # Its zeros cut [0, pi) into at most three arcs on which the integrand keeps its sign.
+    start = _cubic_form_roots(probe, values)
+    stop = np.concatenate([start[..., 1:], start[..., :1] + np.pi], axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        exact = np.abs(_antiderivative(values, a, b, stop) - _antiderivative(values, a, b, start))
+        # The closed form loses digits as a - b goes to 0, where the integrand is a cubic polynomial but for little.
+        half = 0.5 * (stop - start)
+        angle = 0.5 * (stop + start)[..., None] + half[..., None] * _ARC_NODES
+        flat = angle.reshape(*angle.shape[:-2], -1)
+        ratio = numerator(flat) / np.hypot(a * np.cos(flat), b * np.sin(flat)) ** 2
+        near = half * np.abs(ratio.reshape(angle.shape) @ _ARC_WEIGHTS)
+    return np.asarray(np.where(a > 1.01 * b, exact, near).sum(axis=-1) / np.pi)
+
+
+def _column_excess(J: FloatArray) -> FloatArray:
+    """By how much the square of J's first column exceeds that of the second."""
+    return np.asarray(J[..., 0, 0] ** 2 + J[..., 1, 0] ** 2 - J[..., 0, 1] ** 2 - J[..., 1, 1] ** 2)
+
+
+def _antiderivative(values: FloatArray, a: FloatArray, b: FloatArray, angle: FloatArray) -> FloatArray:
+    """Of c(t) / (a^2 cos^2 t + b^2 sin^2 t), for the cubic form c with `values` at 0, 45, 90 and 135 degrees."""
+    p0, p45, p90, p135 = (value[..., None] for value in np.moveaxis(values, -1, 0))
+    B = np.sqrt(2.0) * (p45 + p135) - p90
+    C = np.sqrt(2.0) * (p45 - p135) - p0
+    # c = (l cos + m sin)(a^2 cos^2 + b^2 sin^2) + alpha cos + beta sin.
+    gap = (a - b) * (a + b)
+    l, m = (p0 - C) / gap, (B - p90) / gap  # noqa: E741 the names of the formula
+    alpha, beta = p0 - l * a * a, B - m * a * a
+    c = np.sqrt(gap)
+    sin, cos = np.sin(angle), np.cos(angle)
+    rational = l * sin - m * cos
+    return rational + alpha / (a * c) * np.arctanh(c * sin / a) - beta / (b * c) * np.arctan(c * cos / b)
+
+
+def _cubic_form_roots(probe: FloatArray, values: FloatArray) -> FloatArray:
+    """Zeros in an interval of length pi of the cubic forms that take `values` at four angles 45 degrees apart.
+
+    Shape (..., 3), ascending; a form with one real zero has it three times. The direction in
+    which the form is largest is put at infinity, so that the leading coefficient never vanishes.
+    """
+    finite = np.isfinite(values).all(axis=-1, keepdims=True)
+    values = np.where(finite & np.any(values != 0, axis=-1, keepdims=True), values, [1.0, 0.0, 0.0, 0.0])
+    best = np.argmax(np.abs(values), axis=-1)[..., None]
+    # The form at angle + pi is its negative: rotate the four values so that the largest comes first.
+    order = best + np.arange(4)
+    rolled = np.take_along_axis(values, order % 4, axis=-1) * np.where(order >= 4, -1.0, 1.0)
+    p0, p45, p90, p135 = np.moveaxis(rolled, -1, 0)
+    # c(t) = A cos^3 + B cos^2 sin + C cos sin^2 + D sin^3, from its values at 0, 45, 90 and 135 degrees.
+    A, D, r8 = p0, p90, np.sqrt(8.0)
+    B = 0.5 * r8 * (p45 + p135) - D
+    C = 0.5 * r8 * (p45 - p135) - A
+    companion = np.zeros((*A.shape, 3, 3))
+    companion[..., 0, 0], companion[..., 0, 1], companion[..., 0, 2] = -B / A, -C / A, -D / A
+    companion[..., 1, 0] = companion[..., 2, 1] = 1.0
+    cot = np.linalg.eigvals(companion)
+    real = np.abs(cot.imag) <= 1e-9 * (1.0 + np.abs(cot.real))
+    angle = np.arctan2(1.0, cot.real)
+    one = np.take_along_axis(angle, np.argmin(np.abs(cot.imag), axis=-1)[..., None], axis=-1)
+    angle = np.sort(np.where(real, angle, one), axis=-1)
+    return np.asarray(angle + np.take_along_axis(probe, best, axis=-1))
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A named pointwise measure.
+
+    `function` takes J, or J and H where `needs_hessian`. `kind` says how values compare and
+    are drawn: "ratio" is about 1 in the logarithm, "signed" about 0, "magnitude" from 0 up.
+    """
+
+    name: str
+    function: Callable[..., FloatArray]
+    symbol: str = ""
+    unit: str = ""
+    kind: Literal["ratio", "signed", "magnitude"] = "magnitude"
+    needs_hessian: bool = False
+
+    def __call__(self, J: ArrayLike, H: ArrayLike | None = None) -> FloatArray:
+        """Values of shape (...) for J of shape (..., 2, 2); raises ValueError where H is needed and missing."""
+        J = np.asarray(J, dtype=float)
+        if not self.needs_hessian:
+            return self.function(J)
+        if H is None:
+            raise ValueError(f"Invalid call of measure '{self.name}'. It needs the second derivatives H as well.")
+        return self.function(J, np.asarray(H, dtype=float))
+
+    @property
+    def bounded(self) -> bool:
+        """Whether no map can make it arbitrarily large: angles and signs."""
+        return self.unit == "deg" or self.name == "orientation"
+
+    @property
+    def description(self) -> str:
+        """The first line of the function's documentation."""
+        return (self.function.__doc__ or "").strip().partition("\n")[0]
+
+
+MEASURES: dict[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        Measure("fisher", fisher),
+        Measure("meridional_scale", meridional_scale, "h", kind="ratio"),
+        Measure("parallel_scale", parallel_scale, "k", kind="ratio"),
+        Measure("areal_scale", areal_scale, "s", kind="ratio"),
+        Measure("tissot_semimajor", tissot_semimajor, "a", kind="ratio"),
+        Measure("tissot_semiminor", tissot_semiminor, "b", kind="ratio"),
+        Measure("angular_distortion", angular_distortion, "omega", "deg"),
+        Measure("meridian_parallel_angle", meridian_parallel_angle, "theta", "deg"),
+        Measure("meridian_convergence", meridian_convergence, "convergence", "deg", kind="signed"),
+        Measure("log_anisotropy", log_anisotropy, "ln(a/b)"),
+        Measure("log_areal_scale", log_areal_scale, "ln(ab)", kind="signed"),
+        Measure("airy", airy),
+        Measure("kavrayskiy", kavrayskiy),
+        Measure("jordan", jordan),
+        Measure("scale_error_ppm", scale_error_ppm, "ppm", "ppm"),
+        Measure("areal_error_ppm", areal_error_ppm, "", "ppm"),
+        Measure("orientation", orientation, kind="signed"),
+        Measure("flexion", flexion, needs_hessian=True),
+        Measure("skewness", skewness, needs_hessian=True),
+    )
+}
+
+ALIASES: dict[str, str] = {measure.symbol: measure.name for measure in MEASURES.values() if measure.symbol} | {
+    "max_scale": "tissot_semimajor",
+    "min_scale": "tissot_semiminor",
+}
+
+
+def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> Measure:
+    """The measure of a name, symbol, `scale@AZIMUTH` or callable of J; raises ValueError with close matches."""
+    if isinstance(measure, Measure):
+        return measure
+    if callable(measure):
+        return Measure(getattr(measure, "__name__", "custom"), measure)
+    if not isinstance(measure, str):
+        raise ValueError(f"Invalid measure '{measure}'. It must be one of {', '.join(MEASURES)}, or a function of J.")
+    name = ALIASES.get(measure, measure)
+    if name in MEASURES:
+        return MEASURES[name]
+    if name.startswith("scale@"):
+        return _scale_measure(name)
+    known = [*MEASURES, *ALIASES]
+    close = difflib.get_close_matches(measure, known, n=3, cutoff=0.5)
+    hint = f" Did you mean {' or '.join(close)}?" if close else ""
+    raise ValueError(
+        f"Invalid measure '{measure}'.{hint} It must be one of {', '.join(known)}, or scale@AZIMUTH in degrees."
+    )
+
+
+def _scale_measure(name: str) -> Measure:
+    text = name.partition("@")[2]
+    try:
+        azimuth = float(text)
+    except ValueError:
+        azimuth = np.nan
+    if not np.isfinite(azimuth):
+        raise ValueError(f"Invalid azimuth '{text}' in '{name}'. It must be a number of degrees, as in scale@45.")
+
+    def scale(J: FloatArray) -> FloatArray:
+        """Scale in the given azimuth."""
+        return scale_at(J, azimuth)
+
+    return Measure(name, scale, kind="ratio")
