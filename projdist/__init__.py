@@ -1,0 +1,60 @@
+"""projdist: measure, compare and draw the distortion of any map projection.
+
+Conventions, stated once. Longitudes and latitudes are degrees from Greenwich, x and y metres.
+A Jacobian J is metre per metre in the local frame of the ellipsoid: rows x, y; columns east,
+north; matrices stand on the trailing axes. Scales are ratios (1 is true), angles degrees.
+Undefined is NaN, with a quality flag. The Fisher distortion is sqrt(ln^2 a + ln^2 b); the
+Airy-Kavrayskiy error of a region is its RMS by true area. `projdist.plots` draws.
+"""
+
+from projdist.ellipsoid import SPHERE, WGS84, Ellipsoid
+from projdist.projections import Projection, ProjectionError, projection_names
+from projdist.derivatives import Derivatives, Quality, derivatives, jacobian
+from projdist.hessians import hessian
+from projdist.rasters import jacobian_grid
+from projdist.measures import MEASURES, Measure, get_measure, principal_scales
+from projdist.regions import GLOBE, Box, Cap, Region, get_region
+from projdist.cubature import Samples, sample
+from projdist.criteria import CRITERIA, get_criterion
+from projdist.mdt import MDT, mdt
+from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summary, compare, factors, summarize
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "CRITERIA",
+    "GLOBE",
+    "MDT",
+    "MEASURES",
+    "SPHERE",
+    "WGS84",
+    "Box",
+    "Cap",
+    "Comparison",
+    "Derivatives",
+    "Ellipsoid",
+    "Factors",
+    "Failure",
+    "Measure",
+    "MeasureSummary",
+    "Projection",
+    "ProjectionError",
+    "Quality",
+    "Region",
+    "Samples",
+    "Summary",
+    "compare",
+    "derivatives",
+    "factors",
+    "get_criterion",
+    "get_measure",
+    "get_region",
+    "hessian",
+    "jacobian",
+    "jacobian_grid",
+    "mdt",
+    "principal_scales",
+    "projection_names",
+    "sample",
+    "summarize",
+]

@@ -1,0 +1,200 @@
+"""Cutting panels along the seams and edges of a map.
+
+Where a seam or the end of the map crosses a panel from side to side, it is found by bisection
+on each line of nodes; it is a smooth curve, so that what lies on either side of it is a smooth
+patch like others. Interrupted, oblique and limited maps then converge as fast as whole ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.panels import DIFFERENTIATE, NODES, Partial, Pieces, sample_pieces
+from projdist.projections import Projection
+from projdist.regions import Region
+
+TEAR = 1e-4  # of the semi-major axis; smaller jumps are PROJ's own (eck4 snaps to its pole line by 2e-5)
+_HALVINGS = 45  # to 1e-14 of the panel
+_STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
+
+
+def jumps(x: FloatArray, y: FloatArray, smallest: float) -> BoolArray:
+    """Panels in which the speed of f along the last axis breaks out between two nodes.
+
+    Out of line with its neighbours by more than twice what they differ, or eight times at either
+    end: a smooth map, even one with a singularity near by, does that only where it is already
+    resolved. `smallest` is the least jump that counts, in metres.
+    """
+    gap = np.diff(NODES)
+    speeds = np.stack([np.diff(x, axis=-1), np.diff(y, axis=-1)]) / gap
+    change = np.hypot(*np.diff(speeds, axis=-1))
+    outbreak = np.hypot(*(speeds[..., 1:-1] - 0.5 * (speeds[..., :-2] + speeds[..., 2:])))
+    around = np.hypot(*(speeds[..., 2:] - speeds[..., :-2]))
+    inside = (outbreak > 2.0 * around) & (outbreak * gap[1:-1] > smallest)
+    at_ends = (change[..., [0, -1]] > 8.0 * change[..., [1, -2]]) & (change[..., [0, -1]] * gap[0] > smallest)
+    return np.asarray(inside.any(axis=(-1, -2)) | at_ends.any(axis=(-1, -2)))
+
+
+@dataclass
+class Cuts:
+    """What came of trying to cut panels.
+
+    `pieces` stand for the panels of the mask `done`. `split_at` (n, 2) tells at which u and at
+    which v to split a panel further, NaN for a direction that would not help: a panel that could
+    not be cut where the seam leaves it, one that was cut clear of the seam or across it.
+    """
+
+    pieces: list[Pieces]
+    done: BoolArray
+    split_at: FloatArray
+    evaluations: int
+
+
+def cut(projection: Projection, region: Region, panel: IntArray, patch: IntArray, rectangles: FloatArray) -> Cuts:
+    """Cut panels across v or across u, along the seam or the edge of the map that crosses them."""
+    n = len(rectangles)
+    result = Cuts([], np.zeros(n, dtype=bool), np.full((n, 2), np.nan), 0)
+    for along in (1, 0):
+        todo = np.flatnonzero(~result.done)
+        if not todo.size:
+            return result
+        lines = _Lines(projection, region, patch[todo], rectangles[todo], along, NODES)
+        where, kind = lines.find_cuts(result)
+        kind = np.where((kind == kind[:, :1]).all(axis=1), kind[:, 0], _NONE)
+        for side, kinds in ((0, (_END, _SEAM)), (1, (_START, _SEAM))):
+            chosen = np.flatnonzero(np.isin(kind, kinds))
+            for index, grades in ((chosen[kind[chosen] == _SEAM], _WHOLE), (chosen[kind[chosen] != _SEAM], _GRADES)):
+                if index.size:
+                    result.pieces.extend(_slices(lines, panel[todo], where, index, side, grades, result))
+        cut_now = kind != _NONE
+        result.done[todo] = cut_now
+        result.split_at[todo[cut_now], 1 - along] = rectangles[todo[cut_now]][:, 2 - 2 * along : 4 - 2 * along].mean(
+            axis=1
+        )
+        result.split_at[todo[cut_now], along] = lines.beside(where)[cut_now]
+    todo = np.flatnonzero(~result.done)
+    if todo.size:
+        exits = [_exit(_Lines(projection, region, patch[todo], rectangles[todo], k, _SIDES), result) for k in (0, 1)]
+        at = np.stack([exits[0][0], exits[1][0]], axis=-1)
+        # Split in one direction only, at the more central of the two exits.
+        at[np.arange(len(at)), np.argmin([exits[0][1], exits[1][1]], axis=0)] = np.nan
+        result.split_at[todo] = at
+    return result
+
+
+# What happens along a line: nothing that can be cut; the map ends; it starts; it is torn.
+_NONE, _END, _START, _SEAM = range(4)
+_SIDES = np.array([-1.0, 1.0]) * (1.0 - 1e-9)  # the sides of a panel, as seen from within
+
+
+class _Lines:
+    """Lines through panels along u (0) or v (1), at places `across` in [-1, 1] of the other direction."""
+
+    def __init__(
+        self,
+        projection: Projection,
+        region: Region,
+        patch: IntArray,
+        rectangles: FloatArray,
+        along: int,
+        across: FloatArray,
+    ) -> None:
+        self.projection, self.region, self.patch, self.along = projection, region, patch, along
+        self.low, self.high = rectangles[:, 2 * along], rectangles[:, 2 * along + 1]
+        fixed = rectangles[:, 2 - 2 * along : 4 - 2 * along]
+        self.half_across = 0.5 * (fixed[:, 1] - fixed[:, 0])
+        self.across = 0.5 * (fixed[:, 0] + fixed[:, 1])[:, None] + self.half_across[:, None] * across
+
+    def __call__(self, along: FloatArray) -> FloatArray:
+        """f at positions (n, k) or (n, k, m) on the lines; shape (2, ...)."""
+        across = self.across if along.ndim == 2 else self.across[..., None]
+        across, along = np.broadcast_arrays(across, along)
+        u, v = (across, along) if self.along == 1 else (along, across)
+        points = self.region.chart(self.patch.reshape(-1, *[1] * (u.ndim - 1)), u, v)
+        return np.stack(self.projection(points.lon, points.lat))
+
+    def find_cuts(self, count: Cuts) -> tuple[FloatArray, IntArray]:
+        """Where each line (n, k) is cut, and how; evaluations are added to `count`."""
+        half = 0.5 * (self.high - self.low)
+        stations = (0.5 * (self.low + self.high)[:, None] + half[:, None] * _STATIONS)[:, None]
+        stations = np.broadcast_to(stations, (*self.across.shape, _STATIONS.size))
+        f = self(stations)
+        valid = np.isfinite(f[0])
+        changes = valid[..., 1:] != valid[..., :-1]
+        edge = changes.sum(axis=-1) == 1
+        step = np.nan_to_num(np.hypot(*np.diff(f, axis=-1)))
+        interval = np.where(edge, np.argmax(changes, axis=-1), np.argmax(step, axis=-1))[..., None]
+
+        def at(values: FloatArray, offset: int) -> FloatArray:
+            return np.asarray(np.take_along_axis(values, interval + offset, axis=-1)[..., 0])
+
+        a, b = at(stations, 0), at(stations, 1)
+        fa, fb = (np.stack([at(f[0], k), at(f[1], k)]) for k in (0, 1))
+        first = np.hypot(*(fb - fa))
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (a + b)
+            fm = self(middle)
+            beyond = np.where(
+                edge, np.isfinite(fm[0]) == np.isfinite(fa[0]), np.hypot(*(fm - fa)) < np.hypot(*(fb - fm))
+            )
+            a, b = np.where(beyond, middle, a), np.where(beyond, b, middle)
+            fa, fb = np.where(beyond, fm, fa), np.where(beyond, fb, fm)
+        count.evaluations += f[0].size + _HALVINGS * a.size
+        # A steep place shrinks with the interval, a tear does not.
+        torn = valid.all(axis=-1) & (np.hypot(*(fb - fa)) > 0.1 * first) & (first > TEAR * self.projection.ellipsoid.a)
+        kind = np.where(edge, np.where(valid[..., 0], _END, _START), np.where(torn, _SEAM, _NONE))
+        return 0.5 * (a + b), kind
+
+    def beside(self, where: FloatArray) -> FloatArray:
+        """Where to split along the lines without touching the cut: in the wider gap, NaN if neither is wide."""
+        low, high = where.min(axis=1), where.max(axis=1)
+        # The curve goes on beyond the outermost nodes.
+        margin = 0.1 * (high - low) + 0.01 * (self.high - self.low)
+        below, above = low - margin - self.low, self.high - high - margin
+        at = np.where(below >= above, low - margin, high + margin)
+        return np.where(np.maximum(below, above) > 0.2 * (self.high - self.low), at, np.nan)
+
+
+def _exit(lines: _Lines, count: Cuts) -> tuple[FloatArray, FloatArray]:
+    """Where on either of two opposite sides a seam or edge leaves the panels (NaN: nowhere), and how centrally."""
+    where, kind = lines.find_cuts(count)
+    share = (where - lines.low[:, None]) / (lines.high - lines.low)[:, None]
+    # None so near to a corner that the split would be no gain.
+    centrality = np.where(kind != _NONE, np.minimum(share, 1.0 - share), 0.0)
+    best = np.argmax(centrality, axis=1)[:, None]
+    exit_at, centrality = (np.take_along_axis(values, best, axis=1)[:, 0] for values in (where, centrality))
+    return np.where(centrality > 1e-3, exit_at, np.nan), centrality
+
+
+_WHOLE = np.array([0.0, 1.0])
+# An edge often is a singular line of ln^2 b: slices of the piece, each a third as thick as the last, to 2e-7.
+_GRADES = np.concatenate([1.0 - 3.0 ** -np.arange(15.0), [1.0]])
+
+
+def _slices(
+    lines: _Lines, panel: IntArray, where: FloatArray, index: IntArray, side: int, grades: FloatArray, count: Cuts
+) -> Iterator[Pieces]:
+    """What lies between the low (0) or high (1) side of the panels `index` and the cut, sliced by shares of the way."""
+    where, across = where[index], lines.across[index]
+    fixed = (lines.low if side == 0 else lines.high)[index, None]
+    slope = where @ DIFFERENTIATE.T
+    for start, stop in pairwise(grades):
+        share = start + 0.5 * (stop - start) * (1.0 + NODES)
+        along = fixed[..., None] + (where - fixed)[..., None] * share
+        along_across, along_along = slope[..., None] * share, (0.5 * (stop - start) * (where - fixed))[..., None]
+        across_across = lines.half_across[index, None, None]
+        u, v = np.broadcast_to(across[..., None], along.shape), along
+        partials: tuple[Partial, Partial, Partial, Partial] = (across_across, 0.0, along_across, along_along)
+        if lines.along == 0:
+            # The node axes are those of u and v, as in whole panels.
+            u, v = along.swapaxes(1, 2), u.swapaxes(1, 2)
+            partials = (along_along.swapaxes(1, 2), along_across.swapaxes(1, 2), 0.0, across_across)
+        piece, _, _ = sample_pieces(lines.projection, lines.region, panel[index], lines.patch[index], u, v, partials)
+        piece.doubt[:] = 0.0  # the tear that it might come from is the cut
+        count.evaluations += piece.lon.size
+        yield piece

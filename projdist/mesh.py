@@ -1,0 +1,299 @@
+"""The panels of a cubature in progress: evaluated, and split where a goal needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Protocol
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.cuts import TEAR, cut, jumps
+from projdist.derivatives import jacobian
+from projdist.measures import log_scales
+from projdist.panels import NODES, Pieces, doubts, sample_pieces, tails
+from projdist.projections import Projection
+from projdist.regions import Region
+
+Integrand = Callable[[FloatArray], FloatArray]
+"""A function of Jacobians (n, p, p, 2, 2) whose mean over the region shall be resolved."""
+
+_BATCH = 1500  # panels in one call: 150,000 points
+_SMALL = 4e-3  # of the region's area
+_SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
+_STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
+_MARKING = 0.05  # share of the error that may wait for another generation
+_NOISE = 1e-7  # of the semi-major axis; iterative projections in PROJ stop at that
+# Four points on each side of [-1, 1]^2, just within.
+_BORDER = (1.0 - 1e-9) * np.array(
+    [(u, v) for t in (-1.0, -0.5, 0.0, 0.5) for u, v in ((t, -1.0), (1.0, t), (-t, 1.0), (-1.0, -t))]
+).T
+
+
+class Goal(Protocol):
+    """What a refinement is after."""
+
+    @property
+    def column(self) -> int:
+        """The integrand whose progress is watched."""
+
+    @property
+    def stuck(self) -> float:
+        """A family of panels that keeps this share of its error when split is at the level of rounding."""
+
+    def sensitivity(self, means: FloatArray) -> FloatArray:
+        """What an error of each integrand's mean counts, in tolerances."""
+
+
+@dataclass
+class _Panels:
+    """What is known of each panel; the first axis is that of the panels."""
+
+    patch: IntArray
+    rectangle: FloatArray
+    area: FloatArray
+    covered: FloatArray
+    undecided: BoolArray  # an edge of the map crosses it, and is not found yet
+    cut: BoolArray
+    split_at: FloatArray  # u and v, NaN for a direction that would not help
+    integrals: FloatArray
+    errors: FloatArray  # of each integrand, in u and in v
+    unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes
+    rounding: BoolArray  # splitting it further would gain nothing
+    alive: BoolArray  # not split yet
+
+    def __len__(self) -> int:
+        return len(self.patch)
+
+    def extended(self, more: _Panels) -> _Panels:
+        return _Panels(*(np.concatenate([getattr(p, field.name) for p in (self, more)]) for field in fields(_Panels)))
+
+
+class Mesh:
+    """The panels of a region under a projection, and the integrals over them.
+
+    The first two integrands are ln^2 a + ln^2 b and ln(a b); `integrands` follow.
+    """
+
+    def __init__(self, projection: Projection, region: Region, integrands: Sequence[Integrand]) -> None:
+        self.projection, self.region, self.integrands = projection, region, tuple(integrands)
+        self.evaluations = 0
+        self.limited = False  # whether the map is known to end within the region
+        self.peaks = np.zeros(2 + len(self.integrands))  # the largest of each integrand seen
+        self.pieces: list[Pieces] = []
+        self.panels: _Panels | None = None
+        self._add(*region.panels())
+
+    def _add(self, patch: IntArray, rectangles: FloatArray) -> None:
+        """Evaluate new panels."""
+        for start in range(0, len(rectangles), _BATCH):
+            part = slice(start, start + _BATCH)
+            new = self._evaluated(patch[part], rectangles[part])
+            self.panels = new if self.panels is None else self.panels.extended(new)
+
+    def _evaluated(self, patch: IntArray, rectangles: FloatArray) -> _Panels:
+        n = len(rectangles)
+        first = 0 if self.panels is None else len(self.panels)
+        half_u = 0.5 * (rectangles[:, 1] - rectangles[:, 0])[:, None, None]
+        half_v = 0.5 * (rectangles[:, 3] - rectangles[:, 2])[:, None, None]
+        u, v = np.broadcast_arrays(
+            rectangles[:, 0, None, None] + half_u * (1.0 + NODES[:, None]),
+            rectangles[:, 2, None, None] + half_v * (1.0 + NODES),
+        )
+        partials = (half_u, 0.0, 0.0, half_v)
+        pieces, x, y = sample_pieces(self.projection, self.region, np.arange(n), patch, u, v, partials)
+        self.evaluations += x.size
+        area = pieces.weight.sum(axis=(1, 2))
+        split_at = np.stack([rectangles[:, :2].mean(axis=1), rectangles[:, 2:].mean(axis=1)], axis=-1)
+        whole, empty = self._inside(patch, rectangles, x)
+        undecided = ~(whole | empty)
+        done = np.zeros(n, dtype=bool)
+        torn = self._torn(pieces, x, y) & whole
+        hard = np.flatnonzero(torn | undecided)
+        if hard.size:
+            cuts = cut(self.projection, self.region, hard, patch[hard], rectangles[hard])
+            self.evaluations += cuts.evaluations
+            done[hard] = cuts.done
+            guided = np.isfinite(cuts.split_at).any(axis=-1)
+            split_at[hard[guided]] = cuts.split_at[guided]
+            pieces = Pieces.joined([pieces.take(whole & ~done), *cuts.pieces])
+            self._mend(pieces, torn[pieces.panel])
+        elif not whole.all():
+            pieces = pieces.take(whole)
+        integrals, errors = self._integrate(pieces)
+        own = pieces.panel
+        panels = _Panels(
+            patch=patch,
+            rectangle=rectangles,
+            area=area,
+            covered=_summed(pieces.weight.sum(axis=(1, 2)), own, n),
+            undecided=undecided & ~done,
+            cut=done,
+            split_at=split_at,
+            integrals=_summed(integrals, own, n),
+            errors=_summed(errors, own, n),
+            unresolved=_summed(np.nan_to_num(pieces.unresolved, nan=np.inf), own, n, np.maximum),
+            rounding=np.zeros(n, dtype=bool),
+            alive=np.ones(n, dtype=bool),
+        )
+        pieces.panel = own + first
+        self.pieces.append(pieces)
+        return panels
+
+    def _inside(self, patch: IntArray, rectangles: FloatArray, x: FloatArray) -> tuple[BoolArray, BoolArray]:
+        """Which panels the map holds wholly, and which not at all."""
+        inside = np.isfinite(x)
+        whole, empty = np.asarray(inside.all(axis=(1, 2))), np.asarray(~inside.any(axis=(1, 2)))
+        if not self.limited and whole.all():
+            return whole, empty
+        # An edge of the map may clip a corner of a panel between the nodes and its sides.
+        self.limited = True
+        half = 0.5 * (rectangles[:, 1::2] - rectangles[:, 0::2])
+        centre = 0.5 * (rectangles[:, 1::2] + rectangles[:, 0::2])
+        u, v = (centre[:, k, None] + half[:, k, None] * _BORDER[k] for k in (0, 1))
+        points = self.region.chart(patch[:, None], u, v)
+        border = np.isfinite(self.projection(points.lon, points.lat)[0])
+        self.evaluations += border.size
+        return whole & border.all(axis=1), empty & ~border.any(axis=1)
+
+    def _torn(self, pieces: Pieces, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Which panels look as if a seam crossed them."""
+        torn = np.asarray(pieces.unresolved > TEAR)
+        some = np.flatnonzero(torn)
+        if some.size:
+            smallest = TEAR * self.projection.ellipsoid.a
+            x, y = x[some], y[some]
+            torn[some] = jumps(x, y, smallest) | jumps(x.swapaxes(1, 2), y.swapaxes(1, 2), smallest)
+        return torn
+
+    def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
+        """Where seams are too tangled to cut, take the Jacobian point by point, which sees one side only.
+
+        It costs 20 times as much, so in small pieces only.
+        """
+        small = pieces.weight.sum(axis=(1, 2)) < _SMALL * self.region.area_km2 * 1e6
+        ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & small)
+        if ragged.size:
+            J = jacobian(self.projection, pieces.lon[ragged], pieces.lat[ragged])
+            pieces.jacobian[ragged] = np.where(np.isfinite(J), J, pieces.jacobian[ragged])
+            self.evaluations += _STENCIL * pieces.lon[ragged].size
+
+    def _integrate(self, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
+        """Integrals (n, m) and their errors (n, m, 2) in u and v, of all integrands over the pieces."""
+        J = pieces.jacobian
+        values = np.stack([*log_scales(J), *(integrand(J) for integrand in self.integrands)])
+        values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+        self.peaks = np.maximum(self.peaks, np.abs(values).max(axis=(1, 2, 3), initial=0.0))
+        errors = np.stack(tails(values, pieces.weight), axis=-1)
+        # ln^2 a + ln^2 b changes by 2 |ln sigma| times a small change of the logarithms, and by its square.
+        doubt = doubts(values[1], pieces)
+        area = pieces.weight.sum(axis=(1, 2))[:, None]
+        level = np.sqrt(np.maximum(values[0].mean(axis=(1, 2)), 0.0))[:, None]
+        errors[0] += area * doubt * (2.0 * level + doubt)
+        errors[1] += area * doubt
+        return np.sum(values * pieces.weight, axis=(2, 3)).T, errors.swapaxes(0, 1)
+
+    # ---- splitting ----------------------------------------------------------------------
+
+    def refine(self, goal: Goal, most: int) -> str:
+        """Split panels until the goal is met ("") or rounding or the number of evaluations stops it (which)."""
+        self._known.rounding[:] = False
+        while True:
+            chosen, limit = self._to_split(goal)
+            if not chosen.size:
+                return limit
+            if self.evaluations > most:
+                return "budget"
+            self._split(chosen, goal)
+
+    @property
+    def _known(self) -> _Panels:
+        assert self.panels is not None  # a mesh is born with panels
+        return self.panels
+
+    @property
+    def region_area(self) -> float:
+        """Area of the region in m^2, on the projection's ellipsoid."""
+        return float(self._known.area[self._known.alive].sum())
+
+    def _to_split(self, goal: Goal) -> tuple[IntArray, str]:
+        """Which panels to split next, and what limits the accuracy if there are none."""
+        panels = self._known
+        error = np.where(panels.alive, self._error(goal), 0.0)
+        none = np.empty(0, dtype=int)
+        if error.sum() <= 1.0:
+            return none, ""
+        can = panels.alive & ~panels.rounding & (panels.area > _SMALLEST * self.region_area)
+        if error[can].sum() < 0.1 * error[~can].sum():
+            return none, "rounding"
+        # Leave alone the small ones that together hold half of what is allowed, or little of what there is.
+        order = np.argsort(error)
+        small = np.searchsorted(np.cumsum(error[order]), max(0.5, _MARKING * error[can].sum()))
+        return order[small:][can[order[small:]]], "rounding"
+
+    def _error(self, goal: Goal) -> FloatArray:
+        """Error of each panel in units of the tolerance."""
+        panels = self._known
+        covered = float(panels.covered[panels.alive].sum())
+        if covered == 0.0:
+            return np.where(panels.undecided | (panels.area > _SMALL * self.region_area), np.inf, 0.0)
+        sensitivity = goal.sensitivity(panels.integrals[panels.alive].sum(axis=0) / covered)
+        # A panel whose edge is not found yet may hold as much as the worst.
+        unknown = np.where(panels.undecided, (self.peaks @ sensitivity) * panels.area, 0.0)
+        return np.asarray((panels.errors.sum(axis=-1) @ sensitivity + unknown) / covered)
+
+    def _split(self, chosen: IntArray, goal: Goal) -> None:
+        """Replace panels by halves, or by quarters where both directions need it."""
+        panels = self._known
+        in_u, in_v = panels.errors[chosen, goal.column].T
+        u0, u1, v0, v1 = panels.rectangle[chosen].T
+        um, vm = panels.split_at[chosen].T
+        can_u, can_v = np.isfinite(um), np.isfinite(vm)
+        similar = np.minimum(in_u, in_v) > 0.1 * np.maximum(in_u, in_v)
+        by_u = can_u & (similar | (in_u >= in_v) | ~can_v)
+        by_v = can_v & (similar | (in_u < in_v) | ~can_u)
+        corner_u, corner_v = np.where(by_u, um, u1), np.where(by_v, vm, v1)
+        parts = [
+            (np.ones(chosen.size, dtype=bool), (u0, corner_u, v0, corner_v)),
+            (by_u, (um, u1, v0, corner_v)),
+            (by_v, (u0, corner_u, vm, v1)),
+            (by_u & by_v, (um, u1, vm, v1)),
+        ]
+        rectangles = np.concatenate([np.stack(edges, axis=-1)[mask] for mask, edges in parts])
+        parent = np.concatenate([np.flatnonzero(mask) for mask, _ in parts])
+        children = len(panels) + np.arange(len(parent))
+        panels.alive[chosen] = False
+        self._add(panels.patch[chosen][parent], rectangles)
+        self._judge(chosen, parent, children, goal)
+
+    def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: Goal) -> None:
+        """Find the families of panels that resolve the map and yet made no progress: rounding grows in small panels."""
+        panels = self._known
+        before = panels.errors[chosen, goal.column].sum(axis=-1)
+        after = _summed(panels.errors[children, goal.column].sum(axis=-1), parent, chosen.size)
+        # Of a panel that was cut only a split across the cut tells, and that it always does.
+        was_cut, across = panels.cut[chosen], np.isnan(panels.split_at[chosen]).any(axis=-1)
+        stuck = (after > goal.stuck * before) & ~panels.undecided[chosen] & (across | ~was_cut)
+        settled = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
+        np.logical_and.at(stuck, parent, settled & ~panels.undecided[children])
+        panels.rounding[children] = stuck[parent]
+
+    # ---- the result ---------------------------------------------------------------------
+
+    def leaves(self) -> Pieces:
+        """The pieces of the panels that are left."""
+        pieces = Pieces.joined(self.pieces)
+        return pieces.take(self._known.alive[pieces.panel])
+
+    @property
+    def undecided_area(self) -> float:
+        """Area in m^2 of panels that an edge of the map crosses, and whose parts are not known."""
+        return float(self._known.area[self._known.alive & self._known.undecided].sum())
+
+
+def _summed(values: FloatArray, index: IntArray, n: int, ufunc: np.ufunc = np.add) -> FloatArray:
+    """Values gathered into n places by their index."""
+    total = np.zeros((n, *values.shape[1:]))
+    ufunc.at(total, index, values)
+    return total

@@ -1,0 +1,145 @@
+"""Spectral panels: a projection sampled at Gauss nodes, differentiated and integrated.
+
+A panel is a rectangle in a region's chart, sampled at 10 x 10 Gauss nodes. The differentiation
+matrix of the nodes turns one evaluation of the projection a node into its Jacobian; the tail of
+the integrand's Legendre coefficients tells how well the panel resolves it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.projections import Projection
+from projdist.regions import Region
+
+ORDER = 10
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(ORDER)
+_PLANE_WEIGHTS = WEIGHTS[:, None] * WEIGHTS
+_TAIL = 2  # the coefficients that stand for those not computed
+_ROUNDING = 1e-12  # of x and y; PROJ's own arithmetic included
+_SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to nothing
+
+
+def _differentiation_matrix(x: FloatArray) -> FloatArray:
+    """D with (D f)_i = f'(x_i) for polynomials through the nodes (Berrut & Trefethen 2004, section 9.3)."""
+    gap = x[:, None] - x[None, :] + np.eye(len(x))
+    barycentric = 1.0 / np.prod(gap, axis=1)
+    D = (barycentric[None, :] / barycentric[:, None]) / gap
+    np.fill_diagonal(D, 0.0)
+    np.fill_diagonal(D, -D.sum(axis=1))
+    return D
+
+
+DIFFERENTIATE = _differentiation_matrix(NODES)
+# Values at the nodes to Legendre coefficients.
+_LEGENDRE = (np.arange(ORDER) + 0.5)[:, None] * np.polynomial.legendre.legvander(NODES, ORDER - 1).T * WEIGHTS
+
+
+@dataclass
+class Pieces:
+    """Smooth pieces of panels: the whole of a panel, or what lies on one side of a cut.
+
+    All arrays have the pieces on the first axis, and the nodes, where there are any, on the next two.
+    """
+
+    panel: IntArray
+    patch: IntArray
+    u: FloatArray
+    v: FloatArray
+    lon: FloatArray
+    lat: FloatArray
+    jacobian: FloatArray
+    weight: FloatArray
+    unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes: rounding, or a seam
+    doubt: FloatArray  # (n, 2): by how much, along u and v, they may have changed J, in the units of J
+
+    def take(self, keep: BoolArray) -> Pieces:
+        """The pieces of a mask."""
+        return Pieces(*(getattr(self, field.name)[keep] for field in fields(self)))
+
+    @staticmethod
+    def joined(parts: Sequence[Pieces]) -> Pieces:
+        """Several batches as one."""
+        return Pieces(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Pieces)))
+
+
+Partial = FloatArray | float
+
+
+def sample_pieces(
+    projection: Projection,
+    region: Region,
+    panel: IntArray,
+    patch: IntArray,
+    u: FloatArray,
+    v: FloatArray,
+    partials: tuple[Partial, Partial, Partial, Partial],
+) -> tuple[Pieces, FloatArray, FloatArray]:
+    """The pieces with chart coordinates u, v at their nodes (n, p, p), and x, y there.
+
+    `partials` are du/dr, du/ds, dv/dr, dv/ds, with r and s in [-1, 1] along the two node axes.
+    """
+    points = region.chart(patch[:, None, None], u, v)
+    x, y = projection(points.lon, points.lat)
+    meridian, vertical = projection.ellipsoid.radii(points.lat)
+    u_r, u_s, v_r, v_s = partials
+    east_r = (points.east_u * u_r + points.east_v * v_r) * vertical
+    east_s = (points.east_u * u_s + points.east_v * v_s) * vertical
+    north_r = (points.north_u * u_r + points.north_v * v_r) * meridian
+    north_s = (points.north_u * u_s + points.north_v * v_s) * meridian
+    det = east_r * north_s - east_s * north_r
+    J = np.empty((*u.shape, 2, 2))
+    for i, f in enumerate((x, y)):
+        # Less a constant, there is less to round, and nothing where PROJ snaps to a pole line.
+        f = f - f[:, :1, :1]
+        f_r, f_s = DIFFERENTIATE @ f, f @ DIFFERENTIATE.T
+        J[..., i, 0] = (f_r * north_s - f_s * north_r) / det
+        J[..., i, 1] = (f_s * east_r - f_r * east_s) / det
+    weight = np.abs(det) * _PLANE_WEIGHTS
+    left = np.maximum(_last_coefficients(x), _last_coefficients(y))
+    metres = np.stack(
+        [np.hypot(east_r, north_r).mean(axis=(1, 2)), np.hypot(east_s, north_s).mean(axis=(1, 2))], axis=-1
+    )
+    unresolved = left.max(axis=-1) / projection.ellipsoid.a
+    # Rounding of x and y is white, and the integrand's own coefficients see it.
+    size = np.maximum(np.abs(x).max(axis=(1, 2)), np.abs(y).max(axis=(1, 2)))
+    doubt = np.where(left > _ROUNDING * size[:, None], _SLOPE * left / metres, 0.0)
+    return Pieces(panel, patch, u, v, points.lon, points.lat, J, weight, unresolved, doubt), x, y
+
+
+def _last_coefficients(f: FloatArray) -> FloatArray:
+    """Size (n, 2) of the last Legendre coefficients of f along the two node axes, on any line of nodes."""
+    last = _LEGENDRE[-_TAIL:]
+    f = f - f[:, :1, :1]
+    return np.stack([np.abs(last @ f).max(axis=(-1, -2)), np.abs(f @ last.T).max(axis=(-1, -2))], axis=-1)
+
+
+def doubts(log_area: FloatArray, pieces: Pieces) -> FloatArray:
+    """What doubt in J, along u and v, does to the logarithms of the scales; shape (n, 2).
+
+    A tear too small to be cut makes J large and smooth in the panel that holds it: the integrand's
+    own coefficients see nothing of that.
+    """
+    mean_scale = np.exp(0.5 * log_area.mean(axis=(1, 2)))
+    return np.log1p(pieces.doubt / mean_scale[:, None])
+
+
+def tails(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What the last Legendre coefficients along each of the two node axes say of the integrals' errors."""
+    c = _LEGENDRE @ (values * weight / _PLANE_WEIGHTS) @ _LEGENDRE.T
+    square = c * c
+    top = ORDER - _TAIL
+    # The integral over [-1, 1]^2 of the constant term is 4 times it.
+    in_u = 4.0 * np.sqrt(square[..., top:, :].sum(axis=(-1, -2)))
+    return in_u, 4.0 * np.sqrt(square[..., :top, top:].sum(axis=(-1, -2)))
+
+
+def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
+    """Values at the nodes (n, p, p) to values at points r, s (m,) in [-1, 1]: shape (n, m)."""
+    at_r, at_s = (np.polynomial.legendre.legvander(t, ORDER - 1) @ _LEGENDRE for t in (r, s))
+    both = (at_r[:, :, None] * at_s[:, None, :]).reshape(len(r), -1)
+    return values.reshape(len(values), -1) @ both.T

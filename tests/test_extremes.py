@@ -1,0 +1,184 @@
+"""Maxima of measures over regions against closed forms, with their places."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from projdist.cubature import sample
+from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist.extremes import Extreme, find_maximum, measure_at
+from projdist.measures import get_measure
+from projdist.projections import Projection
+from projdist.regions import get_region
+
+R = MEAN_EARTH_RADIUS
+
+
+def maximum(projection, region, measure):
+    """The maximum as `summarize` finds it."""
+    projection, region, measure = Projection.from_user_input(projection), get_region(region), get_measure(measure)
+    samples = sample(projection, region, tolerance=1e-6)
+    if measure.needs_hessian:
+        values = measure_at(projection, measure, samples.lon, samples.lat)
+    else:
+        values = measure(samples.jacobian)
+    return find_maximum(projection, region, samples, values, measure)
+
+
+# ---- on the edge ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("west", "lon"), [(0, 30), (170, -160), (-200, -170)], ids=["plain", "antimeridian", "beyond the antimeridian"]
+)
+def test_corner(west, lon):
+    """The sinusoidal map shears most at the corner of a box farthest from its centre; longitudes come within 180."""
+    found = maximum(f"+proj=sinu +lon_0={west} +R={R}", f"box:{west},10,{west + 30},60", "omega")
+    shear = math.radians(30) * math.sin(math.radians(60))
+    assert found.value == pytest.approx(math.degrees(2 * math.atan(shear / 2)), rel=1e-9)
+    assert (found.lon, found.lat) == pytest.approx((lon, 60), abs=1e-6)
+
+
+@pytest.mark.parametrize("centre", [(0, 90), (20, -35), (179, 10)], ids=["pole", "oblique", "antimeridian"])
+def test_rim_of_a_cap(centre):
+    """Azimuthal equidistant maps stretch most on the rim of a cap: a = c / sin c."""
+    angle = 3000e3 / R
+    lon, lat = centre
+    found = maximum(f"+proj=aeqd +lon_0={lon} +lat_0={lat} +R={R}", f"cap:{lon},{lat},3000", "a")
+    assert found.value == pytest.approx(angle / math.sin(angle), rel=1e-9)
+    phi, phi_0, dlam = math.radians(found.lat), math.radians(lat), math.radians(found.lon - lon)
+    cos = math.sin(phi) * math.sin(phi_0) + math.cos(phi) * math.cos(phi_0) * math.cos(dlam)
+    assert math.acos(cos) == pytest.approx(angle, abs=1e-7)
+
+
+def test_side_of_a_zone():
+    """In UTM's zone the scale is largest where its edge meets the equator: 1.000981 (Snyder 1987, 8-11)."""
+    found = maximum("EPSG:32631", "box:0,0,6,84", "k")
+    e2 = WGS84.f * (2 - WGS84.f)
+    second = e2 / (1 - e2)
+    A = math.radians(3)
+    # At the equator T = 0 and C = e'^2; the next term of the series is A^8, 1e-13.
+    series = (
+        1 + (1 + second) * A**2 / 2 + (5 + 42 * second + 13 * second**2 - 28 * second) * A**4 / 24 + 61 * A**6 / 720
+    )
+    assert found.value == pytest.approx(0.9996 * series, abs=1e-9)
+    assert abs(found.lon - 3) == pytest.approx(3, abs=1e-6)
+    assert found.lat == pytest.approx(0, abs=0.01)
+
+
+# ---- inside ---------------------------------------------------------------------------------
+
+
+def test_between_the_standard_parallels():
+    """Lambert's conformal map of the sphere is most too small where sin(latitude) = n."""
+    p1, p2 = math.radians(33), math.radians(45)
+    t = {phi: math.tan(math.pi / 4 - phi / 2) for phi in (p1, p2)}
+    n = math.log(math.cos(p1) / math.cos(p2)) / math.log(t[p1] / t[p2])  # Snyder 1987, 15-3
+    phi_0 = math.asin(n)
+    k_0 = math.cos(p1) * (math.tan(math.pi / 4 - phi_0 / 2) / t[p1]) ** n / math.cos(phi_0)
+    found = maximum(f"+proj=lcc +lat_1=33 +lat_2=45 +lon_0=-96 +R={R}", "box:-125,34,-65,44", "scale_error_ppm")
+    assert found.value == pytest.approx(1e6 * (1 - k_0), abs=1e-4)
+    # The maximum is flat: 1e-11 of the value is 1e-4 degrees.
+    assert found.lat == pytest.approx(math.degrees(phi_0), abs=0.01)
+
+
+@pytest.mark.parametrize("width", [0.5, 0.05, 0.01])
+@pytest.mark.parametrize("lat", [-71.3, 0.2, 33.3])
+def test_peaks_within(lat, width):
+    """A cylindrical map that stretches by a fifth along a belt, some degrees or half a degree wide, peaks there."""
+    centre = math.radians(lat)
+
+    def belt(lon, lat):
+        lam, phi = np.radians(lon), np.radians(lat)
+        # dy / dphi = 1 + exp(-((phi - centre) / width)^2) / 5
+        return R * lam, R * (phi + 0.1 * width * math.sqrt(math.pi) * erf((phi - centre) / width))
+
+    found = maximum(belt, "globe", "h")
+    assert found.value == pytest.approx(1.2, abs=1e-9)
+    assert math.radians(found.lat) == pytest.approx(centre, abs=1e-4 * max(width, 0.1))
+
+
+def test_nothing_to_find():
+    """What is nothing but rounding is small: omega of a conformal map, the areal error of an equal-area one."""
+    assert maximum("mercator", "box:-10,35,40,70", "omega").value < 1e-6
+    assert maximum(f"+proj=cea +R={R}", "box:-10,35,40,70", "areal_error_ppm").value < 1e-3
+
+
+# ---- at singular points ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("projection", "measure"),
+    [("plate-carree", "k"), ("plate-carree", "s"), ("mercator", "s"), ("mercator", "fisher"), ("mollweide", "k")],
+    ids=lambda value: value,
+)
+def test_unbounded(projection, measure):
+    """A measure that grows without bound towards the poles has the maximum infinity, near a pole."""
+    found = maximum(projection, "globe", measure)
+    assert found.value == math.inf
+    assert abs(found.lat) > 85
+
+
+def test_large_is_not_unbounded():
+    """Up to 89 degrees Mercator's scale is 57, not infinity."""
+    found = maximum("mercator", "box:-180,-89,180,89", "k")
+    assert found.value == pytest.approx(1 / math.cos(math.radians(89)), rel=1e-9)
+    assert abs(found.lat) == pytest.approx(89, abs=1e-9)
+
+
+def test_bounded_at_a_singular_point():
+    """The sinusoidal map shears most where the antimeridian meets a pole: a bound that no sample reaches."""
+    found = maximum("sinusoidal", "globe", "omega")
+    # The shear is pi sin(latitude): at 89.9 degrees 1.5e-6 less.
+    assert found.value == pytest.approx(math.degrees(2 * math.atan(math.pi / 2)), rel=1e-5)
+    assert abs(found.lon) == pytest.approx(180, abs=0.1)
+    assert abs(found.lat) == pytest.approx(90, abs=0.1)
+
+
+@pytest.mark.xfail(strict=True, reason="the search stops at the last panels, at 89.98 degrees")
+@pytest.mark.parametrize("projection", ["plate-carree", "mollweide"])
+def test_the_limit_of_a_bounded_measure(projection):
+    """Where a / b grows without bound omega comes to 180 degrees."""
+    assert maximum(projection, "globe", "omega").value == pytest.approx(180, abs=0.5)
+
+
+@pytest.mark.xfail(strict=True, reason="second differences need a thousandth of a radian of room beside a pole line")
+def test_unbounded_second_derivatives():
+    """The flexion of Mercator's map, 2 / pi tan(latitude), has no bound."""
+    assert maximum("mercator", "globe", "flexion").value == math.inf
+
+
+def test_second_derivatives():
+    """On a box the flexion of Mercator's map is 2 / pi tan(latitude), largest on the northern side."""
+    found = maximum("mercator", "box:0,10,30,60", "flexion")
+    assert found.value == pytest.approx(2 / math.pi * math.tan(math.radians(60)), rel=1e-6)
+    assert found.lat == pytest.approx(60, abs=1e-4)
+
+
+def test_undefined():
+    """A measure that is undefined everywhere has no maximum and no place, and no warning."""
+
+    def nothing(J):
+        return np.full(J.shape[:-2], np.nan)
+
+    found = maximum("mercator", "box:0,0,10,10", nothing)
+    assert isinstance(found, Extreme)
+    assert np.isnan(found).all()
+
+
+def test_only_what_is_mapped():
+    """Of a box that reaches beyond the horizon only the part on this side counts: b is cos c, and c is nearly 45."""
+    found = maximum(f"+proj=ortho +R={R}", "box:45,-30,135,30", "b")
+    assert found.value == pytest.approx(math.cos(math.radians(45)), rel=1e-9)
+    assert (found.lon, found.lat) == pytest.approx((45, 0), abs=1e-3)
+
+
+def test_measure_at():
+    """Measures at points: s of Mercator's map is 1 / cos^2, its flexion 2 / pi tan in units per radian."""
+    lon, lat = np.array([0.0, 50.0]), np.array([60.0, -45.0])
+    mercator = Projection.from_user_input("mercator")
+    np.testing.assert_allclose(measure_at(mercator, get_measure("s"), lon, lat), [4.0, 2.0], rtol=1e-11)
+    flexion = measure_at(mercator, get_measure("flexion"), lon, lat)
+    np.testing.assert_allclose(flexion, 2 / math.pi * np.array([math.sqrt(3), 1.0]), rtol=1e-7)
