@@ -1,0 +1,200 @@
+"""Whole figures of one map or of several panels, and files of them."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from projdist._typing import FloatArray
+from projdist.measures import get_measure
+from projdist.plots.domain import Region
+from projdist.plots.fields import colour_scale, field
+from projdist.plots.indicatrices import fit
+from projdist.plots.mesh import Mesh
+from projdist.plots.pictures import (
+    AnyMeasure,
+    Levels,
+    draw_colourbar,
+    draw_heatmap,
+    draw_tissot,
+    prepare,
+    tissot_points,
+)
+
+SUFFIXES = (".png", ".svg", ".pdf")
+
+_GAP, _TITLE, _FOOT, _BAR = 0.15, 0.5, 0.3, 0.75  # inches
+_COLUMNS = 5
+
+
+def tissot_figure(
+    projections: Sequence[Any],
+    *,
+    region: Region | None = None,
+    step: float | None = None,
+    size: tuple[float, float] | None = None,
+    dpi: float = 150.0,
+    titles: Sequence[str | None] | None = None,
+    airy_kavrayskiy: Sequence[float | None] | None = None,
+) -> Figure:
+    """Tissot's indicatrices of one or more projections, all panels in one scale and with equal circles."""
+    meshes = [prepare(projection, region) for projection in _listed(projections)]
+    radius, panels = fit([tissot_points(mesh, step) for mesh in meshes])
+    figure, axes = _layout(meshes, size, dpi, foot=_FOOT, one_scale=True)
+    for ax, mesh, panel, title, figure_of_merit in zip(
+        axes, meshes, panels, _each(titles, meshes), _each(airy_kavrayskiy, meshes), strict=True
+    ):
+        draw_tissot(ax, mesh, panel, radius, title, figure_of_merit)
+    text = f"Ellipses: circles on the ground with a radius of {_kilometres(radius)}"
+    figure.text(0.5, 0.08 / figure.get_figheight(), text, ha="center", va="bottom", fontsize=7.5, color="#555555")
+    return figure
+
+
+def heatmap_figure(
+    projections: Sequence[Any],
+    *,
+    measure: AnyMeasure = "fisher",
+    region: Region | None = None,
+    step: float | None = None,
+    levels: Levels = None,
+    cmap: str | None = None,
+    limits: tuple[float, float] | None = None,
+    size: tuple[float, float] | None = None,
+    dpi: float = 150.0,
+    titles: Sequence[str | None] | None = None,
+    airy_kavrayskiy: Sequence[float | None] | None = None,
+) -> Figure:
+    """A measure of one or more projections as heat maps, all panels with one colour bar."""
+    meshes = [prepare(projection, region) for projection in _listed(projections)]
+    chosen = get_measure(measure)
+    values = [field(mesh, chosen) for mesh in meshes]
+    scale = colour_scale(
+        chosen,
+        [value[: mesh.nodes] for value, mesh in zip(values, meshes, strict=True)],
+        [mesh.weights for mesh in meshes],
+        levels=levels,
+        cmap=cmap,
+        limits=limits,
+    )
+    figure, axes = _layout(meshes, size, dpi, foot=_BAR, one_scale=False)
+    for ax, mesh, value, title, figure_of_merit in zip(
+        axes, meshes, values, _each(titles, meshes), _each(airy_kavrayskiy, meshes), strict=True
+    ):
+        draw_heatmap(ax, mesh, value, scale, step, title, figure_of_merit)
+    draw_colourbar(figure, scale, cax=_bar_axes(figure))
+    return figure
+
+
+def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = None) -> Path:
+    """Write a figure as .png, .svg or .pdf; an existing file is replaced only when the new one is complete."""
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
+    handle, temporary = tempfile.mkstemp(suffix=suffix, prefix=f".{path.stem}-", dir=path.parent)
+    os.close(handle)
+    try:
+        figure.savefig(temporary, format=suffix[1:], dpi=dpi or figure.dpi)
+        # mkstemp makes private files; a picture has the permissions of any new file.
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path
+
+
+def _listed(projections: Sequence[Any]) -> list[Any]:
+    """The projections as a list; a single one need not be in a list."""
+    listed = list(projections) if isinstance(projections, list | tuple) else [projections]
+    if not listed:
+        raise ValueError("Invalid list of projections '[]'. It must name at least one.")
+    return listed
+
+
+def _each(values: Sequence[Any] | None, meshes: Sequence[Mesh]) -> Sequence[Any]:
+    if values is None:
+        return [None] * len(meshes)
+    if isinstance(values, str) or len(values) != len(meshes):
+        raise ValueError(f"Invalid titles or figures '{values}'. There must be one for each of {len(meshes)} maps.")
+    return values
+
+
+def _kilometres(metres: float) -> str:
+    return f"{metres / 1e3:,.0f} km" if metres >= 1e5 else f"{metres / 1e3:.3g} km"
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Panels in columns; `scale` is inches per unit of the maps' shapes, `rows` the heights of the rows in inches."""
+
+    columns: int
+    width: float
+    height: float
+    scale: float
+    rows: FloatArray
+
+
+def _grid(shapes: FloatArray, columns: int, size: tuple[float, float] | None, foot: float) -> _Grid:
+    """The arrangement of maps of `shapes`, (n, 2), in a number of columns, as large as it can be."""
+    count = len(shapes)
+    rows = np.array([shapes[k : k + columns, 1].max() for k in range(0, count, columns)])
+    fixed = foot + rows.size * (_TITLE + _GAP)
+    width = size[0] if size else (8.0 if count == 1 else 11.0)
+    height = size[1] if size else (9.0 if count == 1 else 3.0 + 3.0 * rows.size)
+    scale = min((width - _GAP * (columns + 1)) / (columns * shapes[:, 0].max()), (height - fixed) / rows.sum())
+    if not size:
+        width = max(columns * (shapes[:, 0].max() * scale + _GAP) + _GAP, 4.5)
+        height = fixed + scale * rows.sum()
+    spare = (height - fixed - scale * rows.sum()) / rows.size
+    return _Grid(columns, width, height, scale, scale * rows + spare + _TITLE + _GAP)
+
+
+def _layout(
+    meshes: Sequence[Mesh], size: tuple[float, float] | None, dpi: float, *, foot: float, one_scale: bool
+) -> tuple[Figure, list[Axes]]:
+    """A figure with room at its foot, and an axes for each mesh in the shape of its map."""
+    if size is not None and not (np.isfinite(size).all() and min(size) > 0):
+        raise ValueError(f"Invalid size '{size}'. It must be a width and a height in inches, both positive.")
+    extents = np.array([mesh.extent for mesh in meshes])
+    shapes = extents[:, [1, 3]] - extents[:, [0, 2]]
+    shapes = shapes + 0.02 * shapes.max(axis=1, keepdims=True)
+    if not one_scale:
+        shapes = shapes / shapes.max(axis=1, keepdims=True)
+    count = len(meshes)
+    options = [_grid(shapes, columns, size, foot) for columns in range(1, min(count, _COLUMNS) + 1)]
+    # The largest maps, in a figure that is not much higher than wide.
+    grid = max(options, key=lambda option: option.scale * min(1.0, 1.1 * option.width / option.height))
+    if not grid.scale > 0:
+        raise ValueError(f"Invalid size '{size}'. It has no room for {count} maps.")
+    figure = Figure(figsize=(grid.width, grid.height), dpi=dpi)
+    FigureCanvasAgg(figure)
+    pitch = (grid.width - _GAP) / grid.columns
+    axes = []
+    for index, (w, h) in enumerate(shapes * grid.scale):
+        row, column = divmod(index, grid.columns)
+        in_row = min(grid.columns, count - row * grid.columns)
+        left = 0.5 * (grid.width - in_row * pitch) + (column + 0.5) * pitch - 0.5 * w
+        middle = grid.height - grid.rows[:row].sum() - 0.5 * (grid.rows[row] + _TITLE)
+        axes.append(
+            figure.add_axes((left / grid.width, (middle - 0.5 * h) / grid.height, w / grid.width, h / grid.height))
+        )
+    return figure, axes
+
+
+def _bar_axes(figure: Figure) -> Axes:
+    """Axes at the foot of a figure, for a colour bar."""
+    width, height = figure.get_size_inches()
+    length = min(0.7 * width, 6.0)
+    return figure.add_axes((0.5 - 0.5 * length / width, 0.48 / height, length / width, 0.13 / height))
