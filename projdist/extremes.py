@@ -34,7 +34,7 @@ class Extreme(NamedTuple):
 
 
 def measure_at(projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """A measure at points in degrees; second derivatives are taken per radian of the mean radius."""
+    """A measure at points in degrees; second derivatives are taken per radian of the semi-major axis."""
     J = jacobian(projection, lon, lat)
     if not measure.needs_hessian:
         return measure(J)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import matplotlib
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import MaxNLocator
@@ -121,6 +122,8 @@ def colour_scale(
     slack = 1e-9 * (high - low)
     beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
+    if cmap is not None and cmap not in matplotlib.colormaps:
+        raise ValueError(f"Invalid colour map '{cmap}'. It must be a name of matplotlib, such as viridis or RdBu_r.")
     return ColourScale(measure, norm, cmap or COLOUR_MAPS[measure.kind], chosen, extend)
 
 
