@@ -169,7 +169,7 @@ def _hard_stage(
     defined = np.isfinite(x[hard])
     outside, hard = hard[~defined], hard[defined]
     J[outside], error[outside], quality[outside] = np.nan, np.nan, Quality.OUTSIDE
-    points = Points(projection, lon[hard], lat[hard])
+    points = Points.of(projection, lon[hard], lat[hard])
     centre = np.stack([x[hard], y[hard]])
     found = settle(points, centre)
     code = np.where(found.one_sided, Quality.ONE_SIDED, Quality.OK).astype(np.int8)

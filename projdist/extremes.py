@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.cubature import Samples
 from projdist.derivatives import jacobian
 from projdist.hessians import hessian
@@ -21,8 +22,12 @@ _ROUNDS = 20
 _TRIAL, _FINALISTS = 5, 2  # after so many rounds only the best starts go on
 _SHRINK = 0.45
 _FINE = 1e-6  # of the area; smaller panels are there only beside singularities
-_NOTHING = 1e-3  # what should be zero is rounding below that, in the unit of any measure
-_UNBOUNDED = 1.5  # growth within tiny panels, or a hundredth of a panel; a smooth maximum gains 1e-4 there
+_BROAD = 3e-3  # of the largest panel's area
+# Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
+# this: the last thousandths of a degree before a singular point often are not defined, so that it is not found itself.
+_APPROACH = 10.0 ** -np.arange(0.5, 2.5, 0.5)
+_SLOWING = 0.75  # a logarithm gains the same in every step, a square root half of the last, a smooth maximum a tenth
+_GROWTH = 1e-3  # of the value, in a step
 
 
 class Extreme(NamedTuple):
@@ -33,9 +38,11 @@ class Extreme(NamedTuple):
     lat: float
 
 
-def measure_at(projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """A measure at points in degrees; second derivatives are taken per radian of the semi-major axis."""
-    J = jacobian(projection, lon, lat)
+def measure_at(
+    projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray, J: FloatArray | None = None
+) -> FloatArray:
+    """A measure at points in degrees, where J may be known; H is per radian of the semi-major axis."""
+    J = jacobian(projection, lon, lat) if J is None else J
     if not measure.needs_hessian:
         return measure(J)
     return measure(J, hessian(projection, lon, lat) * projection.ellipsoid.a)
@@ -44,69 +51,99 @@ def measure_at(projection: Projection, measure: Measure, lon: FloatArray, lat: F
 def find_maximum(
     projection: Projection, region: Region, samples: Samples, values: FloatArray, measure: Measure
 ) -> Extreme:
-    """The largest value of a measure, from its `values` (n, p, p) at the samples.
-
-    A grid of five by five points about each of the best samples is shrunk around its best point,
-    within the region; its edge belongs to it.
-    """
-    filled = np.where(np.isfinite(values), values, -np.inf)
-    peaks = filled.reshape(len(values), -1).max(axis=1)
+    """The largest value of a measure, from its `values` (n, p, p) at the samples."""
+    filled = np.where(np.isfinite(values), values, -np.inf).reshape(len(values), -1)
+    peaks = filled.max(axis=1)
+    if not np.isfinite(peaks).any():
+        return Extreme(np.nan, np.nan, np.nan)
     areas = samples.weight.sum(axis=(1, 2))
     coarse = areas > _FINE * areas.sum()
     order = np.argsort(-peaks)
     # From the best panels, and from the best that are not tiny: beside a singularity samples may mislead.
     starts = np.unique(np.concatenate([order[:_STARTS], order[coarse[order]][:_STARTS]]))
-    node = filled.reshape(len(values), -1)[starts].argmax(axis=1)
-    patch = samples.patch[starts]
-    u, v = (grid[starts].reshape(len(starts), -1)[np.arange(len(starts)), node] for grid in (samples.u, samples.v))
-    step_u, step_v = (np.ptp(grid[starts], axis=(1, 2)) / 4 for grid in (samples.u, samples.v))
-    low_u, high_u, low_v, high_v = _limits(region, patch)
-    if not np.isfinite(peaks).any():
+    nodes = np.stack([samples.u[starts], samples.v[starts]], axis=-1).reshape(len(starts), -1, 2)
+    first = nodes[np.arange(len(starts)), filled[starts].argmax(axis=1)]
+    search = _Search(projection, region, measure, samples.patch[starts], first, np.ptp(nodes, axis=1) / 4)
+    found = search.climb()
+    if not np.isfinite(found.value):
         return Extreme(np.nan, np.nan, np.nan)
-    best = np.full(len(starts), -np.inf)
-    offsets = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0))).reshape(2, -1)
-    early = best
-    for turn in range(_ROUNDS):
-        if turn == _TRIAL:  # the step is a hundredth of the panel
-            early = best
-        us = np.clip(u[:, None] + step_u[:, None] * offsets[0], low_u[:, None], high_u[:, None])
-        vs = np.clip(v[:, None] + step_v[:, None] * offsets[1], low_v[:, None], high_v[:, None])
-        points = region.chart(patch[:, None], us, vs)
-        found = measure_at(projection, measure, points.lon, points.lat)
-        found = np.where(np.isfinite(found), found, -np.inf)
-        index = np.argmax(found, axis=1)
-        top = np.take_along_axis(found, index[:, None], axis=1)[:, 0]
-        better = top > best
-        best = np.where(better, top, best)
-        u = np.where(better, np.take_along_axis(us, index[:, None], axis=1)[:, 0], u)
-        v = np.where(better, np.take_along_axis(vs, index[:, None], axis=1)[:, 0], v)
-        step_u, step_v = _SHRINK * step_u, _SHRINK * step_v
-        if turn == _TRIAL:
-            keep = np.argsort(-best)[:_FINALISTS]
-            u, v, patch, best, early, step_u, step_v, low_u, high_u, low_v, high_v = (
-                array[keep] for array in (u, v, patch, best, early, step_u, step_v, low_u, high_u, low_v, high_v)
-            )
-    winner = int(np.argmax(best))
-    if not np.isfinite(best[winner]):
-        return Extreme(np.nan, np.nan, np.nan)
-    place = region.chart(patch[winner], u[winner], v[winner])
-    lon, lat = float((place.lon + 180.0) % 360.0 - 180.0), float(place.lat)
-    ordinary = float(peaks[coarse].max(initial=0.0)) if coarse.any() else float(early[winner])
-    grew = not measure.bounded and best[winner] > max(_UNBOUNDED * ordinary, _NOTHING)
-    return Extreme(np.inf if grew else float(best[winner]), lon, lat)
+    place = region.chart(found.patch, *found.place)
+    lon, lat = float(place.lon), float(place.lat)
+    if not measure.bounded and _grows(
+        projection, measure, lon, lat, *_nearest_middle(samples, areas >= _BROAD * areas.max(), lon, lat)
+    ):
+        found = found._replace(value=np.inf)
+    return Extreme(found.value, (lon + 180.0) % 360.0 - 180.0, lat)
 
 
-def _limits(region: Region, patch: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The range of u and v of each patch."""
+def _nearest_middle(samples: Samples, chosen: BoolArray, lon: float, lat: float) -> tuple[float, float]:
+    """The middle of the nearest of the chosen panels."""
+    lons, lats = (values[chosen, values.shape[1] // 2, values.shape[2] // 2] for values in (samples.lon, samples.lat))
+    north, east = np.radians(lats - lat), np.radians(lons - lon)
+    distance = np.sin(north / 2) ** 2 + np.cos(np.radians(lat)) * np.cos(np.radians(lats)) * np.sin(east / 2) ** 2
+    nearest = np.argmin(distance)
+    return float(lons[nearest]), float(lats[nearest])
+
+
+def _grows(
+    projection: Projection, measure: Measure, lon: float, lat: float, middle_lon: float, middle_lat: float
+) -> bool:
+    """Whether a measure grows without bound towards its largest value: no less in every step."""
+    east = (middle_lon - lon + 180.0) % 360.0 - 180.0
+    values = measure_at(projection, measure, lon + _APPROACH * east, lat + _APPROACH * (middle_lat - lat))
+    gains = np.diff(values)
+    return bool((gains > _GROWTH * np.abs(values[1:])).all() and (gains[1:] > _SLOWING * gains[:-1]).all())
+
+
+class _Found(NamedTuple):
+    """The best of a search, in chart coordinates."""
+
+    value: float
+    patch: IntArray
+    place: FloatArray
+
+
+@dataclass
+class _Search:
+    """A grid of five by five points about each start (n, 2), shrunk around its best point within the region."""
+
+    projection: Projection
+    region: Region
+    measure: Measure
+    patch: IntArray
+    starts: FloatArray
+    steps: FloatArray
+
+    def climb(self) -> _Found:
+        """The largest value, whose place may lie on the region's edge; -inf where there is none."""
+        offsets = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
+        low, high = _limits(self.region, self.patch)
+        place, step, best = self.starts.copy(), self.steps, np.full(len(self.patch), -np.inf)
+        on = np.arange(len(self.patch))
+        for turn in range(_ROUNDS):
+            if turn == _TRIAL:  # the step is a hundredth of the panel
+                on = on[np.argsort(-best[on])[:_FINALISTS]]
+            around = place[on, None] + step[on, None] * offsets
+            around = np.clip(around, low[on, None], high[on, None])
+            found = self._values(self.patch[on, None], around)
+            index = np.argmax(found, axis=1)
+            top = found[np.arange(on.size), index]
+            better = top > best[on]
+            best[on[better]] = top[better]
+            place[on[better]] = around[better, index[better]]
+            step = _SHRINK * step
+        winner = int(np.argmax(best))
+        return _Found(float(best[winner]), self.patch[winner], place[winner])
+
+    def _values(self, patch: IntArray, at: FloatArray) -> FloatArray:
+        points = self.region.chart(patch, at[..., 0], at[..., 1])
+        values = measure_at(self.projection, self.measure, points.lon, points.lat)
+        return np.where(np.isfinite(values), values, -np.inf)
+
+
+def _limits(region: Region, patch: IntArray) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest (n, 2) of u and v in each patch."""
     number, rectangles = region.panels()
-    ranges = {
-        int(p): (
-            rectangles[number == p, 0].min(),
-            rectangles[number == p, 1].max(),
-            rectangles[number == p, 2].min(),
-            rectangles[number == p, 3].max(),
-        )
-        for p in np.unique(patch)
-    }
-    low_u, high_u, low_v, high_v = np.array([ranges[int(p)] for p in patch]).T
-    return low_u, high_u, low_v, high_v
+    low, high = rectangles[:, 0::2], rectangles[:, 1::2]
+    own = [number == p for p in patch]
+    return np.array([low[mine].min(axis=0) for mine in own]), np.array([high[mine].max(axis=0) for mine in own])

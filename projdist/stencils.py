@@ -21,6 +21,7 @@ TARGET = 1e-12  # relative error at which a stencil is good enough
 KINK = 1e-3
 _ROUGH = 1e-8
 _TANGENT_LATITUDE = 89.99
+_LINE_LATITUDE = 90.0 - 1e-4  # beyond, steps along the meridian are too short for the digits of a latitude
 
 # Central weights of f(+j h) - f(-j h), j = 1.., for the first derivative times h, by order.
 _CENTRAL = {
@@ -56,9 +57,13 @@ def settle(points: Points, centre: FloatArray) -> Settled:
     if poor.size:
         _improve(best, poor, _one_sided_levels(points.take(poor), centre[:, poor]), one_sided=True)
     # Where neither does, a singularity may be nearer than the first steps were.
-    lost = np.flatnonzero(~(best.error <= _ROUGH) & ~points.polar)
+    lost = np.flatnonzero(~(best.error <= _ROUGH) & ~points.tangent)
     if lost.size:
         _improve(best, lost, _central_levels(points.take(lost), centre[:, lost], _CENTRAL_STEPS[4:], patient=True))
+    # A pole that is drawn as a line is no point of the tangent plane like others.
+    lined = np.flatnonzero(~(best.error <= 10 * TARGET) & points.tangent & (np.abs(points.lat) < _LINE_LATITUDE))
+    if lined.size:
+        _improve(best, lined, _central_levels(points.take(lined).graticule(), centre[:, lined], _CENTRAL_STEPS))
     return best
 
 
@@ -72,20 +77,25 @@ def _improve(best: Settled, index: IntArray, levels: Iterator[_Level], *, one_si
 
 @dataclass(frozen=True)
 class Points:
-    """Points of the ellipsoid, and f on lines through them."""
+    """Points of the ellipsoid, and f on lines through them: in the tangent plane for those of the mask `tangent`."""
 
     projection: Projection
     lon: FloatArray
     lat: FloatArray
+    tangent: BoolArray
+
+    @staticmethod
+    def of(projection: Projection, lon: FloatArray, lat: FloatArray) -> Points:
+        """The points, with lines in the tangent plane where a pole is near."""
+        return Points(projection, lon, lat, np.asarray(np.abs(lat) > _TANGENT_LATITUDE))
 
     def take(self, index: IntArray | BoolArray) -> Points:
         """Some of the points."""
-        return Points(self.projection, self.lon[index], self.lat[index])
+        return Points(self.projection, self.lon[index], self.lat[index], self.tangent[index])
 
-    @property
-    def polar(self) -> BoolArray:
-        """Which points are so near to a pole that longitudes are no use."""
-        return np.asarray(np.abs(self.lat) > _TANGENT_LATITUDE)
+    def graticule(self) -> Points:
+        """The same points, with lines along the parallels and meridians however near a pole is."""
+        return Points(self.projection, self.lon, self.lat, np.zeros_like(self.tangent))
 
     def along(self, direction: tuple[float, float], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
         """f at signed steps (m,) along (east, north), shape (2, m, n), and the distances in metres, (m, n).
@@ -97,7 +107,7 @@ class Points:
         1 equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
         """
         ellipsoid = self.projection.ellipsoid
-        polar = self.polar
+        polar = self.tangent
         cos = np.cos(np.radians(self.lat))
         distance = steps[:, None] * np.where(polar, 1.0, np.minimum(1.0, 20.0 * cos))
         east, north = distance * direction[0], distance * direction[1]
@@ -194,7 +204,7 @@ def _central_levels(
         # Rounding sets in where a small error rises.
         on = ~(error <= TARGET) & ~((error > 2.0 * previous) & (previous < _ROUGH))
         if not patient and count > 3:
-            on &= (error < 0.1 * previous) | points.polar
+            on &= (error < 0.1 * previous) | points.tangent
         if not on.any():
             return
         index, centre, points = index[on], centre[:, on], points.take(on)
