@@ -30,6 +30,7 @@ class Samples:
     """The Jacobian field of a projection over a region, at n x 10 x 10 nodes.
 
     `weight` is true area in m^2; `u`, `v` and `patch` place the nodes in the region's chart.
+    `doubt` (n,) is by how much the differentiation may have changed the logarithms of the scales.
     `coverage` is the share of the region's area that the samples stand for, `undecided` that of
     panels whose part within the map is not known and which are left out. `limit` tells why
     the refinement stopped: "" when the tolerance was met, "rounding" at the noise of the
@@ -43,14 +44,16 @@ class Samples:
     patch: IntArray
     jacobian: FloatArray
     weight: FloatArray
+    doubt: FloatArray
     coverage: float
     undecided: float
     evaluations: int
     limit: str
 
-    def mean(self, values: FloatArray) -> tuple[float, float]:
+    def mean(self, values: FloatArray, slope: FloatArray | float) -> tuple[float, float]:
         """Mean over the covered area of values (n, 10, 10) at the nodes, and its estimated error.
 
+        `slope` (n, 10, 10) is how much the values change with the logarithms of the scales.
         NaN where the values are undefined on more than a millionth of the area.
         """
         total = float(self.weight.sum())
@@ -59,9 +62,9 @@ class Samples:
         if missing > _UNDEFINED:
             return np.nan, np.nan
         missing += self.undecided / self.coverage
-        values = np.where(undefined, 0.0, values)
-        in_u, in_v = tails(values, self.weight)
-        error = float(in_u.sum() + in_v.sum()) / total + missing * float(np.abs(values).max())
+        values, slope = np.where(undefined, 0.0, values), np.where(undefined, 0.0, slope)
+        error = float(tails(values, self.weight)[1].sum()) / total + missing * float(np.abs(values).max())
+        error += float(np.sum(self.doubt[:, None, None] * slope * self.weight)) / total
         error += _ROUNDING * float(np.sum(self.weight * np.abs(values))) / total
         return float(np.sum(self.weight * values)) / total, error
 
@@ -96,6 +99,7 @@ def sample(
         pieces.patch,
         pieces.jacobian,
         pieces.weight,
+        pieces.doubt.sum(axis=-1),
         min(1.0, float(pieces.weight.sum()) / mesh.region_area),
         mesh.undecided_area / mesh.region_area,
         mesh.evaluations,

@@ -19,7 +19,7 @@ from projdist.projections import Projection
 from projdist.regions import Region
 
 TEAR = 1e-4  # of the semi-major axis; smaller jumps are PROJ's own (eck4 snaps to its pole line by 2e-5)
-_HALVINGS = 45  # to 1e-14 of the panel
+_TRIAL, _REST = 7, 29  # halvings: a steep place is told from a tear after a few, a tear is placed to 1e-11 of the panel
 _STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
 
 
@@ -64,7 +64,7 @@ def cut(projection: Projection, region: Region, panel: IntArray, patch: IntArray
         if not todo.size:
             return result
         lines = _Lines(projection, region, patch[todo], rectangles[todo], along, NODES)
-        where, kind = lines.find_cuts(result)
+        where, kind = lines.find_cuts(result, every=True)
         kind = np.where((kind == kind[:, :1]).all(axis=1), kind[:, 0], _NONE)
         for side, kinds in ((0, (_END, _SEAM)), (1, (_START, _SEAM))):
             chosen = np.flatnonzero(np.isin(kind, kinds))
@@ -93,7 +93,7 @@ _SIDES = np.array([-1.0, 1.0]) * (1.0 - 1e-9)  # the sides of a panel, as seen f
 
 
 class _Lines:
-    """Lines through panels along u (0) or v (1), at places `across` in [-1, 1] of the other direction."""
+    """Lines through panels along u (0) or v (1), at `shares` in [-1, 1] of the other direction."""
 
     def __init__(
         self,
@@ -102,13 +102,18 @@ class _Lines:
         patch: IntArray,
         rectangles: FloatArray,
         along: int,
-        across: FloatArray,
+        shares: FloatArray,
     ) -> None:
         self.projection, self.region, self.patch, self.along = projection, region, patch, along
+        self.rectangles, self.shares = rectangles, shares
         self.low, self.high = rectangles[:, 2 * along], rectangles[:, 2 * along + 1]
         fixed = rectangles[:, 2 - 2 * along : 4 - 2 * along]
         self.half_across = 0.5 * (fixed[:, 1] - fixed[:, 0])
-        self.across = 0.5 * (fixed[:, 0] + fixed[:, 1])[:, None] + self.half_across[:, None] * across
+        self.across = 0.5 * (fixed[:, 0] + fixed[:, 1])[:, None] + self.half_across[:, None] * shares
+
+    def take(self, index: IntArray) -> _Lines:
+        """The lines of some of the panels."""
+        return _Lines(self.projection, self.region, self.patch[index], self.rectangles[index], self.along, self.shares)
 
     def __call__(self, along: FloatArray) -> FloatArray:
         """f at positions (n, k) or (n, k, m) on the lines; shape (2, ...)."""
@@ -118,8 +123,11 @@ class _Lines:
         points = self.region.chart(self.patch.reshape(-1, *[1] * (u.ndim - 1)), u, v)
         return np.stack(self.projection(points.lon, points.lat))
 
-    def find_cuts(self, count: Cuts) -> tuple[FloatArray, IntArray]:
-        """Where each line (n, k) is cut, and how; evaluations are added to `count`."""
+    def find_cuts(self, count: Cuts, *, every: bool) -> tuple[FloatArray, IntArray]:
+        """Where each line (n, k) is cut, and how; of `every` line of a panel or none, or of any.
+
+        Evaluations are added to `count`.
+        """
         half = 0.5 * (self.high - self.low)
         stations = (0.5 * (self.low + self.high)[:, None] + half[:, None] * _STATIONS)[:, None]
         stations = np.broadcast_to(stations, (*self.across.shape, _STATIONS.size))
@@ -136,7 +144,27 @@ class _Lines:
         a, b = at(stations, 0), at(stations, 1)
         fa, fb = (np.stack([at(f[0], k), at(f[1], k)]) for k in (0, 1))
         first = np.hypot(*(fb - fa))
-        for _ in range(_HALVINGS):
+        hopeful = edge | (valid.all(axis=-1) & (first > TEAR * self.projection.ellipsoid.a))
+        count.evaluations += f[0].size
+        for halvings in (_TRIAL, _REST):
+            chosen = np.flatnonzero(hopeful.all(axis=1) if every else hopeful.any(axis=1))
+            if not chosen.size:
+                break
+            bracket = (a[chosen], b[chosen], fa[:, chosen], fb[:, chosen])
+            a[chosen], b[chosen], fa[:, chosen], fb[:, chosen] = self.take(chosen).halved(
+                *bracket, edge[chosen], halvings
+            )
+            count.evaluations += halvings * a[chosen].size
+            # A steep place shrinks with the interval, a tear does not.
+            hopeful &= edge | (np.hypot(*(fb - fa)) > 0.1 * first)
+        kind = np.where(hopeful, np.where(edge, np.where(valid[..., 0], _END, _START), _SEAM), _NONE)
+        return 0.5 * (a + b), kind
+
+    def halved(
+        self, a: FloatArray, b: FloatArray, fa: FloatArray, fb: FloatArray, edge: BoolArray, halvings: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Brackets a, b (n, k) of the cuts, with f at their ends, made smaller."""
+        for _ in range(halvings):
             middle = 0.5 * (a + b)
             fm = self(middle)
             beyond = np.where(
@@ -144,11 +172,7 @@ class _Lines:
             )
             a, b = np.where(beyond, middle, a), np.where(beyond, b, middle)
             fa, fb = np.where(beyond, fm, fa), np.where(beyond, fb, fm)
-        count.evaluations += f[0].size + _HALVINGS * a.size
-        # A steep place shrinks with the interval, a tear does not.
-        torn = valid.all(axis=-1) & (np.hypot(*(fb - fa)) > 0.1 * first) & (first > TEAR * self.projection.ellipsoid.a)
-        kind = np.where(edge, np.where(valid[..., 0], _END, _START), np.where(torn, _SEAM, _NONE))
-        return 0.5 * (a + b), kind
+        return a, b, fa, fb
 
     def beside(self, where: FloatArray) -> FloatArray:
         """Where to split along the lines without touching the cut: in the wider gap, NaN if neither is wide."""
@@ -162,7 +186,7 @@ class _Lines:
 
 def _exit(lines: _Lines, count: Cuts) -> tuple[FloatArray, FloatArray]:
     """Where on either of two opposite sides a seam or edge leaves the panels (NaN: nowhere), and how centrally."""
-    where, kind = lines.find_cuts(count)
+    where, kind = lines.find_cuts(count, every=False)
     share = (where - lines.low[:, None]) / (lines.high - lines.low)[:, None]
     # None so near to a corner that the split would be no gain.
     centrality = np.where(kind != _NONE, np.minimum(share, 1.0 - share), 0.0)

@@ -12,7 +12,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.cuts import TEAR, cut, jumps
 from projdist.derivatives import jacobian
 from projdist.measures import log_scales
-from projdist.panels import NODES, Pieces, doubts, sample_pieces, tails
+from projdist.panels import NODES, Pieces, sample_pieces, tails
 from projdist.projections import Projection
 from projdist.regions import Region
 
@@ -23,6 +23,7 @@ _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 _STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
+_STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
 _MARKING = 0.05  # share of the error that may wait for another generation
 _NOISE = 1e-7  # of the semi-major axis; iterative projections in PROJ stop at that
 # Four points on each side of [-1, 1]^2, just within.
@@ -58,9 +59,10 @@ class _Panels:
     cut: BoolArray
     split_at: FloatArray  # u and v, NaN for a direction that would not help
     integrals: FloatArray
-    errors: FloatArray  # of each integrand, in u and in v
+    tails: FloatArray  # last Legendre coefficients of each integrand, in u and in v
+    errors: FloatArray  # of each integral, in u and in v
     unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes
-    rounding: BoolArray  # splitting it further would gain nothing
+    strikes: IntArray  # splits in a row, up to this panel, that gained nothing; those of uncut panels count double
     alive: BoolArray  # not split yet
 
     def __len__(self) -> int:
@@ -121,7 +123,7 @@ class Mesh:
             self._mend(pieces, torn[pieces.panel])
         elif not whole.all():
             pieces = pieces.take(whole)
-        integrals, errors = self._integrate(pieces)
+        integrals, last, errors = self._integrate(pieces)
         own = pieces.panel
         panels = _Panels(
             patch=patch,
@@ -132,9 +134,10 @@ class Mesh:
             cut=done,
             split_at=split_at,
             integrals=_summed(integrals, own, n),
+            tails=_summed(last, own, n),
             errors=_summed(errors, own, n),
             unresolved=_summed(np.nan_to_num(pieces.unresolved, nan=np.inf), own, n, np.maximum),
-            rounding=np.zeros(n, dtype=bool),
+            strikes=np.zeros(n, dtype=int),
             alive=np.ones(n, dtype=bool),
         )
         pieces.panel = own + first
@@ -179,31 +182,33 @@ class Mesh:
             pieces.jacobian[ragged] = np.where(np.isfinite(J), J, pieces.jacobian[ragged])
             self.evaluations += _STENCIL * pieces.lon[ragged].size
 
-    def _integrate(self, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
-        """Integrals (n, m) and their errors (n, m, 2) in u and v, of all integrands over the pieces."""
+    def _integrate(self, pieces: Pieces) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integrals (n, m), their tails and errors (n, m, 2) in u and v, of all integrands over the pieces."""
         J = pieces.jacobian
         values = np.stack([*log_scales(J), *(integrand(J) for integrand in self.integrands)])
         values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
         self.peaks = np.maximum(self.peaks, np.abs(values).max(axis=(1, 2, 3), initial=0.0))
-        errors = np.stack(tails(values, pieces.weight), axis=-1)
+        last, errors = tails(values, pieces.weight)
+        # A tear too small to be cut makes J large and smooth: the integrands' own coefficients see nothing of that.
         # ln^2 a + ln^2 b changes by 2 |ln sigma| times a small change of the logarithms, and by its square.
-        doubt = doubts(values[1], pieces)
+        doubt = pieces.doubt
         area = pieces.weight.sum(axis=(1, 2))[:, None]
         level = np.sqrt(np.maximum(values[0].mean(axis=(1, 2)), 0.0))[:, None]
-        errors[0] += area * doubt * (2.0 * level + doubt)
-        errors[1] += area * doubt
-        return np.sum(values * pieces.weight, axis=(2, 3)).T, errors.swapaxes(0, 1)
+        for column, share in ((0, doubt * (2.0 * level + doubt)), (1, doubt)):
+            last[column] += area * share
+            errors[column] += area * share
+        return np.sum(values * pieces.weight, axis=(2, 3)).T, last.swapaxes(0, 1), errors.swapaxes(0, 1)
 
     # ---- splitting ----------------------------------------------------------------------
 
     def refine(self, goal: Goal, most: int) -> str:
         """Split panels until the goal is met ("") or rounding or the number of evaluations stops it (which)."""
-        self._known.rounding[:] = False
+        self._known.strikes[:] = 0
         while True:
             chosen, limit = self._to_split(goal)
             if not chosen.size:
                 return limit
-            if self.evaluations > most:
+            if self.evaluations + 2 * NODES.size**2 * chosen.size > most:
                 return "budget"
             self._split(chosen, goal)
 
@@ -224,7 +229,7 @@ class Mesh:
         none = np.empty(0, dtype=int)
         if error.sum() <= 1.0:
             return none, ""
-        can = panels.alive & ~panels.rounding & (panels.area > _SMALLEST * self.region_area)
+        can = panels.alive & (panels.strikes < _STRIKES) & (panels.area > _SMALLEST * self.region_area)
         if error[can].sum() < 0.1 * error[~can].sum():
             return none, "rounding"
         # Leave alone the small ones that together hold half of what is allowed, or little of what there is.
@@ -270,14 +275,19 @@ class Mesh:
     def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: Goal) -> None:
         """Find the families of panels that resolve the map and yet made no progress: rounding grows in small panels."""
         panels = self._known
-        before = panels.errors[chosen, goal.column].sum(axis=-1)
-        after = _summed(panels.errors[children, goal.column].sum(axis=-1), parent, chosen.size)
+        before = panels.tails[chosen, goal.column].sum(axis=-1)
+        after = _summed(panels.tails[children, goal.column].sum(axis=-1), parent, chosen.size)
         # Of a panel that was cut only a split across the cut tells, and that it always does.
         was_cut, across = panels.cut[chosen], np.isnan(panels.split_at[chosen]).any(axis=-1)
         stuck = (after > goal.stuck * before) & ~panels.undecided[chosen] & (across | ~was_cut)
         settled = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
         np.logical_and.at(stuck, parent, settled & ~panels.undecided[children])
-        panels.rounding[children] = stuck[parent]
+        strikes = panels.strikes[chosen] + np.where(was_cut, 1, _STRIKES)
+        panels.strikes[children] = np.where(stuck, strikes, 0)[parent]
+        # Noise in x and y makes twice as much in J when a panel is halved: take the whole ones back.
+        worse = stuck & ~was_cut & (after > before)
+        panels.alive[chosen[worse]], panels.alive[children[worse[parent]]] = True, False
+        panels.strikes[chosen[worse]] = _STRIKES
 
     # ---- the result ---------------------------------------------------------------------
 

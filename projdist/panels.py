@@ -19,7 +19,7 @@ from projdist.regions import Region
 ORDER = 10
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(ORDER)
 _PLANE_WEIGHTS = WEIGHTS[:, None] * WEIGHTS
-_TAIL = 2  # the coefficients that stand for those not computed
+_FALLING = 0.5  # pairs of coefficients that fall at least so fast go on falling; those of kinks and rounding do not
 _ROUNDING = 1e-12  # of x and y; PROJ's own arithmetic included
 _SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to nothing
 
@@ -55,7 +55,7 @@ class Pieces:
     jacobian: FloatArray
     weight: FloatArray
     unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes: rounding, or a seam
-    doubt: FloatArray  # (n, 2): by how much, along u and v, they may have changed J, in the units of J
+    doubt: FloatArray  # (n, 2): by how much, along u and v, they may have changed the logarithms of the scales
 
     def take(self, keep: BoolArray) -> Pieces:
         """The pieces of a mask."""
@@ -92,50 +92,55 @@ def sample_pieces(
     north_r = (points.north_u * u_r + points.north_v * v_r) * meridian
     north_s = (points.north_u * u_s + points.north_v * v_s) * meridian
     det = east_r * north_s - east_s * north_r
+    # Less a constant, there is less to round, and nothing where PROJ snaps to a pole line.
+    moved = np.stack([x, y])
+    moved -= moved[..., :1, :1].copy()
     J = np.empty((*u.shape, 2, 2))
-    for i, f in enumerate((x, y)):
-        # Less a constant, there is less to round, and nothing where PROJ snaps to a pole line.
-        f = f - f[:, :1, :1]
+    for i, f in enumerate(moved):
         f_r, f_s = DIFFERENTIATE @ f, f @ DIFFERENTIATE.T
         J[..., i, 0] = (f_r * north_s - f_s * north_r) / det
         J[..., i, 1] = (f_s * east_r - f_r * east_s) / det
     weight = np.abs(det) * _PLANE_WEIGHTS
-    left = np.maximum(_last_coefficients(x), _last_coefficients(y))
+    left, decay = _left_out(moved)
     metres = np.stack(
         [np.hypot(east_r, north_r).mean(axis=(1, 2)), np.hypot(east_s, north_s).mean(axis=(1, 2))], axis=-1
     )
-    unresolved = left.max(axis=-1) / projection.ellipsoid.a
     # Rounding of x and y is white, and the integrand's own coefficients see it.
     size = np.maximum(np.abs(x).max(axis=(1, 2)), np.abs(y).max(axis=(1, 2)))
-    doubt = np.where(left > _ROUNDING * size[:, None], _SLOPE * left / metres, 0.0)
+    scale = np.sqrt(np.abs(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]).mean(axis=(1, 2)))[:, None]
+    seen = (left > _ROUNDING * size[:, None]) & (scale > 0)
+    doubt = np.log1p(np.divide(_SLOPE * np.sqrt(decay) * left, metres * scale, out=np.zeros_like(left), where=seen))
+    unresolved = left.max(axis=-1) / projection.ellipsoid.a
     return Pieces(panel, patch, u, v, points.lon, points.lat, J, weight, unresolved, doubt), x, y
 
 
-def _last_coefficients(f: FloatArray) -> FloatArray:
-    """Size (n, 2) of the last Legendre coefficients of f along the two node axes, on any line of nodes."""
-    last = _LEGENDRE[-_TAIL:]
-    f = f - f[:, :1, :1]
-    return np.stack([np.abs(last @ f).max(axis=(-1, -2)), np.abs(f @ last.T).max(axis=(-1, -2))], axis=-1)
+def _left_out(f: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Size (n, 2) of the last Legendre coefficients of f (2, n, p, p) along the two node axes, and their decay."""
+    along = np.stack([np.abs(_LEGENDRE @ f).max(axis=(0, 3)), np.abs(f @ _LEGENDRE.T).max(axis=(0, 2))], axis=1)
+    pairs = np.maximum(along[..., ORDER - 6 :: 2], along[..., ORDER - 5 :: 2])
+    return pairs[..., -1], _decay(pairs)
 
 
-def doubts(log_area: FloatArray, pieces: Pieces) -> FloatArray:
-    """What doubt in J, along u and v, does to the logarithms of the scales; shape (n, 2).
-
-    A tear too small to be cut makes J large and smooth in the panel that holds it: the integrand's
-    own coefficients see nothing of that.
-    """
-    mean_scale = np.exp(0.5 * log_area.mean(axis=(1, 2)))
-    return np.log1p(pieces.doubt / mean_scale[:, None])
+def _decay(pairs: FloatArray) -> FloatArray:
+    """By how much less the next pair of coefficients will be, from the last three; 1 where they do not fall."""
+    before, last = pairs[..., :-1], pairs[..., 1:]
+    ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0).max(axis=-1)
+    return np.where(ratio < _FALLING, ratio, 1.0)
 
 
 def tails(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What the last Legendre coefficients along each of the two node axes say of the integrals' errors."""
+    """Sizes (..., 2) of the integrands' last Legendre coefficients along the two node axes, and the integrals' errors.
+
+    The rule is exact for twice as many coefficients as there are nodes, so that those seen are far larger than those
+    that do the harm: where the last pairs fall, they count as much as the next but one would (Berntsen &
+    Espelid 1991, ACM TOMS 17:233; there the next but three or more).
+    """
     c = _LEGENDRE @ (values * weight / _PLANE_WEIGHTS) @ _LEGENDRE.T
     square = c * c
-    top = ORDER - _TAIL
+    along = np.stack([square.sum(axis=-1), square.sum(axis=-2)], axis=-2)[..., ORDER - 6 :]
     # The integral over [-1, 1]^2 of the constant term is 4 times it.
-    in_u = 4.0 * np.sqrt(square[..., top:, :].sum(axis=(-1, -2)))
-    return in_u, 4.0 * np.sqrt(square[..., :top, top:].sum(axis=(-1, -2)))
+    pairs = 4.0 * np.sqrt(along[..., ::2] + along[..., 1::2])
+    return pairs[..., -1], pairs[..., -1] * _decay(pairs) ** 2
 
 
 def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:

@@ -58,11 +58,13 @@ class Region(Protocol):
         """The points of the rectangles; `patch` broadcasts against u and v."""
 
 
-# Where panels begin. Graded towards the poles, whose log^2 singularities most maps share; all are the
-# 5-degree knots of Robinson's table, or their dyadic parts.
-_NORTHERN = (40.0, 60.0, 80.0, 85.0, 88.75, 89.6875, 89.921875, 89.98046875)
-_LATITUDES = (-90.0, *(-lat for lat in reversed(_NORTHERN)), 0.0, *_NORTHERN, 90.0)
-_LONGEST = 90.0  # degrees of longitude or azimuth in one panel
+# A box has a patch of its own at each pole, where most maps share a log^2 singularity: in the cube root of the distance
+# to the pole it is smooth. Latitudes where panels begin, and halves between, are 5-degree knots of Robinson's table.
+_POLAR = 80.0
+_LATITUDES = (-40.0, 0.0, 40.0)
+_COLATITUDES = (5.0,)
+_WIDEST = 180.0  # degrees of longitude in one panel
+_LONGEST = 90.0  # degrees of azimuth or distance in one panel
 
 
 @dataclass(frozen=True)
@@ -120,17 +122,29 @@ class Box:
         return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
 
     def panels(self) -> tuple[IntArray, FloatArray]:
-        """One patch in longitude and latitude, cut where `_LATITUDES` says."""
+        """Patch 0 in longitude and latitude; 1 and 2, beyond `_POLAR` north and south, in longitude and the cube
+        root of the degrees to the pole."""
         west, south, east, north = self.bounds
-        lons = np.linspace(west, east, math.ceil((east - west) / _LONGEST) + 1)
-        lats = np.array([south, *(lat for lat in _LATITUDES if south < lat < north), north])
-        rectangles = _rectangles(lons, lats)
-        return np.zeros(len(rectangles), dtype=int), rectangles
+        lons = np.linspace(west, east, math.ceil((east - west) / _WIDEST) + 1)
+        low, high = max(south, -_POLAR), min(north, _POLAR)
+        patches = []
+        if low < high:
+            patches.append((0, np.array([low, *(lat for lat in _LATITUDES if low < lat < high), high])))
+        for patch, near, far in ((1, 90.0 - north, 90.0 - south), (2, 90.0 + south, 90.0 + north)):
+            if near < 90.0 - _POLAR:
+                far = min(far, 90.0 - _POLAR)
+                patches.append((patch, np.cbrt([near, *(c for c in _COLATITUDES if near < c < far), far])))
+        rectangles = [_rectangles(lons, edges) for _, edges in patches]
+        numbers = np.repeat([patch for patch, _ in patches], [len(part) for part in rectangles])
+        return numbers, np.concatenate(rectangles)
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
-        """u is the longitude, v the latitude."""
+        """u is the longitude, v the latitude, or the cube root of the distance to the nearer pole."""
         degree = math.pi / 180.0
-        return ChartPoints(u, v, degree * np.cos(degree * v), 0.0, 0.0, degree)
+        sign = np.array([0.0, 1.0, -1.0])[patch]
+        lat = np.where(sign == 0.0, v, sign * (90.0 - v**3))
+        north_v = np.where(sign == 0.0, 1.0, -3.0 * sign * v**2)
+        return ChartPoints(u, lat, degree * np.cos(degree * lat), 0.0, 0.0, degree * north_v)
 
 
 GLOBE = Box(-180.0, -90.0, 180.0, 90.0)

@@ -13,8 +13,7 @@ from projdist._typing import FloatArray
 from projdist.criteria import median, p95
 from projdist.cubature import Samples, sample
 from projdist.derivatives import Quality, derivatives
-from projdist.extremes import find_maximum
-from projdist.hessians import hessian
+from projdist.extremes import find_maximum, measure_at
 from projdist.mdt import mdt
 from projdist.measures import Measure, areal_scale, get_measure, log_scales
 from projdist.panels import interpolate
@@ -24,6 +23,7 @@ from projdist.regions import Region, get_region
 __all__ = ["Comparison", "Factors", "Failure", "MeasureSummary", "Summary", "compare", "factors", "summarize"]
 
 DEFAULT_TOLERANCE = 1e-8
+_STEEPNESS = 2.0  # measures are of first or second degree in the scales
 _SLACK = 2.0  # the affine error is no goal of the refinement, and may end a little above the others
 
 
@@ -89,11 +89,6 @@ def factors(projection: Any, lon: ArrayLike, lat: ArrayLike, *, measures: Iterab
     lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
     found = derivatives(projection, lon, lat)
     J = found.jacobian
-    H = (
-        hessian(projection, lon, lat) * projection.ellipsoid.a
-        if any(m.needs_hessian for m in chosen.values())
-        else None
-    )
     labels = np.array([quality.label for quality in Quality])
     return Factors(
         projection=projection,
@@ -105,7 +100,7 @@ def factors(projection: Any, lon: ArrayLike, lat: ArrayLike, *, measures: Iterab
         quality=labels[found.quality],
         error=found.error,
         jacobian=J,
-        extra={name: measure(J, H) for name, measure in chosen.items()},
+        extra={name: measure_at(projection, measure, lon, lat, J) for name, measure in chosen.items()},
     )
 
 
@@ -258,8 +253,8 @@ def _squared(measure: Measure) -> Any:
 def _airy_kavrayskiy(samples: Samples) -> tuple[float, float, float, float]:
     """The raw, scaled and affine errors, and the largest of their estimated errors."""
     square, log_area = log_scales(samples.jacobian)
-    raw, raw_error = samples.mean(square)
-    shift, shift_error = samples.mean(log_area)
+    raw, raw_error = samples.mean(square, 2.0 * np.sqrt(square))
+    shift, shift_error = samples.mean(log_area, 1.0)
     # The best scale c minimises the mean of (ln a + c)^2 + (ln b + c)^2: c = -mean ln(ab) / 2.
     scaled, scaled_error = raw - 0.5 * shift**2, raw_error + abs(shift) * shift_error
     defined = np.isfinite(square) & (areal_scale(samples.jacobian) > 0)
@@ -268,7 +263,7 @@ def _airy_kavrayskiy(samples: Samples) -> tuple[float, float, float, float]:
     result = mdt(samples.jacobian[defined], samples.weight[defined])
     distances = np.full(square.shape, np.nan)
     distances[defined] = result.distances
-    affine, affine_error = samples.mean(distances)
+    affine, affine_error = samples.mean(distances, 2.0 * np.sqrt(distances))
     roots, errors = zip(
         *(_root(*pair) for pair in ((raw, raw_error), (scaled, scaled_error), (affine, affine_error))), strict=True
     )
@@ -284,13 +279,9 @@ def _root(square: float, error: float) -> tuple[float, float]:
 
 
 def _summarize_measure(projection: Projection, region: Region, samples: Samples, measure: Measure) -> MeasureSummary:
-    if measure.needs_hessian:
-        H = hessian(projection, samples.lon, samples.lat) * projection.ellipsoid.a
-        values = measure(samples.jacobian, H)
-    else:
-        values = measure(samples.jacobian)
-    average, average_error = samples.mean(values)
-    square, square_error = samples.mean(values**2)
+    values = measure_at(projection, measure, samples.lon, samples.lat, samples.jacobian)
+    average, average_error = samples.mean(values, _STEEPNESS * np.abs(values))
+    square, square_error = samples.mean(values**2, 2.0 * _STEEPNESS * values**2)
     root, root_error = _root(square, square_error)
     peak = find_maximum(projection, region, samples, values, measure)
     if not measure.bounded and _diverges(samples, values):
