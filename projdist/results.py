@@ -221,7 +221,7 @@ def summarize(
     raw, scaled, affine, error = _airy_kavrayskiy(samples)
     return Summary(
         projection,
-        given or projection.definition,
+        given or projection.label,
         region,
         samples.coverage,
         raw,

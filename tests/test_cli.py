@@ -18,7 +18,7 @@ import pytest
 from matplotlib.image import imread
 from typer.testing import CliRunner, Result
 
-from projdist import CRITERIA, MEASURES, factors, projection_names, summarize
+from projdist import CRITERIA, MEASURES, __version__, factors, projection_names, summarize
 from projdist.cli.app import app
 from projdist.cli.formats import Format, render_comparison, render_factors
 
@@ -329,7 +329,7 @@ def test_compare_failures_stand_beside_results(form: str) -> None:
     assert "moll" in result.stdout
     lines = result.stderr.splitlines()
     assert len(lines) == 2
-    assert re.match(r"projdist: Invalid projection 'nosuch'. Did you mean \w+", lines[0])
+    assert lines[0].startswith("projdist: Invalid projection 'nosuch'. It must be a PROJ id or a name")
     assert re.match(r"projdist: Invalid projection 'EPSG:4326'. It is a Geographic", lines[1])
 
 
@@ -464,8 +464,18 @@ USAGE = {
     "compare --tolerance nan robin": r"Invalid tolerance 'nan'",
     "compare --tolerance inf robin": r"Invalid tolerance 'inf'",
     "compare --tolerance abc robin": r"Invalid tolerance 'abc'",
-    "compare --format yaml robin": r"--format.*'yaml' is not one of 'table', 'json', 'csv', 'markdown'",
-    "compare --format": r"--format.*requires an argument",
+    "compare --format yaml robin": r"Invalid format 'yaml'. It must be table, json, csv or markdown.\n$",
+    "compare --format= robin": r"Invalid format ''",
+    "compare --format JSON robin": r"Invalid format 'JSON'",
+    "compare robin -f json -f csv": r"Invalid option '--format'. It must be given once.",
+    "compare robin --region globe -r globe": r"Invalid option '--region'. It must be given once.",
+    "compare --format": r"--format.*requires an argument. See 'projdist compare --help'.",
+    "compare --formt json robin": r"Invalid option '--formt'. Did you mean --format\? See 'projdist compare --help'.",
+    "compare --projection robin": r"Invalid option '--projection'. See 'projdist compare --help'.",
+    "compare robin -o ": r"Invalid output ''. It must be the name of a file.",
+    "compare robin -o new/": r"Invalid output 'new/'. It is a directory.",
+    f"compare robin -o {'x' * 300}": r"Invalid output 'x+'. It cannot be written: File name too long.",
+    "compare robin --tolerance -inf": r"Invalid tolerance '-inf'. It must be a number within 1e-15 and 1.",
     "compare": r"Missing argument 'PROJECTION...'. See 'projdist compare --help'",
     "compare --": r"Missing argument 'PROJECTION...'",
     "factors": r"Missing argument 'PROJECTION'",
@@ -477,13 +487,22 @@ USAGE = {
     "factors robin 10 nan": r"Invalid latitude 'nan'",
     "factors robin 1e300 10": r"Invalid longitude '1e300'. It must be a number of degrees within -720 and 720.",
     "factors robin inf 10": r"Invalid longitude 'inf'",
+    "factors robin -inf 5": r"Invalid longitude '-inf'. It must be a number of degrees within -720 and 720.",
+    "factors robin 5 -Infinity": r"Invalid latitude '-Infinity'. It must lie within -90 and 90 degrees.",
+    "factors robin -- -inf 5": r"Invalid longitude '-inf'",
+    "factors robin 5 -nan": r"Invalid option '-nan'",
+    "factors robin 5,6": r"Invalid coordinates '5,6'. They must be pairs of LON LAT, or - for stdin.",
+    "factors robin 5": r"Invalid coordinates '5'",
     "factors robin x y": r"Invalid point 'x y'. Longitude and latitude must be numbers of degrees.",
     "factors robin 10N 20E": r"Invalid point '10N 20E'",
     "factors robin −10 20": r"Invalid point '−10 20'",
     "factors robin 1 2 --measure foo": r"Invalid measure 'foo'",
-    "factors robin 1 2 --format xml": r"'xml' is not one of",
+    "factors robin 1 2 --format xml": r"Invalid format 'xml'. It must be table, json, csv or markdown.",
     "tissot robin -o x.jpg": r"Invalid picture file 'x.jpg'. Its suffix must be .png, .svg or .pdf.",
     "tissot robin -o noname": r"Invalid picture file 'noname'",
+    "tissot robin -o ": r"Invalid output ''",
+    "tissot robin -o new.png/": r"Invalid output 'new.png/'. It is a directory.",
+    "tissot robin -o x.png -o y.png": r"Invalid option '--output'. It must be given once.",
     "tissot robin --region foo": r"Invalid region 'foo'",
     "tissot robin --step 0": r"Invalid step '0'. It must be a number of degrees within 0.1 and 90.",
     "tissot robin --step -5": r"Invalid step '-5'",
@@ -502,15 +521,21 @@ USAGE = {
     "heatmap robin --measure=": r"Invalid measure ''",
     "heatmap robin --levels foo": r"Invalid levels 'foo'. It must be a number of them, 1 to 100, or values as 1,1.5,2.",
     "heatmap robin --levels 0": r"Invalid levels '0'",
+    "heatmap robin --levels -3": r"Invalid levels '-3'",
     "heatmap robin --levels 100000": r"Invalid levels '100000'",
     "heatmap robin --levels 1,nan": r"Invalid levels '1,nan'",
     "heatmap robin --levels=": r"Invalid levels ''",
     "heatmap robin --step 100": r"Invalid step '100'",
     "heatmap robin --dpi 5000": r"Invalid dpi '5000'",
-    "list": r"Missing argument 'WHAT'",
-    "list foo": r"'foo' is not one of 'projections', 'measures', 'criteria'",
-    "list measures --format xml": r"'xml' is not one of",
-    "foo": r"No such command 'foo'",
+    "heatmap robin -m h -m k": r"Invalid option '--measure'. It must be given once.",
+    "list": r"Missing argument 'projections|measures|criteria'. See 'projdist list --help'.",
+    "list nothing": r"^projdist: Invalid list 'nothing'. It must be projections, measures or criteria.\n$",
+    "list measures criteria": r"unexpected extra argument.*criteria",
+    "list measures --format xml": r"Invalid format 'xml'. It must be table, json, csv or markdown.",
+    "list measures -o x": r"No such option: -o",
+    "foo": r"No such command 'foo'. See 'projdist --help'.",
+    "compar robin": r"No such command 'compar'",
+    "--format json list measures": r"No such option: --format",
     "--foo": r"No such option: --foo",
 }
 
@@ -536,8 +561,14 @@ def test_unknown_options(command: str, option: str, position: str) -> None:
 def test_no_arguments_is_help() -> None:
     """Alone, the command says what it can do; that is no success."""
     result = run()
-    assert result.exit_code in (0, 2)
-    assert all(command in result.output for command in COMMANDS)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert all(command in result.stderr for command in COMMANDS)
+
+
+def test_version() -> None:
+    """The version of the package, and nothing is done besides."""
+    assert run_ok("--version") == f"projdist {__version__}\n"
+    assert run_ok("--version", "compare", "robin") == f"projdist {__version__}\n"
 
 
 @pytest.mark.parametrize("command", [[], *([command] for command in COMMANDS)], ids=["projdist", *COMMANDS])
@@ -574,8 +605,8 @@ def test_factors_json_has_null_where_undefined() -> None:
         ["robin", "-10", "-20"],
         ["robin", "-1e1", "-2e+1"],
         ["robin", "-10.", "-20.0"],
-        ["-f", "json", "robin", "-10", "-20"],
-        ["robin", "-10", "-f", "json", "-20"],
+        ["-m", "h", "robin", "-10", "-20"],
+        ["robin", "-10", "-m", "h", "-20"],
         ["robin", "--", "-10", "-20"],
         ["--", "robin", "-10", "-20"],
         ["robin", " -10", "-20 "],
@@ -627,6 +658,14 @@ def test_factors_of_a_bad_projection() -> None:
     result = run("factors", "nosuch", "1", "2")
     assert (result.exit_code, result.stdout) == (1, "")
     assert re.fullmatch(r"projdist: Invalid projection 'nosuch'. [^\n]+\n", result.stderr)
+
+
+def test_factors_looks_at_the_projection_first() -> None:
+    """Before it waits for lines, and before it reads coordinates of which the first was taken for a projection."""
+    for words in (["nosuch", "-"], ["5", "6"]):
+        result = run("factors", *words)
+        assert (result.exit_code, result.stdout) == (1, "")
+        assert re.fullmatch(rf"projdist: Invalid projection '{words[0]}'. [^\n]+\n", result.stderr)
 
 
 LINES = """\ufeff# longitude latitude name
@@ -695,6 +734,14 @@ def test_factors_stdin_of_bad_lines_only(form: str) -> None:
         assert json.loads(result.stdout)["results"] == []
     if form == "csv":
         assert parse_csv(result.stdout) == []
+
+
+def test_factors_stdin_of_bytes() -> None:
+    """Lines of any bytes are told without sending these to the terminal, and each in a line of its own length."""
+    result = run("factors", "robin", "-", stdin=b"\x1b[31mred\n1 2\n\0 \x07" + b"x" * 1000)
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 2
+    assert all(line.isprintable() and len(line) < 200 for line in result.stderr.splitlines())
 
 
 # ---- files ----------------------------------------------------------------------------------
@@ -793,6 +840,19 @@ def test_list(what: str, names: list[str], form: str) -> None:
     assert all(row.get("description") or row.get("definition") for row in rows)
 
 
+def test_list_says_what_names_need() -> None:
+    """Parameters that a name needs stand beside it, with an example that is taken; most need none."""
+    rows = {row["name"]: row for row in json.loads(run_ok("list", "projections", "-f", "json"))}
+    needs = {name: row["needs"] for name, row in rows.items() if row["needs"]}
+    assert needs["aea"] == "lat_1, lat_2"
+    assert needs["utm"] == "zone, ellps"
+    assert "robinson" not in needs
+    assert 20 < len(needs) < 50
+    for name in needs:
+        assert run("factors", name, "1", "2").exit_code == 1
+        run_ok("factors", rows[name]["definition"], "1", "2")
+
+
 def test_list_has_names_that_work() -> None:
     """At least forty friendly names; those of the issue among them, and they are taken."""
     rows = json.loads(run_ok("list", "projections", "-f", "json"))
@@ -806,7 +866,8 @@ def test_list_has_names_that_work() -> None:
 
 # ---- pictures -------------------------------------------------------------------------------
 
-SMALL = ["eqc", "-r", "box:0,0,40,30", "--dpi", "30"]
+SMALL = ["eqc", "--dpi", "30"]
+PATCH = ["-r", "box:0,0,40,30"]
 
 
 def check_picture(path: Path, size: tuple[float, float] | None = None, dpi: float = 150) -> None:
@@ -845,7 +906,7 @@ def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
 def test_pictures_have_default_names(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without -o the picture is tissot.png or heatmap.png, where one is."""
     monkeypatch.chdir(tmp_path)
-    assert run_ok(command, *SMALL) == f"{command}.png\n"
+    assert run_ok(command, *SMALL, *PATCH) == f"{command}.png\n"
     check_picture(tmp_path / f"{command}.png")
 
 
@@ -872,22 +933,22 @@ def test_pictures_of_nothing_but_failures(command: str, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """A picture of each kind without any option beyond `SMALL`."""
+    """A picture of each kind without any option beyond `SMALL` and `PATCH`."""
     folder = tmp_path_factory.mktemp("plain")
     for command in ("tissot", "heatmap"):
-        run_ok(command, *SMALL, "-o", str(folder / f"{command}.png"))
+        run_ok(command, *SMALL, *PATCH, "-o", str(folder / f"{command}.png"))
     return {path.stem: path.read_bytes() for path in folder.iterdir()}
 
 
 @pytest.mark.parametrize(
     "options",
     [
-        ["--levels", "5"],
-        ["--levels", "0.5,1,2"],
-        ["--cmap", "cividis"],
-        ["--step", "7"],
-        ["--measure", "convergence"],
-        ["--size", "6x4"],
+        [*PATCH, "--levels", "5"],
+        [*PATCH, "--levels", "0.5,1,2"],
+        [*PATCH, "--cmap", "cividis"],
+        [*PATCH, "--step", "7"],
+        [*PATCH, "--measure", "convergence"],
+        [*PATCH, "--size", "6x4"],
         ["--region", "cap:-10,-40,2000"],
     ],
     ids=" ".join,
@@ -898,7 +959,9 @@ def test_heatmap_options_change_the_picture(options: list[str], plain: dict[str,
     assert (tmp_path / "x.png").read_bytes() != plain["heatmap"]
 
 
-@pytest.mark.parametrize("options", [["--step", "5"], ["--size", "6,4"], ["-r", "cap:0,40,2000"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "options", [[*PATCH, "--step", "5"], [*PATCH, "--size", "6,4"], ["-r", "cap:0,40,2000"]], ids=" ".join
+)
 def test_tissot_options_change_the_picture(options: list[str], plain: dict[str, bytes], tmp_path: Path) -> None:
     """The same for the indicatrices."""
     run_ok("tissot", *SMALL, *options, "-o", str(tmp_path / "x.png"))
@@ -923,7 +986,7 @@ def test_every_name_makes_numbers_and_a_picture(projection: str, tmp_path: Path)
     """What `list projections` names is compared and drawn without a word on stderr, or asks for its parameters."""
     result = run("compare", projection, *QUICK)
     if result.exit_code:
-        assert re.fullmatch(r"projdist: [^\n]* has no map without parameters[^\n]*\n", result.stderr)
+        assert re.fullmatch(r"projdist: [^\n]* needs [^\n]*: give a PROJ string[^\n]*\n", result.stderr)
         return
     assert result.stderr == ""
     run_ok("heatmap", projection, "--dpi", "30", "-o", str(tmp_path / "map.png"))
@@ -966,6 +1029,19 @@ def test_broken_pipe() -> None:
         )
     assert done.stderr == ""
     assert done.returncode != 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="devices and descriptors of Unix")
+@pytest.mark.parametrize("redirection", [">/dev/full", ">&-", "<&-", "2>&-"])
+@pytest.mark.parametrize("words", ["list projections", "factors robin -", "compare nosuch"])
+def test_streams_that_are_closed_or_full(redirection: str, words: str) -> None:
+    """A standard stream that cannot be used is no traceback; what cannot be written is said."""
+    command = f"echo 1 2 | {sys.executable} -m projdist {words} {redirection}"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert "Traceback" not in done.stderr
+    if "full" in redirection:
+        assert done.returncode == 2
+        assert "It cannot be written: No space left on device." in done.stderr.splitlines()[0]
 
 
 def test_output_that_is_not_utf8() -> None:

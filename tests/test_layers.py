@@ -57,6 +57,8 @@ def module_name(path: Path) -> str:
 
 
 MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+PACKAGES = {name.split(".")[0] for name in MODULES if "." in name}
+EDGES = {"__init__", "plots", "cli", "cli.app", "__main__"}
 
 
 def imports(name: str) -> set[str]:
@@ -101,18 +103,18 @@ def test_imports_point_down(name: str) -> None:
     """A module imports only layers below its own, or its own package."""
     allowed = set(LAYERS[: LAYERS.index(layer(name))])
     inside = {other for other in own_imports(name) if "." in name and layer(other) == layer(name)}
-    inside |= {other for other in own_imports(name) if name in ("plots", "cli") and layer(other) == name}
+    inside |= {other for other in own_imports(name) if name in PACKAGES and layer(other) == name}
     assert {layer(other) for other in own_imports(name) - inside} <= allowed
 
 
-@pytest.mark.parametrize("name", [name for name in MODULES if name not in ("__init__", "plots", "cli", "__main__")])
+@pytest.mark.parametrize("name", [name for name in MODULES if name not in EDGES])
 def test_nothing_below_the_edges_imports_the_index(name: str) -> None:
     """`projdist/__init__.py` is an index for users; the library takes things from where they are."""
     assert "__init__" not in own_imports(name)
 
 
 def test_no_cycles() -> None:
-    """The modules of plots/ and cli/, too, can be put in an order."""
+    """The modules within packages, too, can be put in an order."""
     order = graphlib.TopologicalSorter({name: own_imports(name) - {name} for name in MODULES}).static_order()
     assert set(order) >= set(MODULES)
 
@@ -138,9 +140,9 @@ def test_import_loads_nothing_slow() -> None:
     assert loaded_by("import projdist") & {"matplotlib", "scipy", "shapely", "typer", "rich"} == set()
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["heatmap", "--help"], ["list", "measures"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["heatmap", "--help"], ["list", "measures"]])
 def test_help_loads_nothing_slow(arguments: list[str]) -> None:
-    """Help and lists answer at once: no matplotlib, scipy or shapely."""
+    """Help, the version and lists answer at once: no matplotlib, scipy or shapely."""
     code = f"""
 import contextlib, io
 import projdist.cli

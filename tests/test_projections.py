@@ -11,9 +11,9 @@ import pyproj.list
 import pytest
 from pyproj import CRS, Geod, Transformer
 
-from projdist.catalogue import NAMES, NOT_MAPS, WINKEL_PARALLEL
+from projdist.catalogue import NAMES, NEEDED_PARAMETERS, NOT_MAPS, WINKEL_PARALLEL
 from projdist.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
-from projdist.projections import Projection, ProjectionError, projection_names
+from projdist.projections import Projection, ProjectionError, needed_parameters, projection_names
 
 R = MEAN_EARTH_RADIUS
 LON = np.array([-179.0, -71.3, 0.0, 4.9, 10.0, 133.7])
@@ -224,19 +224,56 @@ def test_bare_names_are_on_the_sphere_of_mean_radius():
 
 
 def test_projection_names():
-    """Every name that is listed is taken as itself or refused for want of parameters, and stands for its string."""
+    """Every name that is listed is taken as itself, or refused for want of parameters; its string is a map."""
     names = projection_names()
     assert set(NAMES) <= set(names)
     assert not set(names) & NOT_MAPS
     assert set(names) == set(NAMES) | (set(pyproj.list.get_proj_operations_map()) - NOT_MAPS)
+    lon, lat = np.meshgrid(np.linspace(-175, 175, 36), np.linspace(-85, 85, 18))
     for name, definition in names.items():
+        assert np.isfinite(make(definition)(lon, lat)).any(), name
+        if not needed_parameters(name):
+            assert make(name).definition == definition
+
+
+def test_needed_parameters_are_those_that_proj_asks_for():
+    """By trying: PROJ refuses the bare id on a sphere if and only if it is said to need something."""
+    for name in set(projection_names()) - set(NAMES):
         try:
-            projection = make(name)
-        except ProjectionError as error:
-            assert "It has no map without parameters" in str(error), name  # noqa: PT017
-            assert name not in NAMES
+            Transformer.from_pipeline(f"+proj={name} +R={R}")
+        except pyproj.exceptions.ProjError:
+            assert needed_parameters(name), name
         else:
-            assert projection.definition == definition
+            assert not needed_parameters(name), name
+    assert set(NEEDED_PARAMETERS) <= set(projection_names()) - set(NAMES)
+
+
+@pytest.mark.parametrize("name", NEEDED_PARAMETERS)
+def test_each_needed_parameter_is_needed(name):
+    """Without any one of them PROJ refuses the example, or it is another map; the message has them all, and it."""
+    definition = projection_names()[name]
+    lon, lat = np.meshgrid(np.linspace(-175, 175, 36), np.linspace(-85, 85, 18))
+    x, _ = make(definition)(lon, lat)
+    text = message(name)
+    assert f"'{definition}'" in text
+    for parameter in needed_parameters(name):
+        assert re.search(rf"needs .*\b{parameter}\b.*: give a PROJ string", text)
+        rest = " ".join(word for word in definition.split() if not word.startswith(f"+{parameter}="))
+        if parameter == "ellps":
+            rest += f" +R={R}"
+        try:
+            other, _ = make(rest)(lon, lat)
+        except ProjectionError:
+            continue
+        assert not np.array_equal(other, x, equal_nan=True), parameter
+
+
+def test_an_ellipsoid_is_asked_for_where_there_is_no_spherical_form():
+    """etmerc, ups and utm have a map on an ellipsoid only, and say so."""
+    for name in ("etmerc", "ups", "utm"):
+        assert "It has no form on the sphere and needs" in message(name)
+        assert "+ellps=WGS84'" in message(name)
+    assert needed_parameters("utm") == ["zone", "ellps"]
 
 
 def test_winkel_tripel_keeps_the_default_parallel():
@@ -765,6 +802,27 @@ def test_names_definitions_and_areas():
     assert_same(make(custom.definition), custom, *EUROPE)
 
 
+def test_labels():
+    """The definition where it is short enough for a table, the name where it is WKT."""
+    for value in ("EPSG:3035", "robin", "+proj=utm +zone=33 +ellps=intl", mercator):
+        assert make(value).label == make(value).definition
+    custom = make(
+        CRS("EPSG:32632").to_wkt().replace("WGS 84 / UTM zone 32N", "my grid").replace(',ID["EPSG",32632]', "")
+    )
+    assert custom.definition.startswith("PROJCRS[")
+    assert (custom.label, custom.name) == ("my grid", "my grid")
+    unnamed = make(CRS("+proj=laea +lat_0=52 +towgs84=1,2,3 +type=crs").to_wkt())
+    assert (unnamed.label, unnamed.name) == ("Lambert Azimuthal Equal Area",) * 2
+
+
+@pytest.mark.parametrize("value", ["EPSG:3857", "+proj=wintri +R=6371008.7714", "+proj=utm +zone=33 +ellps=intl"])
+def test_pyproj_proj(value):
+    """A pyproj.Proj, which can be called as a function, is the CRS or PROJ string that it was made from."""
+    projection = make(pyproj.Proj(value))
+    assert_same(projection, make(value))
+    assert projection.ellipsoid == make(value).ellipsoid
+
+
 def test_the_name_is_of_the_operation_that_runs():
     """PROJ runs the first of two +proj; so the name is the first's."""
     assert make("+proj=moll +proj=merc").name == "Mollweide"
@@ -782,9 +840,8 @@ GEOGRAPHIC = CRS("EPSG:4326")
 ERRORS = {
     "": EVERYTHING,
     "   ": EVERYTHING,
-    "robn": rf"Did you mean robin or robinson\? {EVERYTHING}",
+    "robn": rf"Did you mean robin\? {EVERYTHING}",
     "complete nonsense": EVERYTHING,
-    "winkle-tripel": r"Did you mean winkel-tripel",
     "EPSG:9999999": rf"EPSG has no such CRS in PROJ's database\. {EVERYTHING}",
     "ESPG:3035": rf"Did you mean EPSG:3035\? {EVERYTHING}",
     "EPSG:": EVERYTHING,
@@ -797,10 +854,14 @@ ERRORS = {
     "OGC:CRS84": r"It is a Geographic 2D CRS \(WGS 84 \(CRS84\)\), which has no map plane",
     "cart": r"PROJ's Geodetic/cartesian conversions is not a map projection\.",
     "helmert": r"is not a map projection\.",
-    "lcc": r"It has no map without parameters, so give a PROJ string, such as '\+proj=lcc \+lat_1=30 \+lat_2=60'",
+    "lcc": r"It needs lat_1 and lat_2: give a PROJ string, such as '\+proj=lcc \+lat_1=30 \+lat_2=60 \+R=",
     "+proj=longlat +ellps=WGS84": r"PROJ's longlat is not a map projection\.",
     "+proj=geocent +ellps=WGS84": r"PROJ's geocent is not a map projection\.",
     "+proj=mercc": r"PROJ says: Unknown projection\. Did you mean merc",
+    "+proj=robinson": r"PROJ says: Unknown projection\. Did you mean robin\?$",
+    "+proj=nosuch": r"PROJ says: Unknown projection\.$",
+    "+proj=pipeline +step +proj=mollwide +step +proj=noop": r"Did you mean moll\?$",
+    "+proj=ob_tran +o_proj=mollwide +o_lat_p=45": r"Did you mean moll\?$",
     "+proj=": r"PROJ says: ",
     "+proj=lcc +ellps=GRS80": r"PROJ says: lcc: Invalid value for lat_1 and lat_2: \|lat_1 \+ lat_2\| should be > 0\.",
     "+proj=utm +zone=99": r"PROJ says: utm: Invalid value for zone\.",
@@ -815,6 +876,8 @@ ERRORS = {
     "+proj=pipeline +step +proj=merc +step +proj=unitconvert +xy_in=m +xy_out=deg": r"not a plane in metres\.",
     "+proj=ob_tran +o_proj=longlat +o_lat_p=30 +o_lon_p=0": r"(plane|is not a map)",
     "nosuch.prj": r"It cannot be read as text: .*No such file",
+    "nul\0.prj": r"It cannot be read as text: embedded null",
+    "EPSG:3035\0x": r"It has a null character\.$",
     'PROJCS["x"]': EVERYTHING,
     '{"a": 1}': EVERYTHING,
     "{": EVERYTHING,
@@ -846,6 +909,89 @@ def test_objects_that_are_no_maps(kind):
     assert str(OBJECTS[kind]) in text
     assert re.search(EVERYTHING, text)
     assert "\n" not in text
+
+
+# A mistyped name, and the suggestions: all of them, in their order.
+TYPOS = {
+    "robinsn": "robinson or robin",
+    "Mollwide": "mollweide",
+    "winkle-tripel": "winkel-tripel",
+    "equalearth": "equal-earth or eqearth",
+    "plate caree": "plate-carree",
+    "mercador": "mercator",
+    "gall_petres": "gall-peters",
+    "eckert": "eckert-1, eckert-2, eckert-3, eckert-4, eckert-5 or eckert-6",
+    "Albers": "aea",
+    "lambert conformal conic": "lcc or lcca",
+    "web mercator": "webmerc",
+    "robinson projection": "robinson",
+    "hammer-aitoff": "hammer",
+    "utm33": "utm",
+    "3035": "EPSG:3035",
+    "epsg 3035": "EPSG:3035",
+    "EPSG3035": "EPSG:3035",
+    "ESPG:3035": "EPSG:3035",
+    "esri54009": "ESRI:54009",
+}
+
+
+@pytest.mark.parametrize("text", TYPOS)
+def test_typos_of_names_have_a_hint(text):
+    """What was nearly typed, begun, or said in the words of PROJ's description is suggested, and nothing else."""
+    assert f". Did you mean {TYPOS[text]}? It must be" in message(text)
+
+
+NONSENSE = """nosuch bad foo bar foobar hello test nothing asdf qwerty xyz projection sphere globe world nonsense europe
+    random computer anything x 42 99999 4326 EPSG:99999 ESPG:99999 nosuch:3035 dymaxion""".split()
+
+
+@pytest.mark.parametrize("text", NONSENSE)
+def test_nonsense_has_no_hint(text):
+    """What is like no name has none suggested, and a code that does not exist no other code."""
+    assert "Did you mean" not in message(text)
+
+
+def test_one_wrong_letter_is_no_obstacle():
+    """A name with one letter missing, doubled or swapped with the next is suggested, nineteen times of twenty."""
+    found = []
+    for name in [*projection_names()][::8]:
+        for k in range(len(name) - 1):
+            typos = (
+                name[:k] + name[k + 1 :],
+                name[:k] + name[k] + name[k:],
+                name[:k] + name[k + 1] + name[k] + name[k + 2 :],
+            )
+            found += [name in message(typo) for typo in typos if typo not in projection_names()]
+    assert np.mean(found) > 0.95
+
+
+WKT = CRS("EPSG:32632").to_wkt()
+GARBAGE = ["garbage", "]", " x", "\n'", WKT, f",{WKT}", ",", ';PROJCS["x"]', ',VERTCS["x"] y']
+
+
+@pytest.mark.parametrize("garbage", GARBAGE, ids=range(len(GARBAGE)))
+@pytest.mark.parametrize("version", ["WKT1_GDAL", "WKT1_ESRI", "WKT2_2019"])
+def test_text_behind_wkt(version, garbage, tmp_path):
+    """What stands behind the last bracket, which PROJ would pass over, is refused, in a file too."""
+    text = CRS("EPSG:32632").to_wkt(version) + garbage
+    (tmp_path / "map.prj").write_text(text, encoding="utf-8")
+    for value in (text, tmp_path / "map.prj"):
+        assert "WKT must end with its last bracket, and not with '" in message(value)
+
+
+@pytest.mark.parametrize("space", [" ", "\n", "\r\n\t"])
+def test_white_space_around_wkt(space):
+    """Spaces and line ends before and behind WKT are no part of it; nor are brackets within names."""
+    named = CRS("EPSG:32632").to_wkt("WKT1_GDAL").replace("WGS 84 / UTM zone 32N", 'a ]] ""b"" ([')
+    for text in (WKT, CRS("EPSG:32632").to_wkt(pretty=True), named):
+        assert_same(make(f"{space}{text}{space}"), make("EPSG:32632"), *EUROPE)
+
+
+def test_esri_wkt_of_compound_crss():
+    """Esri writes a compound CRS as PROJCS[...],VERTCS[...]."""
+    text = CRS("EPSG:7415").to_wkt("WKT1_ESRI")
+    assert ",VERTCS[" in text
+    assert_same(make(text), make("EPSG:28992"), *EUROPE, atol=1e-6)
 
 
 # The UTM grid systems have no zone; the others a projection or a variant that PROJ does not have.

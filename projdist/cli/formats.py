@@ -43,6 +43,7 @@ def write(text: str, output: Path | None) -> None:
     """Print text, or write it to a file that is never left half-written; raises OSError."""
     if output is None:
         sys.stdout.write(text)
+        sys.stdout.flush()  # so that what cannot be written is an error here, and not when the process ends
         return
     data = text.encode(errors="backslashreplace")
     if output.is_symlink() or (output.exists() and not output.is_file()):
@@ -159,7 +160,7 @@ def _markdown(columns: dict[str, list[str]]) -> str:
     return line(list(columns)) + line(rule) + "".join(line(row) for row in zip(*columns.values(), strict=True))
 
 
-_TEXT = ("projection", "name", "kind", "definition", "symbol", "unit", "description", "quality", "text")
+_TEXT = ("projection", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text")
 
 
 def _escaped_markdown(cell: str) -> str:

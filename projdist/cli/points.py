@@ -37,7 +37,8 @@ def read_points(words: Sequence[str], lines: Iterable[str]) -> Points:
     words that are no points, and where there are no points at all.
     """
     points = Points()
-    if list(words) == ["-"]:
+    words = [word.strip() for word in words]
+    if words == ["-"]:
         for number, line in enumerate(lines, start=1):
             _read_line(points, number, line.lstrip("\ufeff").strip())
         if not points.lon and not points.problems:
@@ -56,7 +57,7 @@ def _read_line(points: Points, number: int, line: str) -> None:
     words = re.split(r"\s*,\s*|\s+", line, maxsplit=2)
     try:
         if len(words) < 2:
-            raise ValueError(f"Invalid point '{line}'. It must be 'lon lat [text]'.")
+            raise ValueError(f"Invalid point '{_quoted(line)}'. It must be 'lon lat [text]'.")
         points.add(_point(words[0], words[1]), words[2] if len(words) > 2 else "")
     except ValueError as error:
         points.problems.append(f"line {number}: {error}")
@@ -66,9 +67,15 @@ def _point(lon: str, lat: str) -> _Point:
     try:
         point = _Point(float(lon), float(lat))
     except ValueError as error:
-        raise ValueError(f"Invalid point '{lon} {lat}'. Longitude and latitude must be numbers of degrees.") from error
+        text = _quoted(f"{lon} {lat}")
+        raise ValueError(f"Invalid point '{text}'. Longitude and latitude must be numbers of degrees.") from error
     if not math.isfinite(point.lon) or abs(point.lon) > 720:
         raise ValueError(f"Invalid longitude '{lon}'. It must be a number of degrees within -720 and 720.")
     if not abs(point.lat) <= 90:
         raise ValueError(f"Invalid latitude '{lat}'. It must lie within -90 and 90 degrees.")
     return point
+
+
+def _quoted(text: str) -> str:
+    """Text for a message, not too long."""
+    return text if len(text) <= 80 else f"{text[:77]}..."

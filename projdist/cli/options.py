@@ -1,0 +1,143 @@
+"""The options that commands share, and the values of their words; a wrong word ends the command with 2."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from projdist.cli.errors import cannot_write, refuse
+from projdist.cli.formats import Format
+from projdist.measures import get_measure
+from projdist.regions import Region, get_region
+
+Projections = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="PROJECTION...", help="Names, PROJ strings, EPSG: or ESRI: codes, WKT, PROJJSON, .prj or .wkt files."
+    ),
+]
+RegionOption = Annotated[
+    str, typer.Option("--region", "-r", help="globe, box:W,S,E,N (W > E crosses the antimeridian) or cap:LON,LAT,KM.")
+]
+FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(Format), help="How to print.")]
+OutputOption = Annotated[
+    str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
+]
+PictureOption = Annotated[
+    str, typer.Option("--output", "-o", metavar="FILE", help="Picture to write: .png, .svg or .pdf.")
+]
+MeasuresOption = Annotated[
+    list[str] | None,
+    typer.Option("--measure", "-m", help="A measure (see 'projdist list measures'); may be repeated, or with commas."),
+]
+SizeOption = Annotated[str | None, typer.Option(help="Width and height of the picture in inches, as 10,6.")]
+DpiOption = Annotated[str, typer.Option(metavar="NUMBER", help="Dots per inch.")]
+
+_MOST_PIXELS = 4e8  # 1.6 GB of memory
+_MOST_LEVELS = 100
+
+
+def choice(thing: str, text: str, allowed: list[str]) -> str:
+    """One of the words that are allowed."""
+    if text not in allowed:
+        refuse(f"Invalid {thing} '{text}'. It must be {', '.join(allowed[:-1])} or {allowed[-1]}.")
+    return text
+
+
+def format_of(text: str) -> Format:
+    """The format of a name."""
+    return Format(choice("format", text, list(Format)))
+
+
+def region_of(text: str) -> Region:
+    """The region of the words of `get_region`."""
+    try:
+        return get_region(text)
+    except ValueError as error:
+        refuse(str(error), error)
+
+
+def measure_names(given: list[str] | None) -> list[str]:
+    """Names of measures, which may stand with commas between them."""
+    names = [name.strip() for text in given or [] for name in text.split(",")]
+    try:
+        for name in names:
+            get_measure(name)
+    except ValueError as error:
+        refuse(str(error), error)
+    return names
+
+
+def number(name: str, text: str, low: float, high: float, unit: str = "") -> float:
+    """A number within limits."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not low <= value <= high:
+        refuse(f"Invalid {name} '{text}'. It must be a number{unit} within {low:g} and {high:g}.")
+    return value
+
+
+def output_file(text: str | None) -> Path | None:
+    """A file that can be written as far as one can say before the work."""
+    if text is None:
+        return None
+    if not text:
+        refuse("Invalid output ''. It must be the name of a file.")
+    path = Path(text)
+    try:
+        if text.endswith(("/", os.sep)) or path.is_dir():
+            refuse(f"Invalid output '{text}'. It is a directory.")
+        if not path.parent.is_dir():
+            refuse(f"Invalid output '{text}'. There is no directory '{path.parent}'.")
+    except OSError as error:
+        cannot_write(path, error)
+    return path
+
+
+def picture_file(text: str, suffixes: tuple[str, ...]) -> Path:
+    """The same for a picture, whose suffix tells its format."""
+    path = output_file(text)
+    if path is None or path.suffix.lower() not in suffixes:
+        allowed = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        refuse(f"Invalid picture file '{text}'. Its suffix must be {allowed}.")
+    return path
+
+
+def step_of(text: str | None) -> float | None:
+    """Degrees between ellipses or lines."""
+    return None if text is None else number("step", text, 0.1, 90, " of degrees")
+
+
+def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
+    """Width and height in inches."""
+    if text is None:
+        return None
+    width, comma, height = text.replace("x", ",").partition(",")
+    if not comma or "," in height:
+        refuse(f"Invalid size '{text}'. It must be WIDTH,HEIGHT in inches, as 10,6.")
+    size = number("width", width, 0.5, 200, " of inches"), number("height", height, 0.5, 200, " of inches")
+    if size[0] * size[1] * dpi**2 > _MOST_PIXELS:
+        refuse(f"Invalid size '{text}' at {dpi:g} dots per inch. It must have at most {_MOST_PIXELS:.0e} pixels.")
+    return size
+
+
+def levels_of(text: str | None) -> int | list[float] | None:
+    """A number of isolines, or their values."""
+    if text is None:
+        return None
+    try:
+        values = [float(value) for value in text.split(",")]
+    except ValueError:
+        values = []
+    whole = text.lstrip("+-").isdecimal()
+    if whole and 1 <= values[0] <= _MOST_LEVELS:
+        return int(values[0])
+    if whole or not values or len(values) > _MOST_LEVELS or not all(map(math.isfinite, values)):
+        refuse(f"Invalid levels '{text}'. It must be a number of them, 1 to {_MOST_LEVELS}, or values as 1,1.5,2.")
+    return values

@@ -1,0 +1,12 @@
+"""Map projections as one frozen value type, from any input; the home of pyproj.
+
+A PROJ string is run as the pipeline it is, a CRS as the operation from its own geodetic CRS.
+Neither goes through the other's form, which would lose defaults (`+proj=wintri`), methods
+(EPSG:3857) and ellipsoids.
+"""
+
+from projdist.projections.errors import ProjectionError
+from projdist.projections.names import needed_parameters, projection_names
+from projdist.projections.projection import Projection
+
+__all__ = ["Projection", "ProjectionError", "needed_parameters", "projection_names"]

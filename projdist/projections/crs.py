@@ -1,0 +1,94 @@
+"""Projections from coordinate reference systems: each is the operation from its own geodetic CRS."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+import pyproj.database
+import pyproj.exceptions
+from pyproj import CRS
+
+from projdist.ellipsoid import Ellipsoid
+from projdist.projections.errors import ALLOWED, ProjectionError, did_you_mean, proj_reason, shown
+from projdist.projections.hints import close_codes
+from projdist.projections.operations import CrsOperation, Parts
+
+
+def parse_crs(value: Any) -> Parts:
+    """The projection of all that pyproj takes for a projected CRS; raises ProjectionError."""
+    given = value if isinstance(value, str) else getattr(value, "name", None) or str(value)
+    quoted = shown(given)
+    try:
+        stated = CRS.from_user_input(value)
+    except (pyproj.exceptions.CRSError, TypeError) as error:
+        raise ProjectionError(f"Invalid projection '{quoted}'. {_hint(given)}{ALLOWED}") from error
+    crs = _projected_part(stated, quoted)
+    geodetic = crs.geodetic_crs
+    if geodetic is None or crs.ellipsoid is None:
+        raise ProjectionError(f"Invalid projection '{quoted}'. The CRS states no ellipsoid.")
+    function = CrsOperation(crs.to_wkt(), _greenwich(crs), _units_per_degree(geodetic), _axes_to_metres(crs))
+    try:
+        _ = function.transformer
+    except pyproj.exceptions.ProjError as error:
+        raise ProjectionError(
+            f"Invalid projection '{quoted}'. PROJ cannot compute {stated.name}: {proj_reason(error)}."
+        ) from error
+    rf = crs.ellipsoid.inverse_flattening
+    ellipsoid = Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0)
+    area = stated.area_of_use or crs.area_of_use
+    authority = stated.to_authority(min_confidence=100)
+    definition = ":".join(authority) if authority else str(stated.to_wkt())
+    bounds = (area.west, area.south, area.east, area.north) if area else None
+    return Parts(_name(stated, crs), definition, ellipsoid, function, bounds)
+
+
+def _hint(given: str) -> str:
+    authority, colon, _ = given.partition(":")
+    if colon and authority.upper() in (*pyproj.database.get_authorities(), "URN"):
+        return f"{authority.upper()} has no such CRS in PROJ's database. "
+    return did_you_mean(close_codes(given))
+
+
+def _name(stated: CRS, projected: CRS) -> str:
+    """The CRS's name, or, where it has none, that of its projection's method."""
+    operation = projected.coordinate_operation
+    return str(operation.method_name if operation and stated.name == "unknown" else stated.name)
+
+
+def _greenwich(crs: CRS) -> float:
+    """Degrees from Greenwich to the prime meridian."""
+    meridian = crs.prime_meridian
+    return float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0
+
+
+def _units_per_degree(geodetic: CRS) -> float:
+    """Units of the CRS's longitudes in a degree."""
+    east = next((axis for axis in geodetic.axis_info if axis.direction == "east"), geodetic.axis_info[0])
+    return 1.0 if east.unit_name.lower() == "degree" else float(np.radians(1.0) / east.unit_conversion_factor)
+
+
+def _projected_part(crs: CRS, quoted: str) -> CRS:
+    """The 2-D projected CRS within bound, compound and 3-D ones; raises ProjectionError where there is none."""
+    while crs.is_bound or crs.is_compound:
+        crs = cast(CRS, crs.source_crs) if crs.is_bound else crs.sub_crs_list[0]
+    if not (crs.is_projected or crs.type_name == "Derived Projected CRS"):
+        raise ProjectionError(
+            f"Invalid projection '{quoted}'. It is a {crs.type_name} ({shown(crs.name)}), which has no map plane; "
+            "it must be a projected CRS."
+        )
+    return crs.to_2d() if len(crs.axis_info) > 2 else crs
+
+
+def _axes_to_metres(crs: CRS) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The matrix from the axes that `always_xy` gives to metres east and north."""
+    axes = [(axis.direction, axis.unit_conversion_factor) for axis in crs.axis_info[:2]]
+    if [direction for direction, _ in axes] == ["north", "east"]:
+        axes.reverse()  # as always_xy does
+    (first, u), (second, v) = axes
+    sign = {"east": 1.0, "north": 1.0, "west": -1.0, "south": -1.0}
+    if first in ("north", "south") and second in ("east", "west"):
+        return ((0.0, sign[second] * v), (sign[first] * u, 0.0))
+    if first in ("east", "west") and second in ("north", "south"):
+        return ((sign[first] * u, 0.0), (0.0, sign[second] * v))
+    return ((u, 0.0), (0.0, v))  # polar maps: both axes point along meridians

@@ -1,0 +1,40 @@
+"""What is raised for input that is no map projection, and the words of messages."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+ALLOWED = (
+    "It must be a PROJ id or a name (see 'projdist list projections'), a PROJ string, an EPSG: or ESRI: code, "
+    "WKT, PROJJSON, the path of a .prj or .wkt file, a pyproj CRS, or a function of (lon, lat)."
+)
+
+
+class ProjectionError(ValueError):
+    """What was given is not a map projection that can be measured."""
+
+
+def shown(text: str) -> str:
+    """Text for a message: on one line, and not too long."""
+    line = " ".join(text.split())
+    return line if len(line) <= 80 else f"{line[:77]}..."
+
+
+def listed(words: Sequence[str], conjunction: str) -> str:
+    """`a, b and c`."""
+    return f" {conjunction} ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
+
+
+def did_you_mean(names: Sequence[str]) -> str:
+    """The question with a space behind it; empty where there is nothing to ask for."""
+    return f"Did you mean {listed(names, 'or')}? " if names else ""
+
+
+def proj_reason(error: BaseException) -> str:
+    """The core of one of PROJ's nested messages."""
+    text = " ".join(str(error).split())
+    inner = re.search(r"\(Internal Proj Error: (.*)\)$", text)
+    reason = inner[1] if inner else text
+    reason = re.sub(r"^proj_create: ", "", reason)
+    return re.sub(r"^Error \d+ \((.*?)\)(?:: (.*))?$", lambda match: match[2] or match[1], reason).rstrip(".")

@@ -1,0 +1,103 @@
+"""Projections from everything that names one: text, files, dictionaries, pyproj's objects."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pyproj import CRS, Proj
+
+from projdist.projections.crs import parse_crs
+from projdist.projections.errors import ALLOWED, ProjectionError, shown
+from projdist.projections.names import parse_name
+from projdist.projections.operations import Parts
+from projdist.projections.projstrings import (
+    is_proj_string,
+    parse_proj_string,
+    proj_string_of_crs,
+    proj_string_of_parameters,
+)
+
+
+def parse(value: Any) -> Parts:
+    """The projection of a name, PROJ string, CRS code, WKT, PROJJSON, file or pyproj CRS; raises ProjectionError."""
+    if isinstance(value, str):
+        return _parse_text(value.strip())
+    if isinstance(value, os.PathLike):
+        return _parse_file(Path(value))
+    if isinstance(value, Mapping) and "proj" in value:
+        return parse_proj_string(proj_string_of_parameters(value))
+    if isinstance(value, Proj):
+        value = value.crs
+    if isinstance(value, CRS) and is_proj_string(value.srs):
+        return parse_proj_string(proj_string_of_crs(value))
+    return parse_crs(value)
+
+
+def _parse_text(text: str) -> Parts:
+    if text.lower().endswith((".prj", ".wkt", ".json")) and not re.search(r"[\[{]|proj=", text):
+        return _parse_file(Path(text))
+    return _parse_contents(text)
+
+
+def _parse_contents(text: str) -> Parts:
+    """Text that is no path."""
+    if "\0" in text:  # where PROJ would stop reading
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It has a null character.")
+    init = re.fullmatch(r"\+?init=(\w+:\w+)(?:\s+\+no_defs|\s+\+type=crs)*", text)
+    if init:
+        return parse_crs(init[1].upper())
+    if text.startswith("{"):
+        return _parse_json(text)
+    if re.match(r"\w+\s*[\[(]", text):
+        return _parse_wkt(text)
+    if is_proj_string(text):
+        return parse_proj_string(" ".join(text.split()))
+    return parse_crs(text) if ":" in text else parse_name(text)
+
+
+def _parse_json(text: str) -> Parts:
+    try:
+        value = json.loads(text)
+    except ValueError as error:
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
+    return parse_proj_string(proj_string_of_parameters(value)) if "proj" in value else parse_crs(text)
+
+
+def _parse_wkt(text: str) -> Parts:
+    rest = _behind_wkt(text)
+    if re.match(r"\s*,\s*VERTCS\s*[\[(]", rest):  # Esri's compound CRS
+        rest = _behind_wkt(rest)
+    if rest.strip():
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. WKT must end with its last bracket, and not with '{shown(rest)}'."
+        )
+    return parse_crs(text)
+
+
+def _behind_wkt(text: str) -> str:
+    """What stands behind the bracket that closes the first one; PROJ would not read it."""
+    depth = 0
+    for match in re.finditer(r'"[^"]*"|[\[(]|[\])]', text):
+        depth += {"[": 1, "(": 1, "]": -1, ")": -1}.get(match[0], 0)
+        if depth == 0 and match[0] in ("]", ")"):
+            return text[match.end() :]
+    return ""
+
+
+def _parse_file(path: Path) -> Parts:
+    try:
+        text = path.read_text(encoding="utf-8-sig").strip()
+    except (OSError, ValueError) as error:  # a ValueError for what is not UTF-8, and for a null character in the path
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ProjectionError(f"Invalid projection file '{path}'. It cannot be read as text: {reason}.") from error
+    if not text:
+        raise ProjectionError(f"Invalid projection file '{path}'. It must hold WKT, PROJJSON or a PROJ string.")
+    try:
+        return _parse_contents(text)
+    except ProjectionError as error:
+        raise ProjectionError(f"Invalid projection file '{path}'. {error}") from error

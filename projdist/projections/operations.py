@@ -1,0 +1,84 @@
+"""PROJ's operations as functions of degrees; picklable, hashable and safe to share between threads."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from pyproj import CRS, Transformer
+
+from projdist._typing import FloatArray
+from projdist.ellipsoid import Ellipsoid
+
+Function = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+
+class Parts(NamedTuple):
+    """What a projection consists of, in the order of the fields of `Projection`."""
+
+    name: str
+    definition: str
+    ellipsoid: Ellipsoid
+    function: Function
+    area_of_use: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """The operation of a PROJ string from Greenwich degrees to metres."""
+
+    pipeline: str
+    to_metre: float
+
+    @functools.cached_property
+    def transformer(self) -> Transformer:
+        """PROJ's operation; raises pyproj's ProjError."""
+        return Transformer.from_pipeline(self.pipeline)
+
+    def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """x, y in metres, inf where undefined."""
+        x, y = transform(self.transformer, lon, lat)
+        if self.to_metre != 1.0:
+            x, y = x * self.to_metre, y * self.to_metre
+        return x, y
+
+
+@dataclass(frozen=True)
+class CrsOperation:
+    """The operation of a projected CRS from Greenwich degrees to metres east and north."""
+
+    crs: str
+    greenwich: float  # degrees from Greenwich to the CRS's prime meridian
+    angle_unit: float  # CRS angle units per degree
+    axes: tuple[tuple[float, float], tuple[float, float]]  # (east, north) in metres per unit of each CRS axis
+
+    @functools.cached_property
+    def transformer(self) -> Transformer:
+        """PROJ's operation; raises pyproj's ProjError."""
+        crs = CRS.from_wkt(self.crs)
+        return Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True)
+
+    def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """x, y in metres, inf where undefined."""
+        if self.greenwich or self.angle_unit != 1.0:
+            lon, lat = (lon - self.greenwich) * self.angle_unit, lat * self.angle_unit
+        u, v = transform(self.transformer, lon, lat)
+        if self.axes == ((1.0, 0.0), (0.0, 1.0)):
+            return u, v
+        (xu, xv), (yu, yv) = self.axes
+        x, y = (xu * u if xv == 0.0 else xv * v), (yv * v if yu == 0.0 else yu * u)
+        return x, y
+
+
+def transform(
+    transformer: Transformer, lon: FloatArray, lat: FloatArray, *, radians: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """The transformer's output at points of any one shape; inf where undefined."""
+    # inplace saves pyproj's copies; errcheck is off, so that one bad point (inf) does not lose the others.
+    x = np.array(lon, dtype=float, order="C", ndmin=1)
+    y = np.array(lat, dtype=float, order="C", ndmin=1)
+    transformer.transform(x, y, inplace=True, radians=radians, errcheck=False)
+    return x.reshape(lon.shape), y.reshape(lon.shape)

@@ -1,0 +1,84 @@
+"""The value type of a map projection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pyproj import Proj
+
+from projdist._typing import FloatArray
+from projdist.ellipsoid import SPHERE, Ellipsoid
+from projdist.projections.errors import ProjectionError
+from projdist.projections.inputs import parse
+from projdist.projections.operations import Function
+
+_FARTHEST = 1e10  # radii; the gnomonic map reaches as far. PROJ gives larger numbers beyond the reach of some maps
+_LONGEST_LABEL = 60  # characters
+
+
+@dataclass(frozen=True)
+class Projection:
+    """A map from longitude and latitude to the plane, and the ellipsoid that it maps.
+
+    Call it with degrees: `x, y = projection(lon, lat)`, in metres, NaN where the map is not
+    defined. Make one with `Projection.from_user_input`, which takes anything that names a
+    projection, or `Projection.from_function`.
+    """
+
+    name: str
+    definition: str
+    ellipsoid: Ellipsoid
+    function: Function = field(repr=False)
+    area_of_use: tuple[float, float, float, float] | None = None
+
+    @property
+    def label(self) -> str:
+        """The definition, or, where that is long as WKT is, the name."""
+        return self.definition if len(self.definition) <= _LONGEST_LABEL else self.name
+
+    def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Coordinates x, y in metres of points in degrees; the shape is that of lon and lat broadcast."""
+        lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
+        returned = self.function(lon, lat)
+        try:
+            x, y = (np.asarray(value, dtype=float) for value in returned)
+        except (TypeError, ValueError) as error:
+            raise ProjectionError(
+                f"Invalid projection function '{self.name}'. It must return x and y, two arrays."
+            ) from error
+        if x.shape != lon.shape or y.shape != lon.shape:
+            raise ProjectionError(
+                f"Invalid projection function '{self.name}'. It must return x and y of the shape {lon.shape} of its "
+                f"arguments, not {x.shape} and {y.shape}."
+            )
+        undefined = ~(np.abs(x) + np.abs(y) < _FARTHEST * self.ellipsoid.a)
+        if undefined.any():
+            x, y = np.where(undefined, np.nan, x), np.where(undefined, np.nan, y)
+        return x, y
+
+    @classmethod
+    def from_user_input(cls, value: Any) -> Projection:
+        """A projection from a name, PROJ string, CRS code, WKT, PROJJSON, file, pyproj CRS or function.
+
+        A bare name is the textbook map on the sphere of the Earth's mean radius. Raises
+        ProjectionError, in one line, for what is none of these or has no plane.
+        """
+        if isinstance(value, Projection):
+            return value
+        if callable(value) and not isinstance(value, Proj):  # pyproj's own can be called, too
+            return cls.from_function(value)
+        return cls(*parse(value))
+
+    @classmethod
+    def from_function(
+        cls, function: Callable[..., tuple[Any, Any]], *, name: str | None = None, ellipsoid: Ellipsoid = SPHERE
+    ) -> Projection:
+        """A projection from a function of arrays (lon, lat) in degrees that returns (x, y) in metres."""
+        if not callable(function):
+            raise ProjectionError(f"Invalid projection function '{function}'. It must be callable with (lon, lat).")
+        label = str(name or getattr(function, "__name__", type(function).__name__))
+        return cls(label, label, ellipsoid, cast(Function, function))

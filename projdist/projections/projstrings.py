@@ -1,0 +1,156 @@
+"""Projections from PROJ strings, each run as the pipeline it is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pyproj.database
+import pyproj.exceptions
+import pyproj.list
+from pyproj import CRS, Transformer
+
+from projdist.catalogue import NOT_MAPS
+from projdist.ellipsoid import Ellipsoid
+from projdist.projections.errors import ProjectionError, did_you_mean, proj_reason
+from projdist.projections.hints import close_ids
+from projdist.projections.operations import Parts, Pipeline, transform
+
+_ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
+# These tell how a datum relates to WGS 84 or name a height: no part of the map, but PROJ would apply them.
+_DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
+
+
+def is_proj_string(text: str) -> bool:
+    """Whether the text has a `proj=`."""
+    return re.search(r"(?:^|\s)\+?proj=", text) is not None
+
+
+def proj_string_of_parameters(parameters: Mapping[str, Any]) -> str:
+    """The PROJ string of a dictionary of its parameters."""
+    return " ".join(
+        f"+{key}" if value in (None, True, "") else f"+{key}={value}"
+        for key, value in parameters.items()
+        if value is not False
+    )
+
+
+def proj_string_of_crs(crs: CRS) -> str:
+    """The PROJ string that a CRS was made from, whose default ellipsoid is WGS 84 and not PROJ's GRS 80."""
+    keys = {token.lstrip("+").partition("=")[0] for token in crs.srs.split()}
+    if keys & _ELLIPSOID_KEYS or crs.ellipsoid is None:
+        return str(crs.srs)
+    return f"{crs.srs} +ellps=WGS84"
+
+
+def parse_proj_string(text: str) -> Parts:
+    """The projection of a PROJ string or pipeline on one line; raises ProjectionError."""
+    tokens = [token.lstrip("+") for token in text.split()]
+    keys = [token.partition("=")[0] for token in tokens]
+    operations = [token.partition("=")[2] for token in tokens if token.startswith("proj=")]
+    if operations[0] != "pipeline":
+        operations = operations[:1]  # of several, PROJ runs the first
+    inner = [token.partition("=")[2] for token in tokens if token.startswith("o_proj=")]
+    if "xy_out" in keys and tokens[-1].partition("=")[2] in ("deg", "rad", "grad"):
+        raise ProjectionError(f"Invalid projection '{text}'. Its output is an angle, not a plane in metres.")
+    for operation in [*operations, *inner]:
+        if operation in NOT_MAPS and operations[0] != "pipeline":
+            raise ProjectionError(f"Invalid projection '{text}'. PROJ's {operation} is not a map projection.")
+    try:
+        if operations[0] != "pipeline":
+            tokens = [token for token, key in zip(tokens, keys, strict=True) if key not in _DATUM_SHIFT_KEYS]
+            tokens = [_ellipsoid_of_datum(token) if token.startswith("datum=") else token for token in tokens]
+        pipeline = " ".join(f"+{token}" for token in tokens)
+        function = Pipeline(pipeline, _metres_per_unit(text, tokens))
+        transformer = function.transformer
+    except pyproj.exceptions.ProjError as error:
+        known = pyproj.list.get_proj_operations_map()
+        unknown = next((name for name in [*operations, *inner] if name not in known), "")
+        hint = did_you_mean(close_ids(unknown))
+        message = f"Invalid PROJ string '{text}'. PROJ says: {proj_reason(error)}. {hint}"
+        raise ProjectionError(message.rstrip()) from error
+    _check_maps_degrees_to_plane(text, transformer)
+    return Parts(_operation_name(operations, inner), text, _ellipsoid_of(tokens), function)
+
+
+def _operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
+    """The name of the last map among the operations, or of what an ob_tran rotates."""
+    known = pyproj.list.get_proj_operations_map()
+    maps = [name for name in operations if name not in NOT_MAPS]
+    if not maps:
+        return "pipeline"
+    inner = list(rotated)
+    if maps[-1] == "ob_tran" and inner:
+        return f"Oblique {known.get(inner[-1], inner[-1])}"
+    return str(known.get(maps[-1], maps[-1]))
+
+
+def _ellipsoid_of_datum(token: str) -> str:
+    """The ellipsoid of a +datum: its shift to WGS 84 is no part of the map."""
+    definition = Transformer.from_pipeline(f"+proj=cart +{token}").definition
+    ellipsoid = re.search(r"ellps=\S+", definition)
+    return ellipsoid[0] if ellipsoid else token
+
+
+def _ellipsoid_of(tokens: list[str]) -> Ellipsoid:
+    """The ellipsoid of the first step that states one, as PROJ itself reads it; PROJ's default is GRS 80."""
+    steps: list[list[str]] = [[]]
+    for token in tokens:
+        if token == "step":
+            steps.append([])
+        elif token.partition("=")[0] in _ELLIPSOID_KEYS:
+            steps[-1].append(f"+{token}")
+    stated = next((step for step in steps if step), [])
+    cart = Transformer.from_pipeline(" ".join(["+proj=cart", *stated]))
+    a = float(cart.transform(0.0, 0.0, 0.0)[0])
+    b = float(cart.transform(0.0, 90.0, 0.0)[2])
+    if not 1e-3 <= a <= 1e12:
+        raise ProjectionError(f"Invalid ellipsoid '{' '.join(stated)}'. Its size must be 1 mm to 1e12 m.")
+    f = (a - b) / a
+    return Ellipsoid(a, f if f > 1e-15 else 0.0)  # below that, rounding of a sphere
+
+
+def _metres_per_unit(text: str, tokens: list[str]) -> float:
+    """Metres per unit of the output: what the last step that states a unit says, back to the projection itself."""
+    steps: list[dict[str, str]] = [{}]
+    for token in tokens:
+        key, _, value = token.partition("=")
+        if key == "step":
+            steps.append({})
+        steps[-1].setdefault(key, value)
+    for step in reversed(steps):
+        name = step.get("units", step.get("xy_out"))
+        if name is not None:
+            units = pyproj.database.get_units_map(category="linear").values()
+            return next((float(unit.conv_factor) for unit in units if unit.proj_short_name == name), 1.0)
+        if "to_meter" in step:
+            top, _, bottom = step["to_meter"].partition("/")
+            try:
+                return float(top) / float(bottom or 1.0)
+            except (ValueError, ZeroDivisionError) as error:
+                raise ProjectionError(
+                    f"Invalid unit '+to_meter={step['to_meter']}' in '{text}'. It must be metres, as a number."
+                ) from error
+        if step.get("proj") not in NOT_MAPS:
+            break
+    return 1.0
+
+
+def _check_maps_degrees_to_plane(text: str, transformer: Transformer) -> None:
+    """Refuse pipelines that do not take angles, or that return angles.
+
+    With `radians` on, pyproj scales angles only: the same points in degrees and in radians
+    give the same output if and only if the input is angular and the output is not.
+    """
+    lon, lat = np.meshgrid(np.linspace(-170.0, 170.0, 18), np.linspace(-85.0, 85.0, 18))
+    degrees = np.array(transform(transformer, lon, lat))
+    radians = np.array(transform(transformer, np.radians(lon), np.radians(lat), radians=True))
+    both = np.isfinite(degrees) & np.isfinite(radians)
+    if not np.allclose(
+        degrees[both], radians[both], rtol=1e-6, atol=1e-6 * float(np.abs(degrees[both]).max(initial=0))
+    ):
+        raise ProjectionError(
+            f"Invalid projection '{text}'. It must take longitude and latitude and return a plane, as a map does."
+        )
