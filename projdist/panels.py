@@ -109,7 +109,7 @@ def sample_pieces(
     size = np.maximum(np.abs(x).max(axis=(1, 2)), np.abs(y).max(axis=(1, 2)))
     scale = np.sqrt(np.abs(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]).mean(axis=(1, 2)))[:, None]
     seen = (left > _ROUNDING * size[:, None]) & (scale > 0)
-    doubt = np.log1p(np.divide(_SLOPE * np.sqrt(decay) * left, metres * scale, out=np.zeros_like(left), where=seen))
+    doubt = np.log1p(np.divide(_SLOPE * decay**0.75 * left, metres * scale, out=np.zeros_like(left), where=seen))
     unresolved = left.max(axis=-1) / projection.ellipsoid.a
     return Pieces(panel, patch, u, v, points.lon, points.lat, J, weight, unresolved, doubt), x, y
 

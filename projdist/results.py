@@ -24,7 +24,7 @@ __all__ = ["Comparison", "Factors", "Failure", "MeasureSummary", "Summary", "com
 
 DEFAULT_TOLERANCE = 1e-8
 _STEEPNESS = 2.0  # measures are of first or second degree in the scales
-_SLACK = 2.0  # the affine error is no goal of the refinement, and may end a little above the others
+_SLACK = 0.5
 
 
 def _plain(value: Any) -> Any:
@@ -212,13 +212,13 @@ def summarize(
     region = get_region(region)
     chosen = _named(measures)
     plain = [measure for measure in chosen.values() if not measure.needs_hessian]
-    samples = sample(
-        projection,
-        region,
-        tolerance=tolerance,
-        integrands=[integrand for measure in plain for integrand in (measure, _squared(measure))],
-    )
+    integrands = [integrand for measure in plain for integrand in (measure, _squared(measure))]
+    samples = sample(projection, region, tolerance=tolerance, integrands=integrands)
     raw, scaled, affine, error = _airy_kavrayskiy(samples)
+    if error > tolerance and not samples.limit:
+        # The affine error is no goal of the refinement, and seldom larger than the others.
+        samples = sample(projection, region, tolerance=_SLACK * tolerance * tolerance / error, integrands=integrands)
+        raw, scaled, affine, error = _airy_kavrayskiy(samples)
     return Summary(
         projection,
         given or projection.label,
@@ -229,7 +229,7 @@ def summarize(
         affine,
         error,
         samples.evaluations,
-        samples.limit or ("rounding" if error > _SLACK * tolerance else ""),
+        samples.limit or ("rounding" if error > tolerance else ""),
         {name: _summarize_measure(projection, region, samples, measure) for name, measure in chosen.items()},
     )
 
