@@ -3,70 +3,57 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.patheffects import withStroke
 from matplotlib.tri import Triangulation
 
-from projdist._typing import IntArray
-from projdist.plots.domain import longitude_width
-from projdist.plots.land import land_polygons
-from projdist.plots.lines import coast, graticule, project_lines
-from projdist.plots.mesh import Mesh
+from projdist._typing import FloatArray, IntArray
+from projdist.plots.domain import ground_size
+from projdist.plots.land import coast, land_polygons
+from projdist.plots.lines import graticule, graticule_steps, project_lines
+from projdist.plots.surface import Surface
 
 SEA, LAND, COAST, GRATICULE, OUTLINE = "#f1f5f9", "#dedacf", "#77736a", "#b4bec9", "#333333"
 
-_GRATICULE_STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
 
-
-def triangulation(mesh: Mesh) -> tuple[Triangulation, IntArray]:
-    """The mesh for matplotlib, and the vertices that it uses."""
-    used = np.zeros(mesh.x.size, dtype=bool)
-    used[mesh.triangles] = True
+def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
+    """The surface for matplotlib, and the vertices that it uses."""
+    used = np.zeros(surface.x.size, dtype=bool)
+    used[surface.triangles] = True
     kept = np.flatnonzero(used)
-    return Triangulation(mesh.x[kept], mesh.y[kept], (np.cumsum(used) - 1)[mesh.triangles]), kept
+    return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[surface.triangles]), kept
 
 
-def map_size(mesh: Mesh) -> float:
+def map_size(surface: Surface) -> float:
     """The greater of width and height in metres."""
-    west, east, south, north = mesh.extent
+    west, east, south, north = surface.extent
     return max(east - west, north - south)
 
 
-def coast_resolution(mesh: Mesh) -> str:
+def coast_resolution(surface: Surface) -> str:
     """The finer coastline for parts of the world."""
-    return "110m" if max(spread_degrees(mesh)) > 100.0 else "50m"
+    return "110m" if max(ground_size(surface.domain.region.bounds)) > 100.0 else "50m"
 
 
-def graticule_step(mesh: Mesh) -> float:
-    """A round number of degrees that gives about six lines across."""
-    return min(_GRATICULE_STEPS, key=lambda step: abs(np.log(step / (max(spread_degrees(mesh)) / 6.0))))
-
-
-def spread_degrees(mesh: Mesh) -> tuple[float, float]:
-    """Width and height of the region in degrees on the ground."""
-    _, south, _, north = mesh.domain.region.bounds
-    shrink = np.cos(np.radians(np.clip(0.5 * (south + north), -80.0, 80.0)))
-    return float(longitude_width(mesh.domain.region.bounds) * shrink), north - south
-
-
-def set_view(ax: Axes, mesh: Mesh) -> None:
+def set_view(ax: Axes, surface: Surface) -> None:
     """Limits a little wider than the map, one metre the same in x and y, and no frame."""
-    west, east, south, north = mesh.extent
-    margin = 0.01 * map_size(mesh)
+    west, east, south, north = surface.extent
+    margin = 0.01 * map_size(surface)
     ax.set_xlim(west - margin, east + margin)
     ax.set_ylim(south - margin, north + margin)
     ax.set_aspect("equal")
     ax.set_axis_off()
 
 
-def draw_ground(ax: Axes, mesh: Mesh) -> None:
+def draw_ground(ax: Axes, surface: Surface) -> None:
     """Sea and land as pale areas."""
-    mapped, kept = triangulation(mesh)
+    mapped, kept = triangulation(surface)
     _fill(ax, mapped, SEA, 0.5)
-    cells, coastal = land_polygons(mesh, coast_resolution(mesh))
-    renumbered = np.zeros(mesh.x.size, dtype=int)
+    cells, coastal = land_polygons(surface, coast_resolution(surface))
+    renumbered = np.zeros(surface.x.size, dtype=int)
     renumbered[kept] = np.arange(kept.size)
     if len(cells):
         _fill(ax, Triangulation(mapped.x, mapped.y, renumbered[cells]), LAND, 0.6)
@@ -89,14 +76,12 @@ def _fill(ax: Axes, mapped: Triangulation, colour: str, zorder: float) -> None:
     )
 
 
-def draw_lines(ax: Axes, mesh: Mesh, step: float | None, *, over_colours: bool = False) -> None:
+def draw_lines(ax: Axes, surface: Surface, step: float | None, *, over_colours: bool = False) -> None:
     """Graticule, coastline and outline; with a pale halo where they lie over a coloured field."""
-    size = map_size(mesh)
-    bounds = mesh.domain.region.bounds
-    grid = project_lines(mesh.domain, graticule(bounds, step or graticule_step(mesh)), size)
-    shore = project_lines(
-        mesh.domain, coast(mesh.domain, coast_resolution(mesh), min(1.0, max(spread_degrees(mesh)) / 60.0)), size
-    )
+    size, bounds = map_size(surface), surface.domain.region.bounds
+    grid = project_lines(surface.domain, graticule(bounds, *graticule_steps(bounds, step)), size)
+    spacing = min(1.0, max(ground_size(bounds)) / 60.0)
+    shore = project_lines(surface.domain, coast(bounds, coast_resolution(surface), spacing), size)
     halo = [withStroke(linewidth=1.3, foreground="#ffffff99")] if over_colours else []
     ax.add_collection(
         LineCollection(
@@ -117,10 +102,18 @@ def draw_lines(ax: Axes, mesh: Mesh, step: float | None, *, over_colours: bool =
     )
     ax.add_collection(
         LineCollection(
-            list(mesh.outline), colors=OUTLINE, linewidths=0.8, capstyle="round", zorder=3.0, label="outline"
+            _joined(surface.outline), colors=OUTLINE, linewidths=0.8, capstyle="round", zorder=3.0, label="outline"
         ),
         autolim=False,
     )
+
+
+def _joined(segments: FloatArray) -> list[FloatArray]:
+    """Segments (m, 2, 2) as lines: drawn one by one, they would leave dots where they meet."""
+    if not len(segments):
+        return []
+    lines = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(segments))))
+    return [shapely.get_coordinates(line) for line in lines]
 
 
 def draw_title(ax: Axes, title: str, airy_kavrayskiy: float | None) -> None:

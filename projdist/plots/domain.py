@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.criteria import quantile
 from projdist.projections import Projection
+from projdist.regions import GLOBE, Box, Region, get_region
 
 Bounds = tuple[float, float, float, float]
 
@@ -19,44 +20,25 @@ POLE = 90.0 - 1e-5
 """The latitude taken for a pole: 1 m away, where longitudes are still apart by more than rounding."""
 
 
-class Region(Protocol):
-    """A part of the Earth: `bounds` are W, S, E, N in degrees, W > E across the antimeridian."""
-
-    @property
-    def bounds(self) -> Bounds:
-        """W, S, E, N in degrees."""
-
-    def contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
-        """Whether points in degrees lie in the region."""
-
-
-@dataclass(frozen=True)
-class Box:
-    """The longitudes from `bounds[0]` east to `bounds[2]`, the latitudes `bounds[1]` to `bounds[3]`."""
-
-    bounds: Bounds
-
-    def __post_init__(self) -> None:
-        """Refuse what is no box."""
-        _, south, _, north = self.bounds
-        if not (np.isfinite(self.bounds).all() and -90.0 <= south < north <= 90.0):
-            raise ValueError(f"Invalid box '{self.bounds}'. It must be W, S, E, N in degrees, with -90 <= S < N <= 90.")
-
-    def contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
-        """Whether points in degrees lie in the box."""
-        west, south, _, north = self.bounds
-        inside = (lat >= south) & (lat <= north)
-        width = longitude_width(self.bounds)
-        return inside if width == 360.0 else inside & (np.mod(lon - west, 360.0) <= width)
-
-
-GLOBE = Box((-180.0, -90.0, 180.0, 90.0))
-
-
 def longitude_width(bounds: Bounds) -> float:
-    """Degrees of longitude from W east to E, above 0 and up to 360."""
-    west, _, east, _ = bounds
-    return float(np.mod(east - west - 1e-9, 360.0) + 1e-9)
+    """Degrees of longitude from west to east, up to 360."""
+    width = bounds[2] - bounds[0]
+    return width if width < 360.0 - 1e-9 else 360.0
+
+
+def ground_size(bounds: Bounds) -> tuple[float, float]:
+    """Width and height in degrees on the ground, at the middle latitude, or across the pole if that is less."""
+    _, south, _, north = bounds
+    width = longitude_width(bounds) * np.cos(np.radians(0.5 * (south + north)))
+    equatorward = max(south, -north)
+    across = 2.0 * (90.0 - equatorward) if equatorward > 0 and longitude_width(bounds) > 180.0 else np.inf
+    return float(min(width, across)), north - south
+
+
+def check_step(step: float) -> None:
+    """Refuse what is no distance between points or lines, in degrees."""
+    if not 0.0 < step < np.inf:
+        raise ValueError(f"Invalid step '{step}'. It must be a positive number of degrees.")
 
 
 def normalised(lon: FloatArray) -> FloatArray:
@@ -78,7 +60,7 @@ class Domain:
         lon = normalised(lon)
         x, y = self.projection(lon, lat)
         outside = ~np.isfinite(x)
-        if self.region is not GLOBE:
+        if self.region != GLOBE:
             outside |= ~self.region.contains(lon, lat)
         if self.beyond is not None:
             outside |= self.beyond(x, y, *rough_scales(self.projection, lon, lat))
@@ -90,12 +72,11 @@ class Domain:
         return self.projection.ellipsoid.a
 
 
-def domain_of(projection: Projection, region: Region | None) -> Domain:
+def domain_of(projection: Projection, region: str | Region | None) -> Domain:
     """The drawn part of a projection in a region; None is its area of use, or the globe."""
     if region is None:
-        region = Box(projection.area_of_use) if projection.area_of_use else GLOBE
-        if longitude_width(region.bounds) == 360.0 and region.bounds[1::2] == (-90.0, 90.0):
-            region = GLOBE
+        region = Box(*projection.area_of_use) if projection.area_of_use else GLOBE
+    region = get_region(region)
     return Domain(projection, region, _beyond(projection, region))
 
 
@@ -147,9 +128,9 @@ def _beyond(
         return None
     x, y, a, b = (value[inside] for value in (x, y, a, b))
     area = np.cos(np.radians(lat[inside]))
-    a_limit = _LARGE * weighted_quantile(a, area, 0.05)
+    a_limit = _LARGE * quantile(a, area, 0.05)
     near = a <= a_limit
-    b_limit = 2.0 * weighted_quantile(b[near], area[near], 0.5)
+    b_limit = 2.0 * quantile(b[near], area[near], 0.5)
     centre = np.array([x[near].mean(), y[near].mean()])
     hull = shapely.convex_hull(shapely.MultiPoint(np.column_stack([x[near], y[near]]) - centre))
     core, far, endless = (
@@ -195,10 +176,3 @@ def _farthest(
             place, top = (float(lons.flat[best]), float(lats.flat[best])), np.array([xs.flat[best], ys.flat[best]])
         span /= 3.0
     return top
-
-
-def weighted_quantile(values: FloatArray, weights: FloatArray, quantile: float) -> float:
-    """The value below which the given share of the weights lies."""
-    order = np.argsort(values)
-    share = np.cumsum(weights[order])
-    return float(values[order[min(np.searchsorted(share, quantile * share[-1]), order.size - 1)]])

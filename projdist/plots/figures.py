@@ -16,10 +16,9 @@ from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
 from projdist.measures import get_measure
-from projdist.plots.domain import Region
-from projdist.plots.fields import colour_scale, field
+from projdist.plots.colours import colour_scale
+from projdist.plots.fields import field
 from projdist.plots.indicatrices import fit
-from projdist.plots.mesh import Mesh
 from projdist.plots.pictures import (
     AnyMeasure,
     Levels,
@@ -29,6 +28,8 @@ from projdist.plots.pictures import (
     prepare,
     tissot_points,
 )
+from projdist.plots.surface import Surface
+from projdist.regions import Region
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -39,7 +40,7 @@ _COLUMNS = 5
 def tissot_figure(
     projections: Sequence[Any],
     *,
-    region: Region | None = None,
+    region: str | Region | None = None,
     step: float | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -47,14 +48,12 @@ def tissot_figure(
     airy_kavrayskiy: Sequence[float | None] | None = None,
 ) -> Figure:
     """Tissot's indicatrices of one or more projections, all panels in one scale and with equal circles."""
-    meshes = [prepare(projection, region) for projection in _listed(projections)]
-    radius, panels = fit([tissot_points(mesh, step) for mesh in meshes])
-    figure, axes = _layout(meshes, size, dpi, foot=_FOOT, one_scale=True)
-    for ax, mesh, panel, title, figure_of_merit in zip(
-        axes, meshes, panels, _each(titles, meshes), _each(airy_kavrayskiy, meshes), strict=True
-    ):
-        draw_tissot(ax, mesh, panel, radius, title, figure_of_merit)
-    text = f"Ellipses: circles on the ground with a radius of {_kilometres(radius)}"
+    maps = _maps(projections, region, titles, airy_kavrayskiy)
+    radius, panels = fit([tissot_points(one.surface, step) for one in maps])
+    figure, axes = _layout(maps, size, dpi, foot=_FOOT, one_scale=True)
+    for ax, one, panel in zip(axes, maps, panels, strict=True):
+        draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy)
+    text = f"Ellipses: circles on the ground with a radius of {_length(radius)}"
     figure.text(0.5, 0.08 / figure.get_figheight(), text, ha="center", va="bottom", fontsize=7.5, color="#555555")
     return figure
 
@@ -63,7 +62,7 @@ def heatmap_figure(
     projections: Sequence[Any],
     *,
     measure: AnyMeasure = "fisher",
-    region: Region | None = None,
+    region: str | Region | None = None,
     step: float | None = None,
     levels: Levels = None,
     cmap: str | None = None,
@@ -74,22 +73,20 @@ def heatmap_figure(
     airy_kavrayskiy: Sequence[float | None] | None = None,
 ) -> Figure:
     """A measure of one or more projections as heat maps, all panels with one colour bar."""
-    meshes = [prepare(projection, region) for projection in _listed(projections)]
+    maps = _maps(projections, region, titles, airy_kavrayskiy)
     chosen = get_measure(measure)
-    values = [field(mesh, chosen) for mesh in meshes]
+    values = [field(one.surface, chosen) for one in maps]
     scale = colour_scale(
         chosen,
-        [value[: mesh.nodes] for value, mesh in zip(values, meshes, strict=True)],
-        [mesh.weights for mesh in meshes],
+        [value[: one.surface.nodes] for value, one in zip(values, maps, strict=True)],
+        [one.surface.weights for one in maps],
         levels=levels,
         cmap=cmap,
         limits=limits,
     )
-    figure, axes = _layout(meshes, size, dpi, foot=_BAR, one_scale=False)
-    for ax, mesh, value, title, figure_of_merit in zip(
-        axes, meshes, values, _each(titles, meshes), _each(airy_kavrayskiy, meshes), strict=True
-    ):
-        draw_heatmap(ax, mesh, value, scale, step, title, figure_of_merit)
+    figure, axes = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
+    for ax, one, value in zip(axes, maps, values, strict=True):
+        draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy)
     draw_colourbar(figure, scale, cax=_bar_axes(figure))
     return figure
 
@@ -115,23 +112,40 @@ def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = No
     return path
 
 
-def _listed(projections: Sequence[Any]) -> list[Any]:
-    """The projections as a list; a single one need not be in a list."""
+@dataclass(frozen=True)
+class _Map:
+    """What a panel shows, and what stands above it."""
+
+    surface: Surface
+    title: str | None
+    airy_kavrayskiy: float | None
+
+
+def _maps(
+    projections: Sequence[Any],
+    region: str | Region | None,
+    titles: Sequence[str | None] | None,
+    airy_kavrayskiy: Sequence[float | None] | None,
+) -> list[_Map]:
+    """The maps of a figure; a single projection need not be in a list."""
     listed = list(projections) if isinstance(projections, list | tuple) else [projections]
     if not listed:
         raise ValueError("Invalid list of projections '[]'. It must name at least one.")
-    return listed
+    above = zip(listed, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
+    return [_Map(prepare(projection, region), title, figure) for projection, title, figure in above]
 
 
-def _each(values: Sequence[Any] | None, meshes: Sequence[Mesh]) -> Sequence[Any]:
+def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:
     if values is None:
-        return [None] * len(meshes)
-    if isinstance(values, str) or len(values) != len(meshes):
-        raise ValueError(f"Invalid titles or figures '{values}'. There must be one for each of {len(meshes)} maps.")
+        return [None] * count
+    if isinstance(values, str) or len(values) != count:
+        raise ValueError(f"Invalid titles or figures '{values}'. There must be one for each of {count} maps.")
     return values
 
 
-def _kilometres(metres: float) -> str:
+def _length(metres: float) -> str:
+    if metres < 1e3:
+        return f"{metres:.3g} m"
     return f"{metres / 1e3:,.0f} km" if metres >= 1e5 else f"{metres / 1e3:.3g} km"
 
 
@@ -162,17 +176,17 @@ def _grid(shapes: FloatArray, columns: int, size: tuple[float, float] | None, fo
 
 
 def _layout(
-    meshes: Sequence[Mesh], size: tuple[float, float] | None, dpi: float, *, foot: float, one_scale: bool
+    maps: Sequence[_Map], size: tuple[float, float] | None, dpi: float, *, foot: float, one_scale: bool
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with room at its foot, and an axes for each mesh in the shape of its map."""
+    """A figure with room at its foot, and axes in the shape of each map."""
     if size is not None and not (np.isfinite(size).all() and min(size) > 0):
         raise ValueError(f"Invalid size '{size}'. It must be a width and a height in inches, both positive.")
-    extents = np.array([mesh.extent for mesh in meshes])
+    extents = np.array([one.surface.extent for one in maps])
     shapes = extents[:, [1, 3]] - extents[:, [0, 2]]
     shapes = shapes + 0.02 * shapes.max(axis=1, keepdims=True)
     if not one_scale:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
-    count = len(meshes)
+    count = len(maps)
     options = [_grid(shapes, columns, size, foot) for columns in range(1, min(count, _COLUMNS) + 1)]
     # The largest maps, in a figure that is not much higher than wide.
     grid = max(options, key=lambda option: option.scale * min(1.0, 1.1 * option.width / option.height))

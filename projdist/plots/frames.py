@@ -13,12 +13,12 @@ from projdist.plots.seams import drawn, evaluate
 
 @dataclass(frozen=True)
 class Frame:
-    """A turn of the globe: columns are the mesh's axes in geographic coordinates; None is no turn."""
+    """A turn of the globe: columns are the grid's axes in geographic coordinates; None is no turn."""
 
     axes: FloatArray | None = None
 
     def geographic(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Longitude and latitude of mesh coordinates, in degrees."""
+        """Longitude and latitude of grid coordinates, in degrees."""
         if self.axes is None:
             return u, v
         u, v = np.radians(u), np.radians(v)

@@ -18,7 +18,7 @@ _SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9)
 
 
 def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], outline: FloatArray) -> None:
-    """Label isolines at places that are clear of each other and of the outline of the map, (n, 2, 2).
+    """Label isolines at places that are clear of each other and of the outline, (n, 2, 2) short segments in metres.
 
     matplotlib's own choice minds neither: on lobes and at limbs its labels cover each other.
     """

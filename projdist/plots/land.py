@@ -1,4 +1,4 @@
-"""The land as polygons on the map: each cell of the mesh with the land in it."""
+"""The land as polygons on the map, each cell of the surface with the land in it; and the coast as lines."""
 
 from __future__ import annotations
 
@@ -6,27 +6,28 @@ import functools
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.geodata import coastlines, land
-from projdist.plots.domain import normalised
-from projdist.plots.mesh import Mesh
+from projdist.plots.domain import Bounds, longitude_width, normalised
+from projdist.plots.surface import Surface
 
 _TILE = 10.0  # degrees
 _POLAR = 86.0  # beyond, cells are land or sea as a whole; no coast is there
 
 
-def land_polygons(mesh: Mesh, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The land of a mesh: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    lon, lat = mesh.lonlat()
-    xy = np.column_stack([mesh.x, mesh.y])
+def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
+    """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
+    lon, lat = surface.lonlat()
+    xy = np.column_stack([surface.x, surface.y])
     is_land = _on_land(normalised(lon), lat, resolution)
-    sizes = sorted({len(cell) for cell in mesh.cut})
-    cut = [(np.array([cell for cell in mesh.cut if len(cell) == size]), True) for size in sizes]
+    sizes = sorted({len(cell) for cell in surface.cut})
+    cut = [(np.array([cell for cell in surface.cut if len(cell) == size]), True) for size in sizes]
     triangles, polygons = [np.empty((0, 3), dtype=int)], []
-    for cells, torn in [(mesh.whole, False), *cut]:
+    for cells, torn in [(surface.whole, False), *cut]:
         if len(cells):
-            inland, coastal = _in_cells(mesh, cells, lon, lat, xy, is_land, resolution, torn=torn)
+            inland, coastal = _in_cells(surface, cells, lon, lat, xy, is_land, resolution, torn=torn)
             triangles += [inland[:, [0, k, k + 1]] for k in range(1, cells.shape[1] - 1)]
             polygons += coastal
     return np.concatenate(triangles), polygons
@@ -67,7 +68,7 @@ def _land_tree(resolution: str) -> shapely.STRtree:
 
 
 def _in_cells(
-    mesh: Mesh,
+    surface: Surface,
     cells: IntArray,
     lon: FloatArray,
     lat: FloatArray,
@@ -101,7 +102,7 @@ def _in_cells(
     rings, owner = shapely.get_exterior_ring(parts[keep]), owner[keep]
     points, ring = shapely.get_coordinates(rings, return_index=True)
     if not torn:
-        image = np.column_stack(mesh.domain(normalised(points[:, 0]), points[:, 1]))
+        image = np.column_stack(surface.domain(normalised(points[:, 0]), points[:, 1]))
     for number, part in enumerate(np.split(np.arange(len(points)), np.flatnonzero(np.diff(ring)) + 1)):
         if not part.size:
             continue
@@ -119,3 +120,34 @@ def _linear_image(corners: FloatArray, images: FloatArray, points: FloatArray) -
     ones = np.ones((len(corners), 1))
     matrix = np.linalg.lstsq(np.hstack([corners - corners[0], ones]), images, rcond=None)[0]
     return np.asarray(np.hstack([points - corners[0], np.ones((len(points), 1))]) @ matrix)
+
+
+_MARGIN = (
+    0.02  # of the region's width and height: lines run on past its edge, where the projecting of them finds their ends
+)
+
+
+def coast(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
+    """The coastlines within bounds and a little farther: lines of (lon, lat) with steps of at most `step` degrees."""
+    west, south, _, north = bounds
+    width = longitude_width(bounds)
+    beside, above = _MARGIN * width, _MARGIN * (north - south)
+    lines = _coast_lines(resolution)
+    if width == 360.0:
+        west, width, turns = -1000.0, 2000.0, np.zeros(1)  # all lines, wherever they run on to
+    else:
+        low, _, high, _ = shapely.total_bounds(lines)
+        turns = 360.0 * np.arange(np.ceil((west - beside - high) / 360.0), (west + width + beside - low) / 360.0)
+    parts = []
+    for turn in turns:
+        window = west - beside - turn, south - above, west + width + beside - turn, north + above
+        clipped = shapely.get_parts(shapely.clip_by_rect(lines, *window))
+        points, line = shapely.get_coordinates(shapely.segmentize(clipped, step), return_index=True)
+        points[:, 0] += turn
+        parts += np.split(points, np.flatnonzero(np.diff(line)) + 1)
+    return [part for part in parts if len(part)]
+
+
+@functools.cache
+def _coast_lines(resolution: str) -> NDArray[np.object_]:
+    return np.array([shapely.linestrings(line) for line in coastlines(resolution)])

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.geodata import coastlines
-from projdist.plots.domain import POLE, Bounds, Domain, longitude_width
+from projdist.plots.domain import POLE, Bounds, Domain, check_step, ground_size, longitude_width
 from projdist.plots.seams import drawn, evaluate, find_tears
 
 _SMOOTH = 5e-4  # of the map's size; a chord that is farther off its arc is halved
@@ -55,16 +54,42 @@ def _pieces(xy: FloatArray, longest: float) -> list[FloatArray]:
     return [xy[start:stop] for start, stop in edges.reshape(-1, 2) if stop - start > 1]
 
 
-def graticule(bounds: Bounds, step: float) -> list[FloatArray]:
-    """Meridians and parallels at multiples of `step` degrees, as lines of (lon, lat)."""
+_ROUND_STEPS = (*(m * 10.0**k for k in range(-6, 0) for m in (1, 2, 5)), 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
+_ACROSS = 6
+_MOST_LINES = 2000  # more cannot be told apart
+
+
+def graticule_steps(bounds: Bounds, step: float | None = None) -> tuple[float, float]:
+    """Degrees between meridians and between parallels: both as given, or round numbers for about six lines across.
+
+    Raises ValueError where so many lines cannot be told apart.
+    """
+    if step is not None:
+        check_step(step)
+        count = (longitude_width(bounds) + bounds[3] - bounds[1]) / step
+        if count > _MOST_LINES:
+            raise ValueError(
+                f"Invalid step '{step}'. It makes {count:,.0f} lines, and at most {_MOST_LINES:,} are drawn."
+            )
+        return step, step
+    parallels = _round_step(max(ground_size(bounds)) / _ACROSS)
+    return _round_step(parallels / np.cos(np.radians(0.5 * (bounds[1] + bounds[3])))), parallels
+
+
+def _round_step(step: float) -> float:
+    return min(_ROUND_STEPS, key=lambda candidate: abs(np.log(candidate / step)))
+
+
+def graticule(bounds: Bounds, meridian_step: float, parallel_step: float) -> list[FloatArray]:
+    """Meridians and parallels at multiples of the steps in degrees, as lines of (lon, lat)."""
     west, south, _, north = bounds
     east = west + longitude_width(bounds)
     low, high = max(south, -POLE), min(north, POLE)
     along = np.linspace(low, high, 181)
     across = np.linspace(west, east, 361)
     # A pole is no parallel, and on a whole globe the last meridian is the first.
-    meridians = _multiples(west, east - (1e-6 if east - west == 360.0 else 0.0), step)
-    parallels = [value for value in _multiples(low, high, step) if abs(value) < 89.999]
+    meridians = _multiples(west, east - (1e-6 if east - west == 360.0 else 0.0), meridian_step)
+    parallels = [value for value in _multiples(low, high, parallel_step) if abs(value) < POLE]
     return [
         *(np.column_stack([np.full(along.size, value), along]) for value in meridians),
         *(np.column_stack([across, np.full(across.size, value)]) for value in parallels),
@@ -74,26 +99,3 @@ def graticule(bounds: Bounds, step: float) -> list[FloatArray]:
 def _multiples(low: float, high: float, step: float) -> list[float]:
     first, last = int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9))
     return [step * index for index in range(first, last + 1)]
-
-
-def coast(domain: Domain, resolution: str, step: float) -> list[FloatArray]:
-    """The coastlines near a domain, as lines of (lon, lat) with steps of at most `step` degrees."""
-    west, south, _, north = domain.region.bounds
-    width = longitude_width(domain.region.bounds)
-    lines = []
-    for line in coastlines(resolution):
-        lon, lat = line.T
-        if lat.max() < south or lat.min() > north:
-            continue
-        turn = 360.0 * np.ceil((west - lon.max()) / 360.0)
-        if width < 360.0 and lon.min() + turn > west + width:
-            continue
-        lines.append(_densified(line, step))
-    return lines
-
-
-def _densified(line: FloatArray, step: float) -> FloatArray:
-    count = np.maximum(np.ceil(np.abs(np.diff(line, axis=0)).max(axis=1) / step), 1.0)
-    position = np.concatenate([[0.0], np.cumsum(count)])
-    at = np.arange(position[-1] + 1.0)
-    return np.column_stack([np.interp(at, position, line[:, 0]), np.interp(at, position, line[:, 1])])

@@ -14,23 +14,28 @@ from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray
 from projdist.measures import Measure, get_measure
-from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view, spread_degrees, triangulation
-from projdist.plots.domain import Region, domain_of
-from projdist.plots.fields import ColourScale, colour_scale, field, is_constant, level_labels
+from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view, triangulation
+from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
+from projdist.plots.domain import domain_of, ground_size
+from projdist.plots.fields import field
 from projdist.plots.indicatrices import Indicatrices, ellipses, fit, indicatrices
 from projdist.plots.labels import label_isolines
-from projdist.plots.mesh import Mesh, build_mesh
+from projdist.plots.surface import Surface, build_surface
 from projdist.projections import Projection
+from projdist.regions import Region
 
 ELLIPSE_FACE, ELLIPSE_EDGE = "#c2402899", "#7d2414"
+
+_VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
+_EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
 AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
 Levels = int | Sequence[float] | None
 
 
-def prepare(projection: Any, region: Region | None) -> Mesh:
-    """The mesh of the drawn part of a projection; None is its area of use, or the globe."""
-    return build_mesh(domain_of(Projection.from_user_input(projection), region))
+def prepare(projection: Any, region: str | Region | None) -> Surface:
+    """The surface of the drawn part of a projection; None is its area of use, or the globe."""
+    return build_surface(domain_of(Projection.from_user_input(projection), region))
 
 
 # ---- Tissot's indicatrices ------------------------------------------------------------------
@@ -40,7 +45,7 @@ def tissot(
     ax: Axes,
     projection: Any,
     *,
-    region: Region | None = None,
+    region: str | Region | None = None,
     step: float | None = None,
     radius: float | None = None,
     title: str | None = None,
@@ -51,45 +56,52 @@ def tissot(
     The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless
     `radius` states their size.
     """
-    mesh = prepare(projection, region)
-    fitted, (panel,) = fit([tissot_points(mesh, step)], radius)
-    draw_tissot(ax, mesh, panel, fitted, title, airy_kavrayskiy)
+    surface = prepare(projection, region)
+    fitted, (panel,) = fit([tissot_points(surface, step)], radius)
+    draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy)
     return fitted
 
 
-def tissot_points(mesh: Mesh, step: float | None) -> Indicatrices:
-    """The indicatrices of a mesh, by default about a dozen across."""
-    if step is not None and not step > 0:
-        raise ValueError(f"Invalid step '{step}'. It must be a positive number of degrees.")
-    return indicatrices(mesh.domain, step or _usual_step(mesh), mesh.central_meridian)
+def tissot_points(surface: Surface, step: float | None) -> Indicatrices:
+    """The indicatrices of a surface, by default about a dozen across."""
+    return indicatrices(surface.domain, _usual_step(surface) if step is None else step, surface.central_meridian)
 
 
-def _usual_step(mesh: Mesh) -> float:
+def _usual_step(surface: Surface) -> float:
     """15 degrees for the globe; a ninth of smaller regions, less where these are narrow."""
-    width, height = spread_degrees(mesh)
+    width, height = ground_size(surface.domain.region.bounds)
     wide, narrow = max(width, height), min(width, height)
     return 15.0 if wide > 150.0 else min(wide / 9.0, max(narrow / 2.0, wide / 40.0))
 
 
 def draw_tissot(
-    ax: Axes, mesh: Mesh, panel: Indicatrices, radius: float, title: str | None, airy_kavrayskiy: float | None
+    ax: Axes, surface: Surface, panel: Indicatrices, radius: float, title: str | None, airy_kavrayskiy: float | None
 ) -> None:
     """Draw prepared indicatrices of a radius in metres."""
-    set_view(ax, mesh)
-    draw_ground(ax, mesh)
-    draw_lines(ax, mesh, None)
+    set_view(ax, surface)
+    draw_ground(ax, surface)
+    draw_lines(ax, surface, None)
+    polygons = ellipses(panel, radius, _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES)
     ax.add_collection(
         PolyCollection(
-            list(ellipses(panel, radius)),
+            list(polygons),
             facecolors=ELLIPSE_FACE,
             edgecolors=ELLIPSE_EDGE,
-            linewidths=0.6,
+            linewidths=_edge_width(ax, polygons),
             zorder=2.0,
             label="indicatrices",
         ),
         autolim=False,
     )
-    draw_title(ax, mesh.domain.projection.name if title is None else title, airy_kavrayskiy)
+    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy)
+
+
+def _edge_width(ax: Axes, polygons: FloatArray) -> float:
+    """The width in points of the ellipses' edges, less where the ellipses are small."""
+    if not len(polygons):
+        return _EDGE
+    points = ax.get_window_extent().width * 72.0 / ax.figure.dpi / np.ptp(ax.get_xlim())
+    return min(_EDGE, _EDGE_SHARE * points * float(np.median(np.ptp(polygons[..., 0], axis=1))))
 
 
 # ---- heat maps ------------------------------------------------------------------------------
@@ -100,7 +112,7 @@ def heatmap(
     projection: Any,
     *,
     measure: AnyMeasure = "fisher",
-    region: Region | None = None,
+    region: str | Region | None = None,
     step: float | None = None,
     levels: Levels = None,
     cmap: str | None = None,
@@ -111,31 +123,31 @@ def heatmap(
 ) -> ColourScale:
     """Draw a measure as a field of colours with isolines on `ax`; returns what the colours mean.
 
-    `levels` are the isolines, or about how many; `limits` the ends of the colours; `step` the
-    degrees between the lines of the graticule.
+    `levels` are the isolines in any order, or about how many; `limits` the ends of the colours;
+    `step` the degrees between the lines of the graticule. Raises ValueError for options that are none.
     """
-    mesh = prepare(projection, region)
+    surface = prepare(projection, region)
     chosen = get_measure(measure)
-    values = field(mesh, chosen)
-    scale = colour_scale(chosen, [values[: mesh.nodes]], [mesh.weights], levels=levels, cmap=cmap, limits=limits)
-    draw_heatmap(ax, mesh, values, scale, step, title, airy_kavrayskiy)
+    values = field(surface, chosen)
+    scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
+    draw_heatmap(ax, surface, values, scale, step, title, airy_kavrayskiy)
     if colourbar:
-        draw_colourbar(ax.get_figure(root=False), scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+        draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
     return scale
 
 
 def draw_heatmap(
     ax: Axes,
-    mesh: Mesh,
+    surface: Surface,
     values: FloatArray,
     scale: ColourScale,
     step: float | None,
     title: str | None,
     airy_kavrayskiy: float | None,
 ) -> None:
-    """Draw prepared values at the vertices of a mesh."""
-    set_view(ax, mesh)
-    mapped, used = triangulation(mesh)
+    """Draw prepared values at the vertices of a surface."""
+    set_view(ax, surface)
+    mapped, used = triangulation(surface)
     values = values[used]
     if scale.measure.name == "meridian_convergence":
         mapped, values = _without_turn(mapped, values)
@@ -148,18 +160,18 @@ def draw_heatmap(
         values,
         shading="gouraud",
         norm=scale.norm,
-        cmap=scale.cmap,
+        cmap=scale.colours,
         rasterized=True,
         zorder=0.5,
     )
-    draw_lines(ax, mesh, step, over_colours=True)
+    draw_lines(ax, surface, step, over_colours=True)
     inside = scale.levels[(scale.levels > present.min()) & (scale.levels < present.max())]
-    if inside.size and not is_constant(scale.measure, *np.quantile(present, [0.01, 0.99])):
+    if inside.size and shows_isolines(scale, present):
         lines = ax.tricontour(
             mapped, values, levels=inside, colors="#111111", linewidths=0.6, linestyles="solid", zorder=2.0
         )
-        label_isolines(ax, lines, dict(zip(inside.tolist(), level_labels(inside), strict=True)), mesh.outline)
-    draw_title(ax, mesh.domain.projection.name if title is None else title, airy_kavrayskiy)
+        label_isolines(ax, lines, dict(zip(inside.tolist(), level_labels(inside), strict=True)), surface.outline)
+    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy)
 
 
 def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:
@@ -178,7 +190,7 @@ def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulat
 def draw_colourbar(figure: Any, scale: ColourScale, **place: Any) -> Colorbar:
     """A horizontal colour bar with the levels as its ticks."""
     bar: Colorbar = figure.colorbar(
-        ScalarMappable(scale.norm, scale.cmap), orientation="horizontal", extend=scale.extend, **place
+        ScalarMappable(scale.norm, scale.colours), orientation="horizontal", extend=scale.extend, **place
     )
     ticks = _ticks(scale, bar.ax.get_window_extent().width / figure.dpi)
     bar.set_ticks(ticks, labels=level_labels(np.array(ticks)))

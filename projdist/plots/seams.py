@@ -16,9 +16,7 @@ from projdist._typing import BoolArray, FloatArray
 
 Map = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
-_BENT = (
-    0.1  # of the link's length; neighbours on a mesh of 1 degree stay well below, except at tears and singular points
-)
+_BENT = 0.1  # of the link's length; neighbours 1 degree apart stay well below, but for tears and singular points
 _HALVINGS = 36  # of 1 degree leave 2 micrometres
 _ROUNDING = 3e-8  # of the Earth's radius, 0.2 m: below it a jump is rounding, or 1 m from a pole
 _JUMP = 1e-3  # of the link's length

@@ -1,6 +1,6 @@
 """The drawn part of a map as triangles that end exactly at seams and edges, and its outline.
 
-The mesh is a grid of longitude and latitude, turned so that its poles lie where the map has its
+The vertices are a grid of longitude and latitude, turned so that its poles lie where the map has its
 singular points (pole lines, antipodes): there a whole row of nodes stands for the one point. Cells
 that are torn are cut into polygons that reach to the images of the seam on their own side; where
 such a polygon runs along the seam, the map has its outline.
@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.plots.domain import GLOBE, POLE, Domain, longitude_width, normalised
+from projdist.plots.domain import POLE, Domain, ground_size, longitude_width, normalised
 from projdist.plots.frames import Frame, frame_of
 from projdist.plots.seams import Links, Map, drawn, evaluate, find_tears
+from projdist.regions import GLOBE
 
 _TURNED_POLE = 90.0 - 0.02  # farther out than the error of the place, and still less than a pixel
 _GLOBE_STEP = 0.6
@@ -25,7 +26,7 @@ _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitude
 
 
 @dataclass(frozen=True)
-class Mesh:
+class Surface:
     """Triangles over the drawn part of a map.
 
     The first `nodes` vertices are grid nodes, the others images of seams; `source` is the node
@@ -60,8 +61,8 @@ class Mesh:
         return self.frame.geographic(self.u, self.v)
 
 
-def build_mesh(domain: Domain, step: float | None = None) -> Mesh:
-    """The mesh of a domain, with cells of `step` degrees (1 for the globe, 1/200 of smaller regions)."""
+def build_surface(domain: Domain, step: float | None = None) -> Surface:
+    """The surface of a domain, with cells of `step` degrees (0.6 for the globe, 1/200 of smaller regions)."""
     frame = frame_of(domain)
     u, v, wraps = _grid(domain, frame, step)
 
@@ -76,7 +77,7 @@ def build_mesh(domain: Domain, step: float | None = None) -> Mesh:
     left = points if wraps else points[:, :-1]
     across = find_tears(function, left.reshape(-1, 4), right.reshape(-1, 4), domain.radius)
     along = find_tears(function, points[:-1].reshape(-1, 4), points[1:].reshape(-1, 4), domain.radius)
-    return _Builder(domain, frame, function, points, across, along, wraps).mesh()
+    return _Builder(domain, frame, function, points, across, along, wraps).surface()
 
 
 def _grid(domain: Domain, frame: Frame, step: float | None) -> tuple[FloatArray, FloatArray, bool]:
@@ -85,12 +86,13 @@ def _grid(domain: Domain, frame: Frame, step: float | None) -> tuple[FloatArray,
     width, height = longitude_width(bounds), north - south
     wraps = width == 360.0
     if step is None:
-        shrink = np.cos(np.radians(np.clip(0.5 * (south + north), -80.0, 80.0)))
-        step = min(_GLOBE_STEP, max(width * shrink, height) / _REGION_NODES)
-    columns = max(int(np.ceil(width / step)), 8)
+        step = min(_GLOBE_STEP, max(ground_size(bounds)) / _REGION_NODES)
+    # A degree of longitude is longest next to the equator.
+    longest = np.cos(np.radians(max(south, -north, 0.0)))
+    columns = max(int(np.ceil(width * longest / step)), 8)
     rows = max(int(np.ceil(height / step)), 8)
     # The edges of a region are taken from just inside, so that `contains` does not depend on rounding.
-    inset = 1e-9 * max(width, height)
+    inset = max(1e-9 * max(width, height), 1e-12)
     if wraps:
         u = west + (np.arange(columns) + _OFFSET) * (width / columns)
     else:
@@ -125,7 +127,7 @@ class _Builder:
         self.source: list[int] = []
         self.images: dict[tuple[int, int, int], int] = {}
 
-    def mesh(self) -> Mesh:
+    def surface(self) -> Surface:
         rows, columns, width = self.rows, self.columns, self.width
         node = np.arange(rows * columns).reshape(rows, columns)
         right = np.roll(node, -1, axis=1)[:, :width]
@@ -164,7 +166,7 @@ class _Builder:
         used = np.zeros(len(vertices), dtype=bool)
         used[triangles] = True
         extent = (x[used].min(), x[used].max(), y[used].min(), y[used].max())
-        return Mesh(
+        return Surface(
             domain=self.domain,
             frame=self.frame,
             shape=(rows, columns),
@@ -219,7 +221,7 @@ class _Builder:
         return int(self.rows * self.columns) + len(self.source) - 1
 
     def _edges(self, segments: list[tuple[int, int]]) -> None:
-        """Add the first and last rows, and the first and last columns where the mesh does not wrap."""
+        """Add the first and last rows, and the first and last columns where the grid does not wrap."""
         node = np.arange(self.rows * self.columns).reshape(self.rows, self.columns)
         across = np.arange(self.rows * self.width).reshape(self.rows, self.width)
         along = np.arange((self.rows - 1) * self.columns).reshape(self.rows - 1, self.columns)
@@ -251,7 +253,7 @@ class _Builder:
         low, high = np.column_stack([u[i], v[j]]), np.column_stack([u[i + 1], v[j + 1]])
         vertices = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra)])
         if self.wraps:
-            # In the column where the mesh closes, nodes are one turn away from their neighbours.
+            # In the column where the grid closes, nodes are one turn away from their neighbours.
             turns = [
                 np.round((0.5 * (a + b) - vertices[p, 0]) / 360.0)
                 for p, a, b in zip(polygons, u[i], u[i + 1], strict=True)
@@ -330,7 +332,7 @@ def _weights(
     x: FloatArray, y: FloatArray, v: FloatArray, triangles: IntArray, sources: IntArray, nodes: int
 ) -> FloatArray:
     """Shares of the nodes, the mean of those on the ground and on the map."""
-    # A step along a row is shorter towards the mesh's poles.
+    # A step along a row is shorter towards the grid's poles.
     ground = np.where(np.isfinite(x[:nodes]), np.cos(np.radians(v[:nodes])), 0.0)
     (ax, bx, cx), (ay, by, cy) = x[triangles].T, y[triangles].T
     area = np.abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))

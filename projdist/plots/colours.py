@@ -1,0 +1,228 @@
+"""What the colours of a measure mean: their limits, the part of a colour map that is used, and the isolines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
+from matplotlib.ticker import MaxNLocator
+
+from projdist._typing import FloatArray
+from projdist.criteria import quantile
+from projdist.measures import Measure
+
+# Perceptually ordered and safe for the colour-blind; light where the distortion is least.
+_DIVERGING, _RISING, _FALLING = "RdBu_r", "viridis_r", "viridis"
+
+_TITLES = {
+    "fisher": "Fisher distortion",
+    "airy": "Airy distortion",
+    "kavrayskiy": "Kavrayskiy distortion",
+    "jordan": "Jordan distortion",
+}
+
+_TAIL = 0.02  # of the weights at either end may be off the colours
+_FEW = 0.001  # of the weights, for which no half of a diverging map is shown
+_WHOLE = 0.9  # of a half: where as much is used, all of it is shown
+_NOISE = {"deg": 1e-4, "ppm": 1e-1}  # below it, differences are rounding; 1e-7 for pure numbers
+_NEAR = 0.5  # of the farther limit: values that come as near to the neutral one show it too
+_SLACK = 1e-3  # of the limits' distance: what is less beyond them is not seen
+_SEEN = 1e-4  # of the limits' distance: across values as close as that, isolines run at random
+_LEAST_RATIO = 1e-12
+_ALMOST_NEUTRAL = 2e-6  # of a ratio: PROJ's own noise in the areal scale, a few km from the pole of EPSG:3035
+_FLAT = {"magnitude": (0.0, 1.0), "signed": (-1.0, 1.0), "ratio": (-0.1, 0.1)}  # where nothing is distorted
+_INTERVALS = 9
+_MOST_LEVELS = 100
+_COLOURS = 256
+
+
+@dataclass(frozen=True)
+class ColourScale:
+    """What the colours of a measure mean: the same for all panels of a figure."""
+
+    measure: Measure
+    norm: Normalize
+    cmap: str
+    levels: FloatArray
+    extend: str
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The values at the ends of the colours."""
+        return float(self.norm.vmin or 0.0), float(self.norm.vmax or 0.0)
+
+    @property
+    def colours(self) -> Colormap:
+        """The colours from limit to limit: of a diverging map about the neutral value, the part that is used."""
+        whole = matplotlib.colormaps[self.cmap]
+        if self.measure.kind == "magnitude" or not _is_diverging(whole):
+            return whole
+        ends = _from_neutral(self.measure, np.array(self.limits))
+        low, high = 0.5 + 0.5 * ends / np.abs(ends).max()
+        return ListedColormap(whole.resampled(4 * _COLOURS)(np.linspace(low, high, _COLOURS)))
+
+    @property
+    def label(self) -> str:
+        """The name of the measure, its symbol and unit."""
+        name = _TITLES.get(self.measure.name, self.measure.name.replace("_", " ").removesuffix(" ppm").capitalize())
+        known = self.measure.symbol in ("", self.measure.unit) or self.measure.symbol in name
+        symbol = "" if known else f" {self.measure.symbol}"
+        unit = {"deg": "degrees"}.get(self.measure.unit, self.measure.unit)
+        return f"{name}{symbol}" + (f" ({unit})" if unit else "")
+
+
+def _is_diverging(colours: Colormap) -> bool:
+    """Whether the middle is lighter, or darker, than both ends."""
+    start, middle, stop = colours([0.0, 0.5, 1.0])[:, :3] @ [0.30, 0.59, 0.11]
+    return bool((middle - start) * (middle - stop) > 0)
+
+
+def _from_neutral(measure: Measure, values: FloatArray) -> FloatArray:
+    """The distance from the neutral value, 1 in the logarithm for a ratio, and 0 for others."""
+    return np.log(np.maximum(values, _LEAST_RATIO)) if measure.kind == "ratio" else values
+
+
+def colour_scale(
+    measure: Measure,
+    values: Sequence[FloatArray],
+    weights: Sequence[FloatArray],
+    *,
+    levels: int | Sequence[float] | None = None,
+    cmap: str | None = None,
+    limits: tuple[float, float] | None = None,
+) -> ColourScale:
+    """Colours for the values of all panels; the weights are shares.
+
+    The limits leave out the last 2 % of the weights at an end where the values run off, and take in
+    the neutral value (1 of a ratio, else 0) where the values come near to it. About it the colours of
+    a "ratio" are even in the logarithm, those of a "signed" measure in the value. Raises ValueError
+    for levels, limits and colour maps that are none.
+    """
+    if cmap is not None and cmap not in matplotlib.colormaps:
+        raise ValueError(f"Invalid colour map '{cmap}'. It must be a name of matplotlib, such as viridis or RdBu_r.")
+    wanted = _check_levels(levels)
+    data, area = np.concatenate(values), np.concatenate(weights)
+    usable = np.isfinite(data) & (area > 0)
+    data, area = data[usable], area[usable]
+    if not data.size:
+        raise ValueError(f"Invalid measure '{measure.name}'. It has no value in the region.")
+    low, high = limits if limits is not None else _limits(measure, data, area)
+    if not -np.inf < low < high < np.inf or (measure.kind == "ratio" and low <= 0):
+        raise ValueError(f"Invalid colour limits '{low}, {high}'. They must ascend, and be positive for a ratio.")
+    chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
+    norm = LogNorm(low, high) if measure.kind == "ratio" else Normalize(low, high)
+    slack = _SLACK * (high - low)
+    beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
+    return ColourScale(measure, norm, cmap or _usual_map(measure, low, high), chosen, extend)
+
+
+def _usual_map(measure: Measure, low: float, high: float) -> str:
+    """A diverging map where its neutral colour is on the scale, else the one that is light at the nearer limit."""
+    if measure.kind == "magnitude":
+        return _RISING
+    start, stop = _from_neutral(measure, np.array([low, high]))
+    return _DIVERGING if start <= 0 <= stop else _RISING if start > 0 else _FALLING
+
+
+def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:
+    """About how many levels there are to be, or the levels in ascending order."""
+    if levels is None:
+        return _INTERVALS
+    if isinstance(levels, int | np.integer):
+        if 1 <= levels <= _MOST_LEVELS:
+            return int(levels)
+    elif isinstance(levels, Sequence | np.ndarray) and not isinstance(levels, str):
+        chosen = np.unique(np.asarray(levels, dtype=float))
+        if chosen.size <= _MOST_LEVELS and np.isfinite(chosen).all():
+            return chosen
+    raise ValueError(
+        f"Invalid levels '{levels}'. They must be a number of isolines, 1 to {_MOST_LEVELS}, or as many finite values."
+    )
+
+
+def _robust_range(data: FloatArray, area: FloatArray) -> tuple[float, float]:
+    low, high = (quantile(data, area, q) for q in (_TAIL, 1.0 - _TAIL))
+    room = 0.25 * (high - low)
+    least, most = float(data.min()), float(data.max())
+    return (least if least >= low - room else low), (most if most <= high + room else high)
+
+
+def _noise(measure: Measure) -> float:
+    return _NOISE.get(measure.unit, 1e-7)
+
+
+def shows_isolines(scale: ColourScale, values: FloatArray) -> bool:
+    """Whether values differ by more than rounding, and by more than is seen in the colours."""
+    low, high = np.quantile(values, [0.01, 0.99])
+    return bool(high - low > max(_noise(scale.measure), _SEEN * (scale.limits[1] - scale.limits[0])))
+
+
+def _limits(measure: Measure, data: FloatArray, area: FloatArray) -> tuple[float, float]:
+    """The limits for values: with the neutral one if they come near to it, and never equal."""
+    distance = _from_neutral(measure, data)
+    start, stop = _robust_range(distance, area)
+    least, most = (quantile(distance, area, q) for q in (_FEW, 1.0 - _FEW))
+    start, stop = _with_neutral(start, stop, np.inf if stop - start <= _noise(measure) else _NEAR)
+    if measure.kind != "magnitude" and start <= 0.0 <= stop:
+        start, stop = _with_neutral(*_halves(start, stop, least, most), 0.0)
+    noise = _ALMOST_NEUTRAL if measure.kind == "ratio" else _noise(measure)
+    if max(-start, stop) <= noise:
+        start, stop = _FLAT[measure.kind]
+    return (float(np.exp(start)), float(np.exp(stop))) if measure.kind == "ratio" else (start, stop)
+
+
+def _with_neutral(start: float, stop: float, near: float) -> tuple[float, float]:
+    """A range from or up to 0, if it ends as near to it as `near` of its other end, or goes hardly past it."""
+    if -_SLACK * stop < start < near * stop:
+        return 0.0, stop
+    if near * start < stop < -_SLACK * start:
+        return start, 0.0
+    return start, stop
+
+
+def _halves(start: float, stop: float, least: float, most: float) -> tuple[float, float]:
+    """A range about 0 where the lesser half has colours for all but a few values, since a diverging map has them."""
+    reach = max(-start, stop)
+    return -reach if least < -_WHOLE * reach else min(start, least), reach if most > _WHOLE * reach else max(stop, most)
+
+
+# Mantissas from coarse to fine; the first set with enough levels is taken.
+_MANTISSAS = (
+    (1.0,),
+    (1.0, 2.0, 5.0),
+    (1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
+    (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+)
+
+
+def _round_levels(measure: Measure, low: float, high: float, intervals: int) -> FloatArray:
+    """Round numbers between the limits."""
+    if measure.kind == "ratio" and high > 1.6 * low:
+        decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
+        for mantissas in _MANTISSAS:
+            levels = np.multiply.outer(decades, mantissas).ravel()
+            levels = levels[(levels >= low * (1 - 1e-9)) & (levels <= high * (1 + 1e-9))]
+            if levels.size > 0.6 * intervals:
+                return levels
+    levels = np.asarray(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+    slack = 1e-9 * (high - low)
+    return levels[(levels >= low - slack) & (levels <= high + slack)]
+
+
+def level_labels(levels: FloatArray) -> list[str]:
+    """The shortest texts that tell the levels apart."""
+    for digits in range(1, 12):
+        labels = [f"{0.0 if abs(level) < 1e-14 else level:.{digits}g}" for level in levels]
+        read = np.array([float(label) for label in labels])
+        spacing = np.diff(levels).min(initial=np.inf) if levels.size > 1 else np.abs(levels).max(initial=1.0)
+        if (np.abs(read - levels) <= 1e-3 * spacing).all():
+            break
+    return [f"{float(label):,.{_decimals(label)}f}" if "e+" in label else label for label in labels]
+
+
+def _decimals(label: str) -> int:
+    return 0 if "e+" in label else max(len(label.partition(".")[2]), 0)

@@ -1,0 +1,150 @@
+"""Figures: titles, panels of one scale, colour bars, files, what is refused; a few pictures that were looked at."""
+
+import re
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from projdist import plots
+
+GOLDEN = Path(__file__).parent / "golden"
+EUROPE = "box:-10,35,40,70"
+
+
+def test_panels_share_radius_and_scale() -> None:
+    """All panels have the same circles and the same metres per inch."""
+    figure = plots.tissot_figure(["robin", "laea"], region=EUROPE)
+    scales = []
+    for ax in figure.axes:
+        width = ax.get_position().width * figure.get_figwidth()
+        height = ax.get_position().height * figure.get_figheight()
+        assert np.ptp(ax.get_xlim()) / width == pytest.approx(np.ptp(ax.get_ylim()) / height, rel=1e-6)
+        scales.append(np.ptp(ax.get_xlim()) / width)
+    assert scales == pytest.approx([scales[0]] * 2, rel=1e-6)
+
+
+def test_heatmap_figure_has_titles_bar_and_label() -> None:
+    """Each panel has the map's name and its Airy-Kavrayskiy figure; one bar has the measure's name."""
+    figure = plots.heatmap_figure(["robin", "moll"], measure="omega", region=EUROPE, airy_kavrayskiy=[0.4123, None])
+    robin, moll, bar = figure.axes
+    assert (robin.get_title(), moll.get_title()) == ("Robinson", "Mollweide")
+    texts = [text.get_text() for text in robin.texts]
+    assert any("Airy–Kavrayskiy 0.4123" in text for text in texts)
+    assert bar.get_xlabel() == "Angular distortion omega (degrees)"
+
+
+def test_draws_on_given_axes() -> None:
+    """The functions draw on axes of the caller, and return the radius and the colours."""
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    radius = plots.tissot(left, "robin", region=EUROPE, step=10.0, title="A")
+    scale = plots.heatmap(right, "robin", region=EUROPE, measure="h", levels=[1.0], limits=(0.5, 2.0), title="B")
+    assert 2e5 < radius < 1e6
+    assert scale.limits == pytest.approx((0.5, 2.0))
+    assert (left.get_title(), right.get_title()) == ("A", "B")
+    assert any(isinstance(child, PolyCollection) for child in left.get_children())
+    assert any(isinstance(child, LineCollection) for child in right.get_children())
+
+
+@pytest.mark.parametrize("suffix", plots.SUFFIXES)
+def test_save(tmp_path: Path, suffix: str) -> None:
+    """A figure is written by its suffix, and nothing else is left in the folder."""
+    path = tmp_path / f"map{suffix}"
+    figure = Figure(figsize=(1, 1))
+    assert plots.save(figure, path) == path
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    head = path.read_bytes()[:200]
+    assert {".png": b"PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix] in head
+
+
+def test_unknown_suffix(tmp_path: Path) -> None:
+    """A suffix that is no picture is refused, and no file appears."""
+    with pytest.raises(
+        ValueError, match=r"Invalid picture file '.*x\.foo'\. Its suffix must be \.png, \.svg or \.pdf\."
+    ):
+        plots.save(Figure(), tmp_path / "x.foo")
+    assert not list(tmp_path.iterdir())
+
+
+def test_bad_options() -> None:
+    """Sizes, steps and lists that make no picture are refused."""
+    with pytest.raises(ValueError, match=r"Invalid size '\(0, 3\)'"):
+        plots.tissot_figure(["EPSG:2154"], size=(0, 3))
+    with pytest.raises(ValueError, match=r"Invalid step '-1'"):
+        plots.tissot_figure(["EPSG:2154"], step=-1)
+    with pytest.raises(ValueError, match=r"Invalid step '-1'"):
+        plots.heatmap_figure(["EPSG:2154"], step=-1)
+    with pytest.raises(ValueError, match=r"Invalid levels '0'"):
+        plots.heatmap_figure(["EPSG:2154"], levels=0)
+    with pytest.raises(ValueError, match=r"Invalid region 'here'"):
+        plots.heatmap_figure(["EPSG:2154"], region="here")
+    with pytest.raises(ValueError, match=r"Invalid list of projections"):
+        plots.heatmap_figure([])
+    with pytest.raises(ValueError, match=r"There must be one for each of 1 maps"):
+        plots.heatmap_figure(["EPSG:2154"], titles=["a", "b"])
+
+
+@pytest.mark.parametrize("region", ["cap:10.2,54.35,1", "box:10,54,10.01,54.01", "cap:179.9999,50,0.1", "cap:0,90,0.5"])
+def test_tiny_regions_need_little(region: str) -> None:
+    """A picture of a square kilometre takes no more memory than one of the world, and has ellipses and graticule."""
+    tracemalloc.start()
+    tissot = plots.tissot_figure(["laea"], region=region)
+    heatmap = plots.heatmap_figure(["laea"], region=region, measure="a")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 150e6
+    found = {child.get_label(): child for child in tissot.axes[0].get_children()}
+    assert len(found["indicatrices"].get_paths()) > 20
+    assert 4 < len(found["graticule"].get_segments()) < 60
+    assert heatmap.axes[0].has_data()
+
+
+def test_outline_is_drawn_as_lines() -> None:
+    """The outline is few lines and not a row of pieces, which would be seen where they meet."""
+    for projection, most in (("EPSG:2154", 1), ("igh", 40)):
+        figure = plots.tissot_figure([projection])
+        (outline,) = (child for child in figure.axes[0].get_children() if child.get_label() == "outline")
+        assert 1 <= len(outline.get_segments()) <= most
+
+
+def test_radius_in_the_caption() -> None:
+    """The caption tells the radius in metres or kilometres, whichever is read more easily."""
+    for region, unit in (("cap:10,54,1", "m"), ("cap:10,54,500", "km")):
+        figure = plots.tissot_figure(["laea"], region=region)
+        assert re.search(rf"a radius of [1-9][0-9.]* {unit}$", figure.texts[0].get_text())
+
+
+def test_half_a_bar() -> None:
+    """Mercator's areal scale is nowhere below 1, and its bar begins there, with the neutral colour."""
+    figure = plots.heatmap_figure(["merc"], measure="s", region="box:-20,0,20,60")
+    assert figure.axes[1].get_xlim()[0] == pytest.approx(1.0)
+    assert figure.axes[1].get_xlim()[1] == pytest.approx(4.0, rel=0.01)
+    assert figure.axes[1].get_xticklabels()[0].get_text() == "1"
+
+
+PICTURES = {
+    "tissot-robin": lambda: plots.tissot_figure(["robin"]),
+    "heatmap-igh": lambda: plots.heatmap_figure(["igh"], measure="omega"),
+    "heatmap-laea-europe": lambda: plots.heatmap_figure(["EPSG:3035"], measure="s"),
+    "heatmap-merc": lambda: plots.heatmap_figure(["merc"], measure="s"),
+}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_golden_pictures(name: str, tmp_path: Path) -> None:
+    """Pictures look as they did when they were last looked at, blurred over 8 pixels."""
+    path = plots.save(PICTURES[name](), tmp_path / f"{name}.png", dpi=32)
+    new, old = (imread(file)[..., :3].astype(float) for file in (path, GOLDEN / f"{name}.png"))
+    assert new.shape == old.shape
+    rows, columns = (n // 8 * 8 for n in new.shape[:2])
+    blurred = (
+        value[:rows, :columns].reshape(rows // 8, 8, columns // 8, 8, 3).mean(axis=(1, 3)) for value in (new, old)
+    )
+    difference = np.subtract(*blurred)
+    assert np.sqrt(np.mean(difference**2)) < 0.02
+    assert np.abs(difference).max() < 0.25
