@@ -16,7 +16,9 @@ from projdist.measures import MEASURES, Measure, get_measure, principal_scales
 from projdist.regions import GLOBE, Box, Cap, Region, get_region
 from projdist.cubature import Samples, sample
 from projdist.criteria import CRITERIA, get_criterion
+from projdist import spd
 from projdist.mdt import MDT, mdt
+from projdist.rigid import Rotation, axes_shift, mean_rotation
 from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summary, compare, factors, summarize
 
 __version__ = "0.1.0"
@@ -41,8 +43,10 @@ __all__ = [
     "ProjectionError",
     "Quality",
     "Region",
+    "Rotation",
     "Samples",
     "Summary",
+    "axes_shift",
     "compare",
     "derivatives",
     "factors",
@@ -53,8 +57,10 @@ __all__ = [
     "jacobian",
     "jacobian_grid",
     "mdt",
+    "mean_rotation",
     "principal_scales",
     "projection_names",
     "sample",
+    "spd",
     "summarize",
 ]

@@ -1,107 +1,134 @@
-"""The mean distorting transformation (MDT) of 2 x 2 matrices.
+"""The mean distorting transformation (MDT).
 
 Among all linear maps T, the MDT is the one that minimises the weighted mean of
 Dist_F(T^-1 A_i)^2, Dist_F the Fisher distortion (D. Ozeri, "Riemannian Geometry Approach for
 Minimizing Distortion and its Applications"). It is the Cholesky factor of the Frechet mean of
-A_i A_i^T. The space of these matrices is a line (ln sqrt |det A|, whose mean is the plain one)
-times the hyperbolic plane, here the upper half-plane of points (X, Y) = (l21, l22) / l11 with
-l the lower-triangular LQ factor of A; no product A A^T is formed, so no condition is squared.
+A_i A_i^T, unique up to an orthogonal factor from the right. T acts on the left: where the A_i are
+the Jacobians of a map f, T^-1 o f is its least distorting linear correction.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist import hyperbolic, means
+from projdist._typing import BoolArray, FloatArray
+from projdist.spd import place
 
-__all__ = ["MDT", "mdt"]
+__all__ = ["MDT", "check_matrices", "check_weights", "mdt"]
 
-_MAX_STEPS = 50  # Newton takes 3 to 6
+_GROUP = 1 << 15  # doubles in the sets of matrices that are worked on together
+_TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
 
 
 @dataclass(frozen=True)
 class MDT:
-    """`T`, lower triangular with a positive diagonal, and `distances`: Dist_F(T^-1 A_i)^2, shape (N,)."""
+    """A mean distorting transformation, and how good it is.
+
+    `T`: shape (..., n, n), lower triangular with a positive diagonal. `distances`: Dist_F(T^-1 A_i)^2,
+    shape (..., N). The others are numbers, or of shape (...) for the leading axes. `cost`: the
+    weighted mean of `distances`. `gradient_norm`: that of the weighted mean of
+    ln(T^-1 A_i A_i^T T^-T), which vanishes at the MDT. `iterations`: the steps taken. `floor`: what
+    rounding may leave of the gradient, n eps times the mean of cosh ln cond(T^-1 A_i).
+    """
 
     T: FloatArray
-    cost: float
+    cost: Any
+    gradient_norm: Any
+    iterations: Any
+    floor: Any
     distances: FloatArray
 
 
-def mdt(A: ArrayLike, weights: ArrayLike | None = None) -> MDT:
-    """The mean distorting transformation of matrices A of shape (N, 2, 2), weights of shape (N,).
+def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto") -> MDT:
+    """The mean distorting transformation of matrices A of shape (..., N, n, n).
 
-    `cost` is the weighted mean of `distances`. Raises ValueError for singular or non-finite
-    matrices, and for weights that are negative or all zero.
+    `weights`: shape (N,) or (..., N), of any sum. `method`: "auto" and "newton" are exact to
+    rounding, by Newton's method, for n = 2 in coordinates of the hyperbolic plane; "gradient" (Bini &
+    Iannazzo 2013) is as exact and slower. The others stand for comparison, with the `cost` and the
+    `gradient_norm` that they leave: "mpm" (multiplicative power means), "log_euclidean",
+    "log_cholesky" and "arithmetic".
+
+    Raises ValueError, with the index, for singular or non-finite matrices (n > 2: singular to
+    rounding) and for negative or undefined weights; for weights that are all zero; and for
+    matrices so far apart, in condition beyond 1e150, that their squares leave the range of doubles.
+
+    >>> mdt([[[1, 0], [0, 2]], [[4, 0], [0, 2]]]).T
+    array([[2., 0.],
+           [0., 2.]])
     """
+    A = check_matrices(A)
+    w = check_weights(weights, A.shape[:-2])
+    if method != "auto" and method not in means.METHODS:
+        raise ValueError(f"Invalid method '{method}'. It must be one of auto, {', '.join(means.METHODS)}.")
+    shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
+    A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
+    rows = max(1, _GROUP // (count * n * n))
+    found = []
+    for first in range(0, len(A), rows):
+        part = slice(first, first + rows)
+        try:
+            with np.errstate(all="ignore"):
+                found.append(_mean(A[part], w[part], method))
+        except _Singular as singular:
+            row, column = singular.args
+            index = (*(int(i) for i in np.unravel_index(first + row, shape)), column) if shape else column
+            raise ValueError(f"Invalid matrix at index {index}. It must be finite and invertible.") from None
+        except np.linalg.LinAlgError as error:
+            raise ValueError(_TOO_FAR) from error
+        if not np.isfinite(found[-1].cost).all():
+            raise ValueError(_TOO_FAR)
+    parts: Any = found[0] if len(found) == 1 else [np.concatenate(part) for part in zip(*found, strict=True)]
+    return MDT(*(part.reshape(shape + part.shape[1:])[()] for part in parts))
+
+
+class _Singular(Exception):
+    """The first singular matrix: the numbers of its set and in it."""
+
+
+def _mean(A: FloatArray, w: FloatArray, method: str) -> means.Mean:
+    """The means of sets of matrices, shape (B, N, n, n)."""
+    if A.shape[-1] == 2 and method in ("auto", "newton"):
+        points, wrong = hyperbolic.points(A)
+        _refuse(wrong)
+        found = hyperbolic.newton(points, w)
+    else:
+        _refuse(np.asarray(~np.isfinite(A).all(axis=(-1, -2))))
+        start, wrong = means.middle(A, w)
+        _refuse(wrong)
+        found = means.METHODS["newton" if method == "auto" else method](A, w, start)
+    return found
+
+
+def _refuse(wrong: BoolArray) -> None:
+    if wrong.any():
+        raise _Singular(*(int(i) for i in np.argwhere(wrong)[0]))
+
+
+def check_matrices(A: ArrayLike) -> FloatArray:
+    """A as an array of shape (..., N, n, n), N and n at least 1."""
     A = np.asarray(A, dtype=float)
-    if A.ndim != 3 or A.shape[1:] != (2, 2) or len(A) == 0:
-        raise ValueError(f"Invalid shape {A.shape} of matrices. It must be (N, 2, 2) with N at least 1.")
-    w = _check_weights(weights, len(A))
-    with np.errstate(invalid="ignore", over="ignore"):
-        row = A[:, 0, 0] ** 2 + A[:, 0, 1] ** 2
-        det = np.abs(A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0])
-    bad = np.flatnonzero(~(np.isfinite(A).all(axis=(1, 2)) & (det > 0)))
-    if bad.size:
-        raise ValueError(f"Invalid matrix at index {bad[0]}. It must be finite and invertible.")
-    u = 0.5 * np.log(det)
-    x = (A[:, 0, 0] * A[:, 1, 0] + A[:, 0, 1] * A[:, 1, 1]) / row
-    y = det / row
-    u_mean = _mean(w, u)
-    x_mean, y_mean, r = _hyperbolic_mean(x, y, w)
-    l11 = np.exp(u_mean) / np.sqrt(y_mean)
-    T = np.array([[l11, 0.0], [x_mean * l11, y_mean * l11]])
-    distances = 2.0 * (u - u_mean) ** 2 + 0.5 * r * r
-    return MDT(T, _mean(w, distances), distances)
+    if A.ndim < 3 or A.shape[-1] != A.shape[-2] or A.size == 0:
+        raise ValueError(f"Invalid shape {A.shape} of matrices. It must be (..., N, n, n) with N and n at least 1.")
+    return A
 
 
-def _check_weights(weights: ArrayLike | None, count: int) -> FloatArray:
+def check_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> FloatArray:
+    """Weights of matrices of shape (..., N), divided by their sums over N; equal ones for None."""
     if weights is None:
-        return np.full(count, 1.0 / count)
+        return np.broadcast_to(np.full(shape[-1], 1.0 / shape[-1]), shape)
     w = np.asarray(weights, dtype=float)
-    if w.shape != (count,):
-        raise ValueError(f"Invalid shape {w.shape} of weights. It must be ({count},), as many as matrices.")
-    if not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
-        raise ValueError("Invalid weights. They must be finite, not negative, and not all zero.")
-    return np.asarray(w / w.sum())
-
-
-def _mean(w: FloatArray, values: FloatArray) -> float:
-    # Not w @ values: threads of a BLAS take longer to start than the sum does.
-    return float(np.einsum("i,i->", w, values))
-
-
-def _hyperbolic_mean(x: FloatArray, y: FloatArray, w: FloatArray) -> tuple[float, float, FloatArray]:
-    """The Frechet mean of points of the upper half-plane by Newton steps, and the distances to it."""
-    x0, y0 = _mean(w, x), float(np.exp(_mean(w, np.log(y))))
-    previous = np.inf
-    for _ in range(_MAX_STEPS):
-        # An isometry puts the present point at i; sinh(r) times the direction to (p, q) is (s1, s2).
-        p, q = (x - x0) / y0, y / y0
-        s1, s2 = p / q, (p * p + (q - 1.0) * (q + 1.0)) / (2.0 * q)
-        sinh = np.hypot(s1, s2)
-        r = np.arcsinh(sinh)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            r_over_sinh = np.where(sinh > 0, r / sinh, 1.0)
-            n1, n2 = np.where(sinh > 0, [s1, s2] / sinh, 0.0)
-        g1, g2 = _mean(w, r_over_sinh * s1), _mean(w, r_over_sinh * s2)
-        size = np.hypot(g1, g2)
-        # Below the rounding of the sum the gradient is noise: it stops falling.
-        if size <= 1e-15 * (1.0 + _mean(w, r)) or (size < 1e-8 and size >= 0.5 * previous):
-            break
-        previous = size
-        # The Hessian of r^2 / 2 is 1 along the geodesic and r coth r across it.
-        across = r_over_sinh * np.hypot(1.0, sinh)
-        h11 = _mean(w, across + (1.0 - across) * n1 * n1)
-        h22 = _mean(w, across + (1.0 - across) * n2 * n2)
-        h12 = _mean(w, (1.0 - across) * n1 * n2)
-        det = h11 * h22 - h12 * h12
-        d1, d2 = (h22 * g1 - h12 * g2) / det, (h11 * g2 - h12 * g1) / det
-        step = np.hypot(d1, d2)
-        height = 1.0 / (np.cosh(step) - d2 * np.sinh(step) / step)
-        x0 += y0 * d1 * np.sinh(step) / step * height
-        y0 *= height
-    return x0, y0, r
+    if w.shape not in (shape, shape[-1:]):
+        either = f"{shape[-1:]} or {shape}" if len(shape) > 1 else f"{shape}"
+        raise ValueError(f"Invalid shape {w.shape} of weights. It must be {either}, as many as matrices.")
+    if not (w.min() >= 0 and w.max() < np.inf):
+        wrong = ~((w >= 0) & (w < np.inf))
+        raise ValueError(f"Invalid weight {w[wrong][0]}{place(wrong)}. It must be finite and not negative.")
+    total = w.sum(axis=-1, keepdims=True)
+    if not (total > 0).all():
+        raise ValueError(f"Invalid weights{place(total[..., 0] == 0)}. They must not all be zero.")
+    return np.broadcast_to(w / total, shape)

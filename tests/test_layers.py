@@ -16,7 +16,12 @@ LAYERS = [
     "ellipsoid",
     "catalogue",
     "measures",
+    "spd",
+    "clouds",
+    "means",
+    "hyperbolic",
     "mdt",
+    "rigid",
     "criteria",
     "geodata",
     "projections",
@@ -39,8 +44,8 @@ LAYERS = [
 
 HOMES = {
     "pyproj": {"projections"},
-    "scipy": {"measures"},
-    "shapely": {"geodata", "plots.domain", "plots.land"},
+    "scipy": {"measures", "plots.indicatrices"},
+    "shapely": {"geodata", "plots.basemap", "plots.domain", "plots.land"},
     "matplotlib": {"plots"},
     "typer": {"cli"},
     "rich": {"cli"},

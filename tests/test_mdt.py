@@ -231,10 +231,12 @@ def test_many_matrices():
 # ---- errors ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("shape", [(2, 2), (0, 2, 2), (3, 2, 3), (3, 3, 3), (3,), (2, 3, 2, 2)])
+@pytest.mark.parametrize("shape", [(2, 2), (3, 2, 3), (0, 2, 2), (3, 0, 0), (4,)])
 def test_shapes_are_checked(shape):
-    """Matrices that are not (N, 2, 2) are refused with their shape."""
-    with pytest.raises(ValueError, match=r"^Invalid shape \(.*\) of matrices\. It must be \(N, 2, 2\) with N at least"):
+    """Matrices that are not (..., N, n, n) are refused with their shape."""
+    with pytest.raises(
+        ValueError, match=r"^Invalid shape \(.*\) of matrices\. It must be \(\.\.\., N, n, n\) with N and n"
+    ):
         mdt(np.ones(shape))
 
 
@@ -262,9 +264,82 @@ def test_weights_have_the_shape_of_the_matrices(weights):
         mdt(np.stack([np.eye(2)] * 3), weights)
 
 
-@pytest.mark.parametrize("weights", [[1.0, -1.0, 1.0], [0.0, 0.0, 0.0], [1.0, np.nan, 1.0], [1.0, np.inf, 1.0]])
+@pytest.mark.parametrize("weights", [[1.0, -1.0, 1.0], [1.0, np.nan, 1.0], [1.0, np.inf, 1.0]])
 def test_weights_are_checked(weights):
-    """Negative, undefined and all-zero weights are refused."""
-    match = r"^Invalid weights\. They must be finite, not negative, and not all zero\.$"
+    """Negative and undefined weights are refused with their index."""
+    match = r"^Invalid weight .* at index 1\. It must be finite and not negative\.$"
     with pytest.raises(ValueError, match=match):
         mdt(np.stack([np.eye(2)] * 3), weights)
+
+
+def test_weights_that_are_all_zero():
+    """There is no mean of nothing."""
+    with pytest.raises(ValueError, match=r"^Invalid weights.*\. They must not all be zero\.$"):
+        mdt(np.stack([np.eye(2)] * 3), np.zeros(3))
+
+
+# ---- any dimension --------------------------------------------------------------------------
+
+
+def around(n, count, spread, condition, *, seed=1):
+    """Matrices whose mean is known: A_i = T exp(S_i / 2) Q_i, the S_i symmetric and of weighted mean zero.
+
+    The Karcher equation of P_i = A_i A_i^T at T T^T is sum w_i S_i = 0.
+    """
+    rng = np.random.default_rng(seed)
+    S = rng.normal(size=(count, n, n)) * spread
+    S = S + S.swapaxes(-1, -2)
+    w = rng.uniform(0.5, 2.0, count)
+    S -= np.einsum("i,ijk->jk", w / w.sum(), S)
+    eigenvalues, U = np.linalg.eigh(S)
+    root = (U * np.exp(0.5 * eigenvalues[:, None])) @ U.swapaxes(-1, -2)
+    T = np.tril(rng.normal(size=(n, n)), -1) * 0.3 + np.diag(np.geomspace(1.0, condition, n))
+    Q = np.linalg.qr(rng.normal(size=(count, n, n)))[0]
+    return T @ root @ Q, w, T, float(np.einsum("i,ijk,ijk->", w / w.sum(), S, S) / 4)
+
+
+@pytest.mark.parametrize("condition", [1.0, 1e2, 1e6, 1e10])
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 8])
+def test_exact_means(n, condition):
+    """Where the Karcher equation holds by construction T is found to 1e-10 of its rows, and the cost with it."""
+    A, w, T, cost = around(n, 40, 0.4, condition)
+    found = mdt(A, w)
+    np.testing.assert_allclose(np.linalg.solve(T, found.T), np.eye(n), rtol=0, atol=1e-10)
+    assert found.cost == pytest.approx(cost, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_orthogonal_invariance(n):
+    """A rotation from the right changes nothing; one from the left rotates T T^T."""
+    A, w, _, _ = around(n, 30, 0.3, 5.0)
+    Q = np.linalg.qr(np.random.default_rng(3).normal(size=(n, n)))[0]
+    found, right, left = mdt(A, w), mdt(A @ Q, w), mdt(Q @ A, w)
+    np.testing.assert_allclose(right.T, found.T, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(left.T @ left.T.T, Q @ found.T @ found.T.T @ Q.T, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_positive_diagonals(n):
+    """The mean of positive diagonal matrices is their geometric mean."""
+    d = np.random.default_rng(5).uniform(0.1, 10.0, (20, n))
+    found = mdt(d[:, :, None] * np.eye(n))
+    np.testing.assert_allclose(found.T, np.diag(np.exp(np.log(d).mean(axis=0))), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_leading_axes(n):
+    """Sets of matrices on leading axes have each its own mean."""
+    sets = [around(n, 12, 0.3, 4.0, seed=seed) for seed in range(6)]
+    A, w = (np.stack([one[k] for one in sets]).reshape(2, 3, *sets[0][k].shape) for k in (0, 1))
+    found = mdt(A, w)
+    assert found.T.shape == (2, 3, n, n)
+    for k, (_, _, T, cost) in enumerate(sets):
+        np.testing.assert_allclose(found.T.reshape(6, n, n)[k], T, rtol=0, atol=1e-11)
+        assert np.ravel(found.cost)[k] == pytest.approx(cost, rel=1e-10)
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("gradient", 1e-10), ("mpm", 1e-5)])
+def test_other_methods_find_the_same_mean(method, tolerance):
+    """The gradient is exact; the power means tend to the mean, from powers that doubles can take."""
+    A, w, T, _ = around(3, 30, 0.3, 3.0)
+    np.testing.assert_allclose(mdt(A, w, method=method).T, T, rtol=0, atol=tolerance)
