@@ -5,8 +5,19 @@ Neither goes through the other's form, which would lose defaults (`+proj=wintri`
 (EPSG:3857) and ellipsoids.
 """
 
+from projdist.projections.composed import compose
 from projdist.projections.errors import ProjectionError
+from projdist.projections.exports import parameters_of, pipeline_of, wkt_of
 from projdist.projections.names import needed_parameters, projection_names
 from projdist.projections.projection import Projection
 
-__all__ = ["Projection", "ProjectionError", "needed_parameters", "projection_names"]
+__all__ = [
+    "Projection",
+    "ProjectionError",
+    "compose",
+    "needed_parameters",
+    "parameters_of",
+    "pipeline_of",
+    "projection_names",
+    "wkt_of",
+]

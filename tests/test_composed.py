@@ -1,0 +1,83 @@
+"""A projection times a matrix, and the forms in which it leaves: each is run through pyproj and compared."""
+
+import pickle
+
+import numpy as np
+import pytest
+from pyproj import CRS, Transformer
+
+from projdist.projections import Projection, ProjectionError, compose, parameters_of, pipeline_of, wkt_of
+
+M = np.array([[1.2, 0.1], [0.05, 0.9]])
+LON, LAT = np.array([5.0, 10.0, 14.0]), np.array([44.0, 47.0, 50.0])
+# Sphere, ellipsoid, feet, grads from Paris, axes south and west, both axes along meridians, oblique.
+BASES = ["moll", "EPSG:3035", "EPSG:2264", "EPSG:27561", "EPSG:2065", "EPSG:32661", "EPSG:3857"]
+_METRE = 2e-9  # one unit in the last place of 10,000 km
+
+
+def truth(base):
+    """Coordinates of the base times the matrix."""
+    return M @ np.array(Projection.from_user_input(base)(LON, LAT))
+
+
+@pytest.mark.parametrize("base", [*BASES, "winkel-tripel", "+proj=utm +zone=32 +ellps=GRS80 +units=us-ft"])
+def test_pipelines(base):
+    """pyproj runs the pipeline, both ways, with the coordinates of the product."""
+    projection = Projection.from_user_input(base)
+    transformer = Transformer.from_pipeline(pipeline_of(projection, M))
+    found = np.array(transformer.transform(LON, LAT))
+    np.testing.assert_allclose(found, truth(base), rtol=0, atol=_METRE)
+    np.testing.assert_allclose(compose(projection, M, "x")(LON, LAT), truth(base), rtol=0, atol=_METRE)
+    back = transformer.transform(*found, direction="INVERSE")
+    np.testing.assert_allclose(back, [LON, LAT], rtol=0, atol=1e-7)  # PROJ's own iterations
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_wkt(base):
+    """The derived projected CRS is read back by pyproj and gives the same coordinates."""
+    wkt, reason = wkt_of(Projection.from_user_input(base), M, 'A "quoted" name')
+    assert reason is None
+    crs = CRS.from_wkt(wkt)
+    assert crs.type_name == "Derived Projected CRS"
+    assert crs.name == 'A "quoted" name'
+    np.testing.assert_allclose(
+        Projection.from_user_input(wkt)(LON, LAT), truth(base), rtol=0, atol=5e-8
+    )  # WKT has 15 digits
+
+
+@pytest.mark.parametrize("base", ["winkel-tripel", "+proj=pipeline +step +proj=moll +R=1", lambda lon, lat: (lon, lat)])
+def test_no_wkt(base):
+    """Where a CRS cannot hold the map there is a reason."""
+    wkt, reason = wkt_of(Projection.from_user_input(base), M, "x")
+    assert wkt is None
+    assert reason
+
+
+@pytest.mark.parametrize(
+    ("base", "stretch", "changed"),
+    [
+        ("plate-carree", (0.8, 1.0), "+lat_ts=36.869897"),
+        ("+proj=merc +R=1000", (0.9, 0.9), "+k_0=0.9"),
+        ("EPSG:2056", (0.999, 0.999), "+k_0=0.999"),
+        ("moll", (0.9, 0.9), None),
+        ("plate-carree", (0.8, 0.9), None),
+    ],
+)
+def test_parameters(base, stretch, changed):
+    """A scale is k_0, a stretch of an equidistant cylindrical map lat_ts, where the projection has them."""
+    projection = Projection.from_user_input(base)
+    found = parameters_of(projection, np.diag(stretch))
+    if changed is None:
+        assert found is None
+        return
+    assert changed in found
+    expected = np.diag(stretch) @ np.array(projection(LON, LAT))
+    np.testing.assert_allclose(Projection.from_user_input(found)(LON, LAT), expected, rtol=1e-12)
+
+
+def test_compositions_are_values():
+    """A composition can be pickled; a singular matrix is refused."""
+    composed = compose(Projection.from_user_input("robin"), M, "x")
+    assert pickle.loads(pickle.dumps(composed)) == composed
+    with pytest.raises(ProjectionError, match="invertible"):
+        compose(composed, np.zeros((2, 2)), "x")
