@@ -35,6 +35,13 @@ CASES = {
     64: (100,),
 }
 SPREADS = (0.5, 1.0, 2.0)  # of the entries of V; the condition of G G^T is 100
+WIDE = (
+    (2, 1000, 4.0),
+    (3, 1000, 4.0),
+    (8, 200, 4.0),
+    (8, 200, 6.0),
+    (32, 100, 5.0),
+)  # some A_i of conditions 1e7 to 1e10
 
 
 def known_mean(rng: np.random.Generator, n: int, count: int, spread: float) -> tuple[np.ndarray, np.ndarray]:
@@ -104,6 +111,9 @@ def main(sizes: list[int]) -> None:
     for n in sizes:
         for count in CASES[n]:
             for spread in SPREADS:
+                row(rng, n, count, spread)
+        for size, count, spread in WIDE:
+            if size == n:
                 row(rng, n, count, spread)
 
 
