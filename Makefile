@@ -35,6 +35,7 @@ gallery: .venv/installed
 
 benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/means.py
 
 clean:
 	rm -rf .venv demo

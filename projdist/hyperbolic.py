@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.clouds import EPS
 from projdist.means import Mean, damping, settled
+from projdist.whitened import EPS
 
 __all__ = ["Points", "newton", "points"]
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.clouds import CHUNK, EPS, BatchCloud, Cloud, SmallCloud, View
 from projdist.spd import lower_factor, symmetric_exp, transposed
+from projdist.whitened import EPS, JacobiSet, LapackSets, View, Whitened, pieces
 
 __all__ = ["METHODS", "Mean", "damping", "gradient", "middle", "newton", "settled"]
 
@@ -28,6 +28,7 @@ _NEWTON_STEPS = 100  # 3 to 5 do, from far away some 15
 _GRADIENT_STEPS = 1000  # some 15; conditions of 1e6 take 300
 # Where the Jacobi rotations of many matrices at once are faster than a LAPACK call for each.
 _SMALL, _MANY = 4, 256
+_POOR = 100.0  # of |T^-1| |T|, which a scaling of rows does not change: from here on a refinement is worth its price
 
 
 class Mean(NamedTuple):
@@ -43,28 +44,30 @@ class Mean(NamedTuple):
 
 def newton(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """Newton's method with the exact Hessian."""
-
-    def step(cloud: Cloud, view: View) -> FloatArray:
-        V = cloud.newton_step(view.logarithm)
-        if np.abs(V).max() * V.shape[-1] < 1.0:
-            return V  # no eigenvalue of which is above 1
-        values = np.linalg.eigvalsh(V)
-        return V * damping(0.5 * (values[:, -1] - values[:, 0]), view.bend)[:, None, None]
-
     if A.shape[-1] in range(3, _SMALL + 1) and A.shape[1] >= _MANY:
         one = [slice(b, b + 1) for b in range(len(A))]
-        found = [_descend(SmallCloud(A[b], w[b], start[b]), step, _NEWTON_STEPS) for b in one]
-        return Mean(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
-    return _descend(BatchCloud(A, w, start), step, _NEWTON_STEPS)
+        found = [_descend(JacobiSet(A[b], w[b], start[b]), _newton_step, _NEWTON_STEPS) for b in one]
+        mean = Mean(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+    else:
+        mean = _descend(LapackSets(A, w, start), _newton_step, _NEWTON_STEPS)
+    return _refined(A, w, mean)
 
 
 def gradient(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The gradient method with the automatic step 2 / (1 + mean of r coth r) (Bini & Iannazzo 2013)."""
+    return _refined(A, w, _descend(LapackSets(A, w, start), _gradient_step, _GRADIENT_STEPS))
 
-    def step(_: Cloud, view: View) -> FloatArray:
-        return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
 
-    return _descend(BatchCloud(A, w, start), step, _GRADIENT_STEPS)
+def _newton_step(sets: Whitened, view: View) -> FloatArray:
+    V = sets.newton_step(view.logarithm)
+    if np.abs(V).max() * V.shape[-1] < 1.0:
+        return V  # no eigenvalue of which is above 1
+    values = np.linalg.eigvalsh(V)
+    return V * damping(0.5 * (values[:, -1] - values[:, 0]), view.bend)[:, None, None]
+
+
+def _gradient_step(_: Whitened, view: View) -> FloatArray:
+    return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
 
 
 def damping(length: FloatArray, bend: FloatArray) -> FloatArray:
@@ -85,26 +88,48 @@ def settled(size: FloatArray, previous: FloatArray, floor: FloatArray) -> BoolAr
     return (size <= np.minimum(floor, 1e-6)) | ((size <= np.minimum(4.0 * floor, 1e-4)) & (size > 0.5 * previous))
 
 
-def _descend(cloud: Cloud, step: Callable[[Cloud, View], FloatArray], limit: int) -> Mean:
+def _descend(sets: Whitened, step: Callable[[Whitened, View], FloatArray], limit: int) -> Mean:
     """Steps until each set has settled; one that made the cost rise is taken back by half."""
-    b, n, _ = cloud.T.shape
+    b, n, _ = sets.T.shape
     active, iterations = np.ones(b, dtype=bool), np.zeros(b, dtype=int)
     best, previous, V = np.full(b, np.inf), np.full(b, np.inf), np.zeros((b, n, n))
     for count in range(limit + 1):
-        view = cloud.look()
-        size = np.sqrt(np.einsum("bij,bij->b", view.logarithm, view.logarithm))
-        floor = _floor(view)
+        view = sets.look()
+        size, floor = np.linalg.norm(view.logarithm, axis=(-1, -2)), _floor(view)
         active &= ~settled(size, previous, floor)
         if count == limit or not active.any():
             break
         risen = active & (view.cost > best * (1.0 + 1e-9) + 10.0 * floor * np.sqrt(view.cost))
         fresh = active & ~risen
         view = view._replace(logarithm=np.where(fresh[:, None, None], view.logarithm, 0.0))
-        V = np.where(risen[:, None, None], -0.5 * V, step(cloud, view))
+        V = np.where(risen[:, None, None], -0.5 * V, step(sets, view))
         best, previous = np.where(fresh, view.cost, best), np.where(fresh, size, previous)
         iterations += active
-        cloud.move(V)
-    return Mean(lower_factor(cloud.T), view.cost, size, iterations, floor, view.distances)
+        sets.move(V)
+    return Mean(lower_factor(sets.T), view.cost, size, iterations, floor, view.distances)
+
+
+def _floor(view: View) -> FloatArray:
+    """What rounding may leave of the gradient."""
+    return 2.0 * view.logarithm.shape[-1] * EPS * (view.cosh + np.sqrt(view.cost))
+
+
+def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
+    """One more Newton step from T itself, where its condition let the rounding of the steps pile up.
+
+    What remains is the rounding of A and T, some eps times the condition: a third to a tenth of it before.
+    """
+    poor = (np.abs(np.linalg.inv(mean.T)) @ np.abs(mean.T)).max(axis=(-1, -2)) > _POOR
+    if not poor.any():
+        return mean
+    T = mean.T[poor]
+    sets = LapackSets(A[poor], w[poor], T)
+    # exp(V / 2) = (1 + K) Q to first order, where the lower triangular K has K + K^T = V.
+    K = np.tril(sets.newton_step(sets.look().logarithm))
+    np.einsum("bkk->bk", K)[...] *= 0.5
+    refined = mean.T.copy()
+    refined[poor] += T @ K
+    return mean._replace(T=refined, iterations=mean.iterations + poor)
 
 
 # ---- starts ---------------------------------------------------------------------------------
@@ -119,7 +144,7 @@ def middle(A: FloatArray, w: FloatArray) -> tuple[FloatArray, BoolArray]:
     b, count, n, _ = A.shape
     straight, inverse = np.zeros((b, n, n)), np.zeros((b, n, n))
     wrong = np.zeros((b, count), dtype=bool)
-    for part in _parts(A):
+    for part in pieces(A):
         A_inv, wrong[:, part] = _inverses(A[:, part])
         root = np.sqrt(w[:, part])[:, :, None, None]
         straight = _stack(straight, transposed(A[:, part]) * root)
@@ -127,12 +152,6 @@ def middle(A: FloatArray, w: FloatArray) -> tuple[FloatArray, BoolArray]:
     # With R^T R and S^T S the means of A A^T and of its inverse: S R^T = U s V^T, T = R^T V s^-1/2.
     _, scales, V = np.linalg.svd(inverse @ transposed(straight))
     return transposed(straight) @ (transposed(V) / np.sqrt(scales)[:, None, :]), wrong
-
-
-def _parts(A: FloatArray) -> list[slice]:
-    b, count, n, _ = A.shape
-    step = max(n, CHUNK // (b * n * n))
-    return [slice(start, start + step) for start in range(0, count, step)]
 
 
 def _stack(R: FloatArray, rows: FloatArray) -> FloatArray:
@@ -163,20 +182,16 @@ def _inverses(A: FloatArray) -> tuple[FloatArray, BoolArray]:
 def _known(A: FloatArray, w: FloatArray, T: FloatArray, iterations: int = 0) -> Mean:
     """What is to be said of means T that were found otherwise."""
     T = lower_factor(T)
-    view = BatchCloud(A, w, T).look()
+    view = LapackSets(A, w, T).look()
     size = np.linalg.norm(view.logarithm, axis=(-1, -2))
     count = np.full(len(T), iterations)
     return Mean(T, view.cost, size, count, _floor(view), view.distances)
 
 
-def _floor(view: View) -> FloatArray:
-    return 2.0 * view.logarithm.shape[-1] * EPS * (view.cosh + np.sqrt(view.cost))
-
-
 def arithmetic(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The arithmetic mean of A_i A_i^T."""
     R = np.zeros_like(start)
-    for part in _parts(A):
+    for part in pieces(A):
         R = _stack(R, transposed(A[:, part]) * np.sqrt(w[:, part])[:, :, None, None])
     return _known(A, w, transposed(R))
 
@@ -184,7 +199,7 @@ def arithmetic(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 def log_cholesky(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """The mean of the Cholesky factors, their diagonals geometric (Lin 2019)."""
     T, logs = np.zeros_like(start), np.zeros(start.shape[:2])
-    for part in _parts(A):
+    for part in pieces(A):
         L = lower_factor(A[:, part])
         T += np.einsum("bi,bikl->bkl", w[:, part], L)
         logs += np.einsum("bi,bik->bk", w[:, part], np.log(np.einsum("bikk->bik", L)))
@@ -195,7 +210,7 @@ def log_cholesky(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 def log_euclidean(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     """exp of the mean of ln(A_i A_i^T) (Arsigny et al. 2007)."""
     logs = np.zeros_like(start)
-    for part in _parts(A):
+    for part in pieces(A):
         U, scales, _ = np.linalg.svd(A[:, part])
         logs += np.einsum("bi,bija,bia,bika->bjk", w[:, part], U, np.log(scales), U, optimize=True)
     return _known(A, w, symmetric_exp(logs)[0])
@@ -220,7 +235,7 @@ def _power_mean(A: FloatArray, w: FloatArray, T: FloatArray, order: float) -> tu
     for count in range(_POWER_STEPS):  # noqa: B007 the steps taken
         inverse = np.linalg.inv(T)[:, None]
         power = np.zeros_like(T)
-        for part in _parts(A):
+        for part in pieces(A):
             U, scales, _ = np.linalg.svd(inverse @ A[:, part])
             power += np.einsum("bi,bija,bia,bika->bjk", w[:, part], U, scales ** (2.0 * order), U, optimize=True)
         values, U = np.linalg.eigh(power)

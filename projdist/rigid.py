@@ -70,9 +70,8 @@ def mean_rotation(
     factor = mdt(A, w).T if T is None else np.asarray(T, dtype=float)
     if factor.shape != A.shape[:-3] + A.shape[-2:]:
         raise ValueError(f"Invalid shape {factor.shape} of T. It must be {A.shape[:-3] + A.shape[-2:]}.")
+    reflection = _common((_orientation(factor, "T")[..., None] * _orientation(A, "matrix")) < 0)
     B = np.linalg.solve(factor[..., None, :, :], A)
-    mirrors = np.linalg.slogdet(B)[0] < 0
-    reflection = _common(mirrors)
     # A reflection of the last axis on the right is common to all and leaves rotations.
     B[..., -1] *= np.where(reflection, -1.0, 1.0)[..., None, None]
     R, length = ROTATIONS[method](B, w)
@@ -88,6 +87,16 @@ def axes_shift(points: ArrayLike) -> FloatArray:
     if wrong.any():
         raise ValueError(f"Invalid point{place(wrong)}. It must be finite.")
     return 0.0 - points.min(axis=-2)
+
+
+def _orientation(A: FloatArray, what: str) -> FloatArray:
+    """The sign of the determinant, 1 or -1."""
+    with np.errstate(invalid="ignore"):
+        sign, logarithm = np.linalg.slogdet(A)
+    wrong = np.asarray(~np.isfinite(logarithm))
+    if wrong.any():
+        raise ValueError(f"Invalid {what}{place(wrong)}. It must be finite and invertible.")
+    return np.asarray(sign)
 
 
 def _common(mirrors: BoolArray) -> BoolArray:

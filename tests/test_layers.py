@@ -17,7 +17,7 @@ LAYERS = [
     "catalogue",
     "measures",
     "spd",
-    "clouds",
+    "whitened",
     "means",
     "hyperbolic",
     "mdt",

@@ -1,11 +1,11 @@
-"""Sets of matrices seen from a trial mean: what the algorithms of `means` ask for at each step.
+"""Whitened sets: matrices seen from a trial mean, for the algorithms of `means`.
 
-A cloud holds B_i = T^-1 A_i, up to rotations from the right that no distance sees. It answers with the weighted mean of
+They are B_i = T^-1 A_i, up to rotations from the right that no distance sees. A whitened set tells the weighted mean of
 ln(B_i B_i^T), which is minus the gradient of half the mean squared distance and vanishes at the Frechet mean; it finds
-the Newton step, and moves. In the basis of its eigenvectors u, where ln(B_i B_i^T) is diagonal with entries l, the
+the Newton step, and moves T. In the basis of its eigenvectors u, where ln(B_i B_i^T) is diagonal with entries l, the
 Hessian multiplies the component along u_a u_b^T by r coth r, r = |l_a - l_b| / 2.
 
-`BatchCloud` takes sets of any shape and works by LAPACK; `SmallCloud` takes one set of many small matrices.
+`LapackSets` take sets of any shape; a `JacobiSet` is one set of many small matrices.
 """
 
 from __future__ import annotations
@@ -17,24 +17,26 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.spd import symmetric_exp, transposed
 
-__all__ = ["CHUNK", "EPS", "BatchCloud", "Cloud", "SmallCloud", "View"]
+__all__ = ["EPS", "JacobiSet", "LapackSets", "View", "Whitened", "pieces"]
 
 EPS = float(np.finfo(float).eps)
-CHUNK = 1 << 15  # doubles of one array: some eight such arrays stay in a second-level cache
-# Eigenvectors serve as long as the logarithm has no more than this off the diagonal: its square is below rounding.
-_OFF_DIAGONAL = 5e-8
-# A turn times the condition must stay below a tenth: then small eigenvalues are still seen beside large ones.
-_TURN = 10 * _OFF_DIAGONAL
-# While it has more than this, errors of the decomposition itself do not matter yet.
-_NEAR = 1e-2
-# Products B B^T of a larger ratio of eigenvalues have lost the small ones' vectors; the SVD of B has not.
-_RATIO = 1e-7
+_CHUNK = 1 << 15  # doubles of one array: some eight such arrays stay in a second-level cache
 _WHOLE = 4  # the largest n whose Hessian, n^2 on a side, is made as a whole
 _SAME = 1e-8  # r below which r / sinh r and r coth r are 1
+# Eigenvectors serve as long as the logarithm has no more than this off the diagonal: its square is below rounding.
+_OFF_DIAGONAL = 5e-8
+# While it has more than this, errors of the decomposition itself do not matter yet.
+_NEAR = 1e-2
+# A turn times the condition must stay below a tenth: then small eigenvalues are still seen beside large ones.
+_TURN = 10 * _OFF_DIAGONAL
+# Products B B^T of a larger ratio of eigenvalues have lost the small ones' vectors; the SVD of B has not.
+_RATIO = 1e-7
+_SWEEPS = 30  # of Jacobi rotations; five or six do, whatever the matrices
+_ORTHOGONAL = 1e-16  # cosine of two columns
 
 
 class View(NamedTuple):
-    """What a cloud looks like from its trial mean, for B sets of N matrices."""
+    """What B sets of N matrices look like from their trial means."""
 
     logarithm: FloatArray  # (B, n, n), the weighted mean of ln(B_i B_i^T)
     distances: FloatArray  # (B, N), Dist_F(B_i)^2
@@ -43,7 +45,7 @@ class View(NamedTuple):
     bend: FloatArray  # (B,), that of r coth r, which bounds the Hessian
 
 
-class Cloud(Protocol):
+class Whitened(Protocol):
     """B sets of N matrices, seen from T of shape (B, n, n)."""
 
     T: FloatArray
@@ -58,32 +60,27 @@ class Cloud(Protocol):
         """Go along the geodesic of the symmetric V, shape (B, n, n): T becomes T exp(V / 2)."""
 
 
-class BatchCloud:
+class LapackSets:
     """Sets of any shape, by LAPACK.
 
-    It keeps the eigenvectors too. After a small move they still nearly diagonalise, and the logarithm comes from
-    them by first-order perturbation, for a third of the price of a decomposition.
+    The eigenvectors are kept. After a small move they still nearly diagonalise, and the logarithm comes from them by
+    first-order perturbation, for a third of the price of a decomposition.
     """
 
     def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
-        self.T, self._w = T, w
-        b, count, n, _ = A.shape
-        self._slices = _slices(count, b * n * n)
+        self.T, self._w, self._pieces = T, w, pieces(A)
         # B_i^T and U_i^T, so that what is common to all i is one flat product.
-        self._rows = transposed(A).copy()
-        self._basis, self._excess = np.empty(A.shape), np.empty(A.shape)
-        self._off_diagonal, self._gain = np.inf, 1.0
-        self._multiply(np.asarray(np.linalg.inv(T), dtype=float))
-
-    def _multiply(self, M: FloatArray) -> None:
-        for part in self._slices:
-            self._rows[:, part] = _each(self._rows[:, part], transposed(M))
+        self._rows, self._basis, self._excess = np.empty_like(A), np.empty_like(A), np.empty_like(A)
+        for part in self._pieces:
+            self._rows[:, part] = transposed(_whiten(T, A[:, part]))
+        self._off_diagonal, self._gain = np.inf, 1.0  # a bound of the logarithm's, and its growth with a move
 
     def move(self, V: FloatArray) -> None:
         """Go along the geodesic of V."""
         there, back = symmetric_exp(0.5 * V)
         self.T = self.T @ there
-        self._multiply(back)
+        for part in self._pieces:
+            self._rows[:, part] = _each(self._rows[:, part], back)
         self._off_diagonal += float(_norm(V).max()) * self._gain
 
     def look(self) -> View:
@@ -94,7 +91,7 @@ class BatchCloud:
         if stale:
             self._off_diagonal = 0.0
         self._gain = 1.0
-        for part in self._slices:
+        for part in self._pieces:
             rows, basis, w = self._rows[:, part], self._basis[:, part], self._w[:, part]
             if stale:
                 values = _decompose(rows, basis)
@@ -108,22 +105,20 @@ class BatchCloud:
                 distances[:, part] = 0.25 * np.einsum("bikl,bikl->bi", log, log)
                 log *= w[:, :, None, None]
                 mean += _gather(basis, log @ basis)
-            q *= q
-            q += 1.0
-            r *= q
-            bend = r[..., 0, -1]
-            cosh = np.cosh(half[..., -1] - half[..., 0])
+            bends = _bends(q, r)
+            bend, cosh = bends[..., 0, -1], np.cosh(half[..., -1] - half[..., 0])
+            sums += [np.einsum("bi,bi->b", w, term) for term in (distances[:, part], cosh, bend)]
             self._gain = max(self._gain, float(bend.max()), _TURN * float(cosh.max()))
-            terms = (distances[:, part], cosh, bend)
-            sums += [np.einsum("bi,bi->b", w, term) for term in terms]
-            r -= 1.0
-            np.multiply(r, w[:, :, None, None], out=self._excess[:, part])
+            bends -= 1.0
+            np.multiply(bends, w[:, :, None, None], out=self._excess[:, part])
         return View(0.5 * (mean + transposed(mean)), distances, *sums)
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """From the whole Hessian for small n, else by conjugate gradients, to an error below the square of the step."""
-        if logarithm.shape[-1] <= _WHOLE:
-            return self._whole_step(logarithm)
+        """From the whole Hessian for small n, else by conjugate gradients."""
+        return self._whole_step(logarithm) if logarithm.shape[-1] <= _WHOLE else self._conjugate_step(logarithm)
+
+    def _conjugate_step(self, logarithm: FloatArray) -> FloatArray:
+        """To an error below the square of the step, which is Newton's own."""
         size = _norm(logarithm)
         goal = np.maximum(size * np.minimum(0.1 * size, 0.03), 0.5 * EPS * logarithm.shape[-1])
         V, residual = np.zeros_like(logarithm), logarithm.copy()
@@ -144,7 +139,7 @@ class BatchCloud:
     def _whole_step(self, logarithm: FloatArray) -> FloatArray:
         b, n, _ = logarithm.shape
         hessian = np.zeros((b, n * n, n * n))
-        for part in self._slices:
+        for part in self._pieces:
             U = self._basis[:, part]
             products = (U[:, :, :, None, :, None] * U[:, :, None, :, None, :]).reshape(b, -1, n * n)
             hessian += transposed(products * self._excess[:, part].reshape(b, -1, 1)) @ products
@@ -153,7 +148,7 @@ class BatchCloud:
 
     def _hessian(self, V: FloatArray) -> FloatArray:
         image = V.copy()
-        for part in self._slices:
+        for part in self._pieces:
             basis = self._basis[:, part]
             inside = _each(basis, V) @ transposed(basis)
             inside *= self._excess[:, part]
@@ -161,7 +156,7 @@ class BatchCloud:
         return image
 
 
-class SmallCloud:
+class JacobiSet:
     """One set of many small matrices: one-sided Jacobi rotations of all of them at once (Hestenes 1958).
 
     Rotations from the right make the columns of each B_i orthogonal: then they are the eigenvectors times the singular
@@ -169,20 +164,17 @@ class SmallCloud:
     """
 
     def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
-        self.T, self._w = T, w[0]
-        self._slices = _slices(A.shape[1], A.shape[-1] ** 2)
-        self._columns = np.moveaxis(A[0], 0, -1).copy()
-        self._multiply(np.asarray(np.linalg.inv(T[0]), dtype=float))
-
-    def _multiply(self, M: FloatArray) -> None:
-        for part in self._slices:
-            self._columns[:, :, part] = np.tensordot(M, self._columns[:, :, part], 1)
+        self.T, self._w, self._pieces = T, w[0], pieces(A)
+        self._columns = np.empty((*A.shape[2:], A.shape[1]))
+        for part in self._pieces:
+            self._columns[:, :, part] = np.moveaxis(_whiten(T, A[:, part])[0], 0, -1)
 
     def move(self, V: FloatArray) -> None:
         """Go along the geodesic of V."""
         there, back = symmetric_exp(0.5 * V)
         self.T = self.T @ there
-        self._multiply(back[0])
+        for part in self._pieces:
+            self._columns[:, :, part] = np.tensordot(back[0], self._columns[:, :, part], 1)
 
     def look(self) -> View:
         """The view from T."""
@@ -190,25 +182,23 @@ class SmallCloud:
         mean, sums, distances = np.zeros((n, n)), np.zeros((3, 1)), np.empty((1, count))
         first, second = np.triu_indices(n, 1)
         self._hessian = np.eye(n * (n + 1) // 2)
-        for part in self._slices:
-            w = self._w[part]
-            U = self._columns[:, :, part].copy()
+        for part in self._pieces:
+            w, U = self._w[part], self._columns[:, :, part].copy()
             _orthogonalize(U)
             self._columns[:, :, part] = U
             squares = np.einsum("ikm,ikm->km", U, U)
             U /= np.sqrt(squares)
             half = 0.5 * np.log(squares)
-            distances[0, part] = np.einsum("km,km->m", half, half)
-            r = np.maximum(np.abs(half[first] - half[second]), _SAME)
-            bend = r / np.tanh(r)
-            terms = (distances[0, part], np.cosh(r.max(axis=0)), bend.max(axis=0))
-            sums[:, 0] += [np.einsum("m,m->", w, term) for term in terms]
             mean += (U * (2.0 * w * half)).reshape(n, -1) @ U.reshape(n, -1).T
-            root = np.sqrt(np.maximum(bend - 1.0, 0.0) * w)
-            pairs = np.concatenate(
-                [_symmetric_products(U[:, first[k]] * root[k], U[:, second[k]]) for k in range(len(root))], axis=1
-            )
-            self._hessian += pairs @ pairs.T
+            r = np.maximum(np.abs(half[first] - half[second]), _SAME)
+            bends = r / np.tanh(r)
+            distances[0, part] = np.einsum("km,km->m", half, half)
+            terms = (distances[0, part], np.cosh(r.max(axis=0)), bends.max(axis=0))
+            sums[:, 0] += [np.einsum("m,m->", w, term) for term in terms]
+            roots = np.sqrt(np.maximum(bends - 1.0, 0.0) * w)
+            pairs = zip(first, second, roots, strict=True)
+            products = np.concatenate([_symmetric_products(U[:, p] * root, U[:, q]) for p, q, root in pairs], axis=1)
+            self._hessian += products @ products.T
         return View(0.5 * (mean + mean.T)[None], distances, *sums)
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
@@ -220,9 +210,22 @@ class SmallCloud:
         return V
 
 
-def _slices(count: int, size: int) -> list[slice]:
-    step = max(1, CHUNK // size)
-    return [slice(start, min(start + step, count)) for start in range(0, count, step)]
+def pieces(A: FloatArray) -> list[slice]:
+    """Parts of the second axis of matrices of shape (B, N, n, n) that stay in a processor's cache."""
+    b, count, n, _ = A.shape
+    step = max(1, _CHUNK // (b * n * n))
+    return [slice(start, start + step) for start in range(0, count, step)]
+
+
+def _whiten(T: FloatArray, A: FloatArray) -> FloatArray:
+    """T^-1 A_i for A of shape (B, M, n, n).
+
+    Turned end for end, a lower triangular T is an upper one, its own LU factor: no error is common to all A_i then.
+    """
+    b, count, n, _ = A.shape
+    columns = A.swapaxes(1, 2)[:, ::-1].reshape(b, n, -1)
+    found = np.asarray(np.linalg.solve(T[:, ::-1, ::-1], columns), dtype=float)
+    return found[:, ::-1].reshape(b, n, count, n).swapaxes(1, 2)
 
 
 def _each(stack: FloatArray, M: FloatArray) -> FloatArray:
@@ -267,6 +270,14 @@ def _ratios(half: FloatArray) -> tuple[FloatArray, FloatArray]:
     return q, r
 
 
+def _bends(q: FloatArray, r: FloatArray) -> FloatArray:
+    """r coth r from `_ratios`, in their place."""
+    q *= q
+    q += 1.0
+    r *= q
+    return r
+
+
 def _perturbed_log(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
     """ln(B B^T) in a basis that nearly diagonalises it, half its diagonal, and `_ratios` of that."""
     parts = rows @ transposed(basis)
@@ -288,10 +299,6 @@ def _perturbed_log(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, Flo
     log += log
     np.einsum("...kk->...k", log)[...] = 2.0 * half
     return np.asarray(log), half, (q, r)
-
-
-_SWEEPS = 30  # five or six do, whatever the matrices
-_ORTHOGONAL = 1e-16  # cosine of two columns
 
 
 def _orthogonalize(B: FloatArray) -> None:
