@@ -6,7 +6,6 @@ of (values, weights). Values that are NaN do not count.
 
 from __future__ import annotations
 
-import difflib
 import functools
 import re
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from projdist import hints
 from projdist._typing import FloatArray
 
 __all__ = ["CRITERIA", "get_criterion", "quantile"]
@@ -88,15 +88,20 @@ CRITERIA: dict[str, Criterion] = {
 }
 
 
+_ALLOWED = (
+    f"It must be one of {', '.join(CRITERIA)}, pNN (see 'projdist list criteria'), or a function of values and weights."
+)
+
+
 def get_criterion(criterion: str | Criterion) -> Criterion:
     """The criterion of a name, of pNN, or the callable itself; raises ValueError with close matches."""
     if callable(criterion):
         return criterion
+    if not isinstance(criterion, str):
+        raise ValueError(f"Invalid criterion '{criterion}'. {_ALLOWED}")
     if criterion in CRITERIA:
         return CRITERIA[criterion]
     percentile = re.fullmatch(r"p(\d{1,2}(?:\.\d+)?)", criterion)
     if percentile:
         return functools.partial(quantile, share=float(percentile[1]) / 100.0)
-    close = difflib.get_close_matches(criterion, CRITERIA, n=2)
-    hint = f" Did you mean {' or '.join(close)}?" if close else ""
-    raise ValueError(f"Invalid criterion '{criterion}'.{hint} It must be one of {', '.join(CRITERIA)}, or pNN.")
+    raise ValueError(f"Invalid criterion '{criterion}'. {hints.suggestion(criterion, CRITERIA)}{_ALLOWED}")

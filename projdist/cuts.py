@@ -7,7 +7,6 @@ patch like others. Interrupted, oblique and limited maps then converge as fast a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -66,17 +65,21 @@ def cut(projection: Projection, region: Region, panel: IntArray, patch: IntArray
         lines = _Lines(projection, region, patch[todo], rectangles[todo], along, NODES)
         where, kind = lines.find_cuts(result, every=True)
         kind = np.where((kind == kind[:, :1]).all(axis=1), kind[:, 0], _NONE)
-        for side, kinds in ((0, (_END, _SEAM)), (1, (_START, _SEAM))):
-            chosen = np.flatnonzero(np.isin(kind, kinds))
-            for index, grades in ((chosen[kind[chosen] == _SEAM], _WHOLE), (chosen[kind[chosen] != _SEAM], _GRADES)):
-                if index.size:
-                    result.pieces.extend(_slices(lines, panel[todo], where, index, side, grades, result))
-        cut_now = kind != _NONE
-        result.done[todo] = cut_now
-        result.split_at[todo[cut_now], 1 - along] = rectangles[todo[cut_now]][:, 2 - 2 * along : 4 - 2 * along].mean(
-            axis=1
-        )
+        for side, how, grades in (
+            (lines.low, _SEAM, _WHOLE),
+            (lines.low, _END, _GRADES),
+            (lines.high, _SEAM, _WHOLE),
+            (lines.high, _START, _GRADES),
+        ):
+            index = np.flatnonzero(kind == how)
+            if index.size:
+                slices = _slices(lines.take(index), panel[todo[index]], side[index], where[index], grades)
+                result.pieces.extend(slices)
+                result.evaluations += sum(piece.lon.size for piece in slices)
+        cut_now = np.flatnonzero(kind != _NONE)
+        result.done[todo[cut_now]] = True
         result.split_at[todo[cut_now], along] = lines.beside(where)[cut_now]
+        result.split_at[todo[cut_now], 1 - along] = lines.middle_across[cut_now]
     todo = np.flatnonzero(~result.done)
     if todo.size:
         exits = [_exit(_Lines(projection, region, patch[todo], rectangles[todo], k, _SIDES), result) for k in (0, 1)]
@@ -106,10 +109,11 @@ class _Lines:
     ) -> None:
         self.projection, self.region, self.patch, self.along = projection, region, patch, along
         self.rectangles, self.shares = rectangles, shares
-        self.low, self.high = rectangles[:, 2 * along], rectangles[:, 2 * along + 1]
-        fixed = rectangles[:, 2 - 2 * along : 4 - 2 * along]
-        self.half_across = 0.5 * (fixed[:, 1] - fixed[:, 0])
-        self.across = 0.5 * (fixed[:, 0] + fixed[:, 1])[:, None] + self.half_across[:, None] * shares
+        u0, u1, v0, v1 = rectangles.T
+        self.low, self.high = (u0, u1) if along == 0 else (v0, v1)
+        first, last = (v0, v1) if along == 0 else (u0, u1)
+        self.middle_across, self.half_across = 0.5 * (first + last), 0.5 * (last - first)
+        self.across = self.middle_across[:, None] + self.half_across[:, None] * shares
 
     def take(self, index: IntArray) -> _Lines:
         """The lines of some of the panels."""
@@ -200,25 +204,28 @@ _WHOLE = np.array([0.0, 1.0])
 _GRADES = np.concatenate([1.0 - 3.0 ** -np.arange(15.0), [1.0]])
 
 
-def _slices(
-    lines: _Lines, panel: IntArray, where: FloatArray, index: IntArray, side: int, grades: FloatArray, count: Cuts
-) -> Iterator[Pieces]:
-    """What lies between the low (0) or high (1) side of the panels `index` and the cut, sliced by shares of the way."""
-    where, across = where[index], lines.across[index]
-    fixed = (lines.low if side == 0 else lines.high)[index, None]
-    slope = where @ DIFFERENTIATE.T
+def _slices(lines: _Lines, panel: IntArray, side: FloatArray, where: FloatArray, grades: FloatArray) -> list[Pieces]:
+    """What lies between one side of the panels, at `side` (n,) along the lines, and the cut at `where` (n, p) on them.
+
+    The node axes are r in [-1, 1] across the lines, and s in [-1, 1] along them, in which t goes
+    from one of the grades to the next; t is 0 on the side and 1 on the cut: along = side + t reach(r).
+    """
+    reach = (where - side[:, None])[..., None]
+    reach_r = (where @ DIFFERENTIATE.T)[..., None]
+    across_r = lines.half_across[:, None, None]
+    pieces = []
     for start, stop in pairwise(grades):
-        share = start + 0.5 * (stop - start) * (1.0 + NODES)
-        along = fixed[..., None] + (where - fixed)[..., None] * share
-        along_across, along_along = slope[..., None] * share, (0.5 * (stop - start) * (where - fixed))[..., None]
-        across_across = lines.half_across[index, None, None]
-        u, v = np.broadcast_to(across[..., None], along.shape), along
-        partials: tuple[Partial, Partial, Partial, Partial] = (across_across, 0.0, along_across, along_along)
-        if lines.along == 0:
-            # The node axes are those of u and v, as in whole panels.
-            u, v = along.swapaxes(1, 2), u.swapaxes(1, 2)
-            partials = (along_along.swapaxes(1, 2), along_across.swapaxes(1, 2), 0.0, across_across)
-        piece, _, _ = sample_pieces(lines.projection, lines.region, panel[index], lines.patch[index], u, v, partials)
+        t_s = 0.5 * (stop - start)
+        t = start + t_s * (1.0 + NODES)
+        along = side[:, None, None] + t * reach
+        across = np.broadcast_to(lines.across[..., None], along.shape)
+        along_r, along_s = t * reach_r, t_s * reach
+        u, v = across, along
+        partials: tuple[Partial, Partial, Partial, Partial] = (across_r, 0.0, along_r, along_s)
+        if lines.along == 0:  # the first node axis is that of u, as in whole panels: here that of s
+            u, v = along.swapaxes(1, 2), across.swapaxes(1, 2)
+            partials = (along_s.swapaxes(1, 2), along_r.swapaxes(1, 2), 0.0, across_r)
+        piece, _, _ = sample_pieces(lines.projection, lines.region, panel, lines.patch, u, v, partials)
         piece.doubt[:] = 0.0  # the tear that it might come from is the cut
-        count.evaluations += piece.lon.size
-        yield piece
+        pieces.append(piece)
+    return pieces

@@ -69,15 +69,15 @@ def find_maximum(
         return Extreme(np.nan, np.nan, np.nan)
     place = region.chart(found.patch, *found.place)
     lon, lat = float(place.lon), float(place.lat)
-    if not measure.bounded and _grows(
-        projection, measure, lon, lat, *_nearest_middle(samples, areas >= _BROAD * areas.max(), lon, lat)
-    ):
-        found = found._replace(value=np.inf)
-    return Extreme(found.value, (lon + 180.0) % 360.0 - 180.0, lat)
+    value = found.value
+    if not measure.bounded:
+        inward = _nearest_middle(samples, areas >= _BROAD * areas.max(), lon, lat)
+        value = np.inf if _grows(projection, measure, (lon, lat), inward) else value
+    return Extreme(value, (lon + 180.0) % 360.0 - 180.0, lat)
 
 
 def _nearest_middle(samples: Samples, chosen: BoolArray, lon: float, lat: float) -> tuple[float, float]:
-    """The middle of the nearest of the chosen panels."""
+    """Longitude and latitude of the middle of the nearest of the chosen panels."""
     lons, lats = (values[chosen, values.shape[1] // 2, values.shape[2] // 2] for values in (samples.lon, samples.lat))
     north, east = np.radians(lats - lat), np.radians(lons - lon)
     distance = np.sin(north / 2) ** 2 + np.cos(np.radians(lat)) * np.cos(np.radians(lats)) * np.sin(east / 2) ** 2
@@ -85,12 +85,11 @@ def _nearest_middle(samples: Samples, chosen: BoolArray, lon: float, lat: float)
     return float(lons[nearest]), float(lats[nearest])
 
 
-def _grows(
-    projection: Projection, measure: Measure, lon: float, lat: float, middle_lon: float, middle_lat: float
-) -> bool:
-    """Whether a measure grows without bound towards its largest value: no less in every step."""
-    east = (middle_lon - lon + 180.0) % 360.0 - 180.0
-    values = measure_at(projection, measure, lon + _APPROACH * east, lat + _APPROACH * (middle_lat - lat))
+def _grows(projection: Projection, measure: Measure, to: tuple[float, float], start: tuple[float, float]) -> bool:
+    """Whether a measure grows without bound on the way `to` a point from another: no less in every step."""
+    lon, lat = to
+    east, north = (start[0] - lon + 180.0) % 360.0 - 180.0, start[1] - lat
+    values = measure_at(projection, measure, lon + _APPROACH * east, lat + _APPROACH * north)
     gains = np.diff(values)
     return bool((gains > _GROWTH * np.abs(values[1:])).all() and (gains[1:] > _SLOWING * gains[:-1]).all())
 

@@ -8,7 +8,6 @@ symbols (h, k, s, a, b, omega, theta), `scale@AZIMUTH`, and any callable of J.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -16,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from projdist import hints
 from projdist._typing import FloatArray
 
 __all__ = ["MEASURES", "Measure", "get_measure", "principal_scales"]
@@ -371,6 +371,12 @@ ALIASES: dict[str, str] = {measure.symbol: measure.name for measure in MEASURES.
 }
 
 
+_ALLOWED = (
+    "It must be one of fisher, h, k, s, a, b, omega, ... (see 'projdist list measures', or projdist.MEASURES), "
+    "scale@AZIMUTH, or a function of J."
+)
+
+
 def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> Measure:
     """The measure of a name, symbol, `scale@AZIMUTH` or callable of J; raises ValueError with close matches."""
     if isinstance(measure, Measure):
@@ -378,18 +384,14 @@ def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> 
     if callable(measure):
         return Measure(getattr(measure, "__name__", "custom"), measure)
     if not isinstance(measure, str):
-        raise ValueError(f"Invalid measure '{measure}'. It must be one of {', '.join(MEASURES)}, or a function of J.")
+        raise ValueError(f"Invalid measure '{measure}'. {_ALLOWED}")
     name = ALIASES.get(measure, measure)
     if name in MEASURES:
         return MEASURES[name]
     if name.startswith("scale@"):
         return _scale_measure(name)
-    known = [*MEASURES, *ALIASES]
-    close = difflib.get_close_matches(measure, known, n=3, cutoff=0.5)
-    hint = f" Did you mean {' or '.join(close)}?" if close else ""
-    raise ValueError(
-        f"Invalid measure '{measure}'.{hint} It must be one of {', '.join(known)}, or scale@AZIMUTH in degrees."
-    )
+    hint = hints.suggestion(measure, [*MEASURES, *ALIASES, "scale@AZIMUTH"])
+    raise ValueError(f"Invalid measure '{measure}'. {hint}{_ALLOWED}")
 
 
 def _scale_measure(name: str) -> Measure:

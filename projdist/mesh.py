@@ -14,13 +14,13 @@ from projdist.derivatives import jacobian
 from projdist.measures import log_scales
 from projdist.panels import NODES, Pieces, sample_pieces, tails
 from projdist.projections import Projection
-from projdist.regions import Region
+from projdist.regions import GLOBE, Region
 
 Integrand = Callable[[FloatArray], FloatArray]
 """A function of Jacobians (n, p, p, 2, 2) whose mean over the region shall be resolved."""
 
 _BATCH = 1500  # panels in one call: 150,000 points
-_SMALL = 4e-3  # of the region's area
+_SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 _STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
@@ -68,8 +68,9 @@ class _Panels:
     def __len__(self) -> int:
         return len(self.patch)
 
-    def extended(self, more: _Panels) -> _Panels:
-        return _Panels(*(np.concatenate([getattr(p, field.name) for p in (self, more)]) for field in fields(_Panels)))
+    @staticmethod
+    def joined(parts: Sequence[_Panels]) -> _Panels:
+        return _Panels(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(_Panels)))
 
 
 class Mesh:
@@ -84,19 +85,15 @@ class Mesh:
         self.limited = False  # whether the map is known to end within the region
         self.peaks = np.zeros(2 + len(self.integrands))  # the largest of each integrand seen
         self.pieces: list[Pieces] = []
-        self.panels: _Panels | None = None
-        self._add(*region.panels())
+        self.panels = _Panels.joined(self._evaluated(0, *region.panels()))
 
-    def _add(self, patch: IntArray, rectangles: FloatArray) -> None:
-        """Evaluate new panels."""
-        for start in range(0, len(rectangles), _BATCH):
-            part = slice(start, start + _BATCH)
-            new = self._evaluated(patch[part], rectangles[part])
-            self.panels = new if self.panels is None else self.panels.extended(new)
+    def _evaluated(self, first: int, patch: IntArray, rectangles: FloatArray) -> list[_Panels]:
+        """New panels, in batches; the first is number `first`."""
+        batches = [slice(start, start + _BATCH) for start in range(0, len(rectangles), _BATCH)]
+        return [self._evaluated_batch(first + part.start, patch[part], rectangles[part]) for part in batches]
 
-    def _evaluated(self, patch: IntArray, rectangles: FloatArray) -> _Panels:
+    def _evaluated_batch(self, first: int, patch: IntArray, rectangles: FloatArray) -> _Panels:
         n = len(rectangles)
-        first = 0 if self.panels is None else len(self.panels)
         half_u = 0.5 * (rectangles[:, 1] - rectangles[:, 0])[:, None, None]
         half_v = 0.5 * (rectangles[:, 3] - rectangles[:, 2])[:, None, None]
         u, v = np.broadcast_arrays(
@@ -175,7 +172,9 @@ class Mesh:
 
         It costs 20 times as much, so in small pieces only.
         """
-        small = pieces.weight.sum(axis=(1, 2)) < _SMALL * self.region.area_km2 * 1e6
+        # Areas as shares of the globe: the region's is on WGS 84, those of the pieces are on the map's own ellipsoid.
+        share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
+        small = share < _SMALL * self.region.area_km2 / GLOBE.area_km2
         ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & small)
         if ragged.size:
             J = jacobian(self.projection, pieces.lon[ragged], pieces.lat[ragged])
@@ -203,7 +202,7 @@ class Mesh:
 
     def refine(self, goal: Goal, most: int) -> str:
         """Split panels until the goal is met ("") or rounding or the number of evaluations stops it (which)."""
-        self._known.strikes[:] = 0
+        self.panels.strikes[:] = 0
         while True:
             chosen, limit = self._to_split(goal)
             if not chosen.size:
@@ -213,18 +212,13 @@ class Mesh:
             self._split(chosen, goal)
 
     @property
-    def _known(self) -> _Panels:
-        assert self.panels is not None  # a mesh is born with panels
-        return self.panels
-
-    @property
     def region_area(self) -> float:
         """Area of the region in m^2, on the projection's ellipsoid."""
-        return float(self._known.area[self._known.alive].sum())
+        return float(self.panels.area[self.panels.alive].sum())
 
     def _to_split(self, goal: Goal) -> tuple[IntArray, str]:
         """Which panels to split next, and what limits the accuracy if there are none."""
-        panels = self._known
+        panels = self.panels
         error = np.where(panels.alive, self._error(goal), 0.0)
         none = np.empty(0, dtype=int)
         if error.sum() <= 1.0:
@@ -239,7 +233,7 @@ class Mesh:
 
     def _error(self, goal: Goal) -> FloatArray:
         """Error of each panel in units of the tolerance."""
-        panels = self._known
+        panels = self.panels
         covered = float(panels.covered[panels.alive].sum())
         if covered == 0.0:
             return np.where(panels.undecided | (panels.area > _SMALL * self.region_area), np.inf, 0.0)
@@ -250,7 +244,7 @@ class Mesh:
 
     def _split(self, chosen: IntArray, goal: Goal) -> None:
         """Replace panels by halves, or by quarters where both directions need it."""
-        panels = self._known
+        panels = self.panels
         in_u, in_v = panels.errors[chosen, goal.column].T
         u0, u1, v0, v1 = panels.rectangle[chosen].T
         um, vm = panels.split_at[chosen].T
@@ -269,12 +263,13 @@ class Mesh:
         parent = np.concatenate([np.flatnonzero(mask) for mask, _ in parts])
         children = len(panels) + np.arange(len(parent))
         panels.alive[chosen] = False
-        self._add(panels.patch[chosen][parent], rectangles)
+        new = self._evaluated(len(panels), panels.patch[chosen][parent], rectangles)
+        self.panels = _Panels.joined([panels, *new])
         self._judge(chosen, parent, children, goal)
 
     def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: Goal) -> None:
         """Find the families of panels that resolve the map and yet made no progress: rounding grows in small panels."""
-        panels = self._known
+        panels = self.panels
         before = panels.tails[chosen, goal.column].sum(axis=-1)
         after = _summed(panels.tails[children, goal.column].sum(axis=-1), parent, chosen.size)
         # Of a panel that was cut only a split across the cut tells, and that it always does.
@@ -294,12 +289,12 @@ class Mesh:
     def leaves(self) -> Pieces:
         """The pieces of the panels that are left."""
         pieces = Pieces.joined(self.pieces)
-        return pieces.take(self._known.alive[pieces.panel])
+        return pieces.take(self.panels.alive[pieces.panel])
 
     @property
     def undecided_area(self) -> float:
         """Area in m^2 of panels that an edge of the map crosses, and whose parts are not known."""
-        return float(self._known.area[self._known.alive & self._known.undecided].sum())
+        return float(self.panels.area[self.panels.alive & self.panels.undecided].sum())
 
 
 def _summed(values: FloatArray, index: IntArray, n: int, ufunc: np.ufunc = np.add) -> FloatArray:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist._typing import FloatArray
+from projdist._typing import AnyArray, FloatArray
+from projdist.answer import Answer, plain
 from projdist.criteria import median, p95
 from projdist.cubature import Samples, sample
 from projdist.derivatives import Quality, derivatives
@@ -23,14 +24,8 @@ from projdist.regions import Region, get_region
 __all__ = ["Comparison", "Factors", "Failure", "MeasureSummary", "Summary", "compare", "factors", "summarize"]
 
 DEFAULT_TOLERANCE = 1e-8
-_STEEPNESS = 2.0  # measures are of first or second degree in the scales
-_SLACK = 0.5
-
-
-def _plain(value: Any) -> Any:
-    """A number for JSON: what is not finite is None."""
-    value = value.item() if isinstance(value, np.generic) else value
-    return value if not isinstance(value, float) or np.isfinite(value) else None
+_STEEPNESS = 2.0  # a measure's change with the logarithms of the scales, over itself: of second degree at most
+_SLACK = 0.5  # of the tolerance that would do where the error falls in proportion to it, which it may miss a little
 
 
 # ---- at points ------------------------------------------------------------------------------
@@ -39,7 +34,7 @@ _FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
 
 
 @dataclass(frozen=True)
-class Factors:
+class Factors(Answer):
     """Distortion at points: arrays of one shape, NaN where undefined.
 
     `quality` holds the labels of `Quality`; `error` is the estimated relative error of the
@@ -67,12 +62,14 @@ class Factors:
 
     def to_dict(self) -> dict[str, Any]:
         """`{"projection", "results": [{"lon", "lat", "x", ...}]}`, one result a point; NaN is None."""
-        names = ("lon", "lat", "x", "y", *_FACTORS, "quality")
-        columns = {name: np.ravel(getattr(self, name)) for name in names}
-        columns |= {name: np.ravel(values) for name, values in self.extra.items()}
+        columns = self._table()
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        results = [dict(zip(columns, map(_plain, row), strict=True)) for row in rows]
+        results = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
         return {"projection": self.projection.definition, "results": results}
+
+    def _table(self) -> dict[str, AnyArray]:
+        columns = {name: getattr(self, name) for name in ("lon", "lat", "x", "y", *_FACTORS, "quality")}
+        return {name: np.ravel(values) for name, values in (columns | self.extra).items()}
 
 
 def factors(projection: Any, lon: ArrayLike, lat: ArrayLike, *, measures: Iterable[str | Measure] = ()) -> Factors:
@@ -122,17 +119,24 @@ class MeasureSummary:
 
     def to_dict(self) -> dict[str, Any]:
         """The statistics by name; what is not finite is None."""
-        names = ("mean", "rms", "median", "p95", "max")
-        return {name: _plain(getattr(self, name)) for name in names} | {"max_at": [_plain(v) for v in self.max_at]}
+        statistics = {name: plain(value) for name, value in self._statistics().items()}
+        return statistics | {"max_at": [plain(value) for value in self.max_at]}
+
+    def _statistics(self) -> dict[str, float]:
+        return {name: getattr(self, name) for name in ("mean", "rms", "median", "p95", "max")}
+
+    def _row(self) -> dict[str, float]:
+        return self._statistics() | dict(zip(("max_lon", "max_lat"), self.max_at, strict=True))
 
 
 @dataclass(frozen=True)
-class Summary:
+class Summary(Answer):
     """A projection over a region.
 
     `airy_kavrayskiy` is the RMS Fisher distortion, sqrt(mean of ln^2 a + ln^2 b) by true area;
     `..._scaled` after the best uniform scale, `..._affine` after the best linear map.
-    `error_estimate` bounds the error of all three. `limit` is "" when the tolerance was met.
+    `error_estimate` bounds the error of all three. `limit` is "" when the tolerance was met. `mdt`
+    is that linear map's inverse T, shape (2, 2), the mean distorting transformation.
     """
 
     projection: Projection
@@ -145,21 +149,33 @@ class Summary:
     error_estimate: float
     evaluations: int
     limit: str
+    mdt: FloatArray = field(compare=False)
     measures: dict[str, MeasureSummary]
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON."""
+        """The keys of the command line's JSON; what is not finite is None."""
+        figures = {name: plain(value) for name, value in self._figures().items()}
+        return figures | {name: summary.to_dict() for name, summary in self.measures.items()}
+
+    def _figures(self) -> dict[str, Any]:
         return {
             "projection": self.given,
             "name": self.projection.name,
             "definition": self.projection.definition,
             "coverage": self.coverage,
-            "airy_kavrayskiy": _plain(self.airy_kavrayskiy),
-            "airy_kavrayskiy_scaled": _plain(self.airy_kavrayskiy_scaled),
-            "airy_kavrayskiy_affine": _plain(self.airy_kavrayskiy_affine),
-            "error_estimate": _plain(self.error_estimate),
+            "airy_kavrayskiy": self.airy_kavrayskiy,
+            "airy_kavrayskiy_scaled": self.airy_kavrayskiy_scaled,
+            "airy_kavrayskiy_affine": self.airy_kavrayskiy_affine,
+            "error_estimate": self.error_estimate,
             "evaluations": self.evaluations,
-        } | {name: summary.to_dict() for name, summary in self.measures.items()}
+        }
+
+    def _row(self) -> dict[str, Any]:
+        statistics = ((name, summary._row()) for name, summary in self.measures.items())
+        return self._figures() | {f"{name}_{key}": value for name, row in statistics for key, value in row.items()}
+
+    def _table(self) -> list[dict[str, Any]]:
+        return [self._row()]
 
 
 @dataclass(frozen=True)
@@ -175,20 +191,28 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """Summaries of several projections over one region, best first, and the failures."""
+class Comparison(Answer):
+    """Summaries of several projections over one region, best first, and the failures.
+
+    The region is one for all, whatever ellipsoid each projection is measured on: its name and its
+    area are those on WGS 84, even where all of the maps are of a sphere, or of Mars. A frame has
+    the results only.
+    """
 
     region: Region
     results: tuple[Summary, ...]
     failures: tuple[Failure, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """`{"region": {"name", "area_km2"}, "results": [...], "failures": [...]}`."""
+        """`{"region": {"name", "area_km2"}, "results": [...], "failures": [...]}`; the area is WGS 84's."""
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
             "results": [result.to_dict() for result in self.results],
             "failures": [failure.to_dict() for failure in self.failures],
         }
+
+    def _table(self) -> list[dict[str, Any]]:
+        return [result._row() for result in self.results]
 
 
 def summarize(
@@ -211,26 +235,28 @@ def summarize(
     projection = Projection.from_user_input(projection)
     region = get_region(region)
     chosen = _named(measures)
-    plain = [measure for measure in chosen.values() if not measure.needs_hessian]
-    integrands = [integrand for measure in plain for integrand in (measure, _squared(measure))]
+    of_J = [measure for measure in chosen.values() if not measure.needs_hessian]
+    integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
     samples = sample(projection, region, tolerance=tolerance, integrands=integrands)
-    raw, scaled, affine, error = _airy_kavrayskiy(samples)
-    if error > tolerance and not samples.limit:
+    found = _airy_kavrayskiy(samples)
+    if found.error > tolerance and not samples.limit:
         # The affine error is no goal of the refinement, and seldom larger than the others.
-        samples = sample(projection, region, tolerance=_SLACK * tolerance * tolerance / error, integrands=integrands)
-        raw, scaled, affine, error = _airy_kavrayskiy(samples)
+        finer = _SLACK * tolerance * tolerance / found.error
+        samples = sample(projection, region, tolerance=finer, integrands=integrands)
+        found = _airy_kavrayskiy(samples)
     return Summary(
-        projection,
-        given or projection.label,
-        region,
-        samples.coverage,
-        raw,
-        scaled,
-        affine,
-        error,
-        samples.evaluations,
-        samples.limit or ("rounding" if error > tolerance else ""),
-        {name: _summarize_measure(projection, region, samples, measure) for name, measure in chosen.items()},
+        projection=projection,
+        given=given or projection.label,
+        region=region,
+        coverage=samples.coverage,
+        airy_kavrayskiy=found.raw,
+        airy_kavrayskiy_scaled=found.scaled,
+        airy_kavrayskiy_affine=found.affine,
+        error_estimate=found.error,
+        evaluations=samples.evaluations,
+        limit=samples.limit or ("rounding" if found.error > tolerance else ""),
+        mdt=found.mdt,
+        measures={name: _summarize_measure(projection, region, samples, measure) for name, measure in chosen.items()},
     )
 
 
@@ -250,24 +276,31 @@ def _squared(measure: Measure) -> Any:
     return lambda J: measure(J) ** 2
 
 
-def _airy_kavrayskiy(samples: Samples) -> tuple[float, float, float, float]:
-    """The raw, scaled and affine errors, and the largest of their estimated errors."""
+class _AiryKavrayskiy(NamedTuple):
+    """The raw, scaled and affine errors, the largest of their estimated errors, and the MDT."""
+
+    raw: float
+    scaled: float
+    affine: float
+    error: float
+    mdt: FloatArray
+
+
+def _airy_kavrayskiy(samples: Samples) -> _AiryKavrayskiy:
     square, log_area = log_scales(samples.jacobian)
-    raw, raw_error = samples.mean(square, 2.0 * np.sqrt(square))
+    mean_square, square_error = samples.mean(square, 2.0 * np.sqrt(square))
     shift, shift_error = samples.mean(log_area, 1.0)
+    raw, raw_error = _root(mean_square, square_error)
     # The best scale c minimises the mean of (ln a + c)^2 + (ln b + c)^2: c = -mean ln(ab) / 2.
-    scaled, scaled_error = raw - 0.5 * shift**2, raw_error + abs(shift) * shift_error
+    scaled, scaled_error = _root(mean_square - 0.5 * shift**2, square_error + abs(shift) * shift_error)
     defined = np.isfinite(square) & (areal_scale(samples.jacobian) > 0)
     if not defined.any():
         raise ProjectionError("Invalid projection. It is singular everywhere: its image is a line or a point.")
     result = mdt(samples.jacobian[defined], samples.weight[defined])
     distances = np.full(square.shape, np.nan)
     distances[defined] = result.distances
-    affine, affine_error = samples.mean(distances, 2.0 * np.sqrt(distances))
-    roots, errors = zip(
-        *(_root(*pair) for pair in ((raw, raw_error), (scaled, scaled_error), (affine, affine_error))), strict=True
-    )
-    return (*roots, max(errors))
+    affine, affine_error = _root(*samples.mean(distances, 2.0 * np.sqrt(distances)))
+    return _AiryKavrayskiy(raw, scaled, affine, max(raw_error, scaled_error, affine_error), result.T)
 
 
 def _root(square: float, error: float) -> tuple[float, float]:
@@ -291,29 +324,32 @@ def _summarize_measure(projection: Projection, region: Region, samples: Samples,
         root, root_error = np.nan, np.nan
     dense, weights = _dense(samples, values)
     return MeasureSummary(
-        average,
-        root,
-        median(dense, weights),
-        p95(dense, weights),
-        peak.value,
-        (peak.lon, peak.lat),
-        average_error,
-        root_error,
+        mean=average,
+        rms=root,
+        median=median(dense, weights),
+        p95=p95(dense, weights),
+        max=peak.value,
+        max_at=(peak.lon, peak.lat),
+        mean_error=average_error,
+        rms_error=root_error,
     )
 
 
+# Panels as small as that hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, at most 7e-3
+# of what was seen to have a mean (a of laea). What diverges has as much in every decade of area, here 1 to 1e-12: half.
+_TINY = 1e-6  # of the area
+_GOOD_PART = 0.02  # of the integral
+_ROUNDING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
+
+
 def _diverges(samples: Samples, values: FloatArray) -> bool:
-    """Whether the integral of values lies, in good part, in panels too small to hold a part of it.
-
-    An integrable singularity as of ln^2 has 1e-4 of its integral in a millionth of the area; one
-    that diverges has as much in every decade of area.
-    """
-    share = samples.weight.sum(axis=(1, 2)) / samples.weight.sum()
-    parts = np.abs(np.nansum(samples.weight * values, axis=(1, 2))) / samples.weight.sum()
-    return bool(parts[share < 1e-6].sum() > max(0.02 * parts.sum(), _NOTHING))
+    """Whether the integral of values lies, in good part, in panels too small to hold a part of it."""
+    area = samples.weight.sum(axis=(1, 2))
+    parts = np.abs(np.nansum(samples.weight * values, axis=(1, 2))) / area.sum()
+    in_tiny = parts[area / area.sum() < _TINY].sum()
+    return bool(in_tiny > max(_GOOD_PART * parts.sum(), _ROUNDING))
 
 
-_NOTHING = 1e-6  # a mean that small is rounding, in the unit of any measure
 # Points for the quantiles, whose error falls as one over their number: all in all, and in one panel.
 _DENSE, _DENSEST = 200_000, 20_000
 

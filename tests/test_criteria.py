@@ -112,25 +112,34 @@ def test_callables_pass_through():
     assert get_criterion(spread) is spread
 
 
+ALLOWED = (
+    "It must be one of mean, rms, std, median, p95, max, min, pNN (see 'projdist list criteria'), "
+    "or a function of values and weights."
+)
+
+
 @pytest.mark.parametrize(
     ("name", "hint"),
     [
-        ("maen", " Did you mean mean"),
-        ("medain", " Did you mean median"),
+        ("maen", "Did you mean mean? "),
+        ("medain", "Did you mean median or mean? "),
+        ("Med", "Did you mean median? "),
+        ("MAX", "Did you mean max? "),
         ("p123", ""),
         ("p", ""),
         ("q50", ""),
         ("", ""),
+        (95, ""),
+        (None, ""),
+        (["mean"], ""),
     ],
-    ids=["maen", "medain", "p123", "p", "q50", "empty"],
+    ids=str,
 )
-def test_unknown_names(name, hint):
-    """An unknown name is refused with close matches, and the whole list."""
-    with pytest.raises(ValueError, match=rf"^Invalid criterion '{name}'\.") as caught:
+def test_what_is_no_criterion(name, hint):
+    """An unknown name, and what is neither a name nor a function, is refused with close matches and all that is."""
+    with pytest.raises(ValueError, match=r"^Invalid criterion '") as caught:
         get_criterion(name)
-    text = str(caught.value)
-    assert hint in text
-    assert text.endswith("It must be one of mean, rms, std, median, p95, max, min, or pNN.")
+    assert str(caught.value) == f"Invalid criterion '{name}'. {hint}{ALLOWED}"
 
 
 @pytest.mark.parametrize("name", CRITERIA)

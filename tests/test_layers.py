@@ -13,6 +13,8 @@ PACKAGE = Path(__file__).parent.parent / "projdist"
 # From the bottom to the top: a module imports only what stands before it.
 LAYERS = [
     "_typing",
+    "hints",
+    "answer",
     "ellipsoid",
     "catalogue",
     "measures",
@@ -44,6 +46,7 @@ LAYERS = [
 
 HOMES = {
     "pyproj": {"projections"},
+    "pandas": {"answer"},
     "scipy": {"measures", "plots.indicatrices"},
     "shapely": {"geodata", "plots.basemap", "plots.domain", "plots.land"},
     "matplotlib": {"plots"},

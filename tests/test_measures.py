@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from projdist.measures import ALIASES, MEASURES, Measure, get_measure, principal_scales
+from projdist.measures import ALIASES, MEASURES, Measure, get_measure, log_scales, principal_scales
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(20240229)
@@ -538,22 +538,50 @@ def test_a_callable_is_a_measure():
     assert get_measure(named) is named
 
 
-def test_unknown_measures_are_told_close_names():
-    """An unknown name is refused with the close names and the whole list."""
-    with pytest.raises(ValueError, match=r"^Invalid measure 'fischer'\. Did you mean fisher\b.*\? It must be") as error:
-        get_measure("fischer")
-    for name in (*MEASURES, *ALIASES, "scale@AZIMUTH"):
-        assert name in str(error.value)
-    assert "\n" not in str(error.value)
-    with pytest.raises(ValueError, match=r"^Invalid measure 'qqq'\. It must be one of fisher, meridional_scale, "):
-        get_measure("qqq")
+# A mistyped name, and the suggestions: all of them, in their order.
+TYPOS = {
+    "fischer": "fisher",
+    "omgea": "omega",
+    "Omega": "omega",
+    "areal": "areal_scale or areal_error_ppm",
+    "tissot-semimajor": "tissot_semimajor",
+    "angular distorsion": "angular_distortion",
+    "scale": "scale_error_ppm or scale@AZIMUTH",
+}
+ALLOWED = (
+    "It must be one of fisher, h, k, s, a, b, omega, ... (see 'projdist list measures', or projdist.MEASURES), "
+    "scale@AZIMUTH, or a function of J."
+)
+
+
+def message(wrong):
+    with pytest.raises(ValueError, match=r"^Invalid measure '") as error:
+        get_measure(wrong)
+    return str(error.value)
+
+
+@pytest.mark.parametrize("text", TYPOS)
+def test_unknown_measures_are_told_close_names(text):
+    """What was nearly typed, begun, or written otherwise is suggested, and where the others are listed."""
+    assert message(text) == f"Invalid measure '{text}'. Did you mean {TYPOS[text]}? {ALLOWED}"
+
+
+@pytest.mark.parametrize("text", ["", "qqq", "hh", "nonsense", "mercator", "of"])
+def test_nonsense_has_no_hint(text):
+    """What is like no name has none suggested."""
+    assert message(text) == f"Invalid measure '{text}'. {ALLOWED}"
 
 
 @pytest.mark.parametrize("wrong", [5, None, ["h"]])
 def test_what_is_no_measure_at_all_is_refused(wrong):
     """A number, None or a list is refused as a name would be, by ValueError."""
-    with pytest.raises(ValueError, match=r"^Invalid measure '.*'\. It must be one of"):
-        get_measure(wrong)
+    assert message(wrong) == f"Invalid measure '{wrong}'. {ALLOWED}"
+
+
+@pytest.mark.parametrize("name", ["fisher", "h", "k", "s", "a", "b", "omega"])
+def test_the_measures_of_the_message_exist(name):
+    """The measures that an error message names are measures."""
+    assert get_measure(name).name in MEASURES
 
 
 @pytest.mark.parametrize("text", ["", "north", "nan", "inf", "4 5"])
@@ -577,3 +605,11 @@ def test_lists_are_taken_as_matrices(J):
     """A nested list is as good as an array."""
     assume(np.isfinite(J).all())
     assert value("fisher", J.tolist()) == value("fisher", J)
+
+
+def test_log_scales():
+    """ln^2 a + ln^2 b and ln(ab) of a diagonal matrix, NaN for a singular one."""
+    square, area = log_scales(np.array([np.diag([2.0, 4.0]), np.diag([2.0, 0.0])]))
+    assert square[0] == pytest.approx(5 * math.log(2) ** 2)
+    assert area[0] == pytest.approx(3 * math.log(2))
+    assert np.isnan([square[1], area[1]]).all()

@@ -10,7 +10,8 @@ import pyproj.exceptions
 from pyproj import CRS
 
 from projdist.ellipsoid import Ellipsoid
-from projdist.projections.errors import ALLOWED, ProjectionError, did_you_mean, proj_reason, shown
+from projdist.hints import did_you_mean
+from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason, shown
 from projdist.projections.hints import close_codes
 from projdist.projections.operations import CrsOperation, Parts
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 
 ALLOWED = (
     "It must be a PROJ id or a name (see 'projdist list projections'), a PROJ string, an EPSG: or ESRI: code, "
@@ -19,16 +18,6 @@ def shown(text: str) -> str:
     """Text for a message: on one line, and not too long."""
     line = " ".join(text.split())
     return line if len(line) <= 80 else f"{line[:77]}..."
-
-
-def listed(words: Sequence[str], conjunction: str) -> str:
-    """`a, b and c`."""
-    return f" {conjunction} ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
-
-
-def did_you_mean(names: Sequence[str]) -> str:
-    """The question with a space behind it; empty where there is nothing to ask for."""
-    return f"Did you mean {listed(names, 'or')}? " if names else ""
 
 
 def proj_reason(error: BaseException) -> str:

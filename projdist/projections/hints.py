@@ -10,10 +10,8 @@ import pyproj.database
 import pyproj.list
 
 from projdist.catalogue import NAMES, NOT_MAPS
+from projdist.hints import NEAR, close_words
 
-# Finds 98 of 100 names with one letter wrong, missing, doubled or transposed, and hardly an unrelated one.
-_NEAR = 0.75
-_SHORTEST_BEGINNING = 3  # letters
 _MOST = 6  # as many as Eckert and Wagner made maps
 
 
@@ -25,9 +23,7 @@ def normalised(text: str) -> str:
 def close_names(text: str) -> list[str]:
     """Names that begin with the text, or are spelt nearly so, or that it begins with; none for nonsense."""
     known, wanted = _spellings(), normalised(text)
-    begun = [key for key in known if key.startswith(wanted) and len(wanted) >= _SHORTEST_BEGINNING]
-    near = begun or difflib.get_close_matches(wanted, known, n=3, cutoff=_NEAR)
-    found = near or [key for key in known if wanted.startswith(f"{key}-")]
+    found = close_words(wanted, known) or [key for key in known if wanted.startswith(f"{key}-")]
     return list(dict.fromkeys(known[key] for key in found))[:_MOST]
 
 
@@ -42,7 +38,7 @@ def close_codes(text: str) -> list[str]:
     if not match:
         return []
     authorities = pyproj.database.get_authorities()
-    close = difflib.get_close_matches((match[1] or "EPSG").upper(), authorities, n=1, cutoff=_NEAR)
+    close = difflib.get_close_matches((match[1] or "EPSG").upper(), authorities, n=1, cutoff=NEAR)
     return [f"{name}:{match[2]}" for name in close if match[2] in pyproj.database.get_codes(name, "PROJECTED_CRS")]
 
 

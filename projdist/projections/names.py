@@ -6,7 +6,8 @@ import pyproj.list
 
 from projdist.catalogue import NAMES, NEEDED_PARAMETERS, NOT_MAPS, TEXTBOOK_PARAMETERS
 from projdist.ellipsoid import MEAN_EARTH_RADIUS
-from projdist.projections.errors import ALLOWED, ProjectionError, did_you_mean, listed, shown
+from projdist.hints import did_you_mean, listed
+from projdist.projections.errors import ALLOWED, ProjectionError, shown
 from projdist.projections.hints import close_codes, close_names, normalised
 from projdist.projections.operations import Parts
 from projdist.projections.projstrings import parse_proj_string

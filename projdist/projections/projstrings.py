@@ -14,7 +14,8 @@ from pyproj import CRS, Transformer
 
 from projdist.catalogue import NOT_MAPS
 from projdist.ellipsoid import Ellipsoid
-from projdist.projections.errors import ProjectionError, did_you_mean, proj_reason
+from projdist.hints import did_you_mean
+from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.hints import close_ids
 from projdist.projections.operations import Parts, Pipeline, transform
 

@@ -1,0 +1,47 @@
+"""What every answer can be turned into: a dictionary, JSON, a pandas DataFrame."""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Answer", "plain"]
+
+
+def plain(value: Any) -> Any:
+    """A number for JSON: what is not finite is None."""
+    value = value.item() if isinstance(value, np.generic) else value
+    return value if not isinstance(value, float) or np.isfinite(value) else None
+
+
+class Answer(ABC):
+    """An answer to a question about projections."""
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; what is not finite is None."""
+
+    @abstractmethod
+    def _table(self) -> Any:
+        """Columns by name, or a list of rows; numbers as they are."""
+
+    def to_json(self, *, indent: int | None = None) -> str:
+        """`to_dict` as JSON: numbers in full precision, null for what is not finite."""
+        return json.dumps(self.to_dict(), indent=indent, allow_nan=False)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A pandas DataFrame: a row a point or a projection, NaN where undefined; raises ImportError without pandas.
+
+        A statistic of a measure is a column, as `omega_mean` or `omega_max_lon`.
+        """
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise ImportError("Invalid call of to_frame. It needs pandas: pip install 'projdist[gis]'.") from error
+        return pd.DataFrame(self._table())
