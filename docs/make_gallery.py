@@ -20,7 +20,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from PIL import Image
 
-from projdist import Summary, get_region, plots, summarize
+from projdist import Summary, correct, get_region, plots, summarize
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -287,7 +287,7 @@ def write_png(figure: Figure, path: Path, cmap: str = "viridis_r", colours: int 
 
 
 def draw_readme() -> None:
-    """The two pictures of the README."""
+    """The README's pictures of world maps."""
     figure = readme_figure(lambda ax, name: plots.tissot(ax, name, radius=5e5))
     text = "Ellipses: circles on the ground with a radius of 500 km. Each map has its own scale."
     figure.text(0.5, 0.4 / figure.get_figheight(), text, ha="center", va="center", fontsize=9, color="#555555")
@@ -299,6 +299,18 @@ def draw_readme() -> None:
     figure.colorbar(colours, cax=place, orientation="horizontal", extend="max")
     place.set_xlabel("Angular distortion omega (degrees)", fontsize=9)
     write_png(figure, IMAGES / "readme-heatmap.png")
+
+
+def draw_correction() -> None:
+    """The README's picture of a corrected map."""
+    result = correct("hammer")
+    figure = plots.heatmap_figure(
+        [result.projection, result.corrected],
+        airy_kavrayskiy=[result.airy_kavrayskiy, result.airy_kavrayskiy_corrected],
+        size=(8.0, 3.6),
+        dpi=DPI,
+    )
+    write_png(figure, IMAGES / "readme-corrected.png")
 
 
 def readme_figure(painter: Callable[[Axes, str], object]) -> Figure:
@@ -354,6 +366,7 @@ def main(names: list[str]) -> None:
             print(f"    {time.perf_counter() - start:.1f} s")
     if not names or "readme" in names:
         draw_readme()
+        draw_correction()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")
 
 
