@@ -20,6 +20,8 @@ from projdist import spd
 from projdist.mdt import MDT, mdt
 from projdist.rigid import Rotation, axes_shift, mean_rotation
 from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summary, compare, factors, summarize
+from projdist.correction import Correction, correct
+from projdist.local_corrections import LocalCorrections, local_corrections
 
 __version__ = "0.1.0"
 
@@ -33,10 +35,12 @@ __all__ = [
     "Box",
     "Cap",
     "Comparison",
+    "Correction",
     "Derivatives",
     "Ellipsoid",
     "Factors",
     "Failure",
+    "LocalCorrections",
     "Measure",
     "MeasureSummary",
     "Projection",
@@ -48,6 +52,7 @@ __all__ = [
     "Summary",
     "axes_shift",
     "compare",
+    "correct",
     "derivatives",
     "factors",
     "get_criterion",
@@ -56,6 +61,7 @@ __all__ = [
     "hessian",
     "jacobian",
     "jacobian_grid",
+    "local_corrections",
     "mdt",
     "mean_rotation",
     "principal_scales",

@@ -23,7 +23,7 @@ from projdist.cli.app import app
 from projdist.cli.formats import Format, render_comparison, render_factors
 
 FORMATS = [form.value for form in Format]
-COMMANDS = ["compare", "factors", "tissot", "heatmap", "list"]
+COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "list"]
 QUICK = ["--tolerance", "1e-3"]
 
 COMPARE_KEYS = [
@@ -504,7 +504,7 @@ USAGE = {
     "tissot robin -o new.png/": r"Invalid output 'new.png/'. It is a directory.",
     "tissot robin -o x.png -o y.png": r"Invalid option '--output'. It must be given once.",
     "tissot robin --region foo": r"Invalid region 'foo'",
-    "tissot robin --step 0": r"Invalid step '0'. It must be a number of degrees within 0.1 and 90.",
+    "tissot robin --step 0": r"Invalid step '0'. It must be a number of degrees within 1e-05 and 90.",
     "tissot robin --step -5": r"Invalid step '-5'",
     "tissot robin --step x": r"Invalid step 'x'",
     "tissot robin --size big": r"Invalid size 'big'. It must be WIDTH,HEIGHT in inches, as 10,6.",

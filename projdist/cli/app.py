@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import io
 import sys
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from projdist import __version__
 from projdist.catalogue import NAMES
-from projdist.cli.errors import cannot_write, fail, refuse, report
-from projdist.cli.formats import STATISTICS, render_comparison, render_factors, render_list, write
+from projdist.cli.correct import correct_command
+from projdist.cli.errors import fail, refuse, report
+from projdist.cli.formats import STATISTICS, render_comparison, render_factors, render_list
 from projdist.cli.options import (
     DpiOption,
     FormatOption,
@@ -36,6 +33,7 @@ from projdist.cli.options import (
     size_of,
     step_of,
 )
+from projdist.cli.output import drawing, emit
 from projdist.cli.parser import Command, Commands
 from projdist.cli.points import read_points
 from projdist.criteria import CRITERIA
@@ -56,7 +54,7 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        _write(f"projdist {__version__}\n", None)
+        emit(f"projdist {__version__}\n", None)
         raise typer.Exit
 
 
@@ -71,15 +69,6 @@ def options(
     if context.invoked_subcommand is None:
         sys.stderr.write(f"{context.get_help()}\n")
         raise typer.Exit(2)
-
-
-def _write(text: str, output: Path | None) -> None:
-    try:
-        write(text, output)
-    except OSError as error:
-        if output is None and error.errno == errno.EPIPE:
-            raise  # typer knows how to end on a closed pipe
-        cannot_write(output, error)
 
 
 @app.command("compare", cls=Command)
@@ -103,7 +92,7 @@ def compare_command(
     largest = number("tolerance", tolerance, 1e-15, 1.0)
     result = compare(projections, region_of(region), measures=names, tolerance=largest).to_dict()
     result["results"] = _sorted(result["results"], column, projections)
-    _write(render_comparison(result, names, sort, largest, form), path)
+    emit(render_comparison(result, names, sort, largest, form), path)
     report([failure["error"] for failure in result["failures"]])
 
 
@@ -173,7 +162,7 @@ def factors_command(
     if any(points.text):
         for row, text in zip(result["results"], points.text, strict=True):
             row["text"] = text
-    _write(render_factors(result, measured.name, form), path)
+    emit(render_factors(result, measured.name, form), path)
     report(points.problems)
 
 
@@ -193,9 +182,10 @@ def tissot_command(
     inches = size_of(size, dots)
     path = picture_file(output, plots.SUFFIXES)
     maps, area, figures, problems = _maps(projections, region)
-    with _drawing(path):
+    with drawing(path):
         figure = plots.tissot_figure(maps, region=area, step=spacing, size=inches, dpi=dots, airy_kavrayskiy=figures)
         plots.save(figure, path, dpi=dots)
+    emit(f"{path}\n", None)
     report(problems)
 
 
@@ -219,7 +209,7 @@ def heatmap_command(
     inches = size_of(size, dots)
     path = picture_file(output, plots.SUFFIXES)
     maps, area, figures, problems = _maps(projections, region)
-    with _drawing(path):
+    with drawing(path):
         figure = plots.heatmap_figure(
             maps,
             measure=measure,
@@ -232,6 +222,7 @@ def heatmap_command(
             airy_kavrayskiy=figures,
         )
         plots.save(figure, path, dpi=dots)
+    emit(f"{path}\n", None)
     report(problems)
 
 
@@ -260,18 +251,7 @@ def _maps(given: list[str], region: str) -> tuple[list[Projection], Region | Non
     return maps, None if area == GLOBE else area, figures, problems
 
 
-@contextlib.contextmanager
-def _drawing(output: Path) -> Iterator[None]:
-    """Say what cannot be drawn or written, or where the picture is."""
-    try:
-        yield
-    except ValueError as error:
-        refuse(str(error), error)
-    except MemoryError as error:
-        refuse(f"Invalid picture '{output}'. It needs more memory than there is: take a larger step.", error)
-    except OSError as error:
-        cannot_write(output, error)
-    _write(f"{output}\n", None)
+app.command("correct", cls=Command, context_settings={"ignore_unknown_options": False})(correct_command)
 
 
 @app.command("list", cls=Command, context_settings={"ignore_unknown_options": False})
@@ -281,7 +261,7 @@ def list_command(
 ) -> None:
     """List the projections, measures or criteria that there are."""
     rows = _LISTS[choice("list", what, list(_LISTS))]()
-    _write(render_list(rows, format_of(format)), None)
+    emit(render_list(rows, format_of(format)), None)
 
 
 def _projection_rows() -> list[dict[str, str]]:

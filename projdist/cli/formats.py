@@ -62,14 +62,14 @@ def render_comparison(
 ) -> str:
     """A comparison, in any format."""
     if form is Format.JSON:
-        return _json(result)
+        return json_text(result)
     if form is Format.CSV:
-        return _csv([_flat(row) for row in result["results"]], ["projection"])
+        return csv_text([_flat(row) for row in result["results"]], ["projection"])
     rows = result["results"]
     if not rows:
         return "No projection could be measured.\n"
     columns = {
-        "projection": [_label(row["projection"], row["name"]) for row in rows],
+        "projection": [label_of(row["projection"], row["name"]) for row in rows],
         "AK": _mark([row[_ERRORS[0]] for row in rows], [row["error_estimate"] for row in rows]),
         "AK scaled": _mark([row[_ERRORS[1]] for row in rows], [row["error_estimate"] for row in rows]),
         "AK affine": _mark([row[_ERRORS[2]] for row in rows], [row["error_estimate"] for row in rows]),
@@ -91,44 +91,45 @@ def render_comparison(
     area = result["region"]["area_km2"]
     title = f"{result['region']['name']} ({area:,.0f} km2), by {sort}"
     if form is Format.MARKDOWN:
-        return _markdown(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
-    return _table(columns, title) + "\n".join(notes) + "\n"
+        return markdown_text(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
+    return table_text(columns, title) + "\n".join(notes) + "\n"
 
 
 def render_factors(result: dict[str, Any], name: str, form: Format) -> str:
     """Factors at points, in any format; `name` stands for a definition too long for a title."""
     rows = result["results"]
     if form is Format.JSON:
-        return _json(result)
+        return json_text(result)
     if form is Format.CSV:
-        return _csv(rows, ["lon", "lat"])
+        return csv_text(rows, ["lon", "lat"])
     if not rows:
         return "No point could be read.\n"
     columns = {column: [_cell(column, row[column]) for row in rows] for column in rows[0]}
     if form is Format.MARKDOWN:
-        return _markdown(columns)
-    return _table(columns, _label(result["projection"], name), keys=2)
+        return markdown_text(columns)
+    return table_text(columns, label_of(result["projection"], name), keys=2)
 
 
 def render_list(rows: list[dict[str, str]], form: Format) -> str:
     """A listing, in any format."""
     if form is Format.JSON:
-        return _json(rows)
+        return json_text(rows)
     if form is Format.CSV:
-        return _csv(rows, [])
+        return csv_text(rows, [])
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    return _markdown(columns) if form is Format.MARKDOWN else _table(columns, "")
+    return markdown_text(columns) if form is Format.MARKDOWN else table_text(columns, "")
 
 
 # ---- formats --------------------------------------------------------------------------------
 
 
-def _json(value: Any) -> str:
+def json_text(value: Any) -> str:
+    """JSON, indented, with null for what is undefined."""
     # ASCII is valid JSON in whatever encoding the standard output has.
     return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
-def _csv(rows: list[dict[str, Any]], header: list[str]) -> str:
+def csv_text(rows: list[dict[str, Any]], header: list[str]) -> str:
     """Rows below the names of their columns; no rows below a header."""
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else header, lineterminator="\n")
@@ -152,30 +153,32 @@ def _flat(row: dict[str, Any]) -> dict[str, Any]:
     return flat
 
 
-def _markdown(columns: dict[str, list[str]]) -> str:
+def markdown_text(columns: dict[str, list[str]]) -> str:
+    """A table in Markdown."""
+
     def line(cells: Sequence[str]) -> str:
-        return "| " + " | ".join(" ".join(_escaped_markdown(cell).split()) for cell in cells) + " |\n"
+        return "| " + " | ".join(" ".join(_escapedmarkdown_text(cell).split()) for cell in cells) + " |\n"
 
     rule = ["---" if name in _TEXT else "---:" for name in columns]
     return line(list(columns)) + line(rule) + "".join(line(row) for row in zip(*columns.values(), strict=True))
 
 
-_TEXT = ("projection", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text")
+_TEXT = ("projection", "map", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text")
 
 
-def _escaped_markdown(cell: str) -> str:
+def _escapedmarkdown_text(cell: str) -> str:
     return cell.replace("\\", "\\\\").replace("|", "\\|").replace("*", "\\*")
 
 
 _LONGEST_LABEL = 60
 
 
-def _label(given: str, name: str) -> str:
+def label_of(given: str, name: str) -> str:
     """A projection as it was given, or, as WKT may be long, by its name."""
     return given if len(given) <= _LONGEST_LABEL and "\n" not in given else name
 
 
-def _table(columns: dict[str, list[str]], title: str, keys: int = 1) -> str:
+def table_text(columns: dict[str, list[str]], title: str, keys: int = 1) -> str:
     """A table; columns that the terminal has no room for go to further tables, which repeat the first `keys`.
 
     Figures are never cut off. What goes to a file or a pipe has all the room that it needs.
@@ -242,7 +245,7 @@ def _mark(values: list[float | None], errors: list[float | None]) -> list[str]:
     """Figures with the digits that their errors allow, the best marked with a star."""
     known = [value for value in values if value is not None]
     best = min(known, default=None)
-    shown = [_rounded(value, error) for value, error in zip(values, errors, strict=True)]
+    shown = [rounded(value, error) for value, error in zip(values, errors, strict=True)]
     alone = len(values) == 1
     return [
         f"{text}*" if value == best and not alone else f"{text} " for text, value in zip(shown, values, strict=True)
@@ -252,7 +255,7 @@ def _mark(values: list[float | None], errors: list[float | None]) -> list[str]:
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
 
 
-def _rounded(value: float | None, error: float | None) -> str:
+def rounded(value: float | None, error: float | None) -> str:
     """At most six decimals or four significant digits, and none that the error makes doubtful."""
     if value is None:
         return "-"

@@ -111,7 +111,7 @@ def picture_file(text: str, suffixes: tuple[str, ...]) -> Path:
 
 def step_of(text: str | None) -> float | None:
     """Degrees between ellipses or lines."""
-    return None if text is None else number("step", text, 0.1, 90, " of degrees")
+    return None if text is None else number("step", text, 1e-5, 90, " of degrees")
 
 
 def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:

@@ -1,10 +1,12 @@
-"""Pictures of distortion: Tissot's indicatrices and heat maps, on given axes or as whole figures.
+"""Pictures of distortion: Tissot's indicatrices, heat maps, fields of local corrections.
 
-`region` is None (the area of use of a CRS, else the globe) or whatever `projdist.get_region` takes.
+Each is drawn on given axes or as a whole figure. `region` is None (the area of use of a CRS, else
+the globe) or whatever `projdist.get_region` takes.
 """
 
 from projdist.plots.colours import ColourScale
-from projdist.plots.figures import SUFFIXES, heatmap_figure, save, tissot_figure
+from projdist.plots.figures import SUFFIXES, heatmap_figure, local_figure, save, tissot_figure
+from projdist.plots.local_fields import local_field
 from projdist.plots.pictures import heatmap, tissot
 
 __all__ = [
@@ -12,6 +14,8 @@ __all__ = [
     "ColourScale",
     "heatmap",
     "heatmap_figure",
+    "local_field",
+    "local_figure",
     "save",
     "tissot",
     "tissot_figure",

@@ -116,12 +116,17 @@ def _joined(segments: FloatArray) -> list[FloatArray]:
     return [shapely.get_coordinates(line) for line in lines]
 
 
-def draw_title(ax: Axes, title: str, airy_kavrayskiy: float | None) -> None:
-    """The name of the map, and its Airy-Kavrayskiy figure if it is known."""
-    ax.set_title(title, fontsize=10.5, pad=16 if airy_kavrayskiy is not None else 6, color="#111111")
-    if airy_kavrayskiy is not None:
+def airy_kavrayskiy_line(figure: float | None) -> str:
+    """An Airy-Kavrayskiy figure as a line below a title; nothing where it is not known."""
+    return "" if figure is None else f"Airy–Kavrayskiy {figure:.4g}"
+
+
+def draw_title(ax: Axes, title: str, below: str) -> None:
+    """The name of the map, and a line below it."""
+    ax.set_title(title, fontsize=10.5, pad=16 if below else 6, color="#111111")
+    if below:
         ax.annotate(
-            f"Airy–Kavrayskiy {airy_kavrayskiy:.4g}",
+            below,
             (0.5, 1.0),
             xytext=(0, 4),
             xycoords="axes fraction",

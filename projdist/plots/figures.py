@@ -15,10 +15,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
+from projdist.local_corrections import LocalCorrections
 from projdist.measures import get_measure
 from projdist.plots.colours import colour_scale
 from projdist.plots.fields import field
 from projdist.plots.indicatrices import fit
+from projdist.plots.local_fields import draw_local_field, prepare_local_field
 from projdist.plots.pictures import (
     AnyMeasure,
     Levels,
@@ -89,6 +91,25 @@ def heatmap_figure(
         draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy)
     draw_colourbar(figure, scale, cax=_bar_axes(figure))
     return figure
+
+
+def local_figure(
+    projection: Any,
+    radius_km: float,
+    *,
+    region: str | Region | None = None,
+    step: float | None = None,
+    size: tuple[float, float] | None = None,
+    dpi: float = 150.0,
+    title: str | None = None,
+) -> tuple[Figure, LocalCorrections]:
+    """The local corrections of a projection over caps of `radius_km`, as `local_field` draws them; and their values."""
+    maps = _maps([projection], region, None if title is None else [title], None)
+    local = prepare_local_field(maps[0].surface, radius_km, step)
+    figure, axes = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
+    draw_local_field(axes[0], local, title)
+    draw_colourbar(figure, local.scale, cax=_bar_axes(figure))
+    return figure, local.corrections
 
 
 def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = None) -> Path:

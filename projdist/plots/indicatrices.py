@@ -12,6 +12,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.derivatives import jacobian
 from projdist.measures import principal_scales
 from projdist.plots.domain import Bounds, Domain, check_step, longitude_width, normalised
+from projdist.sphere import destination
 
 _FILL = 0.8  # of the size at which the first two ellipses would touch
 _CROWDED = 0.6  # of the usual distance; closer ones give way, so that they do not shrink all others
@@ -134,8 +135,8 @@ def fit(panels: Sequence[Indicatrices], radius: float | None = None) -> tuple[fl
         if not 0.0 < radius < np.inf:
             raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
         return radius, [panel.take(_fits(panel, radius)) for panel in panels]
-    all_panels = [_without_crowding(panel) for panel in panels]
-    size = _common_radius(all_panels)
+    all_panels = [without_crowding(panel) for panel in panels]
+    size = even_radius(all_panels)
     for _ in range(_TRIALS):
         kept = [panel.take(_fits(panel, size)) for panel in all_panels]
         # Where most of a panel is lost, the circles are too large for it: a narrow region, small lobes.
@@ -145,7 +146,8 @@ def fit(panels: Sequence[Indicatrices], radius: float | None = None) -> tuple[fl
     return size, kept
 
 
-def _common_radius(panels: Sequence[Indicatrices]) -> float:
+def even_radius(panels: Sequence[Indicatrices]) -> float:
+    """The radius in metres at which no two of a panel overlap, with some room between them."""
     radii = [float(close_pairs(panel)[1].min()) for panel in panels if panel.lon.size > 1]
     if radii:
         return _FILL * min(radii)
@@ -153,7 +155,7 @@ def _common_radius(panels: Sequence[Indicatrices]) -> float:
     return min(float(0.05 * d.radius * np.radians(longitude_width(d.region.bounds))) for d in domains)
 
 
-def _without_crowding(panel: Indicatrices) -> Indicatrices:
+def without_crowding(panel: Indicatrices) -> Indicatrices:
     """The panel without the more distorted one of each pair that is far closer than usual."""
     if panel.lon.size < 3:
         return panel
@@ -194,14 +196,8 @@ def _is_smooth(panel: Indicatrices, radius: float) -> BoolArray:
 
 def _circles(panel: Indicatrices, radii: FloatArray) -> FloatArray:
     """Images (n, r, azimuths, 2) of the circles on the ground with radii (r,) in metres about each point."""
-    ring = radii[:, None] / panel.domain.radius
-    azimuth = _azimuths()
-    lat, lon = np.radians(panel.lat)[:, None, None], np.radians(panel.lon)[:, None, None]
-    east, north = np.sin(ring) * np.sin(azimuth), np.sin(ring) * np.cos(azimuth)
-    up = np.cos(ring) * np.ones_like(azimuth)
-    axial, meridional = up * np.sin(lat) + north * np.cos(lat), up * np.cos(lat) - north * np.sin(lat)
-    lats = np.degrees(np.arctan2(axial, np.hypot(meridional, east)))
-    lons = np.degrees(lon + np.arctan2(east, meridional))
+    distance = np.degrees(radii[:, None] / panel.domain.radius)
+    lons, lats = destination(panel.lon[:, None, None], panel.lat[:, None, None], np.degrees(_azimuths()), distance)
     return np.stack(panel.domain(normalised(lons), lats), axis=-1)
 
 

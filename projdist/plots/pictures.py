@@ -14,7 +14,7 @@ from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray
 from projdist.measures import Measure, get_measure
-from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view, triangulation
+from projdist.plots.basemap import airy_kavrayskiy_line, draw_ground, draw_lines, draw_title, set_view, triangulation
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.domain import domain_of, ground_size
 from projdist.plots.fields import field
@@ -64,10 +64,10 @@ def tissot(
 
 def tissot_points(surface: Surface, step: float | None) -> Indicatrices:
     """The indicatrices of a surface, by default about a dozen across."""
-    return indicatrices(surface.domain, _usual_step(surface) if step is None else step, surface.central_meridian)
+    return indicatrices(surface.domain, usual_step(surface) if step is None else step, surface.central_meridian)
 
 
-def _usual_step(surface: Surface) -> float:
+def usual_step(surface: Surface) -> float:
     """15 degrees for the globe; a ninth of smaller regions, less where these are narrow."""
     width, height = ground_size(surface.domain.region.bounds)
     wide, narrow = max(width, height), min(width, height)
@@ -93,7 +93,7 @@ def draw_tissot(
         ),
         autolim=False,
     )
-    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy)
+    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy))
 
 
 def _edge_width(ax: Axes, polygons: FloatArray) -> float:
@@ -171,7 +171,7 @@ def draw_heatmap(
             mapped, values, levels=inside, colors="#111111", linewidths=0.6, linestyles="solid", zorder=2.0
         )
         label_isolines(ax, lines, dict(zip(inside.tolist(), level_labels(inside), strict=True)), surface.outline)
-    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy)
+    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy))
 
 
 def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:

@@ -25,7 +25,8 @@ class Composed:
         """x, y in metres."""
         x, y = self.function(lon, lat)
         (xx, xy), (yx, yy) = self.matrix
-        return xx * x + xy * y, yx * x + yy * y
+        with np.errstate(invalid="ignore"):  # infinite where the map is not defined
+            return xx * x + xy * y, yx * x + yy * y
 
 
 def compose(projection: Projection, matrix: ArrayLike, name: str) -> Projection:

@@ -1,0 +1,34 @@
+"""What a command leaves: text on the standard output or in a file, and pictures."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+from collections.abc import Iterator
+from pathlib import Path
+
+from projdist.cli.errors import cannot_write, refuse
+from projdist.cli.formats import write
+
+
+def emit(text: str, output: Path | None) -> None:
+    """Print text, or write it to a file; what cannot be written ends the command."""
+    try:
+        write(text, output)
+    except OSError as error:
+        if output is None and error.errno == errno.EPIPE:
+            raise  # typer knows how to end on a closed pipe
+        cannot_write(output, error)
+
+
+@contextlib.contextmanager
+def drawing(output: Path) -> Iterator[None]:
+    """Say what of a picture cannot be drawn or written."""
+    try:
+        yield
+    except ValueError as error:
+        refuse(str(error), error)
+    except MemoryError as error:
+        refuse(f"Invalid picture '{output}'. It needs more memory than there is: take a larger step.", error)
+    except OSError as error:
+        cannot_write(output, error)

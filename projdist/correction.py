@@ -1,0 +1,215 @@
+"""Corrected maps: a projection times the linear map that lessens its distortion over a region most.
+
+The best linear map is T^-1, T the mean distorting transformation of the projection's Jacobians by true area. Of
+determinant 1 the best one is T^-1 sqrt(det T), and of uniform scales 1 / sqrt(det T), because the logarithm of the
+areal scale and the shape add their squares to the distortion (D. Ozeri, "Riemannian Geometry Approach for Minimizing
+Distortion and its Applications").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.answer import Answer, plain
+from projdist.cubature import sample
+from projdist.linear import Decomposition, decompose
+from projdist.measures import areal_scale, orientation
+from projdist.projections import Projection, ProjectionError, compose, parameters_of, pipeline_of, wkt_of
+from projdist.regions import Region, get_region
+from projdist.results import summarize
+from projdist.rigid import Rotation, mean_rotation
+
+__all__ = ["CONSTRAINTS", "Correction", "correct"]
+
+# The matrix is as good as the integrals are: the cost has no first order about it, but its gradient has.
+_TOLERANCE = 1e-10
+_MOST_NOISE = 1e-6  # of a matrix; error estimates are on the safe side
+_TURNED_OVER = 1e-6  # share of the area that may be mirrored by rounding, as Lambert's azimuthal map is at its antipode
+
+
+_LEAST_ANGLE = 1e-7  # degrees
+
+
+def _affine(T: FloatArray) -> FloatArray:
+    """Any linear map: the least Airy-Kavrayskiy error."""
+    return np.asarray(np.linalg.inv(T))
+
+
+def _stretch(T: FloatArray) -> FloatArray:
+    """Linear maps of determinant 1, which keep areas."""
+    return np.asarray(np.linalg.inv(T) * np.sqrt(np.linalg.det(T)))
+
+
+def _scale(T: FloatArray) -> FloatArray:
+    """Uniform scales, which keep angles."""
+    return np.eye(2) / np.sqrt(np.linalg.det(T))
+
+
+CONSTRAINTS: dict[str, Callable[[FloatArray], FloatArray]] = {"affine": _affine, "stretch": _stretch, "scale": _scale}
+
+
+@dataclass(frozen=True)
+class Correction(Answer):
+    """A projection, the linear map that corrects it, and the map that comes of it.
+
+    `matrix` (2, 2) is what x, y in metres are multiplied with. The Airy-Kavrayskiy errors are those of
+    the projection as it is, after the best uniform scale, after the best linear map, and that of
+    `corrected`, measured anew; `error_estimate` bounds the error of all four. `parameters` is the
+    corrected map by the projection's own parameters, `pipeline` its PROJ pipeline, `wkt` its WKT2;
+    each is None where there is none, and `wkt_reason` tells why.
+    """
+
+    projection: Projection
+    given: str
+    region: Region
+    constraint: str
+    keep_north: bool
+    coverage: float
+    matrix: FloatArray = field(compare=False)
+    corrected: Projection
+    airy_kavrayskiy: float
+    airy_kavrayskiy_scaled: float
+    airy_kavrayskiy_affine: float
+    airy_kavrayskiy_corrected: float
+    error_estimate: float
+    note: str
+    parameters: str | None
+    pipeline: str | None
+    wkt: str | None
+    wkt_reason: str | None
+
+    @property
+    def parts(self) -> Decomposition:
+        """Scale, stretch and its azimuth on the map, shear and rotation of the matrix."""
+        return decompose(self.matrix)
+
+    @property
+    def words(self) -> str:
+        """What the matrix does, in one line."""
+        parts = self.parts
+        said = [f"scale {parts.scale:.7g}"]
+        if np.isfinite(parts.stretch_azimuth):
+            said.append(f"stretch {parts.stretch:.7g} {_direction(float(parts.stretch_azimuth))}")
+        else:
+            said.append("no stretch")
+        for name, degrees in (("shear", parts.shear), ("rotation", parts.rotation)):
+            said.append(f"{name} {degrees:.5g} degrees" if abs(degrees) > _LEAST_ANGLE else f"no {name}")
+        return ", ".join(said)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; what is undefined is None."""
+        return {
+            "projection": self.given,
+            "name": self.projection.name,
+            "definition": self.projection.definition,
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "constraint": self.constraint,
+            "keep_north": self.keep_north,
+            "coverage": self.coverage,
+            "matrix": self.matrix.tolist(),
+            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
+            "airy_kavrayskiy_scaled": plain(self.airy_kavrayskiy_scaled),
+            "airy_kavrayskiy_affine": plain(self.airy_kavrayskiy_affine),
+            "airy_kavrayskiy_corrected": plain(self.airy_kavrayskiy_corrected),
+            "error_estimate": plain(self.error_estimate),
+            **{name: plain(float(value)) for name, value in self.parts._asdict().items()},
+            "note": self.note,
+            "parameters": self.parameters,
+            "pipeline": self.pipeline,
+            "wkt": self.wkt,
+            "wkt_reason": self.wkt_reason,
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        """One row, the matrix and the region in columns of their own."""
+        row = self.to_dict()
+        region, matrix = row.pop("region"), row.pop("matrix")
+        entries = dict(zip(("xx", "xy", "yx", "yy"), np.ravel(matrix).tolist(), strict=True))
+        return [row | {"region": region["name"]} | entries]
+
+
+def _direction(azimuth: float) -> str:
+    off = min(azimuth, 180.0 - azimuth)
+    if off < _LEAST_ANGLE:
+        return "along the vertical"
+    return "along the horizontal" if 90.0 - off < _LEAST_ANGLE else f"along azimuth {azimuth:.5g} of the map"
+
+
+def correct(
+    projection: Any,
+    region: str | Region = "globe",
+    *,
+    constraint: str = "affine",
+    keep_north: bool = True,
+    tolerance: float = _TOLERANCE,
+) -> Correction:
+    """The linear correction that distorts a projection least over a region, and the corrected map.
+
+    `constraint` "affine" allows any linear map, "stretch" those of determinant 1 (an equal-area map
+    stays equal-area at its scale), "scale" uniform scales. With `keep_north` what is vertical on the map
+    stays vertical; else the map is turned so that north is up on average. `tolerance` is that of the
+    integrals. Raises ProjectionError, and ValueError for an unknown region or constraint.
+
+    >>> correct("plate-carree").words
+    'scale 0.8577639, stretch 1.359141 along the vertical, no shear, no rotation'
+    """
+    if constraint not in CONSTRAINTS:
+        raise ValueError(f"Invalid constraint '{constraint}'. It must be one of {', '.join(CONSTRAINTS)}.")
+    given = projection if isinstance(projection, str) else None
+    projection, region = Projection.from_user_input(projection), get_region(region)
+    before = summarize(projection, region, tolerance=tolerance)
+    matrix, note = CONSTRAINTS[constraint](before.mdt), ""
+    if not keep_north:
+        rotation = _rotation(projection, region, before.mdt, tolerance)
+        matrix, note = rotation.q @ matrix, rotation.note
+    matrix = _without_noise(matrix, min(max(tolerance, before.error_estimate), _MOST_NOISE))
+    name = f"{projection.name}, corrected"
+    corrected = compose(projection, matrix, name)
+    after = summarize(corrected, region, tolerance=tolerance)
+    wkt, reason = wkt_of(projection, matrix, name)
+    return Correction(
+        projection,
+        given or projection.label,
+        region,
+        constraint,
+        keep_north,
+        before.coverage,
+        matrix,
+        corrected,
+        before.airy_kavrayskiy,
+        before.airy_kavrayskiy_scaled,
+        before.airy_kavrayskiy_affine,
+        after.airy_kavrayskiy,
+        max(before.error_estimate, after.error_estimate),
+        note,
+        parameters_of(projection, matrix),
+        pipeline_of(projection, matrix),
+        wkt,
+        reason,
+    )
+
+
+def _without_noise(matrix: FloatArray, noise: float) -> FloatArray:
+    """The matrix without turn, shear or stretch that are not known to be there: simple maps then stay simple."""
+    scale = float(np.sqrt(areal_scale(matrix)))
+    cleaned = np.where(np.abs(matrix) > noise * scale, matrix, 0.0)
+    return scale * np.eye(2) if np.abs(cleaned - scale * np.eye(2)).max() <= noise * scale else cleaned
+
+
+def _rotation(projection: Projection, region: Region, T: FloatArray, tolerance: float) -> Rotation:
+    """The rotation after which the corrected map's mean orientation is north."""
+    samples = sample(projection, region, tolerance=tolerance)
+    side = orientation(samples.jacobian)
+    common = 1.0 if np.sum(samples.weight * np.nan_to_num(side)) > 0 else -1.0
+    defined = side == common
+    if samples.weight[side == -common].sum() > _TURNED_OVER * samples.weight.sum():
+        raise ProjectionError(
+            f"Invalid projection '{projection.label}' for a free rotation. It mirrors a part of the region, so that "
+            "it has no mean orientation; keep north."
+        )
+    return mean_rotation(samples.jacobian[defined], samples.weight[defined], T=T)

@@ -1,0 +1,120 @@
+"""Fields of local corrections: at each point a disc, its colour the scale, and a line, its length the stretch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.patheffects import withStroke
+
+from projdist._typing import FloatArray
+from projdist.local_corrections import LocalCorrections, local_corrections
+from projdist.measures import Measure, areal_scale
+from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
+from projdist.plots.colours import ColourScale, colour_scale
+from projdist.plots.indicatrices import ellipses, even_radius, without_crowding
+from projdist.plots.pictures import draw_colourbar, prepare, tissot_points, usual_step
+from projdist.plots.surface import Surface
+from projdist.regions import Region
+
+_VERTICES = 36
+_DENSER = 2 / 3  # than Tissot's indicatrices stand
+_DISC, _LINE = 0.6, 1.3  # of the radius at which discs would be close: neighbours' lines are mostly parallel
+_USUAL = 0.9  # of the stretches have lines in proportion; what is stretched more has the longest line
+_INK = "#222222"
+_HALO = withStroke(linewidth=2.2, foreground="#ffffffb0")
+_FLAT = 1e-12  # of ln(stretch): where all are less there are no lines
+
+
+@dataclass(frozen=True)
+class LocalField:
+    """Corrections at n places on a map, (n, 2) in metres, and the radius about each that is free."""
+
+    surface: Surface
+    corrections: LocalCorrections
+    xy: FloatArray
+    discs: FloatArray
+    radius: float
+    scale: ColourScale
+
+
+def scale_of_correction(M: FloatArray) -> FloatArray:
+    """sqrt |det M|."""
+    return np.sqrt(areal_scale(M))
+
+
+_SCALE = Measure("scale_of_the_local_correction", scale_of_correction, kind="ratio")
+
+
+def local_field(
+    ax: Axes,
+    projection: Any,
+    radius_km: float,
+    *,
+    region: str | Region | None = None,
+    step: float | None = None,
+    colourbar: bool = True,
+    title: str | None = None,
+) -> ColourScale:
+    """Draw the local corrections over caps of `radius_km` on `ax`; returns what the colours mean.
+
+    They stand `step` degrees apart. A disc's colour is the correction's scale; a line lies in the
+    direction that is stretched most, its length the logarithm of the stretch.
+    """
+    field = prepare_local_field(prepare(projection, region), radius_km, step)
+    draw_local_field(ax, field, title)
+    if colourbar:
+        draw_colourbar(ax.figure, field.scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+    return field.scale
+
+
+def prepare_local_field(surface: Surface, radius_km: float, step: float | None) -> LocalField:
+    """The corrections on an even grid of a map; raises ValueError where no cap is on the map."""
+    points = tissot_points(surface, _DENSER * usual_step(surface) if step is None else step)
+    points = without_crowding(replace(points, J=np.broadcast_to(np.eye(2), points.J.shape)))
+    found = local_corrections(surface.domain.projection, points.lon, points.lat, radius_km)
+    known = np.asarray(np.isfinite(found.matrix).all(axis=(1, 2)))
+    if not known.any():
+        raise ValueError(f"Invalid radius '{radius_km:g}'. No cap of so many km is, by half, on the map.")
+    points, found = points.take(known), found.take(known)
+    radius = even_radius([points])
+    sizes = _SCALE(found.matrix)
+    scale = colour_scale(_SCALE, [sizes], [np.full(sizes.size, 1.0 / sizes.size)])
+    return LocalField(surface, found, points.xy, ellipses(points, _DISC * radius, _VERTICES), radius, scale)
+
+
+def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
+    """Draw prepared corrections."""
+    set_view(ax, field.surface)
+    draw_ground(ax, field.surface)
+    draw_lines(ax, field.surface, None)
+    colours = field.scale.colours(field.scale.norm(_SCALE(field.corrections.matrix)))
+    discs = PolyCollection(
+        list(field.discs), facecolors=colours, edgecolors=_INK, linewidths=0.4, zorder=2.0, label="scales"
+    )
+    ax.add_collection(discs, autolim=False)
+    segments, longest, cut = _segments(field)
+    lines = LineCollection(
+        list(segments), colors=_INK, linewidths=1.2, zorder=2.2, label="stretches", path_effects=[_HALO]
+    )
+    ax.add_collection(lines, autolim=False)
+    about = f"Local corrections over caps of {field.corrections.radius_km:,.6g} km"
+    if len(segments):
+        about += f"; the longest lines are stretches by {longest:.4g}{' or more' if cut else ''}"
+    draw_title(ax, field.surface.domain.projection.name if title is None else title, about)
+
+
+def _segments(field: LocalField) -> tuple[FloatArray, float, bool]:
+    """Lines (m, 2, 2) in the directions of the stretches, the stretch of the longest, and whether some exceed it."""
+    parts = field.corrections.parts
+    length = np.where(np.isfinite(parts.stretch_azimuth), np.log(parts.stretch), 0.0)
+    longest = float(np.quantile(length, _USUAL))
+    if not longest > _FLAT:
+        return np.empty((0, 2, 2)), 1.0, False
+    azimuth = np.radians(np.nan_to_num(parts.stretch_azimuth))
+    size = _LINE * field.radius * np.minimum(length / longest, 1.0)
+    half = size[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1)
+    return np.stack([field.xy - half, field.xy + half], axis=1), float(np.exp(longest)), bool(length.max() > longest)

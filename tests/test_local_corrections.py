@@ -1,0 +1,67 @@
+"""Local corrections, against those of caps by the cubature, and against their limit."""
+
+import json
+
+import numpy as np
+import pytest
+
+from projdist import correct, jacobian, local_corrections
+from projdist.projections import ProjectionError
+
+
+def symmetric_inverse(A):
+    """(A A^T)^-1/2."""
+    U, scales, _ = np.linalg.svd(A)
+    return (U / scales) @ U.T
+
+
+@pytest.mark.parametrize("name", ["mollweide", "winkel-tripel", "EPSG:3035"])
+@pytest.mark.parametrize(("radius", "good"), [(2000.0, 1e-6), (200.0, 1e-11)])
+def test_caps(name, radius, good):
+    """The correction about a point is that of the cap about it, by the adaptive cubature."""
+    found = local_corrections(name, 10.0, 50.0, radius).matrix
+    truth = symmetric_inverse(np.linalg.inv(correct(name, f"cap:10,50,{radius}").matrix))
+    np.testing.assert_allclose(found, truth, atol=good)
+
+
+@pytest.mark.parametrize("name", ["mollweide", "mercator", "EPSG:3035"])
+def test_limit(name):
+    """As the cap shrinks, the correction tends to the inverse polar factor of J, with the square of the radius."""
+    limit = symmetric_inverse(jacobian(name, 30.0, 60.0))
+    errors = [np.abs(local_corrections(name, 30.0, 60.0, km).matrix - limit).max() for km in (400.0, 200.0, 100.0)]
+    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.02)
+
+
+def test_conformal_maps_need_a_scale():
+    """About the poles of two stereographic maps, and elsewhere at the limit, the correction is 1/k."""
+    field = local_corrections("+proj=stere +lat_0=90 +R=6371008.7714", 0.0, [90.0, 50.0], 1.0)
+    np.testing.assert_allclose(field.parts.scale, [1.0, 0.5 * (1.0 + np.sin(np.radians(50.0)))], rtol=1e-7)
+    np.testing.assert_allclose(field.parts.stretch, 1.0, atol=1e-7)
+
+
+def test_edges():
+    """Where less than half of a cap is on the map there is no correction; elsewhere the rest of it counts."""
+    field = local_corrections("ortho", [0.0, 80.0, 95.0], 0.0, 1500.0)
+    assert np.isfinite(field.matrix).all(axis=(1, 2)).tolist() == [True, True, False]
+    rows = json.loads(field.to_json())["results"]
+    assert rows[2] == {"lon": 95.0, "lat": 0.0, "scale": None, "stretch": None, "stretch_azimuth": None, "matrix": None}
+    assert field.matrix.shape == (3, 2, 2)
+
+
+@pytest.mark.parametrize("radius", [0.0, -1.0, 10_001.0, np.nan])
+def test_wrong_radius(radius):
+    """The radius is above 0, and not of half the globe."""
+    with pytest.raises(ValueError, match=r"^Invalid radius '.*'\. It must be above 0 and at most 10,000 km\.$"):
+        local_corrections("robin", 0.0, 0.0, radius)
+
+
+def test_wrong_projection():
+    """A projection that is none is refused as elsewhere."""
+    with pytest.raises(ProjectionError):
+        local_corrections("nosuch", 0.0, 0.0, 10.0)
+
+
+def test_frame():
+    """A frame has a row a place, NaN where there is no correction."""
+    frame = local_corrections("ortho", [0.0, 95.0], 0.0, 500.0).to_frame()
+    assert frame["scale"].isna().tolist() == [False, True]
