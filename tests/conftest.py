@@ -1,6 +1,11 @@
 """What all tests share."""
 
+import os
+
 from hypothesis import settings
+
+# Tests run in as many processes as there are cores: threads of BLAS would only wait for each other. Before numpy's import.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # The same examples every time, and no deadline: a busy machine is no failure.
 settings.register_profile("projdist", derandomize=True, deadline=None, max_examples=25)

@@ -89,6 +89,7 @@ def test_bad_options() -> None:
         plots.heatmap_figure(["EPSG:2154"], titles=["a", "b"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("region", ["cap:10.2,54.35,1", "box:10,54,10.01,54.01", "cap:179.9999,50,0.1", "cap:0,90,0.5"])
 def test_tiny_regions_need_little(region: str) -> None:
     """A picture of a square kilometre takes no more memory than one of the world, and has ellipses and graticule."""
@@ -104,6 +105,7 @@ def test_tiny_regions_need_little(region: str) -> None:
     assert heatmap.axes[0].has_data()
 
 
+@pytest.mark.slow
 def test_outline_is_drawn_as_lines() -> None:
     """The outline is few lines and not a row of pieces, which would be seen where they meet."""
     for projection, most in (("EPSG:2154", 1), ("igh", 40)):
@@ -135,6 +137,7 @@ PICTURES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PICTURES)
 def test_golden_pictures(name: str, tmp_path: Path) -> None:
     """Pictures look as they did when they were last looked at, blurred over 8 pixels."""
