@@ -8,6 +8,7 @@ Distortion and its Applications").
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,20 +20,20 @@ from projdist.answer import Answer, plain
 from projdist.cubature import sample
 from projdist.linear import Decomposition, decompose
 from projdist.measures import areal_scale, orientation
-from projdist.projections import Projection, ProjectionError, compose, parameters_of, pipeline_of, wkt_of
-from projdist.regions import Region, get_region
-from projdist.results import summarize
+from projdist.projections import Projection, ProjectionError, compose, parameters_of, pipeline_of, uncomposed, wkt_of
+from projdist.regions import GLOBE, Box, Region, get_region
+from projdist.results import Summary, summarize
 from projdist.rigid import Rotation, mean_rotation
 
 __all__ = ["CONSTRAINTS", "Correction", "correct"]
 
 # The matrix is as good as the integrals are: the cost has no first order about it, but its gradient has.
 _TOLERANCE = 1e-10
-_MOST_NOISE = 1e-6  # of a matrix; error estimates are on the safe side
+_POOR = 0.1  # of an error: an estimate as large leaves no digit of the matrix
 _TURNED_OVER = 1e-6  # share of the area that may be mirrored by rounding, as Lambert's azimuthal map is at its antipode
 
 
-_LEAST_ANGLE = 1e-7  # degrees
+_LEAST_ANGLE, _DIGITS = 1e-7, 7  # degrees; of scales
 
 
 def _affine(T: FloatArray) -> FloatArray:
@@ -90,11 +91,13 @@ class Correction(Answer):
 
     @property
     def words(self) -> str:
-        """What the matrix does, in one line."""
+        """What the matrix does, in one line, with no more digits than are known."""
         parts = self.parts
-        said = [f"scale {parts.scale:.7g}"]
-        if np.isfinite(parts.stretch_azimuth):
-            said.append(f"stretch {parts.stretch:.7g} {_direction(float(parts.stretch_azimuth))}")
+        digits = min(max(-math.floor(math.log10(self.error_estimate or 1e-16)), 1), _DIGITS)
+        said = [f"scale {parts.scale:.{digits}g}"]
+        stretch = f"{parts.stretch:.{digits}g}"
+        if np.isfinite(parts.stretch_azimuth) and stretch != "1":
+            said.append(f"stretch {stretch} {_direction(float(parts.stretch_azimuth))}")
         else:
             said.append("no stretch")
         for name, degrees in (("shear", parts.shear), ("rotation", parts.rotation)):
@@ -142,7 +145,7 @@ def _direction(azimuth: float) -> str:
 
 def correct(
     projection: Any,
-    region: str | Region = "globe",
+    region: str | Region | None = None,
     *,
     constraint: str = "affine",
     keep_north: bool = True,
@@ -150,6 +153,7 @@ def correct(
 ) -> Correction:
     """The linear correction that distorts a projection least over a region, and the corrected map.
 
+    Without a region that is the area of use of a CRS, and the globe for other projections.
     `constraint` "affine" allows any linear map, "stretch" those of determinant 1 (an equal-area map
     stays equal-area at its scale), "scale" uniform scales. With `keep_north` what is vertical on the map
     stays vertical; else the map is turned so that north is up on average. `tolerance` is that of the
@@ -161,17 +165,24 @@ def correct(
     if constraint not in CONSTRAINTS:
         raise ValueError(f"Invalid constraint '{constraint}'. It must be one of {', '.join(CONSTRAINTS)}.")
     given = projection if isinstance(projection, str) else None
-    projection, region = Projection.from_user_input(projection), get_region(region)
+    projection = Projection.from_user_input(projection)
+    region = get_region(region) if region is not None else _usual_region(projection)
     before = summarize(projection, region, tolerance=tolerance)
-    matrix, note = CONSTRAINTS[constraint](before.mdt), ""
+    matrix, notes = CONSTRAINTS[constraint](before.mdt), [_orientation(before)]
     if not keep_north:
         rotation = _rotation(projection, region, before.mdt, tolerance)
-        matrix, note = rotation.q @ matrix, rotation.note
-    matrix = _without_noise(matrix, min(max(tolerance, before.error_estimate), _MOST_NOISE))
+        matrix = rotation.q @ matrix
+        notes.append(rotation.note)
+    matrix = _without_noise(matrix, max(tolerance, before.error_estimate))
     name = f"{projection.name}, corrected"
     corrected = compose(projection, matrix, name)
     after = summarize(corrected, region, tolerance=tolerance)
-    wkt, reason = wkt_of(projection, matrix, name)
+    error = max(before.error_estimate, after.error_estimate)
+    if error > _POOR * before.airy_kavrayskiy:
+        notes.append("The errors are hardly known, and neither is the matrix.")
+    matrix.setflags(write=False)
+    base, total = uncomposed(projection, matrix)
+    wkt, reason = wkt_of(base, total, name)
     return Correction(
         projection,
         given or projection.label,
@@ -185,13 +196,24 @@ def correct(
         before.airy_kavrayskiy_scaled,
         before.airy_kavrayskiy_affine,
         after.airy_kavrayskiy,
-        max(before.error_estimate, after.error_estimate),
-        note,
-        parameters_of(projection, matrix),
-        pipeline_of(projection, matrix),
+        error,
+        " ".join(filter(None, notes)),
+        parameters_of(base, total),
+        pipeline_of(base, total),
         wkt,
         reason,
     )
+
+
+def _usual_region(projection: Projection) -> Region:
+    return Box(*projection.area_of_use) if projection.area_of_use else GLOBE
+
+
+def _orientation(before: Summary) -> str:
+    """What is to be said of a map that mirrors."""
+    if before.mirrored <= _TURNED_OVER:
+        return ""
+    return f"The map mirrors {100.0 * before.mirrored:.4g} % of the region; no distortion sees that."
 
 
 def _without_noise(matrix: FloatArray, noise: float) -> FloatArray:
@@ -205,6 +227,7 @@ def _rotation(projection: Projection, region: Region, T: FloatArray, tolerance: 
     """The rotation after which the corrected map's mean orientation is north."""
     samples = sample(projection, region, tolerance=tolerance)
     side = orientation(samples.jacobian)
+    # Mirrored maps have their east turned about, so that their north tells the orientation.
     common = 1.0 if np.sum(samples.weight * np.nan_to_num(side)) > 0 else -1.0
     defined = side == common
     if samples.weight[side == -common].sum() > _TURNED_OVER * samples.weight.sum():
@@ -212,4 +235,4 @@ def _rotation(projection: Projection, region: Region, T: FloatArray, tolerance: 
             f"Invalid projection '{projection.label}' for a free rotation. It mirrors a part of the region, so that "
             "it has no mean orientation; keep north."
         )
-    return mean_rotation(samples.jacobian[defined], samples.weight[defined], T=T)
+    return mean_rotation(samples.jacobian[defined] * [common, 1.0], samples.weight[defined], T=T)

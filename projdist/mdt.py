@@ -113,7 +113,10 @@ def _refuse(wrong: BoolArray) -> None:
 
 def check_matrices(A: ArrayLike) -> FloatArray:
     """A as an array of shape (..., N, n, n), N and n at least 1."""
-    A = np.asarray(A, dtype=float)
+    A = np.asarray(A)
+    if np.iscomplexobj(A):
+        raise ValueError("Invalid matrices. They must be real.")
+    A = A.astype(float, copy=False)
     if A.ndim < 3 or A.shape[-1] != A.shape[-2] or A.size == 0:
         raise ValueError(f"Invalid shape {A.shape} of matrices. It must be (..., N, n, n) with N and n at least 1.")
     return A
@@ -130,6 +133,7 @@ def check_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> FloatArr
     if not (w.min() >= 0 and w.max() < np.inf):
         wrong = ~((w >= 0) & (w < np.inf))
         raise ValueError(f"Invalid weight {w[wrong][0]}{place(wrong)}. It must be finite and not negative.")
+    w = w / np.maximum(w.max(axis=-1, keepdims=True), np.finfo(float).tiny)  # so that no sum overflows
     total = w.sum(axis=-1, keepdims=True)
     if not (total > 0).all():
         raise ValueError(f"Invalid weights{place(total[..., 0] == 0)}. They must not all be zero.")

@@ -16,7 +16,7 @@ from projdist.cubature import Samples, sample
 from projdist.derivatives import Quality, derivatives
 from projdist.extremes import find_maximum, measure_at
 from projdist.mdt import mdt
-from projdist.measures import Measure, areal_scale, get_measure, log_scales
+from projdist.measures import Measure, areal_scale, get_measure, log_scales, orientation
 from projdist.panels import interpolate
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import Region, get_region
@@ -136,7 +136,8 @@ class Summary(Answer):
     `airy_kavrayskiy` is the RMS Fisher distortion, sqrt(mean of ln^2 a + ln^2 b) by true area;
     `..._scaled` after the best uniform scale, `..._affine` after the best linear map.
     `error_estimate` bounds the error of all three. `limit` is "" when the tolerance was met. `mdt`
-    is that linear map's inverse T, shape (2, 2), the mean distorting transformation.
+    is that linear map's inverse T, shape (2, 2), the mean distorting transformation; `mirrored` the
+    share of what is covered that the map turns over.
     """
 
     projection: Projection
@@ -150,6 +151,7 @@ class Summary(Answer):
     evaluations: int
     limit: str
     mdt: FloatArray = field(compare=False)
+    mirrored: float
     measures: dict[str, MeasureSummary]
 
     def to_dict(self) -> dict[str, Any]:
@@ -256,6 +258,7 @@ def summarize(
         evaluations=samples.evaluations,
         limit=samples.limit or ("rounding" if found.error > tolerance else ""),
         mdt=found.mdt,
+        mirrored=float(samples.weight[orientation(samples.jacobian) < 0].sum() / samples.weight.sum()),
         measures={name: _summarize_measure(projection, region, samples, measure) for name, measure in chosen.items()},
     )
 

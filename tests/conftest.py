@@ -4,7 +4,7 @@ import os
 
 from hypothesis import settings
 
-# Tests run in as many processes as there are cores: threads of BLAS would only wait for each other. Before numpy's import.
+# Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # The same examples every time, and no deadline: a busy machine is no failure.

@@ -76,9 +76,9 @@ def test_proj_and_wkt():
 
 def test_no_wkt():
     """Where there is no WKT2 the reason is said, with exit code 1."""
-    code, out, err = run("winkel-tripel", "--format", "wkt")
+    code, out, err = run("+proj=pipeline +step +proj=moll +R=1", "--format", "wkt")
     assert (code, out) == (1, "")
-    assert err.startswith("projdist: Invalid format 'wkt' for Winkel Tripel. PROJ's CRS of")
+    assert err == "projdist: Invalid format 'wkt' for Mollweide. Mollweide is no CRS, but a function or a pipeline.\n"
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,14 @@ def test_local_json(tmp_path):
     words = [*SEA, "--local", "300", "--step", "5", "--format", "json", "-o", str(tmp_path / "x.svg")]
     data = json.loads(run("moll", *words)[1])
     assert data["radius_km"] == 300.0
-    assert data["results"][0].keys() == {"lon", "lat", "matrix", "scale", "stretch", "stretch_azimuth"}
+    assert data["results"][0].keys() == {"lon", "lat", "matrix", "scale", "stretch", "stretch_azimuth", "error"}
+
+
+def test_local_json_alone():
+    """The values can be had without a picture."""
+    data = json.loads(run("moll", *SEA, "--local", "300", "--format", "json")[1])
+    assert data["name"] == "Mollweide"
+    assert len(data["results"]) > 10
 
 
 @pytest.mark.parametrize(
@@ -123,11 +130,17 @@ def test_local_json(tmp_path):
         (["nosuch"], 1, "Invalid projection 'nosuch'"),
         (["moll", "--constraint", "shear"], 2, "Invalid constraint 'shear'. It must be affine, stretch or scale."),
         (["moll", "--format", "csv"], 2, "Invalid format 'csv'. It must be table, json, proj or wkt."),
-        (["moll", "--local", "300"], 2, "Invalid option '--local'. It needs a picture to draw to: -o FILE."),
+        (
+            ["moll", "--local", "300"],
+            2,
+            "Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.",
+        ),
         (["moll", "--local", "300", "-o", "x.png", "-f", "wkt"], 2, "Invalid format 'wkt' with --local."),
         (["moll", "--local", "-3", "-o", "x.png"], 2, "Invalid radius '-3'. It must be a number of km within"),
         (["moll", "-o", "x.gif"], 2, "Invalid picture file 'x.gif'. Its suffix must be .png, .svg or .pdf."),
         (["moll", "--region", "box:1,2"], 2, "Invalid region 'box:1,2'"),
+        (["moll", "--dpi", "100"], 2, "Invalid option '--dpi'. It needs a picture to draw to: -o FILE."),
+        (["moll", "--local", "300", "-o", "x.png", "--free"], 2, "Invalid option '--free' with --local."),
         (["moll", "robin"], 2, "unexpected extra argument"),
     ],
 )

@@ -7,6 +7,7 @@ import pytest
 
 from projdist import correct, jacobian, local_corrections
 from projdist.projections import ProjectionError
+from projdist.spd import factor_distance
 
 
 def symmetric_inverse(A):
@@ -44,8 +45,33 @@ def test_edges():
     field = local_corrections("ortho", [0.0, 80.0, 95.0], 0.0, 1500.0)
     assert np.isfinite(field.matrix).all(axis=(1, 2)).tolist() == [True, True, False]
     rows = json.loads(field.to_json())["results"]
-    assert rows[2] == {"lon": 95.0, "lat": 0.0, "scale": None, "stretch": None, "stretch_azimuth": None, "matrix": None}
+    assert rows[2].pop("lon") == 95.0
+    assert rows[2].pop("lat") == 0.0
+    assert set(rows[2].values()) == {None}
     assert field.matrix.shape == (3, 2, 2)
+
+
+# Caps with an antipode, a seam, an edge, a pole line, a pole of infinite scale, and a smooth one.
+HARD = [
+    ("laea", 170, 0, 1000),
+    ("igh", -40, 40, 300),
+    ("ortho", 80, 0, 1500),
+    ("robin", 0, 88, 500),
+    ("merc", 0, 90, 500),
+]
+
+
+@pytest.mark.parametrize(("name", "lon", "lat", "radius"), [*HARD, ("moll", 10, 50, 2000)])
+def test_error_estimates(name, lon, lat, radius):
+    """The error is at most twice what is said, by the cubature."""
+    field = local_corrections(name, lon, lat, radius)
+    truth = np.linalg.inv(correct(name, f"cap:{lon},{lat},{radius}").matrix)
+    assert 0.5 * factor_distance(np.linalg.inv(field.matrix), truth) <= 2.0 * field.error
+
+
+def test_no_such_place():
+    """Beyond a pole there is no correction."""
+    assert np.isnan(local_corrections("robin", 0.0, [91.0, -95.0], 100.0).matrix).all()
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, 10_001.0, np.nan])

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import json_text, rounded, table_text
+from projdist.cli.formats import area_text, json_text, rounded, table_text
 from projdist.cli.options import (
-    DpiOption,
-    RegionOption,
     SizeOption,
     choice,
     number,
@@ -24,7 +22,7 @@ from projdist.cli.options import (
 from projdist.cli.output import drawing, emit
 from projdist.correction import CONSTRAINTS, Correction, correct
 from projdist.projections import Projection, ProjectionError
-from projdist.regions import GLOBE, Region
+from projdist.regions import Region
 
 
 class _Form(enum.StrEnum):
@@ -36,7 +34,10 @@ class _Form(enum.StrEnum):
 
 def correct_command(
     projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
-    region: RegionOption = "globe",
+    region: Annotated[
+        str | None,
+        typer.Option("--region", "-r", help="As for compare; without it the area of use of a CRS, else the globe."),
+    ] = None,
     constraint: Annotated[
         str,
         typer.Option(metavar="|".join(CONSTRAINTS), help="Any linear map, one that keeps areas, or a scale alone."),
@@ -56,31 +57,28 @@ def correct_command(
     ] = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses or caps.")] = None,
     size: SizeOption = None,
-    dpi: DpiOption = "150",
+    dpi: Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")] = None,
 ) -> None:
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
-    form, area = _Form(choice("format", format, list(_Form))), region_of(region)
+    form, area = _Form(choice("format", format, list(_Form))), None if region is None else region_of(region)
     choice("constraint", constraint, list(CONSTRAINTS))
-    if output is None and local is not None:
-        refuse("Invalid option '--local'. It needs a picture to draw to: -o FILE.")
-    if local is not None and form in (_Form.PROJ, _Form.WKT):
-        refuse(f"Invalid format '{form}' with --local. It must be table or json.")
+    for name, value in {"step": step, "size": size, "dpi": dpi}.items():
+        if value is not None and output is None:
+            refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
+    picture = None if output is None else _Picture(output, step, size, dpi or "150")
     try:
         measured = Projection.from_user_input(projection)
-        if output is not None:
-            picture = _Picture(output, step, size, dpi, area)
-        if output is not None and local is not None:
-            radius = number("radius", local, 1e-3, 10_000.0, " of km")
-            found = picture.draw_local(measured, radius)
-            emit(json_text(found) if form is _Form.JSON else f"{picture.path}\n", None)
+        if local is not None:
+            _check_local(form, picture, constraint, keep_north)
+            _draw_local(measured, area, number("radius", local, 1e-3, 10_000.0, " of km"), picture, form)
             return
         result = correct(measured, area, constraint=constraint, keep_north=keep_north)
     except ProjectionError as error:
         fail(str(error))
         raise typer.Exit(1) from error
     text = _text(result, projection, form)
-    if output is not None:
-        picture.draw(result)
+    if picture is not None:
+        _draw(result, picture)
         text += f"Picture: {picture.path}\n" if form is _Form.TABLE else ""
     emit(text, None)
 
@@ -88,33 +86,58 @@ def correct_command(
 class _Picture:
     """A picture to draw, from the words of its options."""
 
-    def __init__(self, output: str, step: str | None, size: str | None, dpi: str, region: Region) -> None:
+    def __init__(self, output: str, step: str | None, size: str | None, dpi: str) -> None:
         from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
-        self.plots = plots
         self.path: Path = picture_file(output, plots.SUFFIXES)
         self.dots, self.step = number("dpi", dpi, 10, 1200), step_of(step)
         self.size = size_of(size, self.dots)
-        self.region = None if region == GLOBE else region
 
-    def draw(self, result: Correction) -> None:
-        """Tissot's indicatrices before and after."""
-        maps = [result.projection, result.corrected]
-        figures = [result.airy_kavrayskiy, result.airy_kavrayskiy_corrected]
-        with drawing(self.path):
-            figure = self.plots.tissot_figure(
-                maps, region=self.region, step=self.step, size=self.size, dpi=self.dots, airy_kavrayskiy=figures
-            )
-            self.plots.save(figure, self.path, dpi=self.dots)
 
-    def draw_local(self, projection: Projection, radius_km: float) -> dict[str, Any]:
-        """The field of local corrections; returns it as a dictionary."""
-        with drawing(self.path):
-            figure, field = self.plots.local_figure(
-                projection, radius_km, region=self.region, step=self.step, size=self.size, dpi=self.dots
+def _draw(result: Correction, picture: _Picture) -> None:
+    """Tissot's indicatrices before and after."""
+    from projdist import plots  # as above
+
+    maps = [result.projection, result.corrected]
+    figures = [result.airy_kavrayskiy, result.airy_kavrayskiy_corrected]
+    with drawing(picture.path):
+        figure = plots.tissot_figure(
+            maps,
+            region=result.region,
+            step=picture.step,
+            size=picture.size,
+            dpi=picture.dots,
+            airy_kavrayskiy=figures,
+        )
+        plots.save(figure, picture.path, dpi=picture.dots)
+
+
+def _check_local(form: _Form, picture: _Picture | None, constraint: str, keep_north: bool) -> None:
+    if form in (_Form.PROJ, _Form.WKT):
+        refuse(f"Invalid format '{form}' with --local. It must be table or json.")
+    if picture is None and form is not _Form.JSON:
+        refuse("Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.")
+    if constraint != "affine" or not keep_north:
+        option = "--constraint" if constraint != "affine" else "--free"
+        refuse(f"Invalid option '{option}' with --local. Local corrections are symmetric and have no constraint.")
+
+
+def _draw_local(
+    projection: Projection, region: Region | None, radius_km: float, picture: _Picture | None, form: _Form
+) -> None:
+    """The field of local corrections, as a picture, as JSON, or both."""
+    from projdist import plots  # as above
+
+    path = Path() if picture is None else picture.path
+    with drawing(path):
+        if picture is None:
+            field = plots.local_figure(projection, radius_km, region=region)[1]
+        else:
+            figure, field = plots.local_figure(
+                projection, radius_km, region=region, step=picture.step, size=picture.size, dpi=picture.dots
             )
-            self.plots.save(figure, self.path, dpi=self.dots)
-        return field.to_dict()
+            plots.save(figure, path, dpi=picture.dots)
+    emit(json_text(field.to_dict()) if form is _Form.JSON else f"{path}\n", None)
 
 
 def _text(result: Correction, given: str, form: _Form) -> str:
@@ -140,10 +163,12 @@ def _report(result: Correction) -> str:
         "after the best linear map (MDT)": result.airy_kavrayskiy_affine,
         f"corrected ({result.constraint}), measured again": result.airy_kavrayskiy_corrected,
     }
-    columns = {"map": list(errors), "Airy-Kavrayskiy": [rounded(e, result.error_estimate) for e in errors.values()]}
-    title = f"{result.projection.name} over {result.region.name} ({result.region.area_km2:,.0f} km2)\n"
+    error = result.error_estimate
+    columns = {"map": list(errors), "Airy-Kavrayskiy": [rounded(value, error) for value in errors.values()]}
+    title = f"{result.projection.name} over {result.region.name} ({area_text(result.region.area_km2)})\n"
     (xx, xy), (yx, yy) = result.matrix
     lines = [
+        f"The error of these figures is about {error:.0e}.",
         f"x' = {xx:.9g} x {xy:+.9g} y" if xy else f"x' = {xx:.9g} x",
         f"y' = {yx:.9g} x {yy:+.9g} y" if yx else f"y' = {yy:.9g} y",
         f"That is {result.words}.",
@@ -154,5 +179,5 @@ def _report(result: Correction) -> str:
         f"PROJ: {result.pipeline}" if result.pipeline else "PROJ: none; a function has no pipeline.",
         "WKT2: see --format wkt" if result.wkt else f"WKT2: none; {result.wkt_reason}",
     ]
-    body = "\n".join(line for index, line in enumerate(lines) if line or index == 5)
+    body = "\n".join(line for index, line in enumerate(lines) if line or index == 6)
     return title + table_text(columns, "") + body + "\n"

@@ -88,8 +88,7 @@ def render_comparison(
         notes.append(
             "Error: above the tolerance where the projection's own rounding or the work allowed set the limit."
         )
-    area = result["region"]["area_km2"]
-    title = f"{result['region']['name']} ({area:,.0f} km2), by {sort}"
+    title = f"{result['region']['name']} ({area_text(result['region']['area_km2'])}), by {sort}"
     if form is Format.MARKDOWN:
         return markdown_text(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
     return table_text(columns, title) + "\n".join(notes) + "\n"
@@ -236,6 +235,11 @@ def _blocks(columns: dict[str, list[str]], keys: int, room: int) -> Iterator[dic
 
 def _bold_best(cell: str) -> str:
     return f"[bold]{escape(cell)}[/bold]" if cell.endswith("*") else escape(cell)
+
+
+def area_text(km2: float) -> str:
+    """An area in words, small ones with their digits."""
+    return f"{km2:,.0f} km2" if km2 >= 100 else f"{km2:.3g} km2"
 
 
 # ---- numbers --------------------------------------------------------------------------------

@@ -212,7 +212,9 @@ def _layout(
     # The largest maps, in a figure that is not much higher than wide.
     grid = max(options, key=lambda option: option.scale * min(1.0, 1.1 * option.width / option.height))
     if not grid.scale > 0:
-        raise ValueError(f"Invalid size '{size}'. It has no room for {count} maps.")
+        width, height = size or (grid.width, grid.height)
+        maps_text = "a map" if count == 1 else f"{count} maps"
+        raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {maps_text}.")
     figure = Figure(figsize=(grid.width, grid.height), dpi=dpi)
     FigureCanvasAgg(figure)
     pitch = (grid.width - _GAP) / grid.columns

@@ -22,7 +22,7 @@ from projdist.regions import Region
 
 _VERTICES = 36
 _DENSER = 2 / 3  # than Tissot's indicatrices stand
-_DISC, _LINE = 0.6, 1.3  # of the radius at which discs would be close: neighbours' lines are mostly parallel
+_DISC, _LINE = 0.6, 1.0  # of the radius at which discs would be close
 _USUAL = 0.9  # of the stretches have lines in proportion; what is stretched more has the longest line
 _INK = "#222222"
 _HALO = withStroke(linewidth=2.2, foreground="#ffffffb0")
@@ -101,9 +101,9 @@ def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
         list(segments), colors=_INK, linewidths=1.2, zorder=2.2, label="stretches", path_effects=[_HALO]
     )
     ax.add_collection(lines, autolim=False)
-    about = f"Local corrections over caps of {field.corrections.radius_km:,.6g} km"
+    about = f"Caps of {field.corrections.radius_km:,.6g} km"
     if len(segments):
-        about += f"; the longest lines are stretches by {longest:.4g}{' or more' if cut else ''}"
+        about += f"; longest lines: stretch {longest:.4g}{' or more' if cut else ''}"
     draw_title(ax, field.surface.domain.projection.name if title is None else title, about)
 
 

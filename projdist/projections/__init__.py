@@ -5,7 +5,7 @@ Neither goes through the other's form, which would lose defaults (`+proj=wintri`
 (EPSG:3857) and ellipsoids.
 """
 
-from projdist.projections.composed import compose
+from projdist.projections.composed import compose, uncomposed
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import parameters_of, pipeline_of, wkt_of
 from projdist.projections.names import needed_parameters, projection_names
@@ -19,5 +19,6 @@ __all__ = [
     "parameters_of",
     "pipeline_of",
     "projection_names",
+    "uncomposed",
     "wkt_of",
 ]

@@ -17,29 +17,36 @@ from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.projection import Projection
 
 _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of parameters
-_TRIED = tuple(axis.ravel() for axis in np.meshgrid(np.arange(-170.0, 180.0, 20.0), np.arange(-80.0, 85.0, 10.0)))
+_SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
+# Defaults of PROJ's own that a CRS made of its string takes for others: arccos(2 / pi), for which PROJ has 0 there.
+_LOST = {"wintri": ("lat_1", "50.4597762521898")}
+_BESIDE = frozenset("unitconvert axisswap longlat".split())  # steps that only dress up a projection
+_REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())
 
 
 def pipeline_of(projection: Projection, matrix: FloatArray) -> str | None:
     """The PROJ pipeline from Greenwich degrees to `matrix` times the coordinates in metres; None for functions."""
-    function, before = projection.function, []
+    function, before, after, unit = projection.function, [], [], 1.0
     if isinstance(function, Pipeline):
-        text, matrix = function.pipeline, matrix * function.to_metre
+        text, unit = function.pipeline, function.to_metre
     elif isinstance(function, CrsOperation):
         text = " ".join(f"+{token}" for token in function.transformer.definition.split())
-        matrix = matrix @ np.array(function.axes)
+        unit = float(np.abs(function.axes).max())
+        matrix = matrix @ (np.array(function.axes) / unit)
         if function.greenwich:
             before.append(f"+proj=affine +xoff={-function.greenwich!r}")
         if function.angle_unit != 1.0:
             before.append(f"+proj=affine +s11={function.angle_unit!r} +s22={function.angle_unit!r}")
     else:
         return None
+    if unit != 1.0:
+        after.append(f"+proj=unitconvert +xy_in={unit!r} +xy_out=m")
     head, *steps = re.split(r"\s+\+step\s+", text)
     if "+proj=pipeline" not in head.split():
         head, steps = "+proj=pipeline", [head]
     coefficients = " ".join(f"+s{i + 1}{j + 1}={float(matrix[i, j])!r}" for i, j in itertools.product((0, 1), (0, 1)))
-    return " +step ".join([head, *before, *steps, f"+proj=affine {coefficients}"])
+    return " +step ".join([head, *before, *steps, *after, f"+proj=affine {coefficients}"])
 
 
 def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str | None, str | None]:
@@ -54,11 +61,12 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
     wkt = base.to_wkt("WKT2_2019")
     if not wkt.startswith("PROJCRS["):
         return None, f"{projection.name} is a {base.type_name}, from which no CRS can be derived."
-    truth = matrix @ np.array(projection(*_TRIED))
+    points = _tried(projection)
+    truth = matrix @ np.array(projection(*points))
     for axes in _native_axes(base):
         derived = _derived_wkt(wkt, matrix @ axes, name)
         try:
-            found = Projection.from_user_input(derived)(*_TRIED)
+            found = Projection.from_user_input(derived)(*points)
         except ProjectionError as error:
             return None, str(error)
         if _agree(projection, np.array(found), truth):
@@ -67,20 +75,56 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
 
 
 def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
-    """The same map by the projection's own parameters, k_0 or lat_ts, as a PROJ string; None where it has none."""
-    tokens = _single_step(projection)
+    """The same map by the projection's own parameters, as k_0 or lat_ts, as a PROJ string; None where it has none.
+
+    The coordinates agree to 1e-12 of their size and the Earth's, on a grid over the area of use.
+    """
+    tokens = _projecting_step(projection)
     if tokens is None or matrix[0, 1] or matrix[1, 0]:
         return None
-    truth = matrix @ np.array(projection(*_TRIED))
+    points = _tried(projection)
+    truth = matrix @ np.array(projection(*points))
     for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):
-        text = " ".join(f"+{key}" if value is None else f"+{key}={value}" for key, value in changed.items())
-        try:
-            found = Projection.from_user_input(text)(*_TRIED)
-        except ProjectionError:
+        found = _scaled(changed, points, truth) if changed.get("k_0") == _OPEN else changed
+        if found is None:
             continue
-        if _agree(projection, np.array(found), truth):
-            return text
+        coordinates = _coordinates(found, points)
+        if coordinates is not None and _agree(projection, coordinates, truth):
+            return _text(found)
     return None
+
+
+Parameters = dict[str, str | None]
+_OPEN = "1"  # a scale that is still to be found
+
+
+def _text(parameters: Parameters) -> str:
+    return " ".join(f"+{key}" if value is None else f"+{key}={value}" for key, value in parameters.items())
+
+
+def _coordinates(parameters: Parameters, points: tuple[FloatArray, FloatArray]) -> FloatArray | None:
+    try:
+        return np.array(Projection.from_user_input(_text(parameters))(*points))
+    except ProjectionError:
+        return None
+
+
+def _scaled(parameters: Parameters, points: tuple[FloatArray, FloatArray], truth: FloatArray) -> Parameters | None:
+    """The parameters with the k_0 for which the coordinates come nearest to the truth."""
+    unscaled = _coordinates(parameters, points)
+    if unscaled is None:
+        return None
+    origin = np.array([[float(parameters.get(key) or 0.0)] for key in ("x_0", "y_0")])
+    both = np.isfinite(unscaled + truth).all(axis=0)
+    f, t = (values[:, both] - origin for values in (unscaled, truth))
+    return parameters | {"k_0": repr(float(np.sum(f * t) / np.sum(f * f)))} if f.any() else None
+
+
+def _tried(projection: Projection) -> tuple[FloatArray, FloatArray]:
+    """Points of a grid over the area of use, or the globe."""
+    west, south, east, north = projection.area_of_use or (-180.0, -90.0, 180.0, 90.0)
+    width = east - west if east > west else east - west + 360.0
+    return (west + width * _SHARES[0]).ravel(), (south + (north - south) * _SHARES[1]).ravel()
 
 
 def _agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool:
@@ -96,8 +140,12 @@ def _base_crs(projection: Projection) -> CRS | None:
         return CRS.from_wkt(projection.function.crs)
     if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.pipeline:
         return None
+    text = projection.function.pipeline
+    for name, (key, value) in _LOST.items():
+        if f"+proj={name}" in text.split() and f"+{key}=" not in text:
+            text += f" +{key}={value}"
     try:
-        return CRS.from_user_input(f"{projection.function.pipeline} +type=crs")
+        return CRS.from_user_input(f"{text} +type=crs")
     except pyproj.exceptions.CRSError:
         return None
 
@@ -133,32 +181,50 @@ def _derived_wkt(base: str, coefficients: FloatArray, name: str) -> str:
     )
 
 
-def _single_step(projection: Projection) -> dict[str, str | None] | None:
-    """Parameters of a PROJ operation that is all of the projection, or None."""
+def _projecting_step(projection: Projection) -> Parameters | None:
+    """Parameters of the only step of a PROJ operation that is a map, or None."""
     function = projection.function
-    if isinstance(function, Pipeline) and function.to_metre == 1.0:
+    if isinstance(function, Pipeline):
         text = function.pipeline
     elif isinstance(function, CrsOperation):
-        text = re.sub(
-            r"^proj=pipeline step proj=unitconvert xy_in=deg xy_out=rad step ", "", function.transformer.definition
-        )
+        text = function.transformer.definition
     else:
         return None
-    parameters: dict[str, str | None] = {}
-    for token in text.split():
-        key, equals, value = token.lstrip("+").partition("=")
-        parameters.setdefault(key, value if equals else None)
-    return None if "step" in parameters or parameters.get("proj") == "pipeline" else parameters
+    found: list[Parameters] = []
+    for step in re.split(r"(?:^|\s)\+?step\s", text):
+        parameters: Parameters = {}
+        for token in step.split():
+            key, equals, value = token.lstrip("+").partition("=")
+            parameters.setdefault(key, value if equals else None)
+        if parameters.get("proj") not in _BESIDE | {"pipeline"}:
+            found.append(parameters)
+    return found[0] if len(found) == 1 and "inv" not in found[0] else None
 
 
-def _changed_parameters(tokens: dict[str, str | None], x: float, y: float) -> Iterator[dict[str, str | None]]:
+def _changed_parameters(tokens: Parameters, x: float, y: float) -> Iterator[Parameters]:
     """Parameters that may stretch the map by x and y along its axes."""
-    name = tokens["proj"]
-    shifts = {key: f"{float(tokens[key] or 0) * by!r}" for key, by in (("x_0", x), ("y_0", y)) if key in tokens}
-    if name in _WITH_K_0 and x == y:
-        k = float(tokens.get("k_0") or tokens.get("k") or 1.0)
-        yield {key: value for key, value in tokens.items() if key != "k"} | shifts | {"k_0": repr(k * x)}
-    if name in ("eqc", "cea"):
-        parallel = math.cos(math.radians(float(tokens.get("lat_ts") or 0.0))) * x
-        if parallel <= 1.0:
-            yield tokens | shifts | {"lat_ts": repr(math.degrees(math.acos(parallel)))}
+    try:
+        shifts: Parameters = {
+            key: f"{float(tokens[key] or 0) * by!r}" for key, by in (("x_0", x), ("y_0", y)) if key in tokens
+        }
+        if x == y:
+            tokens = _as_tmerc(tokens, x) if tokens["proj"] == "utm" else tokens | shifts
+            if tokens["proj"] in _WITH_K_0:
+                yield {key: value for key, value in tokens.items() if key not in _REPLACED} | {"k_0": _OPEN}
+        elif tokens["proj"] in ("eqc", "cea"):
+            parallel = math.cos(math.radians(float(tokens.get("lat_ts") or 0.0))) * x
+            if parallel <= 1.0:
+                yield tokens | shifts | {"lat_ts": repr(math.degrees(math.acos(parallel)))}
+        elif tokens["proj"] == "hammer":
+            yield tokens | shifts | {"M": repr(x * float(tokens.get("M") or 1.0))}
+    except ValueError:
+        return  # numbers in PROJ's other ways, as 30d
+
+
+def _as_tmerc(tokens: Parameters, scale: float) -> Parameters:
+    """The transverse Mercator map of a zone of UTM, its false origin scaled."""
+    rest = {key: value for key, value in tokens.items() if key not in ("proj", "zone", "south")}
+    north = 1e7 if "south" in tokens else 0.0
+    meridian = 6 * int(tokens["zone"] or 0) - 183
+    named = {"proj": "tmerc", "lon_0": f"{meridian}", "x_0": repr(5e5 * scale), "y_0": repr(north * scale)}
+    return named | rest

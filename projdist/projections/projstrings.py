@@ -12,6 +12,7 @@ import pyproj.exceptions
 import pyproj.list
 from pyproj import CRS, Transformer
 
+from projdist._typing import FloatArray
 from projdist.catalogue import NOT_MAPS
 from projdist.ellipsoid import Ellipsoid
 from projdist.hints import did_you_mean
@@ -143,15 +144,26 @@ def _check_maps_degrees_to_plane(text: str, transformer: Transformer) -> None:
     """Refuse pipelines that do not take angles, or that return angles.
 
     With `radians` on, pyproj scales angles only: the same points in degrees and in radians
-    give the same output if and only if the input is angular and the output is not.
+    give the same output if and only if the input is angular and the output is not. It does not
+    know grads for angles: what turns them to radians first is left to its own words.
     """
     lon, lat = np.meshgrid(np.linspace(-170.0, 170.0, 18), np.linspace(-85.0, 85.0, 18))
     degrees = np.array(transform(transformer, lon, lat))
     radians = np.array(transform(transformer, np.radians(lon), np.radians(lat), radians=True))
-    both = np.isfinite(degrees) & np.isfinite(radians)
-    if not np.allclose(
-        degrees[both], radians[both], rtol=1e-6, atol=1e-6 * float(np.abs(degrees[both]).max(initial=0))
-    ):
+    untagged = np.array(transform(transformer, lon, lat, radians=True)) if _takes_grads(text) else radians
+    if not (_same(degrees, radians) or _same(degrees, untagged)):
         raise ProjectionError(
             f"Invalid projection '{text}'. It must take longitude and latitude and return a plane, as a map does."
         )
+
+
+def _same(one: FloatArray, other: FloatArray) -> bool:
+    both = np.isfinite(one) & np.isfinite(other)
+    size = float(np.abs(one[both]).max(initial=0.0))
+    return np.allclose(one[both], other[both], rtol=1e-6, atol=1e-6 * size)
+
+
+def _takes_grads(text: str) -> bool:
+    """Whether the first step that is not affine turns grads to radians."""
+    steps = [step for step in re.split(r"\s\+step\s+", text)[1:] if "+proj=affine" not in step.split()]
+    return bool(steps) and "+xy_in=grad" in steps[0].split()
