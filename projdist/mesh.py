@@ -15,6 +15,7 @@ from projdist.measures import log_scales
 from projdist.panels import NODES, Pieces, sample_pieces, tails
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Region
+from projdist.strips import with_strips
 
 Integrand = Callable[[FloatArray], FloatArray]
 """A function of Jacobians (n, p, p, 2, 2) whose mean over the region shall be resolved."""
@@ -81,11 +82,11 @@ class Mesh:
 
     def __init__(self, projection: Projection, region: Region, integrands: Sequence[Integrand]) -> None:
         self.projection, self.region, self.integrands = projection, region, tuple(integrands)
-        self.evaluations = 0
         self.limited = False  # whether the map is known to end within the region
         self.peaks = np.zeros(2 + len(self.integrands))  # the largest of each integrand seen
         self.pieces: list[Pieces] = []
-        self.panels = _Panels.joined(self._evaluated(0, *region.panels()))
+        patch, rectangles, self.evaluations = with_strips(projection, region, *region.panels())
+        self.panels = _Panels.joined(self._evaluated(0, patch, rectangles))
 
     def _evaluated(self, first: int, patch: IntArray, rectangles: FloatArray) -> list[_Panels]:
         """New panels, in batches; the first is number `first`."""

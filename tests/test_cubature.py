@@ -753,3 +753,28 @@ def test_the_size_of_the_globe_does_not_matter(radius):
     found = summarize(f"+proj=igh +R={radius}", tolerance=1e-3)
     assert found.evaluations == on_earth.evaluations
     assert triple(found) == pytest.approx(triple(on_earth), rel=1e-10)
+
+
+# ---- seams between the last nodes and a side ------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["moll", "eqearth", "wintri"])
+@pytest.mark.parametrize("meridian", [1e-5, 0.3, -1.5, 2.34, 179.9])
+def test_seams_beside_the_first_panels(name: str, meridian: float) -> None:
+    """The figure of the globe does not depend on the central meridian, wherever the seam then is."""
+    truth = summarize(f"+proj={name} +R=6371008.7714")
+    found = summarize(f"+proj={name} +R=6371008.7714 +lon_0={meridian}")
+    error = abs(found.airy_kavrayskiy - truth.airy_kavrayskiy)
+    assert error <= 3.0 * (found.error_estimate + truth.error_estimate)
+    assert error < 2e-8
+
+
+@pytest.mark.parametrize("west", [178.5, 179.0, 179.7])
+@pytest.mark.parametrize(("name", "good"), [("sinu", 1e-8), ("igh", 1e-6)])
+def test_boxes_whose_edge_is_beside_a_seam(name: str, good: float, west: float) -> None:
+    """A box across a seam has the mean of its parts."""
+    whole = summarize(name, Box(west, -60.0, -60.0, 60.0))
+    parts = [summarize(name, Box(west, -60.0, 180.0, 60.0)), summarize(name, Box(-180.0, -60.0, -60.0, 60.0))]
+    areas = np.array([part.region.area_km2 for part in parts])
+    square = np.sum(areas * [part.airy_kavrayskiy**2 for part in parts]) / areas.sum()
+    assert whole.airy_kavrayskiy == pytest.approx(np.sqrt(square), abs=good)

@@ -35,6 +35,7 @@ LAYERS = [
     "hessians",
     "rasters",
     "panels",
+    "strips",
     "cuts",
     "mesh",
     "cubature",
