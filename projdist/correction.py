@@ -21,9 +21,9 @@ from projdist.cubature import sample
 from projdist.linear import Decomposition, decompose
 from projdist.measures import areal_scale, orientation
 from projdist.projections import Projection, ProjectionError, compose, parameters_of, pipeline_of, uncomposed, wkt_of
-from projdist.regions import GLOBE, Box, Region, get_region
+from projdist.regions import GLOBE, Box, Place, Region, get_region
 from projdist.results import Summary, summarize
-from projdist.rigid import Rotation, mean_rotation
+from projdist.rigid import Rotation, field_rotation
 
 __all__ = ["CONSTRAINTS", "Correction", "correct"]
 
@@ -67,7 +67,7 @@ class Correction(Answer):
 
     projection: Projection
     given: str
-    region: Region
+    region: Place
     constraint: str
     keep_north: bool
     coverage: float
@@ -145,7 +145,7 @@ def _direction(azimuth: float) -> str:
 
 def correct(
     projection: Any,
-    region: str | Region | None = None,
+    region: str | Place | None = None,
     *,
     constraint: str = "affine",
     keep_north: bool = True,
@@ -223,7 +223,7 @@ def _without_noise(matrix: FloatArray, noise: float) -> FloatArray:
     return scale * np.eye(2) if np.abs(cleaned - scale * np.eye(2)).max() <= noise * scale else cleaned
 
 
-def _rotation(projection: Projection, region: Region, T: FloatArray, tolerance: float) -> Rotation:
+def _rotation(projection: Projection, region: Place, T: FloatArray, tolerance: float) -> Rotation:
     """The rotation after which the corrected map's mean orientation is north."""
     samples = sample(projection, region, tolerance=tolerance)
     side = orientation(samples.jacobian)
@@ -235,4 +235,4 @@ def _rotation(projection: Projection, region: Region, T: FloatArray, tolerance: 
             f"Invalid projection '{projection.label}' for a free rotation. It mirrors a part of the region, so that "
             "it has no mean orientation; keep north."
         )
-    return mean_rotation(samples.jacobian[defined] * [common, 1.0], samples.weight[defined], T=T)
+    return field_rotation(samples.jacobian[defined] * [common, 1.0], samples.weight[defined], T)

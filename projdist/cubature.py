@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.mesh import Integrand, Mesh
+from projdist.derivatives import derivatives
+from projdist.mesh import STENCIL, Integrand, Mesh
 from projdist.panels import tails
 from projdist.projections import Projection, ProjectionError
-from projdist.regions import Region
+from projdist.regions import PointSet, Region
 
 __all__ = ["Integrand", "Samples", "sample"]
 
@@ -29,10 +30,13 @@ _UNDEFINED = 1e-6  # share of the area on which a measure may be undefined, at s
 class Samples:
     """The Jacobian field of a projection over a region, at n x 10 x 10 nodes.
 
-    `weight` is true area in m^2; `u`, `v` and `patch` place the nodes in the region's chart.
+    `weight` is true area in m^2; `u`, `v` and `patch` place the nodes in the region's chart. Where the edge of
+    polygons crosses a panel, there are nodes outside, and weights of either sign: they integrate the polynomial
+    through the nodes over the part inside, a `share` (n,) of the panel. `density` is m^2 in the unit square of nodes.
     `doubt` (n,) is by how much the differentiation may have changed the logarithms of the scales.
     `coverage` is the share of the region's area that the samples stand for, `undecided` that of
-    panels whose part within the map is not known and which are left out. `limit` tells why
+    panels whose part within the map is not known and which are left out. Over a set of points there is one node a
+    point, n x 1 x 1, with the point's own weight. `limit` tells why
     the refinement stopped: "" when the tolerance was met, "rounding" at the noise of the
     projection's own arithmetic, "budget" at the largest number of evaluations.
     """
@@ -43,7 +47,9 @@ class Samples:
     v: FloatArray
     patch: IntArray
     jacobian: FloatArray
+    density: FloatArray
     weight: FloatArray
+    share: FloatArray
     doubt: FloatArray
     coverage: float
     undecided: float
@@ -58,20 +64,22 @@ class Samples:
         """
         total = float(self.weight.sum())
         undefined = ~np.isfinite(values)
-        missing = float(self.weight[undefined].sum()) / total
+        missing = float(np.abs(self.weight[undefined]).sum()) / total
         if missing > _UNDEFINED:
             return np.nan, np.nan
         missing += self.undecided / self.coverage
         values, slope = np.where(undefined, 0.0, values), np.where(undefined, 0.0, slope)
-        error = float(tails(values, self.weight)[1].sum()) / total + missing * float(np.abs(values).max())
+        error = missing * float(np.abs(values).max())
+        if values.shape[-1] > 1:
+            error += float(tails(values, self.density, self.share)[1].sum()) / total
         error += float(np.sum(self.doubt[:, None, None] * slope * self.weight)) / total
-        error += _ROUNDING * float(np.sum(self.weight * np.abs(values))) / total
+        error += _ROUNDING * float(np.sum(np.abs(self.weight * values))) / total
         return float(np.sum(self.weight * values)) / total, error
 
 
 def sample(
     projection: Projection,
-    region: Region,
+    region: Region | PointSet,
     *,
     tolerance: float = 1e-8,
     integrands: Sequence[Integrand] = (),
@@ -84,13 +92,15 @@ def sample(
     """
     if not tolerance > 0:
         raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
+    if isinstance(region, PointSet):
+        return _at_points(projection, region)
     mesh = Mesh(projection, region, integrands)
     limit = mesh.refine(_AiryKavrayskiyGoal(tolerance), max_evaluations)
     for column in range(2, 2 + len(integrands)):
         mesh.refine(_MeanGoal(column, max(tolerance, _MEAN_TOLERANCE)), mesh.evaluations + max_evaluations // 4)
     pieces = mesh.leaves()
     if not len(pieces.panel):
-        raise ProjectionError(f"Invalid region '{region.name}' for {projection.name}. No point of it can be projected.")
+        raise _nothing(projection, region)
     return Samples(
         pieces.lon,
         pieces.lat,
@@ -98,12 +108,43 @@ def sample(
         pieces.v,
         pieces.patch,
         pieces.jacobian,
+        pieces.density,
         pieces.weight,
+        pieces.share,
         pieces.doubt.sum(axis=-1),
         min(1.0, float(pieces.weight.sum()) / mesh.region_area),
         mesh.undecided_area / mesh.region_area,
         mesh.evaluations,
         limit,
+    )
+
+
+def _nothing(projection: Projection, region: Region | PointSet) -> ProjectionError:
+    return ProjectionError(f"Invalid region '{region.name}' for {projection.name}. No point of it can be projected.")
+
+
+def _at_points(projection: Projection, points: PointSet) -> Samples:
+    """The derivatives at points, as pieces with one node each; where there are none, the points are not covered."""
+    found = derivatives(projection, points.lon, points.lat)
+    defined = np.isfinite(found.jacobian).all(axis=(1, 2)) & (points.weight > 0.0)
+    if not defined.any():
+        raise _nothing(projection, points)
+    lon, lat, weight = (values[defined, None, None] for values in (points.lon, points.lat, points.weight))
+    return Samples(
+        lon,
+        lat,
+        lon,
+        lat,
+        np.zeros(len(lon), dtype=int),
+        found.jacobian[defined, None, None],
+        weight,
+        weight,
+        np.ones(len(lon)),
+        found.error[defined],
+        float(weight.sum() / points.weight.sum()),
+        0.0,
+        STENCIL * points.lon.size,
+        "",
     )
 
 

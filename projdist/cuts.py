@@ -13,11 +13,13 @@ from itertools import pairwise
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.panels import DIFFERENTIATE, NODES, Partial, Pieces, sample_pieces
+from projdist.panels import Partial, Pieces, sample_pieces
 from projdist.projections import Projection
 from projdist.regions import Region
+from projdist.spectral import DIFFERENTIATE, LEGENDRE, NODES, PLANE_WEIGHTS
 
 TEAR = 1e-4  # of the semi-major axis; smaller jumps are PROJ's own (eck4 snaps to its pole line by 2e-5)
+_SLIVER = 1e-13  # of a slice; less of the region in it is rounding
 _TRIAL, _REST = 7, 29  # halvings: a steep place is told from a tear after a few, a tear is placed to 1e-11 of the panel
 _STATIONS = np.concatenate([[-1.0], NODES, [1.0]])
 
@@ -54,8 +56,18 @@ class Cuts:
     evaluations: int
 
 
-def cut(projection: Projection, region: Region, panel: IntArray, patch: IntArray, rectangles: FloatArray) -> Cuts:
-    """Cut panels across v or across u, along the seam or the edge of the map that crosses them."""
+def cut(
+    projection: Projection,
+    region: Region,
+    panel: IntArray,
+    patch: IntArray,
+    rectangles: FloatArray,
+    whole: BoolArray,
+) -> Cuts:
+    """Cut panels across v or across u, along the seam or the edge of the map that crosses them.
+
+    `whole` are those that lie within the region.
+    """
     n = len(rectangles)
     result = Cuts([], np.zeros(n, dtype=bool), np.full((n, 2), np.nan), 0)
     for along in (1, 0):
@@ -73,7 +85,8 @@ def cut(projection: Projection, region: Region, panel: IntArray, patch: IntArray
         ):
             index = np.flatnonzero(kind == how)
             if index.size:
-                slices = _slices(lines.take(index), panel[todo[index]], side[index], where[index], grades)
+                own = todo[index]
+                slices = _slices(lines.take(index), panel[own], whole[own], side[index], where[index], grades)
                 result.pieces.extend(slices)
                 result.evaluations += sum(piece.lon.size for piece in slices)
         cut_now = np.flatnonzero(kind != _NONE)
@@ -204,7 +217,9 @@ _WHOLE = np.array([0.0, 1.0])
 _GRADES = np.concatenate([1.0 - 3.0 ** -np.arange(15.0), [1.0]])
 
 
-def _slices(lines: _Lines, panel: IntArray, side: FloatArray, where: FloatArray, grades: FloatArray) -> list[Pieces]:
+def _slices(
+    lines: _Lines, panel: IntArray, whole: BoolArray, side: FloatArray, where: FloatArray, grades: FloatArray
+) -> list[Pieces]:
     """What lies between one side of the panels, at `side` (n,) along the lines, and the cut at `where` (n, p) on them.
 
     The node axes are r in [-1, 1] across the lines, and s in [-1, 1] along them, in which t goes
@@ -225,7 +240,42 @@ def _slices(lines: _Lines, panel: IntArray, side: FloatArray, where: FloatArray,
         if lines.along == 0:  # the first node axis is that of u, as in whole panels: here that of s
             u, v = along.swapaxes(1, 2), across.swapaxes(1, 2)
             partials = (along_s.swapaxes(1, 2), along_r.swapaxes(1, 2), 0.0, across_r)
-        piece, _, _ = sample_pieces(lines.projection, lines.region, panel, lines.patch, u, v, partials)
+        rule, held = np.broadcast_to(PLANE_WEIGHTS, u.shape).copy(), whole.copy()
+        for k in np.flatnonzero(~whole):
+            square = _Square(lines, int(k), float(side[k]), where[k], start, stop)
+            rule[k] = lines.region.rule(int(lines.patch[k]), lines.rectangles[k], square)
+            held[k] = rule[k].sum() > 4.0 * _SLIVER
+        if not held.any():
+            continue
+        u_r, u_s, v_r, v_s = (p[held] if isinstance(p, np.ndarray) else p for p in partials)
+        piece, _, _ = sample_pieces(
+            lines.projection,
+            lines.region,
+            panel[held],
+            lines.patch[held],
+            u[held],
+            v[held],
+            (u_r, u_s, v_r, v_s),
+            rule[held],
+            whole[held],
+        )
         piece.doubt[:] = 0.0  # the tear that it might come from is the cut
         pieces.append(piece)
     return pieces
+
+
+class _Square:
+    """The node coordinates r, s of chart coordinates u, v in a slice of one panel."""
+
+    def __init__(self, lines: _Lines, k: int, side: float, where: FloatArray, start: float, stop: float) -> None:
+        self.along, self.side, self.start, self.stop = lines.along, side, start, stop
+        self.middle = float(lines.middle_across[k])
+        self.half = float(lines.half_across[k])
+        self.curve = LEGENDRE @ where
+
+    def __call__(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        across, along = (u, v) if self.along == 1 else (v, u)
+        first = (across - self.middle) / self.half
+        share = (along - self.side) / (np.polynomial.legendre.legval(first, self.curve) - self.side)
+        second = 2.0 * (share - self.start) / (self.stop - self.start) - 1.0
+        return (first, second) if self.along == 1 else (second, first)

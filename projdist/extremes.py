@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +14,8 @@ from projdist.derivatives import jacobian
 from projdist.hessians import hessian
 from projdist.measures import Measure
 from projdist.projections import Projection
-from projdist.regions import Region
+from projdist.regions import Place, PointSet, Region
+from projdist.regions.chains import divided
 
 __all__ = ["Extreme", "find_maximum", "measure_at"]
 
@@ -49,13 +51,48 @@ def measure_at(
 
 
 def find_maximum(
-    projection: Projection, region: Region, samples: Samples, values: FloatArray, measure: Measure
+    projection: Projection, region: Place, samples: Samples, values: FloatArray, measure: Measure
 ) -> Extreme:
     """The largest value of a measure, from its `values` (n, p, p) at the samples."""
-    filled = np.where(np.isfinite(values), values, -np.inf).reshape(len(values), -1)
+    filled = np.where(np.isfinite(values), values, -np.inf)
+    if isinstance(region, PointSet):
+        best = int(np.argmax(filled))
+        return Extreme(float(values.flat[best]), _within_turn(samples.lon.flat[best]), float(samples.lat.flat[best]))
+    clipped = samples.share < 1.0
+    inside = region.contains(samples.lon[clipped], samples.lat[clipped])
+    filled[clipped] = np.where(inside, filled[clipped], -np.inf)
+    found = _maximum_of_panels(projection, region, samples, filled.reshape(len(values), -1), measure)
+    if len(region.edges):
+        found = max(found, _maximum_on_edges(projection, measure, region.edges), key=_value)
+    if not np.isfinite(found.value):
+        return Extreme(np.nan, np.nan, np.nan)
+    _, lon, lat = found
+    areas = samples.weight.sum(axis=(1, 2))
+    if not measure.bounded:
+        inward = _nearest_middle(samples, areas >= _BROAD * areas.max(), lon, lat)
+        if _grows(projection, measure, (lon, lat), inward):
+            found = found._replace(value=np.inf)
+    return found._replace(lon=_within_turn(lon))
+
+
+_NONE = Extreme(-np.inf, np.nan, np.nan)
+
+
+def _value(extreme: Extreme) -> float:
+    return extreme.value
+
+
+def _within_turn(lon: float) -> float:
+    return float((lon + 180.0) % 360.0 - 180.0)
+
+
+def _maximum_of_panels(
+    projection: Projection, region: Region, samples: Samples, filled: FloatArray, measure: Measure
+) -> Extreme:
+    """The largest value searched from the best of the nodes; their values (n, m) are -inf where not defined."""
     peaks = filled.max(axis=1)
     if not np.isfinite(peaks).any():
-        return Extreme(np.nan, np.nan, np.nan)
+        return _NONE
     areas = samples.weight.sum(axis=(1, 2))
     coarse = areas > _FINE * areas.sum()
     order = np.argsort(-peaks)
@@ -65,15 +102,42 @@ def find_maximum(
     first = nodes[np.arange(len(starts)), filled[starts].argmax(axis=1)]
     search = _Search(projection, region, measure, samples.patch[starts], first, np.ptp(nodes, axis=1) / 4)
     found = search.climb()
-    if not np.isfinite(found.value):
-        return Extreme(np.nan, np.nan, np.nan)
     place = region.chart(found.patch, *found.place)
-    lon, lat = float(place.lon), float(place.lat)
-    value = found.value
-    if not measure.bounded:
-        inward = _nearest_middle(samples, areas >= _BROAD * areas.max(), lon, lat)
-        value = np.inf if _grows(projection, measure, (lon, lat), inward) else value
-    return Extreme(value, (lon + 180.0) % 360.0 - 180.0, lat)
+    return Extreme(found.value, float(place.lon), float(place.lat))
+
+
+_LONGEST = 1.0  # degrees of an edge between stations
+_STATIONS = 4000  # at first; around the best of them all
+_BEST_STATIONS, _BEST_EDGES = 6, 8
+_FRACTIONS = np.linspace(-1.0, 1.0, 9)
+_NARROWINGS = 14  # by a factor of four: to the rounding of a smooth maximum
+
+
+def _maximum_on_edges(projection: Projection, measure: Measure, edges: FloatArray) -> Extreme:
+    """The largest value on edges (m, 4): at every so many vertices, at all near the best of these, then along edges."""
+    pieces = np.ceil(np.abs(edges[:, 2:] - edges[:, :2]).max(axis=1) / _LONGEST).clip(1).astype(int)
+    lon, lat = divided(edges, pieces)
+    stride = math.ceil(lon.shape[1] / _STATIONS)
+    chosen = np.arange(0, lon.shape[1], stride)
+    rough = _defined(measure_at(projection, measure, lon[0, chosen], lat[0, chosen]))
+    near = chosen[np.argsort(-rough)[:_BEST_STATIONS], None] + np.arange(-stride, stride + 1)
+    chosen = np.unique(np.clip(near, 0, lon.shape[1] - 1))
+    ends = _defined(measure_at(projection, measure, lon[:, chosen], lat[:, chosen])).max(axis=0)
+    best = chosen[np.argsort(-ends)[:_BEST_EDGES]]
+    (lon0, lon1), (lat0, lat1) = lon[:, best, None], lat[:, best, None]
+    middle, width = np.full((best.size, 1), 0.5), 0.5
+    for _ in range(_NARROWINGS):
+        share = np.clip(middle + width * _FRACTIONS, 0.0, 1.0)
+        lons, lats = lon0 + (lon1 - lon0) * share, lat0 + (lat1 - lat0) * share
+        values = _defined(measure_at(projection, measure, lons, lats))
+        index = np.argmax(values, axis=1)[:, None]
+        middle, width = np.take_along_axis(share, index, axis=1), 0.25 * width
+    place = np.unravel_index(np.argmax(values), values.shape)
+    return Extreme(float(values[place]), float(lons[place]), float(lats[place]))
+
+
+def _defined(values: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(values), values, -np.inf)
 
 
 def _nearest_middle(samples: Samples, chosen: BoolArray, lon: float, lat: float) -> tuple[float, float]:
@@ -136,8 +200,10 @@ class _Search:
 
     def _values(self, patch: IntArray, at: FloatArray) -> FloatArray:
         points = self.region.chart(patch, at[..., 0], at[..., 1])
-        values = measure_at(self.projection, self.measure, points.lon, points.lat)
-        return np.where(np.isfinite(values), values, -np.inf)
+        values = _defined(measure_at(self.projection, self.measure, points.lon, points.lat))
+        if len(self.region.edges):
+            values = np.where(self.region.contains(points.lon, points.lat), values, -np.inf)
+        return values
 
 
 def _limits(region: Region, patch: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -1,12 +1,13 @@
-"""The land of the Earth, from the Natural Earth data that is shipped with the package.
+"""The land and the countries of the Earth, from the Natural Earth data that is shipped with the package.
 
-The files are TopoJSON: polygons are chains of shared arcs, arcs are quantised differences. The
-land is returned as plane polygons in longitude and latitude, cut at the antimeridian and
-closed along the poles; the coastlines are free of these cuts.
+The files are TopoJSON: polygons are chains of shared arcs, arcs are quantised differences. They
+are returned as plane polygons in longitude and latitude, cut at the antimeridian and closed
+along the poles; the coastlines are free of these cuts.
 """
 
 from __future__ import annotations
 
+import csv
 import functools
 import importlib.resources
 import json
@@ -17,8 +18,9 @@ import numpy as np
 import shapely
 
 from projdist._typing import FloatArray
+from projdist.rings import beside, closed_round_pole, cut_at_antimeridian, merged, unwrapped
 
-__all__ = ["RESOLUTIONS", "coastlines", "land"]
+__all__ = ["RESOLUTIONS", "coastlines", "country", "country_keys", "land"]
 
 RESOLUTIONS = ("110m", "50m")
 """Scales of the data, in millionths: 1 : 110 million for the world, 1 : 50 million for parts of it."""
@@ -29,15 +31,31 @@ _POLE_CAP = 89.99  # a ring north or south of this is an artefact of closing Ant
 @functools.cache
 def land(resolution: str = "110m") -> shapely.MultiPolygon:
     """The land as polygons in degrees, longitudes -180 to 180."""
-    topology = _topology(resolution)
-    arcs = _arcs(topology)
-    parts: list[shapely.Polygon] = []
-    for rings in _polygons(topology):
-        shell, *holes = (_unwrapped(_join(arcs, ring)) for ring in rings)
-        holes = [_beside(hole, shell) for hole in holes if np.abs(hole[:, 1]).max() < _POLE_CAP]
-        parts.extend(_cut_at_antimeridian(shapely.Polygon(_closed_round_pole(shell), holes)))
-    # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
-    return shapely.MultiPolygon(list(shapely.get_parts(shapely.union_all(parts))))
+    topology = _topology("land", resolution)
+    (geometry,) = topology["objects"]["land"]["geometries"]
+    return _decoded(geometry, _arcs(topology))
+
+
+@functools.cache
+def country_keys() -> tuple[dict[str, str], ...]:
+    """The rows of countries.csv: `name`, `iso_a2`, `iso_a3`, `iso_n3`, `continent`, `other_names` with | between."""
+    file = importlib.resources.files("projdist") / "data" / "countries.csv"
+    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+
+
+@functools.cache
+def country(key: str, resolution: str = "50m") -> shapely.MultiPolygon | None:
+    """The polygons of a numeric ISO code, or of a name where there is none; None for those too small for the data."""
+    topology, arcs = _countries(resolution)
+    geometries = topology["objects"]["countries"]["geometries"]
+    chosen = [one for one in geometries if key == one.get("id", one["properties"]["name"])]
+    return merged([_decoded(one, arcs) for one in chosen]) if chosen else None
+
+
+@functools.cache
+def _countries(resolution: str) -> tuple[dict[str, Any], list[FloatArray]]:
+    topology = _topology("countries", resolution)
+    return topology, _arcs(topology)
 
 
 @functools.cache
@@ -46,16 +64,17 @@ def coastlines(resolution: str = "110m") -> tuple[FloatArray, ...]:
 
     Longitudes run on across the antimeridian, so that neighbouring points are close.
     """
-    topology = _topology(resolution)
+    topology = _topology("land", resolution)
     arcs = _arcs(topology)
-    used = sorted({_forward(index) for rings in _polygons(topology) for ring in rings for index in ring})
+    (geometry,) = topology["objects"]["land"]["geometries"]
+    used = sorted({_forward(index) for rings in _polygons(geometry) for ring in rings for index in ring})
     return tuple(part for index in used for part in _without_cuts(arcs[index]))
 
 
-def _topology(resolution: str) -> dict[str, Any]:
+def _topology(what: str, resolution: str) -> dict[str, Any]:
     if resolution not in RESOLUTIONS:
         raise ValueError(f"Invalid resolution '{resolution}'. It must be one of {', '.join(RESOLUTIONS)}.")
-    file = importlib.resources.files("projdist") / "data" / f"land-{resolution}.json"
+    file = importlib.resources.files("projdist") / "data" / f"{what}-{resolution}.json"
     topology: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     return topology
 
@@ -67,10 +86,19 @@ def _arcs(topology: dict[str, Any]) -> list[FloatArray]:
     return [np.cumsum(np.array(arc), axis=0) * scale + origin for arc in topology["arcs"]]
 
 
-def _polygons(topology: dict[str, Any]) -> Iterator[list[list[int]]]:
-    """The polygons of all geometries, each a list of rings, each a list of arc indices."""
-    for geometry in topology["objects"]["land"]["geometries"]:
-        yield from geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
+def _polygons(geometry: dict[str, Any]) -> list[list[list[int]]]:
+    """The polygons of a geometry, each a list of rings, each a list of arc indices."""
+    return geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
+
+
+def _decoded(geometry: dict[str, Any], arcs: list[FloatArray]) -> shapely.MultiPolygon:
+    parts: list[shapely.Polygon] = []
+    for rings in _polygons(geometry):
+        shell, *holes = (unwrapped(_join(arcs, ring)) for ring in rings)
+        holes = [beside(hole, shell) for hole in holes if np.abs(hole[:, 1]).max() < _POLE_CAP]
+        parts.extend(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(closed_round_pole(shell), holes))))
+    # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
+    return merged(parts)
 
 
 def _forward(index: int) -> int:
@@ -83,40 +111,9 @@ def _join(arcs: list[FloatArray], ring: list[int]) -> FloatArray:
     return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 
 
-def _unwrapped(points: FloatArray) -> FloatArray:
-    """The same points with longitudes that run on across the antimeridian."""
-    return np.column_stack([np.unwrap(points[:, 0], period=360.0), points[:, 1]])
-
-
-def _beside(hole: FloatArray, shell: FloatArray) -> FloatArray:
-    """The hole, moved by whole turns to the longitudes of its shell."""
-    turns = np.ceil((shell[:, 0].min() - hole[:, 0].min()) / 360.0)
-    return np.asarray(hole + np.array([360.0 * turns, 0.0]))
-
-
-def _closed_round_pole(ring: FloatArray) -> FloatArray:
-    """A ring that goes once round a pole, closed along that pole; other rings as they are."""
-    turn = ring[-1, 0] - ring[0, 0]
-    if abs(turn) < 180.0:
-        return ring
-    pole = 90.0 if ring[:, 1].mean() > 0 else -90.0
-    return np.concatenate([ring, [[ring[-1, 0], pole], [ring[0, 0], pole]]])
-
-
-def _cut_at_antimeridian(polygon: shapely.Polygon) -> Iterator[shapely.Polygon]:
-    """The parts of a polygon of unwrapped longitudes, each moved to -180 .. 180."""
-    valid = shapely.make_valid(polygon)
-    west, _, east, _ = valid.bounds
-    for turn in range(int(np.floor((west + 180.0) / 360.0)), int(np.ceil((east + 180.0) / 360.0))):
-        window = shapely.box(-180.0 + 360.0 * turn, -90.0, 180.0 + 360.0 * turn, 90.0)
-        for part in shapely.get_parts(shapely.intersection(valid, window)):
-            if isinstance(part, shapely.Polygon) and part.area > 0:
-                yield shapely.transform(part, lambda xy, shift=360.0 * turn: xy - [shift, 0.0])
-
-
 def _without_cuts(arc: FloatArray) -> Iterator[FloatArray]:
     """The pieces of an arc that are coast: not along the antimeridian, and not round a pole."""
-    line = _unwrapped(arc)
+    line = unwrapped(arc)
     on_cut = np.abs(np.abs(arc[:, 0]) - 180.0) < 1e-6
     artificial = (on_cut[1:] & on_cut[:-1]) | (np.abs(line[1:, 1]) > _POLE_CAP)
     for piece in np.split(np.arange(len(artificial)), np.flatnonzero(np.diff(artificial)) + 1):

@@ -19,7 +19,7 @@ from projdist import hyperbolic, means
 from projdist._typing import BoolArray, FloatArray
 from projdist.spd import place
 
-__all__ = ["MDT", "check_matrices", "check_weights", "mdt"]
+__all__ = ["MDT", "check_matrices", "check_weights", "field_mdt", "mdt"]
 
 _GROUP = 1 << 15  # doubles in the sets of matrices that are worked on together
 _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
@@ -67,6 +67,19 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
     w = check_weights(weights, A.shape[:-2])
     if method != "auto" and method not in means.METHODS:
         raise ValueError(f"Invalid method '{method}'. It must be one of auto, {', '.join(means.METHODS)}.")
+    return _solved(A, w, method)
+
+
+def field_mdt(J: FloatArray, weights: FloatArray) -> MDT:
+    """The MDT of a smooth field of matrices J (N, n, n) at the nodes of a quadrature rule.
+
+    The rule's weights may be negative, as those of `Samples` over polygons are: the mean is that of the field, and
+    the field's weight is positive. Raises ValueError for singular or non-finite matrices.
+    """
+    return _solved(J, weights / weights.sum(), "auto")
+
+
+def _solved(A: FloatArray, w: FloatArray, method: str) -> MDT:
     shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
     A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
     rows = max(1, _GROUP // (count * n * n))

@@ -12,9 +12,10 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.cuts import TEAR, cut, jumps
 from projdist.derivatives import jacobian
 from projdist.measures import log_scales
-from projdist.panels import NODES, Pieces, sample_pieces, tails
+from projdist.panels import Pieces, sample_pieces, tails
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Region
+from projdist.regions import GLOBE, Clips, Region
+from projdist.spectral import NODES
 from projdist.strips import with_strips
 
 Integrand = Callable[[FloatArray], FloatArray]
@@ -23,7 +24,7 @@ Integrand = Callable[[FloatArray], FloatArray]
 _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
-_STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
+STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
 _MARKING = 0.05  # share of the error that may wait for another generation
 _NOISE = 1e-7  # of the semi-major axis; iterative projections in PROJ stop at that
@@ -85,15 +86,25 @@ class Mesh:
         self.limited = False  # whether the map is known to end within the region
         self.peaks = np.zeros(2 + len(self.integrands))  # the largest of each integrand seen
         self.pieces: list[Pieces] = []
-        patch, rectangles, self.evaluations = with_strips(projection, region, *region.panels())
-        self.panels = _Panels.joined(self._evaluated(0, patch, rectangles))
+        patch, rectangles = region.panels()
+        clips = region.clip(patch, rectangles)
+        patch, rectangles, self.evaluations = with_strips(projection, region, patch[clips.kept], clips.rectangles)
+        self.panels = _Panels.joined(self._evaluated(0, patch, rectangles)[0])
 
-    def _evaluated(self, first: int, patch: IntArray, rectangles: FloatArray) -> list[_Panels]:
-        """New panels, in batches; the first is number `first`."""
-        batches = [slice(start, start + _BATCH) for start in range(0, len(rectangles), _BATCH)]
-        return [self._evaluated_batch(first + part.start, patch[part], rectangles[part]) for part in batches]
+    def _evaluated(
+        self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
+    ) -> tuple[list[_Panels], IntArray]:
+        """New panels, in batches; the first is number `first`. With the numbers of the rectangles that they are of.
 
-    def _evaluated_batch(self, first: int, patch: IntArray, rectangles: FloatArray) -> _Panels:
+        `within` are the panels that the rectangles were split from; those that hold nothing of the region are left out.
+        """
+        clips = self.region.clip(patch, rectangles, within)
+        batches = [slice(start, start + _BATCH) for start in range(0, len(clips.kept), _BATCH)]
+        parts = [self._evaluated_batch(first + p.start, patch[clips.kept[p]], clips.take(p)) for p in batches]
+        return parts, clips.kept
+
+    def _evaluated_batch(self, first: int, patch: IntArray, clips: Clips) -> _Panels:
+        _, rectangles, rule, filled = clips
         n = len(rectangles)
         half_u = 0.5 * (rectangles[:, 1] - rectangles[:, 0])[:, None, None]
         half_v = 0.5 * (rectangles[:, 3] - rectangles[:, 2])[:, None, None]
@@ -102,7 +113,7 @@ class Mesh:
             rectangles[:, 2, None, None] + half_v * (1.0 + NODES),
         )
         partials = (half_u, 0.0, 0.0, half_v)
-        pieces, x, y = sample_pieces(self.projection, self.region, np.arange(n), patch, u, v, partials)
+        pieces, x, y = sample_pieces(self.projection, self.region, np.arange(n), patch, u, v, partials, rule, filled)
         self.evaluations += x.size
         area = pieces.weight.sum(axis=(1, 2))
         split_at = np.stack([rectangles[:, :2].mean(axis=1), rectangles[:, 2:].mean(axis=1)], axis=-1)
@@ -112,7 +123,7 @@ class Mesh:
         torn = self._torn(pieces, x, y) & whole
         hard = np.flatnonzero(torn | undecided)
         if hard.size:
-            cuts = cut(self.projection, self.region, hard, patch[hard], rectangles[hard])
+            cuts = cut(self.projection, self.region, hard, patch[hard], rectangles[hard], filled[hard])
             self.evaluations += cuts.evaluations
             done[hard] = cuts.done
             guided = np.isfinite(cuts.split_at).any(axis=-1)
@@ -180,7 +191,7 @@ class Mesh:
         if ragged.size:
             J = jacobian(self.projection, pieces.lon[ragged], pieces.lat[ragged])
             pieces.jacobian[ragged] = np.where(np.isfinite(J), J, pieces.jacobian[ragged])
-            self.evaluations += _STENCIL * pieces.lon[ragged].size
+            self.evaluations += STENCIL * pieces.lon[ragged].size
 
     def _integrate(self, pieces: Pieces) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Integrals (n, m), their tails and errors (n, m, 2) in u and v, of all integrands over the pieces."""
@@ -188,7 +199,7 @@ class Mesh:
         values = np.stack([*log_scales(J), *(integrand(J) for integrand in self.integrands)])
         values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
         self.peaks = np.maximum(self.peaks, np.abs(values).max(axis=(1, 2, 3), initial=0.0))
-        last, errors = tails(values, pieces.weight)
+        last, errors = tails(values, pieces.density, pieces.share)
         # A tear too small to be cut makes J large and smooth: the integrands' own coefficients see nothing of that.
         # ln^2 a + ln^2 b changes by 2 |ln sigma| times a small change of the logarithms, and by its square.
         doubt = pieces.doubt
@@ -262,11 +273,11 @@ class Mesh:
         ]
         rectangles = np.concatenate([np.stack(edges, axis=-1)[mask] for mask, edges in parts])
         parent = np.concatenate([np.flatnonzero(mask) for mask, _ in parts])
-        children = len(panels) + np.arange(len(parent))
+        first = len(panels)
         panels.alive[chosen] = False
-        new = self._evaluated(len(panels), panels.patch[chosen][parent], rectangles)
+        new, kept = self._evaluated(first, panels.patch[chosen][parent], rectangles, panels.rectangle[chosen][parent])
         self.panels = _Panels.joined([panels, *new])
-        self._judge(chosen, parent, children, goal)
+        self._judge(chosen, parent[kept], first + np.arange(len(kept)), goal)
 
     def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: Goal) -> None:
         """Find the families of panels that resolve the map and yet made no progress: rounding grows in small panels."""

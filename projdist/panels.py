@@ -15,28 +15,11 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.projections import Projection
 from projdist.regions import Region
+from projdist.spectral import DIFFERENTIATE, LEGENDRE, ORDER
 
-ORDER = 10
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(ORDER)
-_PLANE_WEIGHTS = WEIGHTS[:, None] * WEIGHTS
 _FALLING = 0.5  # pairs of coefficients that fall at least so fast go on falling; those of kinks and rounding do not
 _ROUNDING = 1e-12  # of x and y; PROJ's own arithmetic included
 _SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to nothing
-
-
-def _differentiation_matrix(x: FloatArray) -> FloatArray:
-    """D with (D f)_i = f'(x_i) for polynomials through the nodes (Berrut & Trefethen 2004, section 9.3)."""
-    gap = x[:, None] - x[None, :] + np.eye(len(x))
-    barycentric = 1.0 / np.prod(gap, axis=1)
-    D = (barycentric[None, :] / barycentric[:, None]) / gap
-    np.fill_diagonal(D, 0.0)
-    np.fill_diagonal(D, -D.sum(axis=1))
-    return D
-
-
-DIFFERENTIATE = _differentiation_matrix(NODES)
-# Values at the nodes to Legendre coefficients.
-_LEGENDRE = (np.arange(ORDER) + 0.5)[:, None] * np.polynomial.legendre.legvander(NODES, ORDER - 1).T * WEIGHTS
 
 
 @dataclass
@@ -53,7 +36,9 @@ class Pieces:
     lon: FloatArray
     lat: FloatArray
     jacobian: FloatArray
-    weight: FloatArray
+    density: FloatArray  # m^2 in the unit square of the nodes
+    weight: FloatArray  # m^2; of either sign in panels that the region's edge crosses
+    share: FloatArray  # (n,), of the piece that is in the region; 1 for the whole of it
     unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes: rounding, or a seam
     doubt: FloatArray  # (n, 2): by how much, along u and v, they may have changed the logarithms of the scales
 
@@ -78,10 +63,13 @@ def sample_pieces(
     u: FloatArray,
     v: FloatArray,
     partials: tuple[Partial, Partial, Partial, Partial],
+    rule: FloatArray,
+    whole: BoolArray,
 ) -> tuple[Pieces, FloatArray, FloatArray]:
     """The pieces with chart coordinates u, v at their nodes (n, p, p), and x, y there.
 
-    `partials` are du/dr, du/ds, dv/dr, dv/ds, with r and s in [-1, 1] along the two node axes.
+    `partials` are du/dr, du/ds, dv/dr, dv/ds, with r and s in [-1, 1] along the two node axes; `rule` holds the
+    nodes' weights on that square, which are Gauss's where a piece is `whole`.
     """
     points = region.chart(patch[:, None, None], u, v)
     x, y = projection(points.lon, points.lat)
@@ -100,7 +88,8 @@ def sample_pieces(
         f_r, f_s = DIFFERENTIATE @ f, f @ DIFFERENTIATE.T
         J[..., i, 0] = (f_r * north_s - f_s * north_r) / det
         J[..., i, 1] = (f_s * east_r - f_r * east_s) / det
-    weight = np.abs(det) * _PLANE_WEIGHTS
+    density = np.abs(det)
+    share = np.where(whole, 1.0, 0.25 * rule.sum(axis=(1, 2)))
     left, decay = _left_out(moved)
     metres = np.stack(
         [np.hypot(east_r, north_r).mean(axis=(1, 2)), np.hypot(east_s, north_s).mean(axis=(1, 2))], axis=-1
@@ -111,12 +100,13 @@ def sample_pieces(
     seen = (left > _ROUNDING * size[:, None]) & (scale > 0)
     doubt = np.log1p(np.divide(_SLOPE * decay**0.75 * left, metres * scale, out=np.zeros_like(left), where=seen))
     unresolved = left.max(axis=-1) / projection.ellipsoid.a
-    return Pieces(panel, patch, u, v, points.lon, points.lat, J, weight, unresolved, doubt), x, y
+    pieces = Pieces(panel, patch, u, v, points.lon, points.lat, J, density, density * rule, share, unresolved, doubt)
+    return pieces, x, y
 
 
 def _left_out(f: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Size (n, 2) of the last Legendre coefficients of f (2, n, p, p) along the two node axes, and their decay."""
-    along = np.stack([np.abs(_LEGENDRE @ f).max(axis=(0, 3)), np.abs(f @ _LEGENDRE.T).max(axis=(0, 2))], axis=1)
+    along = np.stack([np.abs(LEGENDRE @ f).max(axis=(0, 3)), np.abs(f @ LEGENDRE.T).max(axis=(0, 2))], axis=1)
     pairs = np.maximum(along[..., ORDER - 6 :: 2], along[..., ORDER - 5 :: 2])
     return pairs[..., -1], _decay(pairs)
 
@@ -128,23 +118,17 @@ def _decay(pairs: FloatArray) -> FloatArray:
     return np.where(ratio < _FALLING, ratio, 1.0)
 
 
-def tails(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+def tails(values: FloatArray, density: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sizes (..., 2) of the integrands' last Legendre coefficients along the two node axes, and the integrals' errors.
 
     The rule is exact for twice as many coefficients as there are nodes, so that those seen are far larger than those
     that do the harm: where the last pairs fall, they count as much as the next but one would (Berntsen &
-    Espelid 1991, ACM TOMS 17:233; there the next but three or more).
+    Espelid 1991, ACM TOMS 17:233; there the next but three or more). In a piece of which only a share is in the
+    region, the integral is that of the polynomial through the nodes, whose error is as large as the next pair.
     """
-    c = _LEGENDRE @ (values * weight / _PLANE_WEIGHTS) @ _LEGENDRE.T
+    c = LEGENDRE @ (values * density) @ LEGENDRE.T
     square = c * c
     along = np.stack([square.sum(axis=-1), square.sum(axis=-2)], axis=-2)[..., ORDER - 6 :]
     # The integral over [-1, 1]^2 of the constant term is 4 times it.
-    pairs = 4.0 * np.sqrt(along[..., ::2] + along[..., 1::2])
-    return pairs[..., -1], pairs[..., -1] * _decay(pairs) ** 2
-
-
-def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
-    """Values at the nodes (n, p, p) to values at points r, s (m,) in [-1, 1]: shape (n, m)."""
-    at_r, at_s = (np.polynomial.legendre.legvander(t, ORDER - 1) @ _LEGENDRE for t in (r, s))
-    both = (at_r[:, :, None] * at_s[:, None, :]).reshape(len(r), -1)
-    return values.reshape(len(values), -1) @ both.T
+    pairs = 4.0 * share[:, None, None] * np.sqrt(along[..., ::2] + along[..., 1::2])
+    return pairs[..., -1], pairs[..., -1] * _decay(pairs) ** np.where(share == 1.0, 2, 1)[:, None]

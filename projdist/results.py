@@ -15,11 +15,11 @@ from projdist.criteria import median, p95
 from projdist.cubature import Samples, sample
 from projdist.derivatives import Quality, derivatives
 from projdist.extremes import find_maximum, measure_at
-from projdist.mdt import mdt
+from projdist.mdt import field_mdt
 from projdist.measures import Measure, areal_scale, get_measure, log_scales, orientation
-from projdist.panels import interpolate
 from projdist.projections import Projection, ProjectionError
-from projdist.regions import Region, get_region
+from projdist.regions import Place, PointSet, get_region
+from projdist.spectral import interpolate
 
 __all__ = ["Comparison", "Factors", "Failure", "MeasureSummary", "Summary", "compare", "factors", "summarize"]
 
@@ -142,7 +142,7 @@ class Summary(Answer):
 
     projection: Projection
     given: str
-    region: Region
+    region: Place
     coverage: float
     airy_kavrayskiy: float
     airy_kavrayskiy_scaled: float
@@ -201,14 +201,18 @@ class Comparison(Answer):
     the results only.
     """
 
-    region: Region
+    region: Place
     results: tuple[Summary, ...]
     failures: tuple[Failure, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """`{"region": {"name", "area_km2"}, "results": [...], "failures": [...]}`; the area is WGS 84's."""
+        """`{"region": {"name", "area_km2"}, "results": [...], "failures": [...]}`; the area is WGS 84's.
+
+        Of points there is also their number, `points`.
+        """
+        points = {"points": int(self.region.lon.size)} if isinstance(self.region, PointSet) else {}
         return {
-            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2} | points,
             "results": [result.to_dict() for result in self.results],
             "failures": [failure.to_dict() for failure in self.failures],
         }
@@ -219,7 +223,7 @@ class Comparison(Answer):
 
 def summarize(
     projection: Any,
-    region: str | Region = "globe",
+    region: str | Place = "globe",
     *,
     measures: Iterable[str | Measure] = (),
     tolerance: float = DEFAULT_TOLERANCE,
@@ -299,7 +303,7 @@ def _airy_kavrayskiy(samples: Samples) -> _AiryKavrayskiy:
     defined = np.isfinite(square) & (areal_scale(samples.jacobian) > 0)
     if not defined.any():
         raise ProjectionError("Invalid projection. It is singular everywhere: its image is a line or a point.")
-    result = mdt(samples.jacobian[defined], samples.weight[defined])
+    result = field_mdt(samples.jacobian[defined], samples.weight[defined])
     distances = np.full(square.shape, np.nan)
     distances[defined] = result.distances
     affine, affine_error = _root(*samples.mean(distances, 2.0 * np.sqrt(distances)))
@@ -314,7 +318,7 @@ def _root(square: float, error: float) -> tuple[float, float]:
     return root, float(error / (root + np.sqrt(max(square, 0.0) + error))) if error > 0 else 0.0
 
 
-def _summarize_measure(projection: Projection, region: Region, samples: Samples, measure: Measure) -> MeasureSummary:
+def _summarize_measure(projection: Projection, region: Place, samples: Samples, measure: Measure) -> MeasureSummary:
     values = measure_at(projection, measure, samples.lon, samples.lat, samples.jacobian)
     average, average_error = samples.mean(values, _STEEPNESS * np.abs(values))
     square, square_error = samples.mean(values**2, 2.0 * _STEEPNESS * values**2)
@@ -325,7 +329,7 @@ def _summarize_measure(projection: Projection, region: Region, samples: Samples,
         peak = peak._replace(value=np.inf)
     if not measure.bounded and _diverges(samples, values**2):
         root, root_error = np.nan, np.nan
-    dense, weights = _dense(samples, values)
+    dense, weights = _dense(region, samples, values)
     return MeasureSummary(
         mean=average,
         rms=root,
@@ -346,7 +350,9 @@ _ROUNDING = 1e-6  # of a mean, in the unit of any measure: omega of conformal ma
 
 
 def _diverges(samples: Samples, values: FloatArray) -> bool:
-    """Whether the integral of values lies, in good part, in panels too small to hold a part of it."""
+    """Whether the integral of values lies, in good part, in panels too small to hold a part of it; of points, never."""
+    if samples.weight.shape[-1] == 1:
+        return False
     area = samples.weight.sum(axis=(1, 2))
     parts = np.abs(np.nansum(samples.weight * values, axis=(1, 2))) / area.sum()
     in_tiny = parts[area / area.sum() < _TINY].sum()
@@ -357,32 +363,39 @@ def _diverges(samples: Samples, values: FloatArray) -> bool:
 _DENSE, _DENSEST = 200_000, 20_000
 
 
-def _dense(samples: Samples, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and weights interpolated within the panels, at the many points of a lattice.
+def _dense(region: Place, samples: Samples, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values and weights interpolated within the panels, at the many points of a lattice, those in the region.
 
     The lattice of the golden ratio has as many levels along either direction as it has points.
     """
+    if samples.weight.shape[-1] == 1:
+        return values.ravel(), samples.weight.ravel()
     smooth = np.isfinite(values).all(axis=(1, 2))
     m = int(np.clip(_DENSE / len(values), 64, _DENSEST))
     step = np.arange(m) + 0.5
     r, s = 2.0 * step / m - 1.0, 2.0 * np.mod(step * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
-    gauss = np.polynomial.legendre.leggauss(values.shape[-1])[1]
-    density = samples.weight / (gauss[:, None] * gauss)
     # A polynomial may overshoot beside a singularity: stay within what was sampled.
     low, high = values[smooth].min(axis=(1, 2)), values[smooth].max(axis=(1, 2))
     margin = 0.1 * (high - low)
     fine = np.clip(interpolate(values[smooth], r, s), (low - margin)[:, None], (high + margin)[:, None])
-    weights = np.maximum(interpolate(density[smooth], r, s), 0.0) * (4.0 / m)
+    weights = np.maximum(interpolate(samples.density[smooth], r, s), 0.0) * (4.0 / m)
+    clipped = samples.share[smooth] < 1.0
+    if clipped.any():
+        lon, lat = (interpolate(place[smooth][clipped], r, s) for place in (samples.lon, samples.lat))
+        inside = np.where(region.contains(lon, lat), weights[clipped], 0.0)
+        # As much as the lattice has found stands for all of the panel's part, which is known.
+        found, area = inside.sum(axis=1), samples.weight[smooth][clipped].sum(axis=(1, 2))
+        weights[clipped] = inside * np.divide(area, found, out=np.zeros_like(found), where=found > 0)[:, None]
     rest = ~smooth
     return (
         np.concatenate([fine.ravel(), values[rest].ravel()]),
-        np.concatenate([weights.ravel(), samples.weight[rest].ravel()]),
+        np.concatenate([weights.ravel(), np.maximum(samples.weight[rest], 0.0).ravel()]),
     )
 
 
 def compare(
     projections: Sequence[Any],
-    region: str | Region = "globe",
+    region: str | Place = "globe",
     *,
     measures: Iterable[str | Measure] = (),
     tolerance: float = DEFAULT_TOLERANCE,

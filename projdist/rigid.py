@@ -70,8 +70,21 @@ def mean_rotation(
     factor = mdt(A, w).T if T is None else np.asarray(T, dtype=float)
     if factor.shape != A.shape[:-3] + A.shape[-2:]:
         raise ValueError(f"Invalid shape {factor.shape} of T. It must be {A.shape[:-3] + A.shape[-2:]}.")
+    return _rotation(A, w, factor, method)
+
+
+def field_rotation(J: FloatArray, weights: FloatArray, T: FloatArray) -> Rotation:
+    """The chordal rotation of a smooth field of matrices J (N, n, n) at the nodes of a quadrature rule.
+
+    The rule's weights may be negative, as for `field_mdt`, from which T may be. Raises ValueError where J is singular,
+    and where it mirrors somewhere but not everywhere.
+    """
+    return _rotation(J, weights / weights.sum(), T, "chordal")
+
+
+def _rotation(A: FloatArray, w: FloatArray, factor: FloatArray, method: str) -> Rotation:
     reflection = _common((_orientation(factor, "T")[..., None] * _orientation(A, "matrix")) < 0)
-    B = np.linalg.solve(factor[..., None, :, :], A)
+    B = np.asarray(np.linalg.solve(factor[..., None, :, :], A), dtype=np.float64)
     # A reflection of the last axis on the right is common to all and leaves rotations.
     B[..., -1] *= np.where(reflection, -1.0, 1.0)[..., None, None]
     R, length = ROTATIONS[method](B, w)

@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.panels import _LEGENDRE as LEGENDRE
-from projdist.panels import NODES, ORDER
 from projdist.projections import Projection
 from projdist.regions import Region
+from projdist.spectral import LEGENDRE, NODES, ORDER
 
 __all__ = ["with_strips"]
 

@@ -436,7 +436,7 @@ def test_compare_many_projections() -> None:
 
 
 USAGE = {
-    "compare --region glob robin": r"Invalid region 'glob'. It must be globe, box:W,S,E,N or cap:LON,LAT,KM.",
+    "compare --region glob robin": r"Invalid region 'glob'. Did you mean globe\? It must be globe, land, ocean, ",
     "compare --region= robin": r"Invalid region ''",
     "compare --region box:-10,30,20 robin": r"Invalid region 'box:-10,30,20'. It must be box:W,S,E,N, 4 numbers.",
     "compare --region box:a,b,c,d robin": r"Invalid region 'box:a,b,c,d'",

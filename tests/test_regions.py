@@ -296,10 +296,13 @@ def test_name_of_the_globe(box):
     assert not Box(-180, -90, 180, 89).is_globe
 
 
-FORMS = "It must be globe, box:W,S,E,N or cap:LON,LAT,KM."
+FORMS = (
+    "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, crs:CODE, file:PATH, "
+    "geodesic:PATH or points:PATH, or a combination of these by &, - and +."
+)
 WRONG = {
     "": f"Invalid region ''. {FORMS}",
-    "europe": f"Invalid region 'europe'. {FORMS}",
+    "europe": f"Invalid region 'europe'. Did you mean continent:Europe? {FORMS}",
     "disc:1,2,3": f"Invalid region 'disc:1,2,3'. {FORMS}",
     "-10,35,40,70": f"Invalid region '-10,35,40,70'. {FORMS}",
     "box": "Invalid region 'box'. It must be box:W,S,E,N, 4 numbers.",

@@ -39,7 +39,7 @@ from projdist.cli.points import read_points
 from projdist.criteria import CRITERIA
 from projdist.measures import MEASURES
 from projdist.projections import Projection, ProjectionError, needed_parameters, projection_names
-from projdist.regions import GLOBE, Box, Region
+from projdist.regions import GLOBE, Box, Place
 from projdist.results import DEFAULT_TOLERANCE, compare, factors, summarize
 
 app = typer.Typer(
@@ -226,7 +226,7 @@ def heatmap_command(
     report(problems)
 
 
-def _maps(given: list[str], region: str) -> tuple[list[Projection], Region | None, list[float], list[str]]:
+def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None, list[float], list[str]]:
     """The projections that can be measured, what to draw, their Airy-Kavrayskiy figures over it, and the failures.
 
     The region is None for the globe: a CRS then shows its area of use.

@@ -22,7 +22,7 @@ from projdist.cli.options import (
 from projdist.cli.output import drawing, emit
 from projdist.correction import CONSTRAINTS, Correction, correct
 from projdist.projections import Projection, ProjectionError
-from projdist.regions import Region
+from projdist.regions import Place
 
 
 class _Form(enum.StrEnum):
@@ -123,7 +123,7 @@ def _check_local(form: _Form, picture: _Picture | None, constraint: str, keep_no
 
 
 def _draw_local(
-    projection: Projection, region: Region | None, radius_km: float, picture: _Picture | None, form: _Form
+    projection: Projection, region: Place | None, radius_km: float, picture: _Picture | None, form: _Form
 ) -> None:
     """The field of local corrections, as a picture, as JSON, or both."""
     from projdist import plots  # as above

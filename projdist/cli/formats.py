@@ -88,7 +88,9 @@ def render_comparison(
         notes.append(
             "Error: above the tolerance where the projection's own rounding or the work allowed set the limit."
         )
-    title = f"{result['region']['name']} ({area_text(result['region']['area_km2'])}), by {sort}"
+    region = result["region"]
+    size = f"{region['points']:,} points" if "points" in region else area_text(region["area_km2"])
+    title = f"{region['name']} ({size}), by {sort}"
     if form is Format.MARKDOWN:
         return markdown_text(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
     return table_text(columns, title) + "\n".join(notes) + "\n"

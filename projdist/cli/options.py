@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
-from projdist.cli.errors import cannot_write, refuse
+from projdist.cli.errors import cannot_write, fail, refuse
 from projdist.cli.formats import Format
 from projdist.measures import get_measure
-from projdist.regions import Region, get_region
+from projdist.regions import Place, get_region
 
 Projections = Annotated[
     list[str],
@@ -21,7 +21,14 @@ Projections = Annotated[
     ),
 ]
 RegionOption = Annotated[
-    str, typer.Option("--region", "-r", help="globe, box:W,S,E,N (W > E crosses the antimeridian) or cap:LON,LAT,KM.")
+    str,
+    typer.Option(
+        "--region",
+        "-r",
+        help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM, country:NAME, "
+        "continent:NAME, crs:CODE (its area of use), file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for "
+        "edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and brackets.",
+    ),
 ]
 FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(Format), help="How to print.")]
 OutputOption = Annotated[
@@ -53,12 +60,15 @@ def format_of(text: str) -> Format:
     return Format(choice("format", text, list(Format)))
 
 
-def region_of(text: str) -> Region:
-    """The region of the words of `get_region`."""
+def region_of(text: str) -> Place:
+    """The region of the words of `get_region`; what was repaired in it is said."""
     try:
-        return get_region(text)
+        region = get_region(text)
     except ValueError as error:
         refuse(str(error), error)
+    for note in region.notes:
+        fail(note)
+    return region
 
 
 def measure_names(given: list[str] | None) -> list[str]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from projdist._typing import BoolArray, FloatArray
 from projdist.criteria import quantile
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Box, Region, get_region
+from projdist.regions import GLOBE, Box, Place, get_region
 
 Bounds = tuple[float, float, float, float]
 
@@ -51,7 +51,7 @@ class Domain:
     """The drawn part of a projection; call it for x, y in metres, NaN outside."""
 
     projection: Projection
-    region: Region
+    region: Place
     beyond: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None = None
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -72,7 +72,7 @@ class Domain:
         return self.projection.ellipsoid.a
 
 
-def domain_of(projection: Projection, region: str | Region | None) -> Domain:
+def domain_of(projection: Projection, region: str | Place | None) -> Domain:
     """The drawn part of a projection in a region; None is its area of use, or the globe."""
     if region is None:
         region = Box(*projection.area_of_use) if projection.area_of_use else GLOBE
@@ -114,7 +114,7 @@ _LARGE = 12.0  # Mercator's scale at 85.2 degrees, the gnomonic map's at 73 degr
 
 
 def _beyond(
-    projection: Projection, region: Region
+    projection: Projection, region: Place
 ) -> Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None:
     """The test (x, y, a, b) for the parts that run off to infinity; None for maps that do not."""
     west, south, _, north = region.bounds
@@ -154,7 +154,7 @@ def _beyond(
 
 def _farthest(
     projection: Projection,
-    region: Region,
+    region: Place,
     centre: FloatArray,
     lon: FloatArray,
     lat: FloatArray,

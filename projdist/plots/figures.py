@@ -31,7 +31,7 @@ from projdist.plots.pictures import (
     tissot_points,
 )
 from projdist.plots.surface import Surface
-from projdist.regions import Region
+from projdist.regions import Place
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -42,7 +42,7 @@ _COLUMNS = 5
 def tissot_figure(
     projections: Sequence[Any],
     *,
-    region: str | Region | None = None,
+    region: str | Place | None = None,
     step: float | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -64,7 +64,7 @@ def heatmap_figure(
     projections: Sequence[Any],
     *,
     measure: AnyMeasure = "fisher",
-    region: str | Region | None = None,
+    region: str | Place | None = None,
     step: float | None = None,
     levels: Levels = None,
     cmap: str | None = None,
@@ -97,7 +97,7 @@ def local_figure(
     projection: Any,
     radius_km: float,
     *,
-    region: str | Region | None = None,
+    region: str | Place | None = None,
     step: float | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -144,7 +144,7 @@ class _Map:
 
 def _maps(
     projections: Sequence[Any],
-    region: str | Region | None,
+    region: str | Place | None,
     titles: Sequence[str | None] | None,
     airy_kavrayskiy: Sequence[float | None] | None,
 ) -> list[_Map]:

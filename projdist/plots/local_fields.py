@@ -18,7 +18,7 @@ from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.indicatrices import ellipses, even_radius, without_crowding
 from projdist.plots.pictures import draw_colourbar, prepare, tissot_points, usual_step
 from projdist.plots.surface import Surface
-from projdist.regions import Region
+from projdist.regions import Place
 
 _VERTICES = 36
 _DENSER = 2 / 3  # than Tissot's indicatrices stand
@@ -54,7 +54,7 @@ def local_field(
     projection: Any,
     radius_km: float,
     *,
-    region: str | Region | None = None,
+    region: str | Place | None = None,
     step: float | None = None,
     colourbar: bool = True,
     title: str | None = None,

@@ -22,7 +22,7 @@ from projdist.plots.indicatrices import Indicatrices, ellipses, fit, indicatrice
 from projdist.plots.labels import label_isolines
 from projdist.plots.surface import Surface, build_surface
 from projdist.projections import Projection
-from projdist.regions import Region
+from projdist.regions import Place
 
 ELLIPSE_FACE, ELLIPSE_EDGE = "#c2402899", "#7d2414"
 
@@ -33,7 +33,7 @@ AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
 Levels = int | Sequence[float] | None
 
 
-def prepare(projection: Any, region: str | Region | None) -> Surface:
+def prepare(projection: Any, region: str | Place | None) -> Surface:
     """The surface of the drawn part of a projection; None is its area of use, or the globe."""
     return build_surface(domain_of(Projection.from_user_input(projection), region))
 
@@ -45,7 +45,7 @@ def tissot(
     ax: Axes,
     projection: Any,
     *,
-    region: str | Region | None = None,
+    region: str | Place | None = None,
     step: float | None = None,
     radius: float | None = None,
     title: str | None = None,
@@ -112,7 +112,7 @@ def heatmap(
     projection: Any,
     *,
     measure: AnyMeasure = "fisher",
-    region: str | Region | None = None,
+    region: str | Place | None = None,
     step: float | None = None,
     levels: Levels = None,
     cmap: str | None = None,

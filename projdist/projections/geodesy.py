@@ -1,0 +1,62 @@
+"""What regions need of pyproj: coordinates of other CRSs, geodesics, and areas of use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pyproj.exceptions
+from pyproj import CRS, Geod, Transformer
+
+from projdist._typing import FloatArray
+from projdist.hints import did_you_mean
+from projdist.projections.errors import shown
+from projdist.projections.hints import close_codes
+
+_GEOD = Geod(ellps="WGS84")
+
+
+def crs_of(value: Any) -> CRS:
+    """The CRS of whatever pyproj takes; raises ValueError."""
+    try:
+        return CRS.from_user_input(value)
+    except (pyproj.exceptions.CRSError, TypeError) as error:
+        hint = did_you_mean(close_codes(value)) if isinstance(value, str) else ""
+        raise ValueError(f"Invalid CRS '{shown(str(value))}'. {hint}It must be a CRS that PROJ knows.") from error
+
+
+def area_of_use(value: Any) -> tuple[float, float, float, float]:
+    """West, south, east, north of the area that a CRS is for, in degrees; raises ValueError where it states none."""
+    crs = crs_of(value)
+    area = crs.area_of_use
+    if area is None:
+        raise ValueError(f"Invalid CRS '{shown(crs.name)}'. It must state an area of use.")
+    return area.west, area.south, area.east, area.north
+
+
+def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None:
+    """The function from coordinates of a CRS to longitude and latitude on WGS 84; None for a CRS that has these."""
+    crs = crs_of(value)
+    if crs.equals(CRS("OGC:CRS84")) or crs.equals(CRS("EPSG:4326"), ignore_axis_order=True):
+        return None
+    transformer = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+
+    def transform(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        lon, lat = transformer.transform(x, y)
+        return np.asarray(lon), np.asarray(lat)
+
+    return transform
+
+
+def geodesics(ring: FloatArray) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+    """The geodesics of WGS 84 from vertex to vertex (m, 2), as a curve: vertex k is at the parameter k."""
+    lon, lat = ring.T
+    azimuth, _, length = (np.asarray(values) for values in _GEOD.inv(lon[:-1], lat[:-1], lon[1:], lat[1:]))
+
+    def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        k = np.minimum(t.astype(int), len(azimuth) - 1)
+        to_lon, to_lat, _ = _GEOD.fwd(lon[k], lat[k], azimuth[k], length[k] * (t - k))
+        return np.asarray(to_lon), np.asarray(to_lat)
+
+    return curve

@@ -1,0 +1,69 @@
+"""Combinations of regions: what is in both, in one and not the other, in either."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from projdist._typing import FloatArray
+from projdist.regions.boxes import Box
+from projdist.regions.caps import Cap
+from projdist.regions.points import PointSet
+from projdist.regions.polygons import Polygons
+from projdist.regions.region import Region
+from projdist.rings import chords, closed_round_pole, cut_at_antimeridian, merged, unwrapped
+
+RIM_TOLERANCE = 1e-6
+"""By how many degrees the polygon of a cap may leave its rim: 0.1 m."""
+
+
+def combine(operator: str, left: Region | PointSet, right: Region | PointSet, name: str) -> Polygons | PointSet:
+    """Two regions by `&`, `-` or `+`; from points, `&` and `-` choose. Raises ValueError where nothing is left."""
+    if isinstance(right, PointSet) or (isinstance(left, PointSet) and operator == "+"):
+        raise ValueError(f"Invalid region '{name}'. Points can only stand on the left of & and -.")
+    if isinstance(left, PointSet):
+        inside = right.contains(left.lon, left.lat)
+        return left.chosen(inside if operator == "&" else ~inside, name)
+    one, other = polygons_of(left), polygons_of(right)
+    found = {"&": shapely.intersection, "-": shapely.difference, "+": shapely.union}[operator](one, other)
+    if found.area == 0.0:
+        raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
+    return Polygons(merged([found]), name, (*left.notes, *right.notes))
+
+
+def polygons_of(region: Region) -> shapely.MultiPolygon:
+    """A region as polygons; the rim of a cap to `RIM_TOLERANCE`. Raises ValueError for what has no polygons."""
+    if isinstance(region, Polygons):
+        return region.geometry
+    if isinstance(region, Box):
+        west, south, east, north = region.bounds
+        return merged(list(cut_at_antimeridian(shapely.box(west, south, east, north))))
+    if isinstance(region, Cap):
+        return _cap_polygons(region)
+    raise ValueError(f"Invalid region '{region.name}'. It must be made of boxes, caps and polygons to be combined.")
+
+
+def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
+    if cap.angle == 180.0:
+        return shapely.MultiPolygon([shapely.box(-180.0, -90.0, 180.0, 90.0)])
+
+    def rim(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        points = cap.chart(np.zeros(t.shape, dtype=int), t, np.full(t.shape, cap.angle))
+        return points.lon, points.lat
+
+    ring = unwrapped(chords(rim, np.linspace(0.0, 360.0, 65), RIM_TOLERANCE))
+    poles = [pole for pole in (90.0, -90.0) if bool(cap.contains(0.0, pole))]
+    if len(poles) == 2:
+        # The rim goes round what is left out.
+        outside = Cap(cap.lon + 180.0 if cap.lon <= 180.0 else cap.lon - 180.0, -cap.lat, _rest_km(cap))
+        return merged([shapely.difference(shapely.box(-180.0, -90.0, 180.0, 90.0), _cap_polygons(outside))])
+    if poles:
+        ring = np.concatenate([ring, [[ring[-1, 0], poles[0]], [ring[0, 0], poles[0]]]])
+    else:
+        ring = closed_round_pole(ring)
+    return merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
+
+
+def _rest_km(cap: Cap) -> float:
+    """The radius of the cap's complement."""
+    return cap.radius_km * (180.0 - cap.angle) / cap.angle

@@ -1,0 +1,130 @@
+"""Sets of weighted points, as regions: their integrals are sums."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import BoolArray, FloatArray
+
+_COLUMNS = {
+    "lon": ("lon", "longitude", "long", "lng"),
+    "lat": ("lat", "latitude"),
+    "weight": ("weight", "weights", "w"),
+    "height": ("height", "h", "elevation"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class PointSet:
+    """Points in degrees with weights of any sum, and perhaps heights in metres; all of shape (n,).
+
+    `name` is the region in the words of `get_region`. A set has no area.
+    """
+
+    lon: FloatArray
+    lat: FloatArray
+    weight: FloatArray
+    name: str = "points"
+    height: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lon, lat, weight = (np.asarray(values, dtype=float) for values in (self.lon, self.lat, self.weight))
+        text = f"Invalid points '{self.name}'."
+        if lon.ndim != 1 or not lon.shape == lat.shape == weight.shape or not lon.size:
+            raise ValueError(f"{text} There must be one or more, each with a longitude, a latitude and a weight.")
+        wrong = ~(np.isfinite(lon) & (np.abs(lon) <= 360.0) & (np.abs(lat) <= 90.0))
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise ValueError(
+                f"{text} Point {k + 1} is at {lon[k]:g}, {lat[k]:g}; it must have a longitude within -360 and 360, a "
+                "latitude within -90 and 90."
+            )
+        wrong = ~(np.isfinite(weight) & (weight >= 0.0))
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise ValueError(f"{text} Point {k + 1} has the weight {weight[k]:g}; it must be finite and not negative.")
+        if not weight.any():
+            raise ValueError(f"{text} Their weights must not all be zero.")
+
+    @property
+    def area_km2(self) -> float:
+        """Points have no area."""
+        return 0.0
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """West, south, east, north in degrees, a little beyond the points; west < east, and east may pass 180."""
+        lon = np.sort(np.mod(self.lon + 180.0, 360.0) - 180.0)
+        gaps = np.append(lon[1:], lon[0] + 360.0) - lon
+        widest = int(np.argmax(gaps))
+        west = float(lon[(widest + 1) % lon.size])
+        width = 360.0 - float(gaps[widest])
+        margin = max(0.05 * max(width, float(np.ptp(self.lat))), 0.01)
+        if width + 2.0 * margin >= 360.0:
+            west, width = -180.0 + margin, 360.0 - 2.0 * margin
+        south, north = float(self.lat.min()) - margin, float(self.lat.max()) + margin
+        return west - margin, max(south, -90.0), west + width + margin, min(north, 90.0)
+
+    def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
+        """Whether places in degrees are in the bounds of the points, where a map of them is drawn."""
+        west, south, east, north = self.bounds
+        lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
+        return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
+
+    def chosen(self, keep: BoolArray, name: str) -> PointSet:
+        """The points of a mask; raises ValueError where there are none."""
+        if not keep.any():
+            raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
+        height = None if self.height is None else self.height[keep]
+        return PointSet(self.lon[keep], self.lat[keep], self.weight[keep], name, height, self.notes)
+
+
+def read_csv(path: Path, name: str) -> PointSet:
+    """The points of a table with a header: lon, lat, and perhaps weight and height; raises ValueError."""
+    text = f"Invalid points file '{path}'."
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, ValueError) as error:  # a ValueError for what is not UTF-8
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"{text} It cannot be read: {reason}.") from error
+    if not lines:
+        raise ValueError(f"{text} It is empty; it must have a header with lon and lat, and points.")
+    separator = max(",;\t", key=lines[0].count)
+    header, *rows = csv.reader(lines, delimiter=separator)
+    places = _places(header)
+    if "lon" not in places or "lat" not in places:
+        raise ValueError(f"{text} Its header must have lon and lat; it has {', '.join(header)}.")
+    table = np.array(list(_numbers(rows, places, text))).reshape(-1, len(places))
+    if not len(table):
+        raise ValueError(f"{text} It has no points.")
+    columns = dict(zip(places, table.T, strict=True))
+    weight = columns.get("weight", np.ones(len(table)))
+    return PointSet(columns["lon"], columns["lat"], weight, name, columns.get("height"))
+
+
+def _places(header: list[str]) -> dict[str, int]:
+    """The numbers of the columns that are known."""
+    words = [word.strip().lower() for word in header]
+    found = {}
+    for column, names in _COLUMNS.items():
+        place = next((words.index(name) for name in names if name in words), None)
+        if place is not None:
+            found[column] = place
+    return found
+
+
+def _numbers(rows: list[list[str]], places: dict[str, int], text: str) -> Iterator[list[float]]:
+    for number, row in enumerate(rows, start=2):
+        if not any(cell.strip() for cell in row):
+            continue
+        try:
+            yield [float(row[place]) for place in places.values()]
+        except (ValueError, IndexError) as error:
+            raise ValueError(f"{text} Line {number} must have numbers for {', '.join(places)}.") from error

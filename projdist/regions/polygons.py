@@ -1,0 +1,222 @@
+"""Polygons in longitude and latitude, as regions.
+
+An edge is a straight line in longitude and latitude, as GeoJSON has it (RFC 7946, section 3.1.1).
+The polygons are not triangulated: the panels are those of their bounding box, and where an edge
+crosses a panel, the weights of its nodes integrate polynomials over the polygon's part of it,
+exactly. The cost of an integral then depends on how smooth the map is, not on how many
+vertices the polygons have, and the weights serve all maps.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.regions import chains
+from projdist.regions.patches import height_of, latitude_of, patch_chart, patch_panels
+from projdist.regions.region import ChartPoints, Clips, Square
+from projdist.spectral import ORDER, PLANE_WEIGHTS
+
+_SLIVER = 1e-13  # of a panel; what is smaller is rounding
+_SMALL = 0.2  # of a panel's height
+_GAP = 1e-6  # degrees of longitude
+_CHORDS = 256.0  # for a curve across a panel: they leave it by 2e-6 of its bend
+
+
+class _Part(NamedTuple):
+    """What the polygons have of a rectangle: the chain there, the tight rectangle, the nodes' weights."""
+
+    chain: chains.Clip
+    rectangle: tuple[float, float, float, float]
+    rule: FloatArray
+    whole: bool
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """Polygons within longitudes -180 to 180, valid and disjoint, with their holes.
+
+    `name` is the region in the words of `get_region`; `notes` say what was repaired.
+    """
+
+    geometry: shapely.MultiPolygon
+    name: str
+    notes: tuple[str, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Polygons, (self.geometry, self.name, self.notes)
+
+    @functools.cached_property
+    def _west(self) -> float:
+        """Where longitudes begin: -180, or beyond the widest gap if that is not there."""
+        extents = shapely.bounds(shapely.get_parts(self.geometry))
+        order = np.argsort(extents[:, 0])
+        reach = np.maximum.accumulate(extents[order, 2])
+        starts = np.append(extents[order, 0][1:], extents[order[0], 0] + 360.0)
+        gaps = starts - reach
+        widest = int(np.argmax(gaps))
+        return float(starts[widest]) if gaps[widest] > _GAP and widest < len(gaps) - 1 else -180.0
+
+    @functools.cached_property
+    def edges(self) -> FloatArray:
+        """The edges lon0, lat0, lon1, lat1 in degrees, shape (m, 4), with the polygons on their left.
+
+        Longitudes run on beyond 180 where that keeps the polygons together; along the antimeridian, where it cuts
+        polygons, and along the poles there are edges, too.
+        """
+        parts = shapely.get_parts(self.geometry)
+        rings, polygon = shapely.get_rings(parts, return_index=True)
+        points, ring = shapely.get_coordinates(rings, return_index=True)
+        same = ring[1:] == ring[:-1]
+        edges = np.hstack([points[:-1], points[1:]])[same]
+        ring = ring[:-1][same]
+        turned = np.zeros(len(rings))
+        np.add.at(turned, ring, edges[:, 0] * edges[:, 3] - edges[:, 2] * edges[:, 1])
+        shell = np.append(True, polygon[1:] != polygon[:-1])
+        backwards = ((turned > 0) != shell)[ring]
+        edges[backwards] = edges[backwards][:, [2, 3, 0, 1]]
+        beyond = shapely.bounds(parts)[:, 0] < self._west
+        edges[beyond[polygon[ring]], 0::2] += 360.0
+        return edges
+
+    @functools.cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """West, south, east, north in degrees; west < east, and east may pass 180."""
+        lon, lat = self.edges[:, 0::2], self.edges[:, 1::2]
+        return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+
+    @functools.cached_property
+    def area_km2(self) -> float:
+        """Area on the WGS 84 ellipsoid."""
+        return chains.area_km2(self.edges)
+
+    def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
+        """Whether points in degrees are in the polygons, their edges included."""
+        lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
+        shapely.prepare(self.geometry)
+        wrapped = np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
+        inside = shapely.intersects_xy(self.geometry, wrapped, lat)
+        seam = np.abs(wrapped) == 180.0
+        if seam.any():
+            inside = inside | (seam & shapely.intersects_xy(self.geometry, -wrapped, lat))
+        return np.asarray(inside)
+
+    def panels(self) -> tuple[IntArray, FloatArray]:
+        """Panels from pole to pole, also divided at the antimeridian, where most maps of the world end."""
+        west, _, east, _ = self.bounds
+        meridians = [west, *(lon for lon in (-180.0, 180.0) if west < lon < east), east]
+        parts = [patch_panels((a, -90.0, b, 90.0)) for a, b in itertools.pairwise(meridians)]
+        return np.concatenate([patch for patch, _ in parts]), np.concatenate([rectangle for _, rectangle in parts])
+
+    def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
+        """The chart of `patch_chart`."""
+        return patch_chart(patch, u, v)
+
+    # ---- clipping -----------------------------------------------------------------------
+
+    @functools.cached_property
+    def _parts(self) -> dict[tuple[float, ...], _Part | None]:
+        """Parts by patch and rectangle, those that were asked for and the tight ones; None where there is nothing."""
+        return {}
+
+    def clip(self, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None) -> Clips:
+        """The polygons' parts of rectangles, with tight rectangles and the weights of their nodes."""
+        parts = []
+        for i, (number, rectangle) in enumerate(zip(patch.tolist(), rectangles.tolist(), strict=True)):
+            key = (number, *rectangle)
+            if key not in self._parts:
+                parent = None if within is None else self._parts.get((number, *within[i].tolist()))
+                part = self._clipped(number, rectangle, parent.chain if parent else self._all)
+                self._parts[key] = part
+                if part is not None:
+                    self._parts[(number, *part.rectangle)] = part
+            parts.append(self._parts[key])
+        index = np.array([i for i, part in enumerate(parts) if part is not None], dtype=int)
+        kept = [part for part in parts if part is not None]
+        return Clips(
+            index,
+            np.array([part.rectangle for part in kept]).reshape(-1, 4),
+            np.array([part.rule for part in kept]).reshape(-1, ORDER, ORDER),
+            np.array([part.whole for part in kept], dtype=bool),
+        )
+
+    @property
+    def _all(self) -> chains.Clip:
+        return chains.Clip(self.edges, np.empty((0, 2)))
+
+    def _clipped(self, patch: int, rectangle: list[float], chain: chains.Clip) -> _Part | None:
+        u0, u1, v0, v1 = rectangle
+        south, north = sorted(float(lat) for lat in latitude_of(patch, np.array([v0, v1])))
+        part = chains.clip(chain, u0, u1, south, north)
+        if part.empty:
+            return None
+        if chains.is_whole(part, south, north):
+            return _Part(part, (u0, u1, v0, v1), PLANE_WEIGHTS, True)
+        west, east, low, high = chains.extent(part, u0, u1, south, north)
+        if low > south or high < north:
+            v0, v1 = _tightened(v0, v1, *sorted(float(v) for v in height_of(patch, np.array([low, high]))))
+        if not (east > west and v1 > v0):
+            return None
+        if east < u1:
+            # The eastern side has moved: what lies on it now is a gate.
+            part = chains.clip(part, west, east, low, high)
+        rule = self._rule(part, patch, (west, east, v0, v1))
+        return _Part(part, (west, east, v0, v1), rule, False) if rule.sum() > 4.0 * _SLIVER else None
+
+    @staticmethod
+    def _rule(part: chains.Clip, patch: int, rectangle: tuple[float, float, float, float]) -> FloatArray:
+        u0, u1, v0, v1 = rectangle
+
+        def to_r(lon: FloatArray) -> FloatArray:
+            return np.clip((2.0 * lon - u0 - u1) / (u1 - u0), -1.0, 1.0)
+
+        def to_s(lat: FloatArray) -> FloatArray:
+            return np.clip((2.0 * height_of(patch, lat) - v0 - v1) / (v1 - v0), -1.0, 1.0)
+
+        def to_lat(s: FloatArray) -> FloatArray:
+            return latitude_of(patch, 0.5 * (v0 + v1) + 0.5 * (v1 - v0) * s)
+
+        return chains.weights(part, to_r, to_s, to_lat)
+
+    def rule(self, patch: int, rectangle: FloatArray, square: Square) -> FloatArray:
+        """The weights (p, p) for a curved piece of a clipped rectangle, which `square` maps to [-1, 1]^2.
+
+        Edges are curves there, and taken for chains of chords.
+        """
+        part = self._parts[(patch, *rectangle.tolist())]
+        assert part is not None  # it is one of those that `clip` has kept
+        edges = chains.closed(part.chain, *rectangle[:2])
+        size = np.array([rectangle[1] - rectangle[0], np.ptp(latitude_of(patch, rectangle[2:]))])
+        longest = (np.abs(edges[:, 2:] - edges[:, :2]) / size).max(axis=1, initial=0.0)
+        lon, lat = chains.divided(edges, np.ceil(_CHORDS * longest).clip(1).astype(int))
+        (r0, r1), (s0, s1) = square(lon, height_of(patch, lat))
+        curved = chains.clip(chains.Clip(np.stack([r0, s0, r1, s1], axis=-1), np.empty((0, 2))), -1.0, 1.0, -1.0, 1.0)
+        rule = chains.weights(curved, _same, _same, _same)
+        # The slices south of a cut and those north of it have opposite orientations.
+        return rule if rule.sum() >= 0.0 else -rule
+
+
+def _tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, float]:
+    """The interval v0, v1 halved as long as low to high is in one half; low to high itself where that is far less.
+
+    Halves stay on the 5-degree knots of Robinson's table, where his map has kinks.
+    """
+    while True:
+        middle = 0.5 * (v0 + v1)
+        if high <= middle:
+            v1 = middle
+        elif low >= middle:
+            v0 = middle
+        else:
+            return (low, high) if high - low < _SMALL * (v1 - v0) else (v0, v1)
+
+
+def _same(values: FloatArray) -> FloatArray:
+    return values
