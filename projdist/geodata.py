@@ -94,9 +94,14 @@ def _polygons(geometry: dict[str, Any]) -> list[list[list[int]]]:
 def _decoded(geometry: dict[str, Any], arcs: list[FloatArray]) -> shapely.MultiPolygon:
     parts: list[shapely.Polygon] = []
     for rings in _polygons(geometry):
-        shell, *holes = (unwrapped(_join(arcs, ring)) for ring in rings)
-        holes = [beside(hole, shell) for hole in holes if np.abs(hole[:, 1]).max() < _POLE_CAP]
-        parts.extend(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(closed_round_pole(shell), holes))))
+        points = [unwrapped(_join(arcs, ring)) for ring in rings]
+        # A ring round a pole as narrow as that may stand before Antarctica's coast as if it were the shell.
+        shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < _POLE_CAP)
+        parts.extend(
+            cut_at_antimeridian(
+                shapely.make_valid(shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes]))
+            )
+        )
     # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
     return merged(parts)
 

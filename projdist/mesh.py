@@ -23,6 +23,7 @@ Integrand = Callable[[FloatArray], FloatArray]
 
 _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
+_COARSE = 1e-3  # of an integrand's last coefficients
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
@@ -289,6 +290,8 @@ class Mesh:
         stuck = (after > goal.stuck * before) & ~panels.undecided[chosen] & (across | ~was_cut)
         settled = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
         np.logical_and.at(stuck, parent, settled & ~panels.undecided[children])
+        # Rounding is small in large panels: there it is a singularity that the nodes had missed.
+        stuck &= (panels.area[chosen] < _SMALL * self.region_area) | (before < _COARSE * panels.area[chosen])
         strikes = panels.strikes[chosen] + np.where(was_cut, 1, _STRIKES)
         panels.strikes[children] = np.where(stuck, strikes, 0)[parent]
         # Noise in x and y makes twice as much in J when a panel is halved: take the whole ones back.

@@ -435,6 +435,35 @@ def test_compare_many_projections() -> None:
 # ---- usage errors ---------------------------------------------------------------------------
 
 
+def test_repairs_are_said(tmp_path: Path) -> None:
+    """A region that had to be repaired is measured, and the repair is told on standard error."""
+    path = tmp_path / "bow.geojson"
+    path.write_text('{"type": "Polygon", "coordinates": [[[0, 0], [10, 10], [10, 0], [0, 10], [0, 0]]]}')
+    result = run("compare", "robin", "--region", f"file:{path}")
+    assert result.exit_code == 0
+    assert re.fullmatch(r"projdist: file:.*: 1 self-intersecting polygon\(s\) repaired; [^\n]*\n", result.stderr)
+    assert "AK" in result.stdout
+
+
+def test_a_set_of_points(tmp_path: Path) -> None:
+    """A table over points tells how many there are, and that they are weighed."""
+    path = tmp_path / "a.csv"
+    path.write_text("lon,lat,weight\n1,2,1\n3,4,5\n")
+    shown = run_ok("compare", "robin", "--region", f"points:{path}")
+    assert "(2 points)" in shown
+    assert "by the points' weights" in shown
+
+
+@pytest.mark.parametrize("command", ["tissot", "heatmap"])
+def test_pictures_of_countries(tmp_path: Path, command: str) -> None:
+    """Pictures show a country, also one across the antimeridian, and the surroundings of points."""
+    (tmp_path / "a.csv").write_text("lon,lat\n1,2\n30,40\n")
+    for region in ("country:FJ", f"points:{tmp_path / 'a.csv'}"):
+        picture = tmp_path / "a.png"
+        run_ok(command, "robin", "--region", region, "-o", str(picture), "--dpi", "40")
+        assert picture.stat().st_size > 2000
+
+
 USAGE = {
     "compare --region glob robin": r"Invalid region 'glob'. Did you mean globe\? It must be globe, land, ocean, ",
     "compare --region= robin": r"Invalid region ''",

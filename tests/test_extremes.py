@@ -65,6 +65,56 @@ def test_side_of_a_zone():
     assert found.lat == pytest.approx(0, abs=0.01)
 
 
+def polygon(*corners):
+    return {"type": "Polygon", "coordinates": [[*corners, corners[0]]]}
+
+
+def test_vertex_of_a_polygon():
+    """Mercator's scale is largest at the northern vertex of a triangle; the panels around it go farther north."""
+    found = maximum(f"+proj=merc +R={R}", polygon((0, 10), (40, 20), (15, 57)), "k")
+    assert found.value == pytest.approx(1 / math.cos(math.radians(57)), rel=1e-9)
+    assert (found.lon, found.lat) == pytest.approx((15, 57), abs=1e-9)
+
+
+def test_edge_of_a_polygon():
+    """A stereographic map with k_0 = 0.9 is most too small at its centre; beside it, on a polygon's nearest edge."""
+    found = maximum(f"+proj=stere +k_0=0.9 +R={R}", polygon((10, -20), (25, 3), (10, 30)), "scale_error_ppm")
+    assert found.value == pytest.approx(1e6 * (1 - 0.9 * 2 / (1 + math.cos(math.radians(10)))), rel=1e-9)
+    assert (found.lon, found.lat) == pytest.approx((10, 0), abs=1e-3)
+
+
+def test_rim_of_a_hole():
+    """Nothing is read off nodes in a hole: round the centre of an azimuthal map the smallest scale is left out."""
+    region = {
+        "type": "Polygon",
+        "coordinates": [
+            [[-30, -30], [30, -30], [30, 30], [-30, 30], [-30, -30]],
+            [[-10, -10], [-10, 10], [10, 10], [10, -10], [-10, -10]],
+        ],
+    }
+    found = maximum(f"+proj=stere +k_0=0.9 +R={R}", region, "scale_error_ppm")
+    assert found.value == pytest.approx(1e6 * (1 - 0.9 * 2 / (1 + math.cos(math.radians(10)))), rel=1e-9)
+
+
+def test_inside_a_polygon():
+    """A maximum between the edges is found as in a box."""
+    found = maximum(f"+proj=stere +k_0=0.99 +lon_0=5 +lat_0=5 +R={R}", polygon((-20, -10), (30, -20), (8, 40)), "omega")
+    assert found.value < 1e-6
+    found = maximum(
+        f"+proj=stere +k_0=0.5 +lon_0=5 +lat_0=5 +R={R}", polygon((0, 0), (12, 1), (8, 11)), "scale_error_ppm"
+    )
+    assert found.value == pytest.approx(5e5, rel=1e-12)
+    assert (found.lon, found.lat) == pytest.approx((5, 5), abs=1e-4)
+
+
+@pytest.mark.parametrize("code", ["CA", "FJ"])
+def test_maximum_of_a_country(code):
+    """The largest scale of Mercator's map in a country is at its vertex farthest from the equator."""
+    region = get_region(f"country:{code}")
+    lat = np.abs(region.edges[:, 1]).max()
+    assert maximum(f"+proj=merc +R={R}", region, "k").value == pytest.approx(1 / math.cos(math.radians(lat)), rel=1e-8)
+
+
 # ---- inside ---------------------------------------------------------------------------------
 
 

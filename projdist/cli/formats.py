@@ -75,7 +75,8 @@ def render_comparison(
         "AK affine": _mark([row[_ERRORS[2]] for row in rows], [row["error_estimate"] for row in rows]),
         "error": [_size(row["error_estimate"]) for row in rows],
     }
-    notes = [_CONVENTION]
+    weighed = "points" in result["region"]
+    notes = [_CONVENTION.replace("by true area", "by the points' weights") if weighed else _CONVENTION]
     for name in measures:
         for statistic in STATISTICS:
             columns[f"{name} {statistic}"] = [_significant(row[name][statistic]) for row in rows]

@@ -101,7 +101,7 @@ class _Parser:
     def _atom(self) -> Place:
         end = _end_of_atom(self.rest)
         text, self.rest = self.rest[:end].strip(), self.rest[end:]
-        if not text and self.rest + self.given != "":
+        if (not text and self.given) or re.match(r"[&+-]\s", text):
             raise ValueError(f"Invalid region '{self.text}'. There must be a region on each side of an operator.")
         return _region_of(text)
 
@@ -132,7 +132,7 @@ def _region_of(text: str) -> Place:
     kind, _, argument = text.partition(":")
     if kind.lower() not in _KINDS:
         raise ValueError(f"Invalid region '{text}'. {_hint(text)}It must be {FORMS}.")
-    return _KINDS[kind.lower()](text, argument.strip())
+    return _KINDS[kind.lower()](text, argument.strip().strip('"'))
 
 
 def _hint(text: str) -> str:
@@ -191,7 +191,6 @@ def _crs(text: str, argument: str) -> Region:
 
 def _path(text: str, argument: str) -> tuple[Path, str]:
     """The path and the layer, "" for the first one; a path that exists may have a # itself."""
-    argument = argument.strip('"')
     if not argument:
         raise ValueError(f"Invalid region '{text}'. It must have the path of a file behind the colon.")
     path, mark, layer = argument.rpartition("#")

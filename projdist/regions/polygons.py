@@ -27,7 +27,7 @@ from projdist.spectral import ORDER, PLANE_WEIGHTS
 _SLIVER = 1e-13  # of a panel; what is smaller is rounding
 _SMALL = 0.2  # of a panel's height
 _GAP = 1e-6  # degrees of longitude
-_CHORDS = 256.0  # for a curve across a panel: they leave it by 2e-6 of its bend
+_CHORDS = 512.0  # for a curve across a panel: they leave it by 5e-7 of its bend
 
 
 class _Part(NamedTuple):
