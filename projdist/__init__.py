@@ -13,7 +13,7 @@ from projdist.derivatives import Derivatives, Quality, derivatives, jacobian
 from projdist.hessians import hessian
 from projdist.rasters import jacobian_grid
 from projdist.measures import MEASURES, Measure, get_measure, principal_scales
-from projdist.regions import GLOBE, Box, Cap, Region, get_region
+from projdist.regions import GLOBE, Box, Cap, PointSet, Region, get_region
 from projdist.cubature import Samples, sample
 from projdist.criteria import CRITERIA, get_criterion
 from projdist import spd
@@ -43,6 +43,7 @@ __all__ = [
     "LocalCorrections",
     "Measure",
     "MeasureSummary",
+    "PointSet",
     "Projection",
     "ProjectionError",
     "Quality",
