@@ -1,9 +1,9 @@
-"""Where in a region a measure is largest: searched from the best samples, not read off them."""
+"""Where in a region a measure is largest and smallest: searched from the best samples, not read off them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from projdist.projections import Projection
 from projdist.regions import Place, PointSet, Region
 from projdist.regions.chains import divided
 
-__all__ = ["Extreme", "find_maximum", "measure_at"]
+__all__ = ["Extreme", "find_maximum", "find_minimum", "measure_at"]
 
 _STARTS = 4
 _ROUNDS = 20
@@ -33,7 +33,7 @@ _GROWTH = 1e-3  # of the value, in a step
 
 
 class Extreme(NamedTuple):
-    """A largest value and its place; infinite where the measure grows without bound towards it."""
+    """A largest or smallest value and its place; infinite where the measure grows without bound towards it."""
 
     value: float
     lon: float
@@ -54,6 +54,23 @@ def find_maximum(
     projection: Projection, region: Place, samples: Samples, values: FloatArray, measure: Measure
 ) -> Extreme:
     """The largest value of a measure, from its `values` (n, p, p) at the samples."""
+    return _largest(projection, region, samples, values, measure, bounded=measure.bounded)
+
+
+def find_minimum(
+    projection: Projection, region: Place, samples: Samples, values: FloatArray, measure: Measure
+) -> Extreme:
+    """The smallest value of a measure, from its `values` (n, p, p) at the samples."""
+    opposite = replace(measure, function=lambda *derivatives: -measure.function(*derivatives))
+    # Only a signed measure, as a logarithm, may fall without bound.
+    bounded = measure.bounded or measure.kind != "signed"
+    found = _largest(projection, region, samples, -values, opposite, bounded=bounded)
+    return found._replace(value=-found.value)
+
+
+def _largest(
+    projection: Projection, region: Place, samples: Samples, values: FloatArray, measure: Measure, *, bounded: bool
+) -> Extreme:
     filled = np.where(np.isfinite(values), values, -np.inf)
     if isinstance(region, PointSet):
         best = int(np.argmax(filled))
@@ -68,7 +85,7 @@ def find_maximum(
         return Extreme(np.nan, np.nan, np.nan)
     _, lon, lat = found
     areas = samples.weight.sum(axis=(1, 2))
-    if not measure.bounded:
+    if not bounded:
         inward = _nearest_middle(samples, areas >= _BROAD * areas.max(), lon, lat)
         if _grows(projection, measure, (lon, lat), inward):
             found = found._replace(value=np.inf)

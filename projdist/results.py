@@ -14,7 +14,7 @@ from projdist.answer import Answer, plain
 from projdist.criteria import median, p95
 from projdist.cubature import Samples, sample
 from projdist.derivatives import Quality, derivatives
-from projdist.extremes import find_maximum, measure_at
+from projdist.extremes import Extreme, find_maximum, find_minimum, measure_at
 from projdist.mdt import field_mdt
 from projdist.measures import Measure, areal_scale, get_measure, log_scales, orientation
 from projdist.projections import Projection, ProjectionError
@@ -106,7 +106,7 @@ def factors(projection: Any, lon: ArrayLike, lat: ArrayLike, *, measures: Iterab
 
 @dataclass(frozen=True)
 class MeasureSummary:
-    """A measure over a region: its mean, RMS, median, 95th percentile and maximum (infinite: unbounded)."""
+    """A measure over a region: its mean, RMS, median, 95th percentile, and its extremes (infinite: unbounded)."""
 
     mean: float
     rms: float
@@ -114,19 +114,23 @@ class MeasureSummary:
     p95: float
     max: float
     max_at: tuple[float, float]
+    min: float
+    min_at: tuple[float, float]
     mean_error: float
     rms_error: float
 
     def to_dict(self) -> dict[str, Any]:
         """The statistics by name; what is not finite is None."""
         statistics = {name: plain(value) for name, value in self._statistics().items()}
-        return statistics | {"max_at": [plain(value) for value in self.max_at]}
+        places = {name: [plain(value) for value in getattr(self, name)] for name in ("max_at", "min_at")}
+        return statistics | places
 
     def _statistics(self) -> dict[str, float]:
-        return {name: getattr(self, name) for name in ("mean", "rms", "median", "p95", "max")}
+        return {name: getattr(self, name) for name in ("mean", "rms", "median", "p95", "max", "min")}
 
     def _row(self) -> dict[str, float]:
-        return self._statistics() | dict(zip(("max_lon", "max_lat"), self.max_at, strict=True))
+        places = ("max_lon", "max_lat", "min_lon", "min_lat")
+        return self._statistics() | dict(zip(places, (*self.max_at, *self.min_at), strict=True))
 
 
 @dataclass(frozen=True)
@@ -323,10 +327,10 @@ def _summarize_measure(projection: Projection, region: Place, samples: Samples, 
     average, average_error = samples.mean(values, _STEEPNESS * np.abs(values))
     square, square_error = samples.mean(values**2, 2.0 * _STEEPNESS * values**2)
     root, root_error = _root(square, square_error)
-    peak = find_maximum(projection, region, samples, values, measure)
+    top, bottom = (find(projection, region, samples, values, measure) for find in (find_maximum, find_minimum))
     if not measure.bounded and _diverges(samples, values):
         average, average_error = np.nan, np.nan
-        peak = peak._replace(value=np.inf)
+        top, bottom = _infinite(top, bottom, samples, values)
     if not measure.bounded and _diverges(samples, values**2):
         root, root_error = np.nan, np.nan
     dense, weights = _dense(region, samples, values)
@@ -335,11 +339,20 @@ def _summarize_measure(projection: Projection, region: Place, samples: Samples, 
         rms=root,
         median=median(dense, weights),
         p95=p95(dense, weights),
-        max=peak.value,
-        max_at=(peak.lon, peak.lat),
+        max=top.value,
+        max_at=(top.lon, top.lat),
+        min=bottom.value,
+        min_at=(bottom.lon, bottom.lat),
         mean_error=average_error,
         rms_error=root_error,
     )
+
+
+def _infinite(top: Extreme, bottom: Extreme, samples: Samples, values: FloatArray) -> tuple[Extreme, Extreme]:
+    """The extremes of a measure whose integral diverges: the end at which it does is infinite."""
+    if np.nansum(samples.weight * values) < 0:
+        return top, bottom._replace(value=-np.inf)
+    return top._replace(value=np.inf), bottom
 
 
 # Panels as small as that hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, at most 7e-3

@@ -1,4 +1,4 @@
-"""Maxima of measures over regions against closed forms, with their places."""
+"""Extremes of measures over regions against closed forms, with their places."""
 
 import math
 
@@ -11,7 +11,8 @@ from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
 from projdist.extremes import Extreme, find_maximum, measure_at
 from projdist.measures import get_measure
 from projdist.projections import Projection
-from projdist.regions import get_region
+from projdist.regions import Box, get_region
+from projdist.results import summarize
 
 R = MEAN_EARTH_RADIUS
 
@@ -245,3 +246,41 @@ def test_measure_at():
     np.testing.assert_allclose(measure_at(mercator, get_measure("s"), lon, lat), [4.0, 2.0], rtol=1e-11)
     flexion = measure_at(mercator, get_measure("flexion"), lon, lat)
     np.testing.assert_allclose(flexion, 2 / math.pi * np.array([math.sqrt(3), 1.0]), rtol=1e-7)
+
+
+# ---- minima ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("projection", "region", "measure", "value", "place"),
+    [
+        # k = 1 / cos(lat), least on the southern side of the box.
+        ("mercator", "box:0,30,10,60", "k", 1.0 / math.cos(math.radians(30.0)), (None, 30.0)),
+        # Snyder's stereographic k = 2 / (1 + cos c), 1 at the centre, which is in the polygon's interior.
+        ("+proj=stere +lat_0=47 +lon_0=8 +R=6371000", "country:CH", "a", 1.0, (8.0, 47.0)),
+        # s of the gnomonic map is 1 / cos^3 c.
+        ("+proj=gnom +lat_0=47 +lon_0=8 +R=6371000", "country:CH", "s", 1.0, (8.0, 47.0)),
+    ],
+)
+def test_minima(projection, region, measure, value, place):
+    """The smallest value and its place, inside and at an edge, against closed forms."""
+    found = summarize(projection, region, measures=[measure]).measures[measure]
+    assert found.min == pytest.approx(value, rel=1e-9)
+    for got, expected in zip(found.min_at, place, strict=True):
+        assert expected is None or got == pytest.approx(expected, abs=2e-3)  # a smooth minimum is flat
+
+
+def test_minimum_at_a_vertex():
+    """On a triangle away from the centre of an azimuthal map the least scale is at the vertex nearest to it."""
+    triangle = {"type": "Polygon", "coordinates": [[[10, 5], [30, 8], [20, 30], [10, 5]]]}
+    found = summarize("+proj=stere +R=6371000", triangle, measures=["a"]).measures["a"]
+    cosine = math.cos(math.radians(10)) * math.cos(math.radians(5))
+    assert found.min == pytest.approx(2.0 / (1.0 + cosine), rel=1e-9)
+    assert found.min_at == pytest.approx((10.0, 5.0), abs=1e-5)
+
+
+def test_unbounded_below():
+    """ln(ab) of a map that shrinks to nothing falls without bound; what is no less than 0 does not."""
+    found = summarize(lambda lon, lat: (1e5 * lon**3, 1e5 * lat), Box(0.0, 0.0, 20.0, 20.0), measures=["ln(ab)", "s"])
+    assert found.measures["ln(ab)"].min == -math.inf
+    assert found.measures["s"].min >= 0.0

@@ -211,8 +211,8 @@ SUMMARY_KEYS = [
     "error_estimate",
     "evaluations",
 ]
-FRAME_STATISTICS = ["mean", "rms", "median", "p95", "max", "max_lon", "max_lat"]
-STATISTICS_KEYS = {"mean", "rms", "median", "p95", "max", "max_at"}
+FRAME_STATISTICS = ["mean", "rms", "median", "p95", "max", "min", "max_lon", "max_lat", "min_lon", "min_lat"]
+STATISTICS_KEYS = {"mean", "rms", "median", "p95", "max", "min", "max_at", "min_at"}
 EUROPE = "box:-10,35,40,70"
 
 

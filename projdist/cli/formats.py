@@ -30,7 +30,7 @@ class Format(enum.StrEnum):
     MARKDOWN = "markdown"
 
 
-STATISTICS = ("mean", "rms", "median", "p95", "max")
+STATISTICS = ("mean", "rms", "median", "p95", "max", "min")
 _ERRORS = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
 _CONVENTION = (
     "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area; with a half under the root, as in\n"
@@ -148,8 +148,9 @@ def _flat(row: dict[str, Any]) -> dict[str, Any]:
             flat[name] = value
             continue
         for statistic, number in value.items():
-            if statistic == "max_at":
-                flat[f"{name}_max_lon"], flat[f"{name}_max_lat"] = number
+            if statistic in ("max_at", "min_at"):
+                end = statistic[:3]
+                flat[f"{name}_{end}_lon"], flat[f"{name}_{end}_lat"] = number
             else:
                 flat[f"{name}_{statistic}"] = number
     return flat

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from projdist._typing import BoolArray, FloatArray
 from projdist.criteria import quantile
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Box, Place, get_region
+from projdist.regions import GLOBE, Box, Place, PointSet, get_region
 
 Bounds = tuple[float, float, float, float]
 
@@ -65,6 +65,13 @@ class Domain:
         if self.beyond is not None:
             outside |= self.beyond(x, y, *rough_scales(self.projection, lon, lat))
         return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
+
+    @property
+    def unclipped(self) -> Domain:
+        """The domain of which this one is a polygon: the box around it; others are themselves."""
+        if isinstance(self.region, PointSet) or not len(self.region.edges):
+            return self
+        return replace(self, region=Box(*self.region.bounds))
 
     @property
     def radius(self) -> float:

@@ -198,7 +198,8 @@ def _circles(panel: Indicatrices, radii: FloatArray) -> FloatArray:
     """Images (n, r, azimuths, 2) of the circles on the ground with radii (r,) in metres about each point."""
     distance = np.degrees(radii[:, None] / panel.domain.radius)
     lons, lats = destination(panel.lon[:, None, None], panel.lat[:, None, None], np.degrees(_azimuths()), distance)
-    return np.stack(panel.domain(normalised(lons), lats), axis=-1)
+    # Over the border of a country an ellipse may reach, over a seam or the edge of the map not.
+    return np.stack(panel.domain.unclipped(normalised(lons), lats), axis=-1)
 
 
 def _azimuths() -> FloatArray:

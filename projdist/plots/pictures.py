@@ -22,11 +22,12 @@ from projdist.plots.indicatrices import Indicatrices, ellipses, fit, indicatrice
 from projdist.plots.labels import label_isolines
 from projdist.plots.surface import Surface, build_surface
 from projdist.projections import Projection
-from projdist.regions import Place
+from projdist.regions import Box, Place
 
 ELLIPSE_FACE, ELLIPSE_EDGE = "#c2402899", "#7d2414"
 
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
+_LEAST_SHARE = 0.4  # of the usual step
 _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
 AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
@@ -68,10 +69,14 @@ def tissot_points(surface: Surface, step: float | None) -> Indicatrices:
 
 
 def usual_step(surface: Surface) -> float:
-    """15 degrees for the globe; a ninth of smaller regions, less where these are narrow."""
-    width, height = ground_size(surface.domain.region.bounds)
+    """15 degrees for the globe; a ninth of smaller regions, less where these are narrow or fill little of their box."""
+    bounds = surface.domain.region.bounds
+    width, height = ground_size(bounds)
     wide, narrow = max(width, height), min(width, height)
-    return 15.0 if wide > 150.0 else min(wide / 9.0, max(narrow / 2.0, wide / 40.0))
+    if wide > 150.0:
+        return 15.0
+    share = surface.domain.region.area_km2 / Box(*bounds).area_km2
+    return float(min(wide / 9.0, max(narrow / 2.0, wide / 40.0)) * np.clip(np.sqrt(share), _LEAST_SHARE, 1.0))
 
 
 def draw_tissot(
