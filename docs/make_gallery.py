@@ -20,7 +20,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from PIL import Image
 
-from projdist import Summary, correct, get_region, plots, summarize
+from projdist import Summary, compare, correct, get_region, plots, summarize
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -313,6 +313,19 @@ def draw_correction() -> None:
     write_png(figure, IMAGES / "readme-corrected.png")
 
 
+def draw_regions() -> None:
+    """The README's picture of a region."""
+    africa = compare(["aitoff", "winkel-tripel", "gall-peters"], "continent:Africa")
+    figure = plots.heatmap_figure(
+        [summary.projection for summary in africa.results],
+        region=africa.region,
+        airy_kavrayskiy=[summary.airy_kavrayskiy for summary in africa.results],
+        size=(8.0, 4.2),
+        dpi=DPI,
+    )
+    write_png(figure, IMAGES / "readme-africa.png")
+
+
 def readme_figure(painter: Callable[[Axes, str], object]) -> Figure:
     """The maps of the README in rows that are all as wide as the figure, with room at the foot."""
     gap, title, foot, width = 0.15, 0.4, 0.75, 8.0
@@ -367,6 +380,7 @@ def main(names: list[str]) -> None:
     if not names or "readme" in names:
         draw_readme()
         draw_correction()
+        draw_regions()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")
 
 
