@@ -10,8 +10,8 @@ DEMO := robinson mollweide winkel-tripel equal-earth mercator
 demo: .venv/installed
 	@mkdir -p demo
 	$(BIN)/projdist compare $(DEMO)
-	$(BIN)/projdist tissot $(DEMO) -o demo/tissot.png
-	$(BIN)/projdist heatmap $(DEMO) --measure omega -o demo/omega.png
+	$(BIN)/projdist tissot $(DEMO) -o demo/tissot.png --overwrite
+	$(BIN)/projdist heatmap $(DEMO) --measure omega -o demo/omega.png --overwrite
 	@echo "Pictures: $(CURDIR)/demo/tissot.png $(CURDIR)/demo/omega.png"
 
 test: .venv/installed-test

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,7 @@ from projdist.criteria import median, p95
 from projdist.cubature import Samples, sample
 from projdist.derivatives import Quality, derivatives
 from projdist.extremes import Extreme, find_maximum, find_minimum, measure_at
+from projdist.frames import Frame, add_columns, is_frame, places
 from projdist.mdt import field_mdt
 from projdist.measures import Measure, areal_scale, get_measure, log_scales, orientation
 from projdist.projections import Projection, ProjectionError
@@ -68,20 +69,52 @@ class Factors(Answer):
         return {"projection": self.projection.definition, "results": results}
 
     def _table(self) -> dict[str, AnyArray]:
-        columns = {name: getattr(self, name) for name in ("lon", "lat", "x", "y", *_FACTORS, "quality")}
+        return {"lon": np.ravel(self.lon), "lat": np.ravel(self.lat)} | self.columns()
+
+    def columns(self) -> dict[str, AnyArray]:
+        """x, y, the measures and the quality by name, each of shape (n,): what is added to a frame of points."""
+        columns = {name: getattr(self, name) for name in ("x", "y", *_FACTORS, "quality")}
         return {name: np.ravel(values) for name, values in (columns | self.extra).items()}
 
 
-def factors(projection: Any, lon: ArrayLike, lat: ArrayLike, *, measures: Iterable[str | Measure] = ()) -> Factors:
+_AnyFrame = TypeVar("_AnyFrame", bound=Frame)
+
+
+@overload
+def factors(projection: Any, lon: ArrayLike, lat: ArrayLike, *, measures: Iterable[str | Measure] = ()) -> Factors: ...
+
+
+@overload
+def factors(
+    projection: Any, lon: _AnyFrame, *, measures: Iterable[str | Measure] = (), prefix: str = ""
+) -> _AnyFrame: ...
+
+
+def factors(
+    projection: Any, lon: Any, lat: Any = None, *, measures: Iterable[str | Measure] = (), prefix: str = ""
+) -> Any:
     """Scales, angles and the other measures of a projection at points in degrees.
 
-    `projection` is anything that `Projection.from_user_input` takes. Raises ProjectionError, and
-    ValueError for an unknown measure.
+    `projection` is anything that `Projection.from_user_input` takes. In the place of `lon` and
+    `lat` a pandas DataFrame with the columns `lon` and `lat`, or a GeoDataFrame of points in any
+    CRS, gives one of the same kind with columns added, whose names begin with `prefix`. Raises
+    ProjectionError, and ValueError for an unknown measure and for rows that are no points.
 
     >>> round(float(factors("mercator", 10, 60).k), 9)
     2.0
     """
     projection = Projection.from_user_input(projection)
+    if is_frame(lon):
+        if lat is not None:
+            raise ValueError("Invalid latitudes beside a frame. It must be alone: it has its own.")
+        found = factors(projection, *places(projection, lon), measures=measures)
+        return add_columns(lon, found.columns(), prefix)
+    if lat is None or prefix:
+        raise ValueError("Invalid points. They must be longitudes and latitudes, or a frame alone.")
+    return _factors(projection, lon, lat, measures)
+
+
+def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: Iterable[str | Measure]) -> Factors:
     chosen = _named(measures)
     lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
     found = derivatives(projection, lon, lat)

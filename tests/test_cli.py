@@ -508,7 +508,7 @@ USAGE = {
     "compare": r"Missing argument 'PROJECTION...'. See 'projdist compare --help'",
     "compare --": r"Missing argument 'PROJECTION...'",
     "factors": r"Missing argument 'PROJECTION'",
-    "factors robin": r"Missing argument 'LON LAT...'",
+    "factors robin": r"Invalid points. They must be LON LAT..., - for stdin, or --at FILE.",
     "factors robin 1 2 3": r"Invalid coordinates '1 2 3'. They must be pairs of LON LAT, or - for stdin.",
     "factors robin 1 2 -": r"Invalid coordinates '1 2 -'",
     "factors robin 10 90.001": r"Invalid latitude '90.001'. It must lie within -90 and 90 degrees.",
@@ -527,8 +527,8 @@ USAGE = {
     "factors robin −10 20": r"Invalid point '−10 20'",
     "factors robin 1 2 --measure foo": r"Invalid measure 'foo'",
     "factors robin 1 2 --format xml": r"Invalid format 'xml'. It must be table, json, csv or markdown.",
-    "tissot robin -o x.jpg": r"Invalid picture file 'x.jpg'. Its suffix must be .png, .svg or .pdf.",
-    "tissot robin -o noname": r"Invalid picture file 'noname'",
+    "tissot robin -o x.jpg": r"Invalid output 'x.jpg'. Its suffix must be .png, .svg, .pdf, .gpkg or .geojson.",
+    "tissot robin -o noname": r"Invalid output 'noname'",
     "tissot robin -o ": r"Invalid output ''",
     "tissot robin -o new.png/": r"Invalid output 'new.png/'. It is a directory.",
     "tissot robin -o x.png -o y.png": r"Invalid option '--output'. It must be given once.",
@@ -544,9 +544,9 @@ USAGE = {
     "tissot robin --dpi 0": r"Invalid dpi '0'. It must be a number within 10 and 1200.",
     "tissot robin --dpi nan": r"Invalid dpi 'nan'",
     "tissot": r"Missing argument 'PROJECTION...'",
-    "heatmap robin -o x.gif": r"Invalid picture file 'x.gif'. Its suffix must be .png, .svg or .pdf.",
+    "heatmap robin -o x.gif": r"Invalid output 'x.gif'. Its suffix must be .png, .svg, .pdf, .tif or .tiff.",
     "heatmap robin --measure foo": r"Invalid measure 'foo'",
-    "heatmap robin --measure a,b": r"Invalid measure 'a,b'",
+    "heatmap robin --measure a,b": r"Invalid measures 'a,b' for 'heatmap.png'. A picture shows one;",
     "heatmap robin --measure=": r"Invalid measure ''",
     "heatmap robin --levels foo": r"Invalid levels 'foo'. It must be a number of them, 1 to 100, or values as 1,1.5,2.",
     "heatmap robin --levels 0": r"Invalid levels '0'",
@@ -556,7 +556,7 @@ USAGE = {
     "heatmap robin --levels=": r"Invalid levels ''",
     "heatmap robin --step 100": r"Invalid step '100'",
     "heatmap robin --dpi 5000": r"Invalid dpi '5000'",
-    "heatmap robin -m h -m k": r"Invalid option '--measure'. It must be given once.",
+    "heatmap robin -m h -m k": r"Invalid measures 'h,k' for 'heatmap.png'.",
     "list": r"Missing argument 'projections|measures|criteria'. See 'projdist list --help'.",
     "list nothing": r"^projdist: Invalid list 'nothing'. It must be projections, measures or criteria.\n$",
     "list measures criteria": r"unexpected extra argument.*criteria",
@@ -779,11 +779,11 @@ def test_factors_stdin_of_bytes() -> None:
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("command", ["compare", "factors"])
 def test_output_file(command: str, form: str, tmp_path: Path) -> None:
-    """`-o` writes what would have been printed, replaces what was there, and leaves nothing else."""
+    """`-o` writes what would have been printed, replaces what was there if told to, and leaves nothing else."""
     words = {"compare": ["moll", "-r", "box:0,0,9,9", *QUICK], "factors": ["moll", "-10", "20"]}[command]
     path = tmp_path / "out.txt"
     path.write_text("old\n" * 1000)
-    assert run_ok(command, *words, "-f", form, "-o", str(path)) == ""
+    assert run_ok(command, *words, "-f", form, "-o", str(path), "--overwrite") == ""
     assert path.read_text(encoding="utf-8") == run_ok(command, *words, "-f", form)
     assert list(tmp_path.iterdir()) == [path]
 
@@ -824,7 +824,8 @@ def test_output_that_fails_at_the_end(command: str, tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr(Path, "write_bytes", full)
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", full)
-    assert "It cannot be written: No space left on device." in refused(command, *PLACES[command], "-o", str(path))
+    message = refused(command, *PLACES[command], "-o", str(path), "--overwrite")
+    assert "It cannot be written: No space left on device." in message
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 

@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).parent.parent / "projdist"
 # From the bottom to the top: a module imports only what stands before it.
 LAYERS = [
     "_typing",
+    "files",
     "hints",
     "answer",
     "ellipsoid",
@@ -42,20 +43,26 @@ LAYERS = [
     "mesh",
     "cubature",
     "extremes",
+    "frames",
     "results",
     "correction",
     "local_corrections",
     "__init__",
     "plots",
+    "gis",
     "cli",
     "__main__",
 ]
 
 HOMES = {
     "pyproj": {"projections"},
-    "pandas": {"answer"},
+    "pandas": {"answer", "gis"},
+    "geopandas": {"gis"},
+    "pyogrio": {"gis", "regions"},
+    "pyarrow": {"gis"},
+    "rasterio": {"gis"},
     "scipy": {"measures", "plots.indicatrices"},
-    "shapely": {"rings", "geodata", "regions", "plots.basemap", "plots.domain", "plots.land"},
+    "shapely": {"rings", "geodata", "regions", "plots.basemap", "plots.domain", "plots.land", "gis.layers"},
     "matplotlib": {"plots"},
     "typer": {"cli"},
     "rich": {"cli"},
@@ -151,8 +158,9 @@ def test_no_other_libraries(name: str) -> None:
 
 
 def test_import_loads_nothing_slow() -> None:
-    """`import projdist` is quick: no matplotlib, scipy, shapely or typer."""
-    assert loaded_by("import projdist") & {"matplotlib", "scipy", "shapely", "typer", "rich"} == set()
+    """`import projdist` is quick: no matplotlib, scipy, shapely, typer, and nothing of the extra gis."""
+    slow = {"matplotlib", "scipy", "shapely", "typer", "rich", "pandas", "geopandas", "pyogrio", "pyarrow", "rasterio"}
+    assert loaded_by("import projdist") & slow == set()
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["heatmap", "--help"], ["list", "measures"]])

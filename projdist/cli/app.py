@@ -13,22 +13,23 @@ from projdist.catalogue import NAMES
 from projdist.cli.correct import correct_command
 from projdist.cli.errors import fail, refuse, report
 from projdist.cli.formats import STATISTICS, render_comparison, render_factors, render_list
+from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.options import (
     DpiOption,
     FormatOption,
     MeasuresOption,
     OutputOption,
-    PictureOption,
+    OverwriteOption,
     Projections,
     RegionOption,
     SizeOption,
     choice,
+    file_of_kind,
     format_of,
     levels_of,
     measure_names,
     number,
-    output_file,
-    picture_file,
+    printed_or_file,
     region_of,
     size_of,
     step_of,
@@ -36,6 +37,7 @@ from projdist.cli.options import (
 from projdist.cli.output import drawing, emit
 from projdist.cli.parser import Command, Commands
 from projdist.cli.points import read_points
+from projdist.cli.tables import is_table_file, measure_file, write_table
 from projdist.criteria import CRITERIA
 from projdist.measures import MEASURES
 from projdist.projections import Projection, ProjectionError, needed_parameters, projection_names
@@ -84,15 +86,16 @@ def compare_command(
     ] = f"{DEFAULT_TOLERANCE:g}",
     format: FormatOption = "table",
     output: OutputOption = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Compare projections over a region: Airy-Kavrayskiy errors, and statistics of measures."""
-    path, form, names = output_file(output), format_of(format), measure_names(measure)
+    path, form, names = printed_or_file(output, overwrite), format_of(format), measure_names(measure)
     column = _sort_column(sort, names)
     # Rounding alone is of the order of 1e-15.
     largest = number("tolerance", tolerance, 1e-15, 1.0)
     result = compare(projections, region_of(region), measures=names, tolerance=largest).to_dict()
     result["results"] = _sorted(result["results"], column, projections)
-    emit(render_comparison(result, names, sort, largest, form), path)
+    emit(render_comparison(result, names, sort, largest, form), path, overwrite)
     report([failure["error"] for failure in result["failures"]])
 
 
@@ -140,21 +143,44 @@ def _sorted(rows: list[dict[str, Any]], key: tuple[str, str], given: list[str]) 
 def factors_command(
     projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
     coordinates: Annotated[
-        list[str], typer.Argument(metavar="LON LAT...", help="Degrees; - reads lines of 'lon lat [text]' from stdin.")
-    ],
+        list[str] | None,
+        typer.Argument(metavar="LON LAT...", help="Degrees; - reads lines of 'lon lat [text]' from stdin."),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE[#LAYER]", help="Points to add columns to: CSV with lon and lat, or any that GDAL reads."
+        ),
+    ] = None,
     measure: MeasuresOption = None,
+    prefix: Annotated[str, typer.Option(metavar="TEXT", help="What the columns added to FILE begin with.")] = "",
     format: FormatOption = "table",
-    output: OutputOption = None,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="File to write instead of printing; with --at, and always for the last three, its suffix tells what "
+            "it is: .csv, .parquet, .gpkg or .geojson.",
+        ),
+    ] = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Scales, angles and other measures of a projection at points."""
-    path, form, names = output_file(output), format_of(format), measure_names(measure)
+    path, form, names = printed_or_file(output, overwrite), format_of(format), measure_names(measure)
+    if (coordinates is None) == (at is None):
+        refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
     try:
         measured = Projection.from_user_input(projection)
     except ProjectionError as error:
         fail(str(error))
         raise typer.Exit(1) from error
+    if at is not None:
+        measure_file(measured, projection, at, names, prefix, form, path, overwrite)
+        return
     try:
-        points = read_points(coordinates, sys.stdin)
+        points = read_points(coordinates or [], sys.stdin)
     except ValueError as error:
         refuse(str(error), error)
     result = factors(measured, points.lon, points.lat, measures=names).to_dict()
@@ -162,29 +188,42 @@ def factors_command(
     if any(points.text):
         for row, text in zip(result["results"], points.text, strict=True):
             row["text"] = text
-    emit(render_factors(result, measured.name, form), path)
+    if path is not None and is_table_file(path):
+        write_table(measured, result["results"], path, overwrite)
+    else:
+        emit(render_factors(result, measured.name, form), path, overwrite)
     report(points.problems)
 
 
 @app.command("tissot", cls=Command)
 def tissot_command(
     projections: Projections,
-    output: PictureOption = "tissot.png",
+    output: Annotated[
+        str,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or layer of polygons: .gpkg, .geojson."
+        ),
+    ] = "tissot.png",
     region: RegionOption = "globe",
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses.")] = None,
     size: SizeOption = None,
     dpi: DpiOption = "150",
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Draw Tissot's indicatrices."""
     from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
+    path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
+    if path.suffix.lower() in LAYER_SUFFIXES:
+        check_layer_options(path, {"--size": size, "--dpi": dpi if dpi != "150" else None})
+        write_layer(projections, path, region=region_of(region), step=step_of(step), overwrite=overwrite)
+        return
     dots, spacing = number("dpi", dpi, 10, 1200), step_of(step)
     inches = size_of(size, dots)
-    path = picture_file(output, plots.SUFFIXES)
     maps, area, figures, problems = _maps(projections, region)
     with drawing(path):
         figure = plots.tissot_figure(maps, region=area, step=spacing, size=inches, dpi=dots, airy_kavrayskiy=figures)
-        plots.save(figure, path, dpi=dots)
+        plots.save(figure, path, dpi=dots, overwrite=overwrite)
     emit(f"{path}\n", None)
     report(problems)
 
@@ -192,27 +231,66 @@ def tissot_command(
 @app.command("heatmap", cls=Command)
 def heatmap_command(
     projections: Projections,
-    measure: Annotated[str, typer.Option("--measure", "-m", help="See 'projdist list measures'.")] = "fisher",
-    output: PictureOption = "heatmap.png",
+    measure: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--measure",
+            "-m",
+            help="See 'projdist list measures'; fisher if none. A raster may have several, with commas.",
+        ),
+    ] = None,
+    output: Annotated[
+        str,
+        typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or GeoTIFF: .tif."),
+    ] = "heatmap.png",
     region: RegionOption = "globe",
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between graticule lines.")] = None,
     levels: Annotated[str | None, typer.Option(help="Number of isolines, or values in any order, as 1,1.5,2.")] = None,
     cmap: Annotated[str | None, typer.Option(help="Name of a matplotlib colour map.")] = None,
-    size: SizeOption = None,
+    size: Annotated[
+        str | None,
+        typer.Option(help="Inches of a picture, as 10,6; pixels of a raster: of its longer side, or as 1000,500."),
+    ] = None,
     dpi: DpiOption = "150",
+    resolution: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Side of a raster's pixels in the unit of its CRS.")
+    ] = None,
+    grid: Annotated[
+        str, typer.Option(metavar="map|lonlat", help="CRS of a raster: the map's own, or longitude and latitude.")
+    ] = "map",
+    overwrite: OverwriteOption = False,
 ) -> None:
-    """Draw a measure as a field of colour with isolines."""
+    """Draw a measure as a field of colour with isolines, or write measures as a GeoTIFF."""
     from projdist import plots  # as above
 
-    measure_names([measure])
+    names = measure_names(measure or ["fisher"])
+    path = file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), overwrite)
+    if path.suffix.lower() in RASTER_SUFFIXES:
+        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--dpi": dpi if dpi != "150" else None}
+        check_layer_options(path, drawn)
+        write_raster(
+            projections,
+            names,
+            path,
+            region=region_of(region),
+            grid=grid,
+            size=size,
+            resolution=resolution,
+            overwrite=overwrite,
+        )
+        return
+    if resolution is not None or grid != "map":
+        option = "--grid" if resolution is None else "--resolution"
+        refuse(f"Invalid option '{option}' for '{path}'. It is for rasters, whose suffix is .tif.")
+    if len(names) > 1:
+        refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
     dots, spacing, isolines = number("dpi", dpi, 10, 1200), step_of(step), levels_of(levels)
     inches = size_of(size, dots)
-    path = picture_file(output, plots.SUFFIXES)
     maps, area, figures, problems = _maps(projections, region)
     with drawing(path):
         figure = plots.heatmap_figure(
             maps,
-            measure=measure,
+            measure=names[0],
             region=area,
             step=spacing,
             levels=isolines,
@@ -221,7 +299,7 @@ def heatmap_command(
             dpi=dots,
             airy_kavrayskiy=figures,
         )
-        plots.save(figure, path, dpi=dots)
+        plots.save(figure, path, dpi=dots, overwrite=overwrite)
     emit(f"{path}\n", None)
     report(problems)
 

@@ -11,10 +11,11 @@ import typer
 from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import area_text, json_text, rounded, table_text
 from projdist.cli.options import (
+    OverwriteOption,
     SizeOption,
     choice,
+    file_of_kind,
     number,
-    picture_file,
     region_of,
     size_of,
     step_of,
@@ -58,6 +59,7 @@ def correct_command(
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses or caps.")] = None,
     size: SizeOption = None,
     dpi: Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")] = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
     form, area = _Form(choice("format", format, list(_Form))), None if region is None else region_of(region)
@@ -65,7 +67,7 @@ def correct_command(
     for name, value in {"step": step, "size": size, "dpi": dpi}.items():
         if value is not None and output is None:
             refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
-    picture = None if output is None else _Picture(output, step, size, dpi or "150")
+    picture = None if output is None else _Picture(output, step, size, dpi or "150", overwrite)
     try:
         measured = Projection.from_user_input(projection)
         if local is not None:
@@ -86,10 +88,11 @@ def correct_command(
 class _Picture:
     """A picture to draw, from the words of its options."""
 
-    def __init__(self, output: str, step: str | None, size: str | None, dpi: str) -> None:
+    def __init__(self, output: str, step: str | None, size: str | None, dpi: str, overwrite: bool) -> None:
         from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
-        self.path: Path = picture_file(output, plots.SUFFIXES)
+        self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
+        self.overwrite = overwrite
         self.dots, self.step = number("dpi", dpi, 10, 1200), step_of(step)
         self.size = size_of(size, self.dots)
 
@@ -109,7 +112,7 @@ def _draw(result: Correction, picture: _Picture) -> None:
             dpi=picture.dots,
             airy_kavrayskiy=figures,
         )
-        plots.save(figure, picture.path, dpi=picture.dots)
+        plots.save(figure, picture.path, dpi=picture.dots, overwrite=picture.overwrite)
 
 
 def _check_local(form: _Form, picture: _Picture | None, constraint: str, keep_north: bool) -> None:
@@ -136,7 +139,7 @@ def _draw_local(
             figure, field = plots.local_figure(
                 projection, radius_km, region=region, step=picture.step, size=picture.size, dpi=picture.dots
             )
-            plots.save(figure, path, dpi=picture.dots)
+            plots.save(figure, path, dpi=picture.dots, overwrite=picture.overwrite)
     emit(json_text(field.to_dict()) if form is _Form.JSON else f"{path}\n", None)
 
 

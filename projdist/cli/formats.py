@@ -7,7 +7,6 @@ import enum
 import io
 import json
 import math
-import os
 import shutil
 import sys
 from collections.abc import Iterator, Sequence
@@ -19,6 +18,8 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+
+from projdist.files import replacing
 
 
 class Format(enum.StrEnum):
@@ -39,22 +40,14 @@ _CONVENTION = (
 )
 
 
-def write(text: str, output: Path | None) -> None:
+def write(text: str, output: Path | None, overwrite: bool = False) -> None:
     """Print text, or write it to a file that is never left half-written; raises OSError."""
     if output is None:
         sys.stdout.write(text)
         sys.stdout.flush()  # so that what cannot be written is an error here, and not when the process ends
         return
-    data = text.encode(errors="backslashreplace")
-    if output.is_symlink() or (output.exists() and not output.is_file()):
-        output.write_bytes(data)  # a device, a pipe or a link stays what it is
-        return
-    temporary = output.with_name(f".{output.name}.{os.getpid()}")
-    try:
-        temporary.write_bytes(data)
-        temporary.replace(output)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(output, overwrite=overwrite) as new:
+        new.write_bytes(text.encode(errors="backslashreplace"))
 
 
 def render_comparison(

@@ -11,6 +11,7 @@ import typer
 
 from projdist.cli.errors import cannot_write, fail, refuse
 from projdist.cli.formats import Format
+from projdist.files import refuse_existing
 from projdist.measures import get_measure
 from projdist.regions import Place, get_region
 
@@ -34,9 +35,7 @@ FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(Fo
 OutputOption = Annotated[
     str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
 ]
-PictureOption = Annotated[
-    str, typer.Option("--output", "-o", metavar="FILE", help="Picture to write: .png, .svg or .pdf.")
-]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")]
 MeasuresOption = Annotated[
     list[str] | None,
     typer.Option("--measure", "-m", help="A measure (see 'projdist list measures'); may be repeated, or with commas."),
@@ -93,10 +92,13 @@ def number(name: str, text: str, low: float, high: float, unit: str = "") -> flo
     return value
 
 
-def output_file(text: str | None) -> Path | None:
-    """A file that can be written as far as one can say before the work."""
-    if text is None:
-        return None
+def printed_or_file(text: str | None, overwrite: bool) -> Path | None:
+    """None for the standard output, or the file."""
+    return None if text is None else output_file(text, overwrite)
+
+
+def output_file(text: str, overwrite: bool) -> Path:
+    """A file that can be written as far as one can say before the work, and that is new or may be overwritten."""
     if not text:
         refuse("Invalid output ''. It must be the name of a file.")
     path = Path(text)
@@ -105,18 +107,21 @@ def output_file(text: str | None) -> Path | None:
             refuse(f"Invalid output '{text}'. It is a directory.")
         if not path.parent.is_dir():
             refuse(f"Invalid output '{text}'. There is no directory '{path.parent}'.")
+        if not overwrite:
+            refuse_existing(path)
+    except FileExistsError as error:
+        refuse(str(error), error)
     except OSError as error:
         cannot_write(path, error)
     return path
 
 
-def picture_file(text: str, suffixes: tuple[str, ...]) -> Path:
-    """The same for a picture, whose suffix tells its format."""
-    path = output_file(text)
-    if path is None or path.suffix.lower() not in suffixes:
+def file_of_kind(text: str, suffixes: tuple[str, ...], overwrite: bool, kind: str = "output") -> Path:
+    """The same for a file whose suffix tells its format."""
+    if Path(text).suffix.lower() not in suffixes:
         allowed = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
-        refuse(f"Invalid picture file '{text}'. Its suffix must be {allowed}.")
-    return path
+        refuse(f"Invalid {kind} '{text}'. Its suffix must be {allowed}.")
+    return output_file(text, overwrite)
 
 
 def step_of(text: str | None) -> float | None:

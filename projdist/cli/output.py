@@ -11,10 +11,12 @@ from projdist.cli.errors import cannot_write, refuse
 from projdist.cli.formats import write
 
 
-def emit(text: str, output: Path | None) -> None:
+def emit(text: str, output: Path | None, overwrite: bool = False) -> None:
     """Print text, or write it to a file; what cannot be written ends the command."""
     try:
-        write(text, output)
+        write(text, output, overwrite)
+    except FileExistsError as error:
+        refuse(str(error), error)
     except OSError as error:
         if output is None and error.errno == errno.EPIPE:
             raise  # typer knows how to end on a closed pipe
@@ -26,7 +28,7 @@ def drawing(output: Path) -> Iterator[None]:
     """Say what of a picture cannot be drawn or written."""
     try:
         yield
-    except ValueError as error:
+    except (ValueError, FileExistsError) as error:
         refuse(str(error), error)
     except MemoryError as error:
         refuse(f"Invalid picture '{output}'. It needs more memory than there is: take a larger step.", error)

@@ -70,9 +70,9 @@ def _protected(words: list[str], options: list[str]) -> list[str]:
     return [f" {word}" if _INFINITE.fullmatch(word) and last not in options else word for last, word in pairs]
 
 
-def _check_arguments(ctx: Any, value: str | list[str], options: list[str]) -> None:
+def _check_arguments(ctx: Any, value: str | list[str] | None, options: list[str]) -> None:
     """Refuse arguments that look like an option."""
-    for word in [value] if isinstance(value, str) else value:
+    for word in [value] if isinstance(value, str) else value or []:
         if word.startswith("-") and word != "-" and not _NEGATIVE.match(word):
             close = difflib.get_close_matches(word.partition("=")[0], options, n=1, cutoff=0.75)
             hint = f"Did you mean {close[0]}? " if close else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
+from projdist.files import replacing
 from projdist.local_corrections import LocalCorrections
 from projdist.measures import get_measure
 from projdist.plots.colours import colour_scale
@@ -112,24 +112,17 @@ def local_figure(
     return figure, local.corrections
 
 
-def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = None) -> Path:
-    """Write a figure as .png, .svg or .pdf; an existing file is replaced only when the new one is complete."""
+def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = None, overwrite: bool = True) -> Path:
+    """Write a figure as .png, .svg or .pdf; an existing file is replaced only when the new one is complete.
+
+    Raises FileExistsError where there is one and it is not to be overwritten.
+    """
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
-    handle, temporary = tempfile.mkstemp(suffix=suffix, prefix=f".{path.stem}-", dir=path.parent)
-    os.close(handle)
-    try:
-        figure.savefig(temporary, format=suffix[1:], dpi=dpi or figure.dpi)
-        # mkstemp makes private files; a picture has the permissions of any new file.
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with replacing(path, overwrite=overwrite) as new:
+        figure.savefig(new, format=suffix[1:], dpi=dpi or figure.dpi)
     return path
 
 

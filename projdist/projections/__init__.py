@@ -9,16 +9,23 @@ from projdist.projections.composed import compose, uncomposed
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import parameters_of, pipeline_of, wkt_of
 from projdist.projections.names import needed_parameters, projection_names
+from projdist.projections.planes import Graticule, Plane, geographic, graticule_of, plane_of, same_map
 from projdist.projections.projection import Projection
 
 __all__ = [
+    "Graticule",
+    "Plane",
     "Projection",
     "ProjectionError",
     "compose",
+    "geographic",
+    "graticule_of",
     "needed_parameters",
     "parameters_of",
     "pipeline_of",
+    "plane_of",
     "projection_names",
+    "same_map",
     "uncomposed",
     "wkt_of",
 ]

@@ -28,7 +28,7 @@ def parse_crs(value: Any) -> Parts:
     geodetic = crs.geodetic_crs
     if geodetic is None or crs.ellipsoid is None:
         raise ProjectionError(f"Invalid projection '{quoted}'. The CRS states no ellipsoid.")
-    function = CrsOperation(crs.to_wkt(), _greenwich(crs), _units_per_degree(geodetic), _axes_to_metres(crs))
+    function = CrsOperation(crs.to_wkt(), greenwich_offset(crs), units_per_degree(geodetic), _axes_to_metres(crs))
     try:
         _ = function.transformer
     except pyproj.exceptions.ProjError as error:
@@ -57,13 +57,13 @@ def _name(stated: CRS, projected: CRS) -> str:
     return str(operation.method_name if operation and stated.name == "unknown" else stated.name)
 
 
-def _greenwich(crs: CRS) -> float:
+def greenwich_offset(crs: CRS) -> float:
     """Degrees from Greenwich to the prime meridian."""
     meridian = crs.prime_meridian
     return float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0
 
 
-def _units_per_degree(geodetic: CRS) -> float:
+def units_per_degree(geodetic: CRS) -> float:
     """Units of the CRS's longitudes in a degree."""
     east = next((axis for axis in geodetic.axis_info if axis.direction == "east"), geodetic.axis_info[0])
     return 1.0 if east.unit_name.lower() == "degree" else float(np.radians(1.0) / east.unit_conversion_factor)

@@ -55,7 +55,7 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
     Its deriving conversion is EPSG's affine parametric transformation (method 9624). It is read
     back and compared with the map, so that what a CRS cannot hold is not passed over.
     """
-    base = _base_crs(projection)
+    base = base_crs(projection)
     if base is None:
         return None, f"{projection.name} is no CRS, but a function or a pipeline."
     wkt = base.to_wkt("WKT2_2019")
@@ -127,6 +127,12 @@ def _tried(projection: Projection) -> tuple[FloatArray, FloatArray]:
     return (west + width * _SHARES[0]).ravel(), (south + (north - south) * _SHARES[1]).ravel()
 
 
+def agree(projection: Projection, other: Projection) -> bool:
+    """Whether two projections have the same coordinates wherever both have any, on a grid of points."""
+    points = _tried(projection)
+    return _agree(projection, np.array(other(*points)), np.array(projection(*points)))
+
+
 def _agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool:
     """Whether two maps have the same coordinates wherever they have any, on a grid of points."""
     both = np.isfinite(truth) & np.isfinite(found)
@@ -134,8 +140,8 @@ def _agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool
     return bool(both.any() and np.abs(found - truth)[both].max() <= _SAME * (projection.ellipsoid.a + size))
 
 
-def _base_crs(projection: Projection) -> CRS | None:
-    """The projected CRS, made anew for a PROJ string."""
+def base_crs(projection: Projection) -> CRS | None:
+    """The projected CRS, made anew for a PROJ string; that one may be another map."""
     if isinstance(projection.function, CrsOperation):
         return CRS.from_wkt(projection.function.crs)
     if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.pipeline:

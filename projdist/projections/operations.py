@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from pyproj import CRS, Transformer
+from pyproj.enums import TransformDirection
 
 from projdist._typing import FloatArray
 from projdist.ellipsoid import Ellipsoid
@@ -63,22 +64,46 @@ class CrsOperation:
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres, inf where undefined."""
-        if self.greenwich or self.angle_unit != 1.0:
-            lon, lat = (lon - self.greenwich) * self.angle_unit, lat * self.angle_unit
-        u, v = transform(self.transformer, lon, lat)
+        u, v = self.native(lon, lat)
         if self.axes == ((1.0, 0.0), (0.0, 1.0)):
             return u, v
         (xu, xv), (yu, yv) = self.axes
         x, y = (xu * u if xv == 0.0 else xv * v), (yv * v if yu == 0.0 else yu * u)
         return x, y
 
+    def native(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The CRS's own coordinates in its own unit, in the order that GIS programs have them; inf where undefined."""
+        return transform(self.transformer, *self.geodetic(lon, lat))
+
+    def geodetic(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates of the CRS's own geodetic CRS, longitude first, of Greenwich degrees."""
+        if self.greenwich or self.angle_unit != 1.0:
+            lon, lat = (lon - self.greenwich) * self.angle_unit, lat * self.angle_unit
+        return lon, lat
+
+    def degrees(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Greenwich degrees of coordinates of the CRS's own geodetic CRS, longitude first."""
+        return lon / self.angle_unit + self.greenwich, lat / self.angle_unit
+
+    def inverse(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Greenwich degrees of the CRS's own coordinates, as `native` has them; inf where undefined.
+
+        PROJ answers for some points outside the map, too: only what `native` takes back to u, v is on it.
+        """
+        return self.degrees(*transform(self.transformer, u, v, direction=TransformDirection.INVERSE))
+
 
 def transform(
-    transformer: Transformer, lon: FloatArray, lat: FloatArray, *, radians: bool = False
+    transformer: Transformer,
+    lon: FloatArray,
+    lat: FloatArray,
+    *,
+    radians: bool = False,
+    direction: TransformDirection = TransformDirection.FORWARD,
 ) -> tuple[FloatArray, FloatArray]:
     """The transformer's output at points of any one shape; inf where undefined."""
     # inplace saves pyproj's copies; errcheck is off, so that one bad point (inf) does not lose the others.
     x = np.array(lon, dtype=float, order="C", ndmin=1)
     y = np.array(lat, dtype=float, order="C", ndmin=1)
-    transformer.transform(x, y, inplace=True, radians=radians, errcheck=False)
+    transformer.transform(x, y, inplace=True, radians=radians, errcheck=False, direction=direction)
     return x.reshape(lon.shape), y.reshape(lon.shape)

@@ -1,0 +1,121 @@
+"""Files for GIS programs: rasters and layers of one map each."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+import typer
+
+from projdist.cli.errors import fail, refuse
+from projdist.cli.options import choice, number
+from projdist.cli.output import drawing, emit
+from projdist.projections import Projection, ProjectionError
+from projdist.regions import GLOBE, Region
+
+RASTER_SUFFIXES = (".tif", ".tiff")
+LAYER_SUFFIXES = (".gpkg", ".geojson")
+
+_MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the raster to say
+
+
+def check_layer_options(path: Path, drawn: Mapping[str, str | None]) -> None:
+    """Refuse options that are for pictures."""
+    for option, value in drawn.items():
+        if value is not None:
+            refuse(f"Invalid option '{option}' for '{path}'. It is for pictures.")
+
+
+def check_libraries(path: Path) -> None:
+    """Refuse a file that cannot be written because a library is missing."""
+    from projdist import gis  # the libraries of pictures are slow to load, and --help must not wait for them
+
+    try:
+        gis.check_libraries(path)
+    except ImportError as error:
+        refuse(str(error), error)
+
+
+def write_raster(
+    given: Sequence[str],
+    measures: Sequence[str],
+    path: Path,
+    *,
+    region: Place,
+    grid: str,
+    size: str | None,
+    resolution: str | None,
+    overwrite: bool,
+) -> None:
+    """Measures of a map as a GeoTIFF."""
+    from projdist import gis
+
+    choice("grid", grid, list(gis.GRIDS))
+    pixels = _pixels(size)
+    side = None if resolution is None else number("resolution", resolution, 1e-12, 1e12)
+    check_libraries(path)
+    projection = _only_map(given, path)
+    with drawing(path):
+        try:
+            found = gis.raster(projection, measures, region=_drawn(region), grid=grid, size=pixels, resolution=side)
+        except ProjectionError as error:
+            _fail_with(error)
+        gis.save_raster(found, path, overwrite=overwrite)
+    note(found.note)
+    emit(f"{path}\n", None)
+
+
+def write_layer(given: Sequence[str], path: Path, *, region: Place, step: float | None, overwrite: bool) -> None:
+    """The indicatrices of a map as polygons."""
+    from projdist import gis
+
+    check_libraries(path)
+    projection = _only_map(given, path)
+    with drawing(path):
+        try:
+            found = gis.indicatrices(projection, region=_drawn(region), step=step)
+        except ProjectionError as error:
+            _fail_with(error)
+        gis.save_layer(found, path, overwrite=overwrite)
+    if found.crs is None:
+        note(f"{projection.name} has no CRS; that of the layer is undefined, and its coordinates are metres.")
+    emit(f"{path}\n", None)
+
+
+def note(text: str) -> None:
+    """Say something on standard error that is no failure."""
+    if text:
+        sys.stderr.write(f"projdist: Note: {text}\n")
+
+
+def _only_map(given: Sequence[str], path: Path) -> Projection:
+    """The map of a file that has room for one."""
+    if len(given) != 1:
+        refuse(f"Invalid projections '{' '.join(given)}' for '{path}'. A {path.suffix} file has one map; name one.")
+    try:
+        return Projection.from_user_input(given[0])
+    except ProjectionError as error:
+        _fail_with(error)
+
+
+def _fail_with(error: ProjectionError) -> NoReturn:
+    fail(str(error))
+    raise typer.Exit(1) from error
+
+
+def _drawn(region: Place) -> Region | None:
+    """None for the globe: a CRS then shows its area of use."""
+    return None if region == GLOBE else region
+
+
+def _pixels(text: str | None) -> int | tuple[int, int] | None:
+    """The pixels of a raster's longer side, or of its width and height."""
+    if text is None:
+        return None
+    words = text.replace("x", ",").split(",")
+    if len(words) > 2 or not all(word.strip().isdecimal() for word in words):
+        refuse(f"Invalid size '{text}'. It must be pixels of the longer side, or WIDTH,HEIGHT, as 1000 or 1000,500.")
+    counts = [int(number("size", word, 1, _MOST_PIXELS, " of pixels")) for word in words]
+    return counts[0] if len(counts) == 1 else (counts[0], counts[1])

@@ -1,0 +1,146 @@
+"""Points in people's own files: measured, with columns added, printed or written."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from projdist.answer import plain
+from projdist.cli.errors import refuse
+from projdist.cli.formats import Format, csv_text, render_factors
+from projdist.cli.layers import check_libraries
+from projdist.cli.output import drawing, emit
+from projdist.files import is_stream
+from projdist.frames import check_degrees, check_new_names
+from projdist.projections import Projection
+from projdist.results import factors
+
+_SUFFIXES = (".csv", ".parquet", ".gpkg", ".geojson")
+
+
+def is_table_file(path: Path) -> bool:
+    """Whether a file, by its suffix, can hold nothing that is printed."""
+    return path.suffix.lower() in _SUFFIXES[1:] and not is_stream(path)
+
+
+def measure_file(
+    projection: Projection,
+    given: str,
+    at: str,
+    measures: Sequence[str],
+    prefix: str,
+    form: Format,
+    path: Path | None,
+    overwrite: bool,
+) -> None:
+    """Add columns to the points of a file, and print or write all of them."""
+    to_file = path is not None and not is_stream(path)
+    if path is not None and to_file:
+        if path.suffix.lower() not in _SUFFIXES:
+            refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
+        if form is not Format.TABLE:
+            refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
+        form = Format.CSV
+    try:
+        if at.lower().endswith(".csv") and (path is None or not is_table_file(path)):
+            rows = _measured_csv(projection, at, measures, prefix, form)
+        else:
+            frame = _measured_frame(projection, at, measures, prefix, path)
+            if path is not None and is_table_file(path):
+                _write_frame(projection, frame, path, overwrite)
+                return
+            rows = _rows(projection, frame)
+    except (ValueError, ImportError) as error:
+        refuse(str(error), error)
+    text = csv_text(rows, ["lon", "lat"]) if to_file else _printed(given, projection, rows, form)
+    emit(text, path, overwrite)
+
+
+def _printed(given: str, projection: Projection, rows: list[dict[str, Any]], form: Format) -> str:
+    return render_factors({"projection": given, "results": rows}, projection.name, form)
+
+
+def _measured_csv(
+    projection: Projection, at: str, measures: Sequence[str], prefix: str, form: Format
+) -> list[dict[str, Any]]:
+    """The rows of a CSV file with columns added; the file's own stay the text that they are."""
+    header, rows = _read_csv(Path(at))
+    for name in ("lon", "lat"):
+        if header.count(name) != 1:
+            raise ValueError(f"Invalid points file '{at}'. It must have one column '{name}', in degrees.")
+    lon, lat = check_degrees(*([row[header.index(name)] for row in rows] for name in ("lon", "lat")))
+    columns = {
+        prefix + name: values for name, values in factors(projection, lon, lat, measures=measures).columns().items()
+    }
+    check_new_names(header, columns)
+    added = zip(*(values.tolist() for values in columns.values()), strict=True)
+    table = [
+        dict(zip([*header, *columns], [*row, *map(plain, values)], strict=True))
+        for row, values in zip(rows, added, strict=True)
+    ]
+    if form is not Format.CSV:
+        for row, east, north in zip(table, lon.tolist(), lat.tolist(), strict=True):
+            row.update(lon=east, lat=north)
+    return table
+
+
+def _read_csv(path: Path) -> tuple[list[str], list[list[str]]]:
+    """The header and the rows of a CSV file; raises ValueError."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as lines:
+            header, *rows = [row for row in csv.reader(lines, strict=True) if row] or [[]]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"Invalid points file '{path}'. It cannot be read: {reason}.") from error
+    twice = next((name for name in header if header.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"Invalid points file '{path}'. It has two columns '{twice}'.")
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(header):
+            raise ValueError(
+                f"Invalid points file '{path}'. Row {number} has {len(row)} cells; it must have {len(header)}."
+            )
+    return header, rows
+
+
+def _measured_frame(projection: Projection, at: str, measures: Sequence[str], prefix: str, path: Path | None) -> Any:
+    """The points of a file as a frame with columns added."""
+    if path is not None and is_table_file(path):
+        check_libraries(path)
+    from projdist import gis
+
+    return factors(projection, gis.read_points(at), measures=measures, prefix=prefix)
+
+
+def _rows(projection: Projection, frame: Any) -> list[dict[str, Any]]:
+    """A frame's rows without geometries, for printing."""
+    from projdist import gis
+
+    table = gis.plain_table(projection, frame)
+    return [{name: _cell(value) for name, value in row.items()} for row in table.to_dict("records")]
+
+
+def _cell(value: Any) -> Any:
+    """A number, text or nothing."""
+    if isinstance(value, str | int | float | np.generic | None):
+        return plain(value)
+    return str(value)
+
+
+def write_table(projection: Projection, rows: Sequence[Mapping[str, Any]], path: Path, overwrite: bool) -> None:
+    """Rows with `lon` and `lat` as a file for GIS programs."""
+    check_libraries(path)
+    from projdist import gis
+
+    _write_frame(projection, gis.frame_of(rows), path, overwrite)
+
+
+def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool) -> None:
+    from projdist import gis
+
+    with drawing(path):
+        gis.save_points(projection, frame, path, overwrite=overwrite)

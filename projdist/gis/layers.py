@@ -1,0 +1,90 @@
+"""Layers of polygons: Tissot's indicatrices for GIS programs."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from projdist.files import replacing
+from projdist.gis.libraries import needed_for
+from projdist.linear import decompose
+from projdist.plots.indicatrices import ellipses, fit
+from projdist.plots.pictures import prepare, tissot_points
+from projdist.projections import Projection, plane_of
+from projdist.regions import Place
+from projdist.results import factors
+
+if TYPE_CHECKING:
+    import geopandas
+
+LAYER_SUFFIXES = (".gpkg", ".geojson")
+
+_DRIVERS = {".gpkg": "GPKG", ".geojson": "GeoJSON"}
+_NO_PLACE = 'LOCAL_CS["Plane of a map without a CRS",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
+_VERTICES = 72
+_NAMES = ("a", "b", "h", "k", "s", "omega")
+
+
+def indicatrices(
+    projection: Any, *, region: str | Place | None = None, step: float | None = None, radius: float | None = None
+) -> geopandas.GeoDataFrame:
+    """Tissot's indicatrices as polygons, those that a picture of the map has.
+
+    Attributes: lon, lat in degrees; x, y in metres; a, b, h, k, s, omega as `factors` has them;
+    `azimuth` of the major axis on the ground, degrees clockwise from north within [0, 180), NaN for a
+    circle; `radius` of the circles on the ground in metres. A map that has no CRS has its polygons
+    in metres, and `crs` is None. Raises ImportError without geopandas.
+    """
+    with needed_for("layer"):
+        import geopandas
+        import shapely
+    projection = Projection.from_user_input(projection)
+    surface = prepare(projection, region)
+    size, (panel,) = fit([tissot_points(surface, step)], radius)
+    rings = ellipses(panel, size, _VERTICES)
+    plane = plane_of(projection)
+    if plane is not None:
+        rings = rings @ np.linalg.inv(plane.to_metres).T
+    found = factors(projection, panel.lon, panel.lat)
+    columns = {"lon": panel.lon, "lat": panel.lat, "x": panel.xy[:, 0], "y": panel.xy[:, 1]}
+    columns |= {name: getattr(found, name) for name in _NAMES}
+    columns |= {"azimuth": decompose(panel.J).stretch_azimuth, "radius": np.full(panel.lon.size, size)}
+    return geopandas.GeoDataFrame(columns, geometry=shapely.polygons(rings), crs=plane.wkt if plane else None)
+
+
+def save_layer(
+    frame: geopandas.GeoDataFrame, path: str | os.PathLike[str], *, layer: str | None = None, overwrite: bool = True
+) -> Path:
+    """Write a GeoDataFrame as GeoPackage or GeoJSON, whole or not at all.
+
+    Without a CRS a GeoPackage's is undefined, and a GeoJSON's a plane in metres of no place on the
+    Earth. Raises FileExistsError where there is a file and it is not to be overwritten,
+    ImportError without pyogrio.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in LAYER_SUFFIXES:
+        raise ValueError(f"Invalid layer file '{path}'. Its suffix must be {' or '.join(LAYER_SUFFIXES)}.")
+    with needed_for(f"output '{path}'"):
+        import pyogrio
+    options = {} if layer is None else {"layer": layer}
+    with replacing(path, overwrite=overwrite) as new:
+        with warnings.catch_warnings():
+            # That there is no CRS is meant.
+            warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
+            pyogrio.write_dataframe(frame, new, driver=_DRIVERS[suffix], **options)
+        if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority() is None):
+            _name_crs(new, _NO_PLACE if frame.crs is None else frame.crs.to_wkt())
+    return path
+
+
+def _name_crs(path: Path, wkt: str) -> None:
+    """Name the CRS of a GeoJSON file by its WKT, as GDAL reads it; it writes only codes, and none means WGS 84."""
+    collection = json.loads(path.read_text(encoding="utf-8"))
+    crs = {"type": "name", "properties": {"name": wkt}}
+    path.write_text(json.dumps({"type": collection["type"], "crs": crs} | collection), encoding="utf-8")

@@ -1,0 +1,193 @@
+"""Rasters of measures, as arrays and as GeoTIFFs; the home of rasterio."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.derivatives import jacobian
+from projdist.extremes import measure_at
+from projdist.files import replacing
+from projdist.gis.grids import (
+    GRIDS,
+    Coordinates,
+    Extent,
+    OnPlane,
+    Pixels,
+    drawn_region,
+    graticule_grid,
+    pixels,
+    plane_extent,
+)
+from projdist.gis.libraries import needed_for
+from projdist.measures import Measure, get_measure
+from projdist.projections import Plane, Projection, plane_of, same_map
+from projdist.regions import Place
+
+RASTER_SUFFIXES = (".tif", ".tiff")
+
+_AT_ONCE = 1_000_000  # pixels; 200 MB
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Measures at the centres of pixels: `values` (bands, rows, columns), NaN outside the map and the region.
+
+    `wkt` is the CRS; `note` says why it is not the map's own where that was asked for, else "".
+    """
+
+    projection: Projection
+    measures: tuple[Measure, ...]
+    values: FloatArray
+    pixels: Pixels
+    wkt: str
+    note: str
+
+
+def raster(
+    projection: Any,
+    measures: Iterable[str | Measure] = ("fisher",),
+    *,
+    region: str | Place | None = None,
+    grid: str = "map",
+    size: int | tuple[int, int] | None = None,
+    resolution: float | None = None,
+) -> Raster:
+    """Measures on pixels of the map's own CRS, or of longitude and latitude where `grid` is "lonlat".
+
+    A map that has no CRS that a GeoTIFF can hold, or no inverse, is laid on longitude and latitude.
+    `size` is the pixels of the longer side or (columns, rows), `resolution` the side of a pixel in
+    the CRS's unit. Raises ValueError for options that are none and a region without any value,
+    ProjectionError, and ImportError without rasterio.
+    """
+    projection = Projection.from_user_input(projection)
+    if grid not in GRIDS:
+        raise ValueError(f"Invalid grid '{grid}'. It must be {' or '.join(GRIDS)}.")
+    chosen = tuple(dict.fromkeys(_named(measure) for measure in measures))
+    area = drawn_region(projection, region)
+    plane, note = _held_plane(projection) if grid == "map" else (None, "")
+    laid: tuple[Coordinates, Pixels]
+    if plane is None:
+        coordinates, extent = graticule_grid(projection, area)
+        laid = coordinates, pixels(extent, len(chosen), size, resolution)
+    else:
+        laid = _on_plane(projection, plane, plane_extent(projection, plane, area), len(chosen), size, resolution)
+    values = _values(projection, chosen, area, *laid)
+    if not np.isfinite(values).any():
+        raise ValueError(f"Invalid region '{area.name}'. No pixel's centre in it has a value; it needs smaller pixels.")
+    return Raster(projection, chosen, values, laid[1], laid[0].wkt, note)
+
+
+def _named(measure: str | Measure) -> Measure:
+    """A measure by the name it was asked for, which is its band's."""
+    found = get_measure(measure)
+    if not isinstance(measure, str) or measure == found.name:
+        return found
+    return Measure(measure, found.function, found.symbol, found.unit, found.kind, found.needs_hessian)
+
+
+def _on_plane(
+    projection: Projection,
+    plane: Plane,
+    extent: Extent,
+    bands: int,
+    size: int | tuple[int, int] | None,
+    resolution: float | None,
+) -> tuple[OnPlane, Pixels]:
+    found = pixels(extent, bands, size, resolution)
+    return OnPlane(projection, plane, min(found.width, found.height)), found
+
+
+def _values(
+    projection: Projection, measures: tuple[Measure, ...], region: Place, coordinates: Coordinates, grid: Pixels
+) -> FloatArray:
+    values = np.full((len(measures), grid.rows, grid.columns), np.nan)
+    step = max(1, _AT_ONCE // grid.columns)
+    for first in range(0, grid.rows, step):
+        last = min(first + step, grid.rows)
+        lon, lat = coordinates.places(*grid.centres(first, last))
+        inside = np.isfinite(lon)
+        inside[inside] = region.contains(lon[inside], lat[inside])
+        lon, lat = lon[inside], lat[inside]
+        J = jacobian(projection, lon, lat)
+        for band, measure in zip(values, measures, strict=True):
+            found = measure_at(projection, measure, lon, lat, J)
+            band[first:last][inside] = np.where(np.isfinite(found), found, np.nan)
+    return values
+
+
+# ---- GeoTIFF --------------------------------------------------------------------------------
+
+
+def _held_plane(projection: Projection) -> tuple[Plane | None, str]:
+    """The CRS of a map, if it has an inverse and a GeoTIFF can hold it; or None, and the reason in one line."""
+    plane = plane_of(projection)
+    if plane is None:
+        return None, f"{projection.name} has no CRS; the raster is in longitude and latitude."
+    if not plane.has_inverse:
+        return None, f"{projection.name} has no inverse in PROJ; the raster is in longitude and latitude."
+    if not _is_held(projection, plane):
+        return None, f"A GeoTIFF cannot hold the CRS of {projection.name}; the raster is in longitude and latitude."
+    return plane, ""
+
+
+def _is_held(projection: Projection, plane: Plane) -> bool:
+    """Whether the CRS read back from a GeoTIFF is the same map."""
+    with needed_for("raster"):
+        import rasterio
+        import rasterio.errors
+    options = {"driver": "GTiff", "width": 1, "height": 1, "count": 1, "dtype": "uint8"}
+    try:
+        with rasterio.MemoryFile() as file:
+            with file.open(
+                crs=rasterio.CRS.from_wkt(plane.wkt), transform=rasterio.Affine(2, 0, 0, 0, -2, 0), **options
+            ):
+                pass
+            with file.open() as image:
+                found = image.crs.to_wkt() if image.crs else ""
+    except (rasterio.errors.CRSError, rasterio.errors.RasterioError):
+        return False
+    return bool(found) and same_map(projection, found) is not None
+
+
+def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
+    """Write a raster as GeoTIFF: 64-bit floats, a band a measure with its name and unit, NaN as nodata.
+
+    The file is whole or not there. Raises FileExistsError where there is one and it is not to be
+    overwritten, ImportError without rasterio.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in RASTER_SUFFIXES:
+        raise ValueError(f"Invalid raster file '{path}'. Its suffix must be {' or '.join(RASTER_SUFFIXES)}.")
+    with needed_for(f"output '{path}'"):
+        import rasterio
+    with (
+        replacing(path, overwrite=overwrite) as new,
+        rasterio.open(
+            new,
+            "w",
+            driver="GTiff",
+            width=raster.pixels.columns,
+            height=raster.pixels.rows,
+            count=len(raster.measures),
+            dtype="float64",
+            nodata=np.nan,
+            crs=rasterio.CRS.from_wkt(raster.wkt),
+            transform=rasterio.Affine(*raster.pixels.transform),
+            compress="deflate",
+            predictor=3,
+            BIGTIFF="IF_SAFER",
+        ) as image,
+    ):
+        image.update_tags(TIFFTAG_SOFTWARE="projdist", projection=raster.projection.definition)
+        for number, measure in enumerate(raster.measures, start=1):
+            image.write(raster.values[number - 1], number)
+            image.set_band_description(number, measure.name)
+            image.set_band_unit(number, measure.unit)
+    return path
