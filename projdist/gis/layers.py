@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from projdist.files import replacing
-from projdist.gis.libraries import needed_for
+from projdist.gis.libraries import needed_for, one_line
 from projdist.linear import decompose
 from projdist.plots.indicatrices import ellipses, fit
 from projdist.plots.pictures import prepare, tissot_points
@@ -64,7 +64,7 @@ def save_layer(
 
     Without a CRS a GeoPackage's is undefined, and a GeoJSON's a plane in metres of no place on the
     Earth. Raises FileExistsError where there is a file and it is not to be overwritten,
-    ImportError without pyogrio.
+    OSError where it cannot be written, ImportError without pyogrio.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -72,12 +72,16 @@ def save_layer(
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be {' or '.join(LAYER_SUFFIXES)}.")
     with needed_for(f"output '{path}'"):
         import pyogrio
+        import pyogrio.errors
     options = {} if layer is None else {"layer": layer}
     with replacing(path, overwrite=overwrite) as new:
         with warnings.catch_warnings():
             # That there is no CRS is meant.
             warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
-            pyogrio.write_dataframe(frame, new, driver=_DRIVERS[suffix], **options)
+            try:
+                pyogrio.write_dataframe(frame, new, driver=_DRIVERS[suffix], **options)
+            except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
+                raise OSError(one_line(error)) from error
         if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority() is None):
             _name_crs(new, _NO_PLACE if frame.crs is None else frame.crs.to_wkt())
     return path

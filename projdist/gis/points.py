@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from projdist.files import replacing
 from projdist.frames import check_degrees, is_geographic, places
 from projdist.gis.layers import save_layer
-from projdist.gis.libraries import needed_for
+from projdist.gis.libraries import needed_for, one_line
 from projdist.projections import Projection, graticule_of
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ def read_points(path: str | os.PathLike[str]) -> pd.DataFrame:
             shown = ", ".join(layers) or "none"
             raise ValueError(f"Invalid points file '{text}'. It must name a layer, as '{name}#LAYER'; it has {shown}.")
         return geopandas.read_file(name, engine="pyogrio", layer=layer or layers[0])
-    except pyogrio.errors.DataSourceError as error:
-        raise ValueError(f"Invalid points file '{text}'. It cannot be read: {_first_line(error)}.") from error
+    except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
+        raise ValueError(f"Invalid points file '{text}'. It cannot be read: {one_line(error)}.") from error
 
 
 def _read_parquet(name: str) -> Any:
@@ -58,7 +58,7 @@ def _read_parquet(name: str) -> Any:
             metadata = file.schema_arrow.metadata or {}
         return geopandas.read_parquet(name) if b"geo" in metadata else pd.read_parquet(name)
     except (pa.ArrowException, OSError) as error:
-        raise ValueError(f"Invalid points file '{name}'. It cannot be read: {_first_line(error)}.") from error
+        raise ValueError(f"Invalid points file '{name}'. It cannot be read: {one_line(error)}.") from error
 
 
 def _read_csv(name: str) -> Any:
@@ -67,7 +67,7 @@ def _read_csv(name: str) -> Any:
     try:
         texts = pd.read_csv(name, dtype=str, keep_default_na=False, encoding="utf-8-sig")
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, OSError) as error:
-        raise ValueError(f"Invalid points file '{name}'. It cannot be read: {_first_line(error)}.") from error
+        raise ValueError(f"Invalid points file '{name}'. It cannot be read: {one_line(error)}.") from error
 
     return texts.apply(_numbers_where_meant)
 
@@ -82,10 +82,6 @@ def _numbers_where_meant(column: pd.Series) -> pd.Series:
         return pd.to_numeric(column.str.strip().replace("", None))
     except (ValueError, TypeError):
         return column
-
-
-def _first_line(error: Exception) -> str:
-    return " ".join(str(error).split()).rstrip(".")
 
 
 def save_points(projection: Projection, frame: Any, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
@@ -104,12 +100,22 @@ def save_points(projection: Projection, frame: Any, path: str | os.PathLike[str]
         return path
     if suffix == ".parquet":
         with needed_for(f"output '{path}'"):
-            import pyarrow  # noqa: F401 pandas writes with it
-        with replacing(path, overwrite=overwrite) as new:
-            frame.to_parquet(new)
+            import pyarrow as pa
+        try:
+            with replacing(path, overwrite=overwrite) as new:
+                frame.to_parquet(new)
+        except pa.ArrowException as error:  # columns of several types
+            raise ValueError(f"Invalid output '{path}'. It cannot hold the table: {one_line(error)}.") from error
         return path
     layer = frame if is_geographic(frame) else _with_geometry(projection, frame)
-    return save_layer(layer.to_crs("EPSG:4326") if suffix == ".geojson" else layer, path, overwrite=overwrite)
+    if suffix == ".geojson":
+        try:
+            layer = layer.to_crs("EPSG:4326")
+        except RuntimeError as error:  # PROJ's; from another body, say
+            raise ValueError(
+                f"Invalid output '{path}'. GeoJSON is in WGS 84, to which PROJ has no way from {layer.crs.name}."
+            ) from error
+    return save_layer(layer, path, overwrite=overwrite)
 
 
 def frame_of(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
