@@ -460,7 +460,7 @@ def test_pictures_of_countries(tmp_path: Path, command: str) -> None:
     (tmp_path / "a.csv").write_text("lon,lat\n1,2\n30,40\n")
     for region in ("country:FJ", f"points:{tmp_path / 'a.csv'}"):
         picture = tmp_path / "a.png"
-        run_ok(command, "robin", "--region", region, "-o", str(picture), "--dpi", "40")
+        run_ok(command, "robin", "--region", region, "-o", str(picture), "--dpi", "40", "--overwrite")
         assert picture.stat().st_size > 2000
 
 

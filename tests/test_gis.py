@@ -36,7 +36,7 @@ RASTERS = {
     "IAU_2015:30120": {"size": 30},  # the Moon
 }
 LONLAT = {
-    "winkel-tripel": {"size": 60},
+    "+proj=pipeline +step +proj=moll": {"size": 60},
     "EPSG:3832": {"region": "box:170,-30,-170,10", "resolution": 1.0, "grid": "lonlat"},
     "EPSG:27572": {"size": 30, "grid": "lonlat"},
     "+proj=moll +R=1737400": {"size": 30, "grid": "lonlat"},
@@ -117,7 +117,9 @@ def test_rasters_on_longitude_and_latitude(projection: str, tmp_path: Path) -> N
         bounds = image.bounds
     assert crs.is_geographic
     assert crs.ellipsoid.semi_major_metre == pytest.approx(
-        6378137.0 if projection == "winkel-tripel" else Projection.from_user_input(projection).ellipsoid.a
+        6378137.0
+        if projection == "+proj=pipeline +step +proj=moll"
+        else Projection.from_user_input(projection).ellipsoid.a
     )
     unit, meridian = np.degrees(crs.axis_info[0].unit_conversion_factor), crs.prime_meridian
     lon = x * unit + np.degrees(meridian.longitude * meridian.unit_conversion_factor)
@@ -133,7 +135,7 @@ def test_rasters_on_longitude_and_latitude(projection: str, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("projection", "note"),
     [
-        ("winkel-tripel", "Winkel Tripel has no CRS; the raster is in longitude and latitude."),
+        ("+proj=pipeline +step +proj=moll", "Mollweide has no CRS; the raster is in longitude and latitude."),
         (lambda lon, lat: (1e5 * lon, 1e5 * lat), "<lambda> has no CRS; the raster is in longitude and latitude."),
         ("airy", "Airy has no inverse in PROJ; the raster is in longitude and latitude."),
     ],
@@ -250,7 +252,7 @@ def test_the_azimuth_of_the_major_axis() -> None:
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
 def test_indicatrices_of_a_map_without_a_crs(suffix: str, tmp_path: Path) -> None:
     """Metres, and a CRS that is undefined (GeoPackage) or of no place on the Earth (GeoJSON)."""
-    layer = gis.indicatrices("winkel-tripel", region="box:0,0,40,40", step=10)
+    layer = gis.indicatrices("+proj=pipeline +step +proj=moll", region="box:0,0,40,40", step=10)
     assert layer.crs is None
     read = geopandas.read_file(gis.save_layer(layer, tmp_path / f"e{suffix}"))
     assert read.crs is None or read.crs.type_name == "Engineering CRS"

@@ -58,7 +58,7 @@ HOMES = {
     "pyproj": {"projections"},
     "pandas": {"answer", "gis"},
     "geopandas": {"gis"},
-    "pyogrio": {"gis", "regions"},
+    "pyogrio": {"gis"},
     "pyarrow": {"gis"},
     "rasterio": {"gis"},
     "scipy": {"measures", "plots.indicatrices"},

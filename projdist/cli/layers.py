@@ -13,7 +13,7 @@ from projdist.cli.errors import fail, refuse
 from projdist.cli.options import choice, number
 from projdist.cli.output import drawing, emit
 from projdist.projections import Projection, ProjectionError
-from projdist.regions import GLOBE, Region
+from projdist.regions import GLOBE, Place
 
 RASTER_SUFFIXES = (".tif", ".tiff")
 LAYER_SUFFIXES = (".gpkg", ".geojson")
@@ -105,7 +105,7 @@ def _fail_with(error: ProjectionError) -> NoReturn:
     raise typer.Exit(1) from error
 
 
-def _drawn(region: Place) -> Region | None:
+def _drawn(region: Place) -> Place | None:
     """None for the globe: a CRS then shows its area of use."""
     return None if region == GLOBE else region
 
