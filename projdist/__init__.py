@@ -22,6 +22,8 @@ from projdist.rigid import Rotation, axes_shift, mean_rotation
 from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summary, compare, factors, summarize
 from projdist.correction import Correction, correct
 from projdist.local_corrections import LocalCorrections, local_corrections
+from projdist.objectives import OBJECTIVES, Objective, get_objective
+from projdist.optimize import Baseline, Optimum, Rounded, optimize
 
 __version__ = "0.1.0"
 
@@ -30,8 +32,10 @@ __all__ = [
     "GLOBE",
     "MDT",
     "MEASURES",
+    "OBJECTIVES",
     "SPHERE",
     "WGS84",
+    "Baseline",
     "Box",
     "Cap",
     "Comparison",
@@ -43,12 +47,15 @@ __all__ = [
     "LocalCorrections",
     "Measure",
     "MeasureSummary",
+    "Objective",
+    "Optimum",
     "PointSet",
     "Projection",
     "ProjectionError",
     "Quality",
     "Region",
     "Rotation",
+    "Rounded",
     "Samples",
     "Summary",
     "axes_shift",
@@ -58,6 +65,7 @@ __all__ = [
     "factors",
     "get_criterion",
     "get_measure",
+    "get_objective",
     "get_region",
     "hessian",
     "jacobian",
@@ -65,6 +73,7 @@ __all__ = [
     "local_corrections",
     "mdt",
     "mean_rotation",
+    "optimize",
     "principal_scales",
     "projection_names",
     "sample",

@@ -38,6 +38,10 @@ class Ellipsoid:
         """Whether the flattening is zero."""
         return self.f == 0.0
 
+    def is_close(self, other: Ellipsoid) -> bool:
+        """Whether another is the same but for rounding: GRS 80 and WGS 84 differ by 1.6e-11 of f, 0.1 mm."""
+        return abs(self.a - other.a) < 1e-9 * self.a and abs(self.f - other.f) < 1e-13
+
     def radii(self, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Radii of curvature (M, N) in metres, meridian and prime vertical, at latitudes `lat`.
 

@@ -6,9 +6,11 @@ Neither goes through the other's form, which would lose defaults (`+proj=wintri`
 """
 
 from projdist.projections.composed import compose, uncomposed
+from projdist.projections.definitions import crs_wkt, geodetic_ellipsoid, geographic
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import parameters_of, pipeline_of, wkt_of
 from projdist.projections.names import needed_parameters, projection_names
+from projdist.projections.parameters import defined_by, number_text, with_parameters
 from projdist.projections.planes import Graticule, Plane, geographic, graticule_of, plane_of, same_map
 from projdist.projections.projection import Projection
 
@@ -18,14 +20,19 @@ __all__ = [
     "Projection",
     "ProjectionError",
     "compose",
+    "crs_wkt",
+    "defined_by",
+    "geodetic_ellipsoid",
     "geographic",
     "graticule_of",
     "needed_parameters",
+    "number_text",
     "parameters_of",
     "pipeline_of",
     "plane_of",
     "projection_names",
     "same_map",
     "uncomposed",
+    "with_parameters",
     "wkt_of",
 ]

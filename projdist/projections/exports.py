@@ -61,7 +61,7 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
     wkt = base.to_wkt("WKT2_2019")
     if not wkt.startswith("PROJCRS["):
         return None, f"{projection.name} is a {base.type_name}, from which no CRS can be derived."
-    points = _tried(projection)
+    points = tried(projection)
     truth = matrix @ np.array(projection(*points))
     for axes in _native_axes(base):
         derived = _derived_wkt(wkt, matrix @ axes, name)
@@ -69,7 +69,7 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
             found = Projection.from_user_input(derived)(*points)
         except ProjectionError as error:
             return None, str(error)
-        if _agree(projection, np.array(found), truth):
+        if agree(projection, np.array(found), truth):
             return CRS.from_wkt(derived).to_wkt("WKT2_2019", pretty=True), None
     return None, f"PROJ's CRS of {projection.name} is another map: it loses a default or a step."
 
@@ -82,14 +82,14 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
     tokens = _projecting_step(projection)
     if tokens is None or matrix[0, 1] or matrix[1, 0]:
         return None
-    points = _tried(projection)
+    points = tried(projection)
     truth = matrix @ np.array(projection(*points))
     for changed in _changed_parameters(tokens, float(matrix[0, 0]), float(matrix[1, 1])):
         found = _scaled(changed, points, truth) if changed.get("k_0") == _OPEN else changed
         if found is None:
             continue
         coordinates = _coordinates(found, points)
-        if coordinates is not None and _agree(projection, coordinates, truth):
+        if coordinates is not None and agree(projection, coordinates, truth):
             return _text(found)
     return None
 
@@ -120,20 +120,20 @@ def _scaled(parameters: Parameters, points: tuple[FloatArray, FloatArray], truth
     return parameters | {"k_0": repr(float(np.sum(f * t) / np.sum(f * f)))} if f.any() else None
 
 
-def _tried(projection: Projection) -> tuple[FloatArray, FloatArray]:
+def tried(projection: Projection) -> tuple[FloatArray, FloatArray]:
     """Points of a grid over the area of use, or the globe."""
     west, south, east, north = projection.area_of_use or (-180.0, -90.0, 180.0, 90.0)
     width = east - west if east > west else east - west + 360.0
     return (west + width * _SHARES[0]).ravel(), (south + (north - south) * _SHARES[1]).ravel()
 
 
-def agree(projection: Projection, other: Projection) -> bool:
+def same_coordinates(projection: Projection, other: Projection) -> bool:
     """Whether two projections have the same coordinates wherever both have any, on a grid of points."""
-    points = _tried(projection)
-    return _agree(projection, np.array(other(*points)), np.array(projection(*points)))
+    points = tried(projection)
+    return agree(projection, np.array(other(*points)), np.array(projection(*points)))
 
 
-def _agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool:
+def agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool:
     """Whether two maps have the same coordinates wherever they have any, on a grid of points."""
     both = np.isfinite(truth) & np.isfinite(found)
     size = float(np.abs(truth[both]).max(initial=0.0))

@@ -13,7 +13,7 @@ from projdist._typing import FloatArray
 from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
 from projdist.projections.crs import greenwich_offset, units_per_degree
 from projdist.projections.errors import ProjectionError
-from projdist.projections.exports import agree, base_crs
+from projdist.projections.exports import base_crs, same_coordinates
 from projdist.projections.operations import CrsOperation, transform
 from projdist.projections.projection import Projection
 
@@ -71,7 +71,7 @@ def same_map(projection: Projection, wkt: str) -> CrsOperation | None:
     except ProjectionError:
         return None
     function = candidate.function
-    return function if isinstance(function, CrsOperation) and agree(projection, candidate) else None
+    return function if isinstance(function, CrsOperation) and same_coordinates(projection, candidate) else None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,125 @@
+"""The command `optimize`."""
+
+from __future__ import annotations
+
+import enum
+from typing import Annotated
+
+import typer
+
+from projdist.cli.errors import fail, refuse
+from projdist.cli.formats import json_text, rounded, table_text
+from projdist.cli.options import OutputOption, choice, number, output_file, region_of
+from projdist.cli.output import emit
+from projdist.families import FAMILIES
+from projdist.objectives import OBJECTIVES
+from projdist.optimize import Optimum, optimize
+from projdist.projections import ProjectionError, number_text
+
+_DIGIT = 1e-5  # of a value: what figures of a table are shown to
+
+
+class _Form(enum.StrEnum):
+    TABLE = "table"
+    PROJ = "proj"
+    WKT = "wkt"
+    JSON = "json"
+
+
+def optimize_command(
+    family: Annotated[
+        str,
+        typer.Argument(
+            metavar="FAMILY",
+            help=f"auto, {', '.join(FAMILIES)}, or a PROJ string with ranges, as '+proj=lcc +lat_1={{20..60}}'.",
+        ),
+    ],
+    region: Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")],
+    free: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES", help="Parameters to choose, with commas: lat_1,lat_2,lat_0,lon_0,k_0,alpha,pole, ..."
+        ),
+    ] = None,
+    criterion: Annotated[
+        str, typer.Option("--criterion", "-c", metavar="NAME", help=f"What to make small: {', '.join(OBJECTIVES)}.")
+    ] = "airy_kavrayskiy",
+    ellipsoid: Annotated[
+        str | None, typer.Option(metavar="NAME", help="sphere or one of PROJ's; WGS84 where there are formulas for it.")
+    ] = None,
+    round: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Degrees of which angles are multiples; k_0 has six decimals.")
+    ] = None,
+    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_Form), help="How to print.")] = "table",
+    output: OutputOption = None,
+) -> None:
+    """Find the parameters with which a family of projections distorts a region least."""
+    form, path = _Form(choice("format", format, list(_Form))), output_file(output)
+    step = None if round is None else number("rounding", round, 1e-9, 45.0, " of degrees")
+    area = region_of(region)
+    names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
+    try:
+        found = optimize(family, area, free=names, criterion=criterion, ellipsoid=ellipsoid, round_to=step)
+    except ProjectionError as error:
+        fail(str(error))
+        raise typer.Exit(1) from error
+    except ValueError as error:
+        refuse(str(error), error)
+    emit(_text(found, form), path)
+
+
+def _text(found: Optimum, form: _Form) -> str:
+    if form is _Form.JSON:
+        return json_text(found.to_dict())
+    if form is _Form.PROJ:
+        return f"{found.proj}\n"
+    if form is _Form.TABLE:
+        return _report(found)
+    if found.wkt is None:
+        fail(f"Invalid format 'wkt' for {found.projection.name}. {found.wkt_reason}")
+        raise typer.Exit(1)
+    return f"{found.wkt}\n"
+
+
+def _report(found: Optimum) -> str:
+    title = f"{found.projection.name} for {found.region.name} ({found.region.area_km2:,.0f} km2)\n"
+    unit = f" {found.unit}" if found.unit else ""
+    lines = [
+        *(f"{name:8} {number_text(value)}" for name, value in found.parameters.items()),
+        f"{found.criterion} {_shown(found.value)}{unit}, Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}",
+        *(f"{name} is at the end of its range." for name in found.at_limit),
+        f"Covers {100 * found.coverage:.4g} % of the region." if found.coverage < 0.9999995 else "",
+    ]
+    text = title + "\n".join(line for line in lines if line) + "\n\n"
+    compared = [("this", found.value, found.proj), *((b.name, b.value, b.definition) for b in found.baselines)]
+    compared += [(other.family, other.value, other.proj) for other in found.others]
+    text += table_text(
+        {
+            "map": [name for name, _, _ in compared],
+            f"{found.criterion}{unit}": [_shown(value) for _, value, _ in compared],
+            "against this": [
+                f"{100 * (value / found.value - 1):+.2f} %" if found.value else "-" for _, value, _ in compared
+            ],
+            "definition": [definition for _, _, definition in compared],
+        },
+        "",
+    )
+    if found.roundings:
+        text += table_text(
+            {
+                "rounded to": [f"{one.step:g} deg" for one in found.roundings],
+                "costs": [f"{100 * one.loss:+.2f} %" for one in found.roundings],
+                **{
+                    name: [number_text(one.parameters[name]) for one in found.roundings]
+                    for name in found.roundings[0].parameters
+                },
+            },
+            "",
+        )
+    text += "".join(f"{failure.given}: {failure.error}\n" for failure in found.failures)
+    text += f"\nPROJ: {found.proj}\n"
+    return text + ("WKT2: see --format wkt\n" if found.wkt else f"WKT2: none; {found.wkt_reason}\n")
+
+
+def _shown(value: float) -> str:
+    return f"{value:,.1f}" if value >= 1.0 else rounded(value, _DIGIT * value)

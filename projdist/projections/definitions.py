@@ -1,0 +1,76 @@
+"""A projection of a PROJ string as a named CRS: WKT2 and Esri's WKT."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyproj.exceptions
+from pyproj import CRS, Transformer
+
+from projdist._typing import FloatArray
+from projdist.ellipsoid import WGS84, Ellipsoid
+from projdist.projections.errors import ALLOWED, ProjectionError, shown
+from projdist.projections.exports import agree, base_crs, tried
+from projdist.projections.projection import Projection
+
+_VERSIONS = ("WKT2_2019", "WKT1_ESRI")
+
+
+def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
+    """The ellipsoid of a geographic CRS, as EPSG:6318; raises ProjectionError."""
+    crs = _geodetic(geodetic)
+    assert crs.ellipsoid is not None
+    rf = crs.ellipsoid.inverse_flattening
+    return Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0)
+
+
+def crs_wkt(
+    projection: Projection, name: str, *, geodetic: str | None = None, version: str = "WKT2_2019"
+) -> tuple[str | None, str | None]:
+    """WKT of a CRS that is the projection; or None, and the reason why there is none.
+
+    It is based on the geographic CRS `geodetic`; by default on WGS 84 where the ellipsoid is that of WGS 84, else on
+    an unnamed datum. `version` is WKT2_2019 or WKT1_ESRI. The WKT is read back and compared with the map.
+    """
+    if version not in _VERSIONS:
+        raise ValueError(f"Invalid version '{version}'. It must be {' or '.join(_VERSIONS)}.")
+    base = base_crs(projection)
+    if base is None or not base.is_projected:
+        return None, f"{projection.name} is no CRS, but a function or a pipeline."
+    parts = base.to_json_dict()
+    parts["name"] = name
+    parts["conversion"]["name"] = name
+    geodetic = geodetic or ("EPSG:4326" if projection.ellipsoid.is_close(WGS84) else None)
+    if geodetic:
+        parts["base_crs"] = {
+            key: value for key, value in _geodetic(geodetic).to_json_dict().items() if key != "$schema"
+        }
+    try:
+        text = str(CRS.from_json_dict(parts).to_wkt(version, pretty=True))
+        found = Projection.from_user_input(text)
+    except (pyproj.exceptions.CRSError, ProjectionError):
+        return None, f"{version} has no such map."
+    points = tried(projection)
+    if not agree(projection, np.array(found(*points)), np.array(projection(*points))):
+        return None, f"{version} of {projection.name} is another map: it loses a default or a step."
+    return text, None
+
+
+def _geodetic(text: str) -> CRS:
+    try:
+        crs = CRS.from_user_input(text)
+    except pyproj.exceptions.CRSError as error:
+        raise ProjectionError(f"Invalid geographic CRS '{shown(text)}'. {ALLOWED}") from error
+    if not crs.is_geographic or crs.ellipsoid is None:
+        raise ProjectionError(f"Invalid geographic CRS '{shown(text)}'. It must have longitudes and latitudes.")
+    return crs.to_2d() if len(crs.axis_info) > 2 else crs
+
+
+def geographic(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes in degrees, on its own datum, of coordinates in a CRS; raises ProjectionError."""
+    try:
+        stated = CRS.from_user_input(crs)
+        transformer = Transformer.from_crs(stated, stated.geodetic_crs, always_xy=True)
+    except (pyproj.exceptions.CRSError, pyproj.exceptions.ProjError) as error:
+        raise ProjectionError(f"Invalid CRS '{shown(crs)}'. {ALLOWED}") from error
+    lon, lat = transformer.transform(x, y)
+    return np.asarray(lon), np.asarray(lat)

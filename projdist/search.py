@@ -1,0 +1,214 @@
+"""Minima of functions of a few variables in a box: a lattice over all of it, then local descents from the best points.
+
+The home of scipy.optimize. Nothing is random: the lattice is that of the generalised golden ratio, whose points
+are evenly spread in any number of dimensions.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from projdist._typing import FloatArray
+
+__all__ = ["Minimum", "descend", "descend_lattice", "lattice", "minimise"]
+
+Terms = Callable[[FloatArray], FloatArray]
+_STARTS = 4
+_APART = 0.15  # of the box: starts nearer to each other would descend to the same place
+_STEP = 1e-5  # of the box, for central differences of terms that are good to 1e-12
+_REACH, _MOST_STEPS = 0.1, 40  # of the steps of a descent: the first in widths of the box, and their number
+_ROUNDING = 1e-9  # of a maximum
+_ACTIVE = 200  # terms of a group that a linear programme sees
+_AT_EDGE = 1e-4  # of the box: descents stay inside it, and the edge itself is tried
+
+
+class Minimum(NamedTuple):
+    """A place in the box, the value there, and how many evaluations it took."""
+
+    place: FloatArray
+    value: float
+    evaluations: int
+
+
+class _Counted:
+    """A function of variables in the unit box, from one of variables in a box."""
+
+    def __init__(self, function: Terms, low: FloatArray, high: FloatArray, worst: bool) -> None:
+        self.function, self.low, self.width, self.worst = function, low, high - low, worst
+        self.evaluations = 0
+
+    def place(self, unit: FloatArray) -> FloatArray:
+        return self.low + np.clip(unit, 0.0, 1.0) * self.width
+
+    def terms(self, unit: FloatArray) -> FloatArray:
+        self.evaluations += 1
+        return self.function(self.place(unit))
+
+    def value(self, unit: FloatArray) -> float:
+        """The sum of the groups' largest terms, or of all terms' squares."""
+        terms = self.terms(unit)
+        return float(terms.max(axis=-1).sum()) if self.worst else float(np.sum(terms * terms))
+
+
+def lattice(dimensions: int, count: int) -> FloatArray:
+    """Points (count, dimensions) spread evenly in the unit box (M. Roberts, "The unreasonable effectiveness of
+    quasirandom sequences", 2018): multiples of the powers of 1/g, g the root of g^(d+1) = g + 1 above 1."""
+    root = 2.0
+    for _ in range(40):
+        root = (1.0 + root) ** (1.0 / (dimensions + 1.0))
+    steps = root ** -np.arange(1.0, dimensions + 1.0)
+    return np.mod(0.5 + np.arange(count)[:, None] * steps, 1.0)
+
+
+def minimise(function: Terms, low: FloatArray, high: FloatArray, *, worst: bool, count: int | None = None) -> Minimum:
+    """The least value over the box of the sum of squares of a function's terms, or, with `worst`, of the largest.
+
+    With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is made least.
+    `count` points are tried before the descents; by default 24 in one dimension, 60 in two, 180 in four.
+    """
+    counted = _Counted(function, low, high, worst)
+    dimensions = low.size
+    if not dimensions:
+        return Minimum(low, counted.value(low), 1)
+    points = lattice(dimensions, count or int(12 * dimensions * (dimensions + 3) ** 0.5))
+    values = np.array([counted.value(point) for point in points])
+    found = [_descend(counted, start, _ROUGH) for start in _starts(points, values)]
+    best = _descend(counted, min(found, key=counted.value), _FINE)
+    return Minimum(counted.place(best), counted.value(best), counted.evaluations)
+
+
+def descend(function: Terms, start: FloatArray, low: FloatArray, high: FloatArray, *, worst: bool) -> Minimum:
+    """The local minimum from a start; as `minimise`."""
+    counted = _Counted(function, low, high, worst)
+    if not low.size:
+        return Minimum(low, counted.value(low), 1)
+    best = _descend(counted, (start - low) / counted.width, _FINE)
+    return Minimum(counted.place(best), counted.value(best), counted.evaluations)
+
+
+def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tuple[FloatArray, Any]:
+    """The place of whole numbers with the least value, and that value, by steps to the best of all neighbours.
+
+    Values need an order only: a tuple puts the first criterion before the second.
+    """
+    place, least = start, value(start)
+    offsets = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=start.size)))
+    offsets = offsets[np.abs(offsets).any(axis=1)]
+    known: dict[tuple[float, ...], Any] = {tuple(place): least}
+    for _ in range(_MOST_STEPS):
+        near = [place + offset for offset in offsets]
+        for one in near:
+            if tuple(one) not in known:
+                known[tuple(one)] = value(one)
+        best = min(near, key=lambda one: known[tuple(one)], default=place)
+        if not known[tuple(best)] < least:
+            break
+        place, least = best, known[tuple(best)]
+    return place, least
+
+
+def _starts(points: FloatArray, values: FloatArray) -> list[FloatArray]:
+    """The best points that lie apart from each other."""
+    chosen: list[FloatArray] = []
+    for index in np.argsort(values):
+        if all(np.abs(points[index] - other).max() > _APART for other in chosen):
+            chosen.append(points[index])
+        if len(chosen) == _STARTS:
+            break
+    return chosen
+
+
+class _Effort(NamedTuple):
+    """How far a descent goes: its last step, in widths of the box, and its last gain, as a part of the value."""
+
+    step: float
+    gain: float
+    differences: Literal["2-point", "3-point"]
+
+
+_ROUGH, _FINE = _Effort(1e-4, 1e-5, "2-point"), _Effort(1e-10, 1e-14, "3-point")
+
+
+def _descend(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
+    found = _minimax(counted, start, effort) if counted.worst else _least_squares(counted, start, effort)
+    edges = np.where(found < _AT_EDGE, 0.0, np.where(found > 1.0 - _AT_EDGE, 1.0, found))
+    return min((found, edges), key=counted.value)
+
+
+def _least_squares(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
+    from scipy.optimize import least_squares  # scipy is slow to load, and few need it
+
+    start = np.clip(start, _AT_EDGE, 1.0 - _AT_EDGE)
+    found = least_squares(
+        counted.terms,
+        start,
+        jac=effort.differences,
+        bounds=(0.0, 1.0),
+        diff_step=_STEP / start,
+        xtol=effort.step,
+        ftol=effort.gain,
+        gtol=1e-14,
+        max_nfev=40,
+    )
+    return np.asarray(found.x)
+
+
+def _minimax(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
+    """Sequential linear programming: each step makes the largest of the linearised terms least, within a trust region.
+
+    At the minimum as many terms are equal as there are variables, and there the convergence is quadratic (Madsen 1975,
+    "An algorithm for minimax solution of overdetermined systems of non-linear equations").
+    """
+    found, radius = np.clip(start, 0.0, 1.0), _REACH
+    terms = counted.terms(found)
+    for _ in range(_MOST_STEPS):
+        slopes = _slopes(counted, found)
+        value = float(terms.max(axis=-1).sum())
+        while radius > effort.step:
+            step, promised = _linear_step(terms, slopes, found, radius)
+            if value - promised < max(effort.gain, _ROUNDING) * abs(value):
+                return found
+            tried = np.clip(found + step, 0.0, 1.0)
+            there = counted.terms(tried)
+            gain = (value - float(there.max(axis=-1).sum())) / (value - promised)
+            radius *= 2.0 if gain > 0.75 else 0.35 if gain < 0.25 else 1.0
+            if gain > 0.05:
+                found, terms = tried, there
+                break
+        else:
+            return found
+    return found
+
+
+def _slopes(counted: _Counted, place: FloatArray) -> FloatArray:
+    """Central differences of the terms, (groups, n, dimensions); one-sided where the box ends."""
+    columns = []
+    for axis in np.eye(place.size):
+        ahead, behind = np.clip(place + _STEP * axis, 0.0, 1.0), np.clip(place - _STEP * axis, 0.0, 1.0)
+        columns.append((counted.terms(ahead) - counted.terms(behind)) / float((ahead - behind) @ axis))
+    return np.stack(columns, axis=-1)
+
+
+def _linear_step(terms: FloatArray, slopes: FloatArray, place: FloatArray, radius: float) -> tuple[FloatArray, float]:
+    """The step within `radius` and the box that makes the sum of the groups' largest linearised terms least."""
+    from scipy.optimize import linprog  # as above
+
+    groups, dimensions = terms.shape[0], place.size
+    rows, sides = [], []
+    for group in range(groups):
+        reach = terms[group] + radius * np.abs(slopes[group]).sum(axis=-1)
+        highest = np.argsort(reach)[-_ACTIVE:]
+        bound = np.zeros((highest.size, groups))
+        bound[:, group] = -1.0
+        rows.append(np.hstack([slopes[group, highest], bound]))
+        sides.append(-terms[group, highest])
+    limits = [(max(-radius, -x), min(radius, 1.0 - x)) for x in place] + [(None, None)] * groups
+    cost = np.concatenate([np.zeros(dimensions), np.ones(groups)])
+    found: Any = linprog(cost, A_ub=np.vstack(rows), b_ub=np.concatenate(sides), bounds=limits, method="highs")
+    if found.status != 0:
+        return np.zeros(dimensions), np.inf
+    return np.asarray(found.x[:dimensions]), float(found.fun)

@@ -1,0 +1,102 @@
+"""The command `optimize`: formats, options, and what is refused."""
+
+import json
+from pathlib import Path
+
+import pytest
+from pyproj import CRS
+from typer.testing import CliRunner
+
+from projdist import optimize
+from projdist.cli.app import app
+
+SQUARE = "box:5,47,15,55"
+KEYS = {
+    "family",
+    "region",
+    "criterion",
+    "parameters",
+    "scale",
+    "value",
+    "proj",
+    "wkt",
+    "roundings",
+    "baselines",
+    "others",
+}
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["optimize", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_json() -> None:
+    """What the library answers."""
+    code, out, err = run("lcc", SQUARE, "--round", "0.5", "--format", "json")
+    assert (code, err) == (0, "")
+    answer = json.loads(out)
+    assert set(answer) >= KEYS
+    assert answer == optimize("lcc", SQUARE, round_to=0.5).to_dict()
+
+
+def test_proj_and_wkt(tmp_path: Path) -> None:
+    """Forms for other programs, also in a file."""
+    code, out, _ = run("lcc", SQUARE, "--free", "lat_1, lat_2", "-f", "proj")
+    assert code == 0
+    assert out.startswith("+proj=lcc +ellps=WGS84")
+    path = tmp_path / "best.wkt"
+    assert run("lcc", SQUARE, "-f", "wkt", "-o", str(path))[:2] == (0, "")
+    assert CRS.from_wkt(path.read_text()).is_projected
+
+
+def test_table() -> None:
+    """The report names the parameters, the rule of thumb, UTM, and what rounding costs."""
+    code, out, err = run("tmerc", SQUARE, "--criterion", "max_scale_error_ppm", "--ellipsoid", "GRS80")
+    assert (code, err) == (0, "")
+    for words in (
+        "lon_0",
+        "k_0",
+        "true on the middle meridian",
+        "UTM 32N",
+        "rounded to",
+        "ppm",
+        "+ellps=GRS80",
+        "WKT2:",
+    ):
+        assert words in out
+
+
+def test_templates() -> None:
+    """A PROJ string with ranges is one word of the command line."""
+    code, out, _ = run("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)
+    assert code == 0
+    assert "lon_0 is at the end of its range." in out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["lcc", "box:1"], "Invalid region 'box:1'"),
+        (["lcx", SQUARE], "Invalid family 'lcx'"),
+        (["lcc", SQUARE, "--round", "0"], "Invalid rounding '0'"),
+        (["lcc", SQUARE, "--criterion", "x"], "Invalid criterion 'x'"),
+        (["lcc", SQUARE, "--free", "alpha"], "Invalid free parameter 'alpha' for lcc"),
+        (["lcc", SQUARE, "--format", "csv"], "Invalid format 'csv'"),
+    ],
+)
+def test_refused(words: list[str], message: str) -> None:
+    """Wrong usage ends with 2 and one line."""
+    code, out, err = run(*words)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"projdist: {message}")
+    assert err.count("\n") == 1
+
+
+def test_failures() -> None:
+    """A map that shows nothing of the region ends with 1."""
+    code, _, err = run("+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000", "box:-5,-5,5,5")
+    assert code == 1
+    assert "It shows no part of it" in err

@@ -1,0 +1,309 @@
+"""The best parameters: closed forms, published figures, symmetries, and what is refused."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pyproj import CRS
+from scipy.integrate import solve_bvp
+
+from projdist import Projection, ProjectionError, optimize, summarize
+from projdist.ellipsoid import MEAN_EARTH_RADIUS
+from projdist.families import extent_of, get_family, sensible_families
+from projdist.regions import get_region
+
+SQUARE = "box:5,47,15,55"
+
+
+def cap(lon: float, lat: float, degrees: float) -> str:
+    return f"cap:{lon},{lat},{math.radians(degrees) * MEAN_EARTH_RADIUS / 1000.0!r}"
+
+
+# ---- closed forms and published figures ------------------------------------------------------
+
+
+def test_plate_carree_on_the_globe() -> None:
+    """The best standard parallel is arccos(2/e), and leaves sqrt(1 - pi^2/12 + ...) = 0.4213466110."""
+    found = optimize("eqc")
+    assert found.parameters["lat_ts"] == pytest.approx(math.degrees(math.acos(2 / math.e)), abs=2e-6)
+    # With h = 1 and k = c / cos, ln^2 k has the variance of ln cos: mean ln^2 - mean^2, both known integrals.
+    variance = 2 - 2 * math.log(2) + math.log(2) ** 2 - math.pi**2 / 12 - (1 - math.log(2)) ** 2
+    assert found.value == pytest.approx(math.sqrt(variance), abs=1e-6)
+    assert found.value == pytest.approx(0.4213466110, abs=1e-6)
+
+
+def test_mercator_on_the_globe() -> None:
+    """The best scale is 2/e, and leaves 0.5958740917."""
+    found = optimize("merc", ellipsoid="sphere")
+    assert found.parameters == {"k_0": pytest.approx(2 / math.e, abs=1e-7)}
+    assert found.value == pytest.approx(0.5958740917, abs=1e-6)
+
+
+def test_equidistant_conic() -> None:
+    """Standard parallels for 30 to 60 degrees north on the sphere: 36.704 and 54.023."""
+    found = optimize("eqdc", "box:0,30,10,60", ellipsoid="sphere")
+    assert found.parameters == {"lat_1": pytest.approx(36.704, abs=5e-4), "lat_2": pytest.approx(54.023, abs=5e-4)}
+
+
+def best_azimuthal(radius: float) -> float:
+    """The least Airy-Kavrayskiy error, with the half, of any azimuthal map of a cap.
+
+    r(c) minimises the integral of (ln^2 r' + ln^2 (r / sin c)) sin c; with q = ln r' the Euler-Lagrange equation is
+    d/dc (sin c q exp(-q)) = sin c ln(r / sin c) / r, and the edge is free: q = 0 there.
+    """
+    first = 1e-4
+
+    def slopes(c: np.ndarray, y: np.ndarray) -> np.ndarray:
+        r, q = y
+        right = np.sin(c) * np.log(r / np.sin(c)) / r
+        return np.vstack([np.exp(q), (right * np.exp(q) - np.cos(c) * q) / (np.sin(c) * (1.0 - q))])
+
+    def ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        return np.array([low[0] - math.sin(first) * math.exp(low[1]), high[1]])
+
+    c = np.linspace(first, radius, 200)
+    found = solve_bvp(slopes, ends, c, np.vstack([0.99 * c, -0.01 * (1.0 - c / radius)]), tol=1e-9, max_nodes=100_000)
+    c = np.linspace(first, radius, 100_001)
+    r, q = found.sol(c)
+    integral = np.trapezoid((q**2 + np.log(r / np.sin(c)) ** 2) * np.sin(c), c)
+    return float(math.sqrt(0.5 * integral / (1.0 - math.cos(radius))))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "published", "above"), [(30, 0.014060, 1e-5), (60, 0.057063, 1e-4), (90, 0.131347, 6e-4)]
+)
+def test_the_best_azimuthal_maps(degrees: float, published: float, above: float) -> None:
+    """Airy's maps for other radii, scaled, come within so much of the bound for any azimuthal map; none is below."""
+    bound = best_azimuthal(math.radians(degrees))
+    assert bound == pytest.approx(published, abs=1e-6)
+    found = optimize("airy", cap(0, 90, degrees), free=["lat_b", "k_0"], criterion="kavrayskiy")
+    assert bound * (1 - 1e-6) <= found.value <= bound * (1 + above)
+
+
+@pytest.mark.parametrize(("degrees", "published"), [(30, 0.014152), (60, 0.058602), (90, 0.139811)])
+def test_airys_map_minimises_airys_criterion(degrees: float, published: float) -> None:
+    """Airy's map for the cap's own radius is best by Airy's criterion, at the published figures."""
+    found = optimize("airy", cap(0, 90, degrees), free=["lat_b"], criterion="airy")
+    assert found.parameters["lat_b"] == pytest.approx(90 - degrees, abs=1e-4)
+    assert found.value == pytest.approx(published, abs=6e-7)
+
+
+def test_lambert_for_europe() -> None:
+    """Baselga 2018: 36 and 61.5 degrees for Europe's 27 to 71 degrees, a tenth better than 35 and 65."""
+    found = optimize("lcc", "box:-30,27,45,71", ellipsoid="GRS80")
+    assert_allclose([found.parameters["lat_1"], found.parameters["lat_2"]], [36.0, 61.5], atol=0.26)
+    usual = summarize("+proj=lcc +lat_1=35 +lat_2=65 +ellps=GRS80", "box:-30,27,45,71", tolerance=1e-6)
+    assert 1.0 - found.value / usual.airy_kavrayskiy == pytest.approx(0.10, abs=0.01)
+
+
+def test_lambert_for_spain() -> None:
+    """Baselga 2018: 37 and 42 degrees, 828 ppm; between the parallels of Melilla and Estaca de Bares."""
+    found = optimize("lcc", "box:-9.3,35.267,3.33,43.79", criterion="kavrayskiy", ellipsoid="GRS80", round_to=0.5)
+    assert found.parameters == {"lat_1": 37.0, "lat_2": 42.0}
+    assert 1e6 * found.value == pytest.approx(828, rel=0.01)
+
+
+@pytest.mark.slow
+def test_countries() -> None:
+    """Polygons are regions like others: the best cone of mainland Spain, and nothing near it is better."""
+    spain = "country:ES & box:-10,35.9,5,44"
+    found = optimize("lcc", spain)
+    assert found.value < found.baselines[0].value
+    for name, step in (("lat_1", 0.1), ("lat_1", -0.1), ("lat_2", 0.1), ("lat_2", -0.1)):
+        p = found.parameters | {name: found.parameters[name] + step}
+        moved = f"+proj=lcc +lat_1={p['lat_1']} +lat_2={p['lat_2']} +ellps=WGS84"
+        assert summarize(moved, spain, tolerance=1e-8).airy_kavrayskiy > found.value
+
+
+def test_minimax_is_balanced() -> None:
+    """The least largest |k - 1| of a conformal cone: as far below 1 between its parallels as above on either edge."""
+    found = optimize("lcc", "box:0,40,20,50", criterion="max_scale_error_ppm")
+    lat = np.linspace(40, 50, 2001)
+    k = meridional_scale(found.projection, lat)
+    extremes = np.array([k[0], k[-1], 2.0 - k.min()])
+    assert_allclose(1e6 * (extremes - 1.0), found.value, rtol=2e-4)
+
+
+def meridional_scale(projection: Projection, lat: np.ndarray) -> np.ndarray:
+    step = 1e-4
+    x, y = projection(10.0, np.stack([lat - step, lat + step]))
+    meridian, _ = projection.ellipsoid.radii(lat)
+    return np.hypot(x[1] - x[0], y[1] - y[0]) / (np.radians(2 * step) * meridian)
+
+
+# ---- laws ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("family", ["tmerc", "laea", pytest.param("omerc", marks=pytest.mark.slow)])
+def test_rotating_a_region_about_the_pole_rotates_the_optimum(family: str) -> None:
+    """Longitudes move with the region, all else stays."""
+    one = optimize(family, "box:5,40,17,49")
+    two = optimize(family, "box:150.25,40,162.25,49")
+    assert two.value == pytest.approx(one.value, rel=1e-7)
+    for name, value in one.parameters.items():
+        moved = 145.25 if name in ("lon_0", "lonc") else 0.0
+        assert two.parameters[name] == pytest.approx(value + moved, abs=2e-5), name
+
+
+@pytest.mark.parametrize("family", ["aeqd", "laea", "stere"])
+def test_caps_are_mapped_from_their_centres(family: str) -> None:
+    """On the sphere the best azimuthal map of a cap is centred on it."""
+    found = optimize(family, cap(20, 40, 12), ellipsoid="sphere")
+    assert_allclose([found.parameters["lat_0"], found.parameters["lon_0"]], [40.0, 20.0], atol=1e-4)
+
+
+def test_a_cap_about_the_pole() -> None:
+    """The pole is a centre like others."""
+    found = optimize("laea", cap(0, 90, 12), ellipsoid="sphere")
+    assert found.parameters["lat_0"] == pytest.approx(90.0, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_oblique_aspects_find_the_region() -> None:
+    """A strip along an oblique great circle is mapped by the Mercator of that circle as an equatorial one would be."""
+    strip = optimize("ob_tran:cea", cap(30, 60, 15), free=["pole", "lat_ts"])
+    plain = optimize("cea", cap(0, 0, 15), ellipsoid="sphere")
+    assert strip.value == pytest.approx(plain.value, rel=2e-4)
+
+
+@pytest.mark.parametrize("family", ["lcc", "eqdc", "aea"])
+def test_nothing_near_is_better(family: str) -> None:
+    """Neither parallel can be moved with a gain; the one-sixth rule is worse."""
+    found = optimize(family, SQUARE)
+    for name in ("lat_1", "lat_2"):
+        for step in (-0.05, 0.05):
+            moved = found.proj.replace(f"+{name}={found.parameters[name]:.7f}".rstrip("0"), f"+{name}=FREE")
+            text = moved.replace("FREE", str(found.parameters[name] + step))
+            assert text != found.proj
+            assert summarize(text, SQUARE, tolerance=1e-9).airy_kavrayskiy > found.value
+    rule = found.baselines[0]
+    assert rule.name == "one-sixth rule"
+    assert rule.value > found.value
+    assert "+lat_1=48.3333333 +lat_2=53.6666667" in rule.definition
+
+
+# ---- what is answered ------------------------------------------------------------------------
+
+
+def test_the_result_is_a_projection_and_a_crs() -> None:
+    """PROJ string, projection and WKT are the same map, on WGS 84."""
+    found = optimize("omerc", SQUARE, round_to=0.5)
+    crs = CRS.from_wkt(found.wkt)
+    assert crs.geodetic_crs == CRS("EPSG:4326")
+    assert found.region.name in crs.name
+    lon, lat = np.array([6.0, 11.0]), np.array([48.0, 54.0])
+    assert_allclose(Projection.from_user_input(crs)(lon, lat), found.projection(lon, lat), atol=1e-6)
+    assert_allclose(Projection.from_user_input(found.proj)(lon, lat), found.projection(lon, lat), atol=0)
+
+
+@pytest.mark.slow
+def test_a_scale_that_the_method_does_not_know() -> None:
+    """It is applied from without: a pipeline, and a derived CRS."""
+    found = optimize("aeqd", SQUARE, free=["lat_0", "lon_0", "k_0"])
+    assert "+proj=affine" in found.proj
+    assert found.scale == found.parameters["k_0"] < 1.0
+    assert found.wkt is not None
+    assert found.wkt.startswith("DERIVEDPROJCRS")
+    assert found.value < optimize("aeqd", SQUARE).value
+
+
+def test_rounding() -> None:
+    """Angles are multiples, scales have six decimals, and the cost of other roundings is told, never negative."""
+    found = optimize("tmerc", "box:5.13,47,15.27,55", round_to=0.25)
+    assert found.parameters["lon_0"] % 0.25 == 0.0
+    assert found.parameters["k_0"] == round(found.parameters["k_0"], 6)
+    assert [one.step for one in found.roundings] == sorted(one.step for one in found.roundings)
+    assert all(one.loss >= -1e-9 for one in found.roundings)
+    assert found.roundings[0].loss < 1e-4
+
+
+def test_templates() -> None:
+    """A PROJ string with ranges; what is stated stays, and a k_0 within limits is found in closed form."""
+    found = optimize("+proj=tmerc +lon_0={5..15} +k_0={0.9..1.1} +lat_0=3 +x_0=500000 +ellps=bessel", SQUARE)
+    assert found.parameters["lon_0"] == pytest.approx(10.0, abs=1e-5)
+    assert "+x_0=500000" in found.proj
+    assert "+ellps=bessel" in found.proj
+    limited = optimize("+proj=tmerc +lon_0={lon_0:5..15} {k_0:0.9998..1.1} +ellps=bessel", SQUARE)
+    assert limited.parameters["k_0"] == 0.9998
+    assert limited.value > found.value
+    one = optimize("+proj=lcc +lat_2=53 {lat_1:40..52} +ellps=GRS80", SQUARE)
+    assert list(one.parameters) == ["lat_1"]
+
+
+def test_ends_of_ranges_are_told() -> None:
+    """A parameter that wants to leave its range is named."""
+    found = optimize("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)
+    assert found.at_limit == ("lon_0",)
+    assert found.parameters["lon_0"] == 12.0
+
+
+@pytest.mark.slow
+def test_auto() -> None:
+    """The best of the families comes first, the others by their values; a strip along a meridian wants tmerc."""
+    found = optimize("auto", "box:9,35,11,60")
+    assert found.family in ("tmerc", "omerc")
+    values = [found.value, *(other.value for other in found.others)]
+    assert values == sorted(values)
+    assert len(values) + len(found.failures) == len(sensible_families(extent_of(found.region), None))
+
+
+def test_json_and_frame() -> None:
+    """All that is known as JSON, and a row a family."""
+    found = optimize("lcc", SQUARE)
+    read = json.loads(found.to_json())
+    assert read == found.to_dict()
+    assert read["proj"] == found.proj
+    assert found.to_frame()["airy_kavrayskiy"].tolist() == [found.value]
+
+
+def test_extents() -> None:
+    """A box's middle and reach; the long axis of a strip; the globe has no middle."""
+    strip = extent_of(get_region("box:0,-20,4,20"))
+    assert (strip.lon, strip.lat) == (pytest.approx(2.0), pytest.approx(0.0, abs=1e-9))
+    assert strip.azimuth == pytest.approx(0.0, abs=1e-6)
+    assert strip.radius == pytest.approx(20.1, abs=0.1)
+    assert extent_of(get_region("globe")).radius == 180.0
+
+
+# ---- what is refused -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("family", "options", "message"),
+    [
+        ("lccc", {}, "Invalid family 'lccc'. Did you mean lcc"),
+        ("lcc", {"free": ["lon_0"]}, "Invalid free parameter 'lon_0' for lcc. It must be one of lat_1, lat_2, k_0"),
+        ("lcc", {"free": []}, "Invalid free parameters ''"),
+        ("auto", {"free": ["lat_1"]}, "Invalid free parameters for family 'auto'"),
+        ("lcc", {"criterion": "best"}, "Invalid criterion 'best'"),
+        ("lcc", {"ellipsoid": "potato"}, "Invalid ellipsoid 'potato'"),
+        ("lcc", {"round_to": 0.0}, "Invalid rounding '0.0'"),
+        ("+proj=lcc +lat_1=30 +lat_2=40", {}, "A PROJ string must have free parameters"),
+        ("+proj=lcc +lat_1={30..20}", {}, "Invalid range '30..20'"),
+        ("+proj=lcc +lat_1={a}", {}, "Invalid range 'a'"),
+        ("+proj=lcc +lat_1=3{30..40}", {}, "Invalid free parameter"),
+        ("+proj=lcc +lat_1={30..40} +ellps=GRS80", {"ellipsoid": "GRS80"}, "The PROJ string states its own"),
+        ("ob_tran:nothing", {}, "Invalid family 'ob_tran:nothing'"),
+    ],
+)
+def test_refused(family: str, options: dict[str, object], message: str) -> None:
+    """One line says what it must be."""
+    with pytest.raises(ValueError, match=message.replace("(", r"\(")):
+        optimize(family, SQUARE, **options)  # type: ignore[arg-type]
+
+
+def test_maps_that_do_not_show_the_region() -> None:
+    """The far side of the Earth is nothing that an orthographic map of this side can be chosen for."""
+    with pytest.raises(ProjectionError, match="It shows no part of it"):
+        optimize("+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000", "box:-5,-5,5,5")
+
+
+def test_families_state_their_limits() -> None:
+    """Every free parameter has a range, ascending."""
+    extent = extent_of(get_region(SQUARE))
+    for name in (*sensible_families(extent, None), "airy", "merc", "cea", "eqc", "wintri", "ob_tran:wintri"):
+        family = get_family(name, extent)
+        for free in family.free:
+            assert free == family.scale or family.limits[free][0] < family.limits[free][1]
