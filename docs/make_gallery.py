@@ -20,7 +20,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from PIL import Image
 
-from projdist import Summary, compare, correct, get_region, plots, summarize
+from projdist import Summary, compare, correct, get_region, ldp, plots, summarize
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -326,6 +326,12 @@ def draw_regions() -> None:
     write_png(figure, IMAGES / "readme-africa.png")
 
 
+def draw_ldp() -> None:
+    """The README's picture of a low-distortion projection."""
+    found = ldp("box:-104.2,38.9,-103.2,39.6", height=1610.0, geodetic="EPSG:6318")
+    write_png(plots.ldp_figure(found, size=(5.0, 5.2), dpi=DPI), IMAGES / "readme-ldp.png")
+
+
 def readme_figure(painter: Callable[[Axes, str], object]) -> Figure:
     """The maps of the README in rows that are all as wide as the figure, with room at the foot."""
     gap, title, foot, width = 0.15, 0.4, 0.75, 8.0
@@ -381,6 +387,7 @@ def main(names: list[str]) -> None:
         draw_readme()
         draw_correction()
         draw_regions()
+        draw_ldp()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")
 
 

@@ -24,12 +24,15 @@ from projdist.correction import Correction, correct
 from projdist.local_corrections import LocalCorrections, local_corrections
 from projdist.objectives import OBJECTIVES, Objective, get_objective
 from projdist.optimize import Baseline, Optimum, Rounded, optimize
+from projdist.heights import read_heights
+from projdist.ldp import LDP, HeightStatistics, distortion_ppm, elevation_factor, ldp
 
 __version__ = "0.1.0"
 
 __all__ = [
     "CRITERIA",
     "GLOBE",
+    "LDP",
     "MDT",
     "MEASURES",
     "OBJECTIVES",
@@ -44,6 +47,7 @@ __all__ = [
     "Ellipsoid",
     "Factors",
     "Failure",
+    "HeightStatistics",
     "LocalCorrections",
     "Measure",
     "MeasureSummary",
@@ -62,6 +66,8 @@ __all__ = [
     "compare",
     "correct",
     "derivatives",
+    "distortion_ppm",
+    "elevation_factor",
     "factors",
     "get_criterion",
     "get_measure",
@@ -70,12 +76,14 @@ __all__ = [
     "hessian",
     "jacobian",
     "jacobian_grid",
+    "ldp",
     "local_corrections",
     "mdt",
     "mean_rotation",
     "optimize",
     "principal_scales",
     "projection_names",
+    "read_heights",
     "sample",
     "spd",
     "summarize",

@@ -23,7 +23,7 @@ from projdist.cli.app import app
 from projdist.cli.formats import Format, render_comparison, render_factors
 
 FORMATS = [form.value for form in Format]
-COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "list"]
+COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "list"]
 QUICK = ["--tolerance", "1e-3"]
 
 COMPARE_KEYS = [

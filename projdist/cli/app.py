@@ -14,6 +14,7 @@ from projdist.cli.correct import correct_command
 from projdist.cli.errors import fail, refuse, report
 from projdist.cli.formats import STATISTICS, render_comparison, render_factors, render_list
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
+from projdist.cli.ldp import ldp_command
 from projdist.cli.optimize import optimize_command
 from projdist.cli.options import (
     DpiOption,
@@ -332,6 +333,7 @@ def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None
 
 app.command("correct", cls=Command, context_settings={"ignore_unknown_options": False})(correct_command)
 app.command("optimize", cls=Command, context_settings={"ignore_unknown_options": False})(optimize_command)
+app.command("ldp", cls=Command, context_settings={"ignore_unknown_options": False})(ldp_command)
 
 
 @app.command("list", cls=Command, context_settings={"ignore_unknown_options": False})

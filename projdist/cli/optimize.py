@@ -9,7 +9,7 @@ import typer
 
 from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import json_text, rounded, table_text
-from projdist.cli.options import OutputOption, choice, number, output_file, region_of
+from projdist.cli.options import OutputOption, OverwriteOption, choice, number, printed_or_file, region_of
 from projdist.cli.output import emit
 from projdist.families import FAMILIES
 from projdist.objectives import OBJECTIVES
@@ -52,9 +52,10 @@ def optimize_command(
     ] = None,
     format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_Form), help="How to print.")] = "table",
     output: OutputOption = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Find the parameters with which a family of projections distorts a region least."""
-    form, path = _Form(choice("format", format, list(_Form))), output_file(output)
+    form, path = _Form(choice("format", format, list(_Form))), printed_or_file(output, overwrite)
     step = None if round is None else number("rounding", round, 1e-9, 45.0, " of degrees")
     area = region_of(region)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
@@ -65,7 +66,7 @@ def optimize_command(
         raise typer.Exit(1) from error
     except ValueError as error:
         refuse(str(error), error)
-    emit(_text(found, form), path)
+    emit(_text(found, form), path, overwrite)
 
 
 def _text(found: Optimum, form: _Form) -> str:

@@ -15,10 +15,12 @@ from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
 from projdist.files import replacing
+from projdist.ldp import LDP
 from projdist.local_corrections import LocalCorrections
 from projdist.measures import get_measure
 from projdist.plots.colours import colour_scale
 from projdist.plots.fields import field
+from projdist.plots.ground import draw_ground_map, prepare_ground
 from projdist.plots.indicatrices import fit
 from projdist.plots.local_fields import draw_local_field, prepare_local_field
 from projdist.plots.pictures import (
@@ -110,6 +112,17 @@ def local_figure(
     draw_local_field(axes[0], local, title)
     draw_colourbar(figure, local.scale, cax=_bar_axes(figure))
     return figure, local.corrections
+
+
+def ldp_figure(
+    found: LDP, *, size: tuple[float, float] | None = None, dpi: float = 150.0, title: str | None = None
+) -> Figure:
+    """The distortion of a low-distortion projection at the heights of the ground, as `ground_map` draws it."""
+    prepared = prepare_ground(found)
+    figure, axes = _layout([_Map(prepared.surface, title, None)], size, dpi, foot=_BAR, one_scale=False)
+    draw_ground_map(axes[0], prepared, title)
+    draw_colourbar(figure, prepared.scale, cax=_bar_axes(figure))
+    return figure
 
 
 def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = None, overwrite: bool = True) -> Path:

@@ -6,7 +6,7 @@ Neither goes through the other's form, which would lose defaults (`+proj=wintri`
 """
 
 from projdist.projections.composed import compose, uncomposed
-from projdist.projections.definitions import crs_wkt, geodetic_ellipsoid, geographic
+from projdist.projections.definitions import crs_wkt, geodetic_ellipsoid, unprojected
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import parameters_of, pipeline_of, wkt_of
 from projdist.projections.names import needed_parameters, projection_names
@@ -33,6 +33,7 @@ __all__ = [
     "projection_names",
     "same_map",
     "uncomposed",
+    "unprojected",
     "with_parameters",
     "wkt_of",
 ]

@@ -65,7 +65,7 @@ def _geodetic(text: str) -> CRS:
     return crs.to_2d() if len(crs.axis_info) > 2 else crs
 
 
-def geographic(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Longitudes and latitudes in degrees, on its own datum, of coordinates in a CRS; raises ProjectionError."""
     try:
         stated = CRS.from_user_input(crs)

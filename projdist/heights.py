@@ -1,0 +1,100 @@
+"""Ellipsoidal heights at points, from a table or a raster; the home of rasterio."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.projections import unprojected
+
+__all__ = ["read_heights"]
+
+_NAMES = (
+    ("lon", "longitude", "long", "lng", "x"),
+    ("lat", "latitude", "y"),
+    ("h", "height", "ellipsoidal_height", "hae", "z", "elevation"),
+)
+_RASTER = (".tif", ".tiff")
+_MOST_CELLS = 200  # along a side of a raster: forty thousand points
+
+
+def read_heights(path: str | os.PathLike[str]) -> FloatArray:
+    """Longitudes, latitudes and heights in degrees and metres, shape (n, 3).
+
+    A .csv or .txt file has them in columns of any usual name, or, without a header, in that order; a .tif is a
+    raster of heights, read with rasterio (the extra `gis`) at 200 by 200 cells at most. Raises ValueError.
+    """
+    path = Path(path)
+    points = _read_raster(path) if path.suffix.lower() in _RASTER else _read_table(path)
+    if not (len(points) and (np.abs(points[:, 1]) <= 90).all() and (np.abs(points[:, 0]) <= 720).all()):
+        raise ValueError(f"Invalid heights '{path}'. There must be points, with longitudes and latitudes in degrees.")
+    return points
+
+
+def _read_table(path: Path) -> FloatArray:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"Invalid heights '{path}'. The file cannot be read as text: {reason}.") from error
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise ValueError(f"Invalid heights '{path}'. The file is empty.")
+    separator = next((mark for mark in ",;\t" if mark in lines[0]), None)
+    rows = list(csv.reader(lines, delimiter=separator)) if separator else [line.split() for line in lines]
+    columns = _columns(path, rows[0])
+    first = 0 if _is_number(rows[0][columns[0]]) else 1
+    points = []
+    for number, row in enumerate(rows[first:], start=first + 1):
+        try:
+            point = [float(row[column]) for column in columns]
+        except (ValueError, IndexError):
+            point = [np.nan]
+        if not np.isfinite(point).all():
+            raise ValueError(f"Invalid heights '{path}'. Row {number} must have a longitude, a latitude and a height.")
+        points.append(point)
+    return np.array(points).reshape(-1, 3)
+
+
+def _columns(path: Path, header: list[str]) -> list[int]:
+    """Where longitude, latitude and height stand."""
+    names = [name.strip().lower() for name in header]
+    if len(header) >= 3 and all(map(_is_number, header[:3])):
+        return [0, 1, 2]
+    found = [next((names.index(name) for name in allowed if name in names), None) for allowed in _NAMES]
+    columns = [column for column in found if column is not None]
+    if len(columns) < 3:
+        raise ValueError(f"Invalid heights '{path}'. Its header must name columns lon, lat and h.")
+    return columns
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _read_raster(path: Path) -> FloatArray:
+    try:
+        import rasterio
+        from rasterio.errors import RasterioError
+    except ImportError as error:
+        raise ValueError(f"Invalid heights '{path}'. Rasters need rasterio: pip install 'projdist[gis]'.") from error
+    try:
+        with rasterio.open(path) as raster:
+            shape = min(raster.height, _MOST_CELLS), min(raster.width, _MOST_CELLS)
+            heights = raster.read(1, out_shape=shape, masked=True).astype(float).filled(np.nan)
+            row, column = np.meshgrid(*((np.arange(n) + 0.5) / n for n in shape), indexing="ij")
+            x, y = raster.transform @ (column.ravel() * raster.width, row.ravel() * raster.height)
+            crs = raster.crs.to_wkt() if raster.crs else "EPSG:4326"
+    except RasterioError as error:
+        raise ValueError(f"Invalid heights '{path}'. The raster cannot be read: {error}.") from error
+    lon, lat = unprojected(crs, np.asarray(x), np.asarray(y))
+    points = np.stack([lon, lat, heights.ravel()], axis=-1)
+    return points[np.isfinite(points).all(axis=1)]
