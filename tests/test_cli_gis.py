@@ -78,9 +78,9 @@ def test_heatmap_as_a_raster(options: list[str], shape: tuple[int, int] | None, 
 def test_a_raster_that_falls_back(tmp_path: Path) -> None:
     """The file is written, and a line on standard error says in which CRS."""
     path = tmp_path / "x.tif"
-    code, out, err = run("heatmap", "winkel-tripel", *BOX, "--size", "9", "-o", str(path))
+    code, out, err = run("heatmap", "+proj=pipeline +step +proj=moll", *BOX, "--size", "9", "-o", str(path))
     assert (code, out) == (0, f"{path}\n")
-    assert err == "projdist: Note: Winkel Tripel has no CRS; the raster is in longitude and latitude.\n"
+    assert err == "projdist: Note: Mollweide has no CRS; the raster is in longitude and latitude.\n"
     with rasterio.open(path) as image:
         assert image.descriptions == ("fisher",)
 
@@ -91,9 +91,11 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
     path = tmp_path / name
     assert run_ok("tissot", "EPSG:3035", *BOX, "--step", "10", "-o", str(path)) == f"{path}\n"
     assert geopandas.read_file(path).crs.to_epsg() == 3035
-    code, out, err = run("tissot", "wintri", *BOX, "--step", "10", "-o", str(path), "--overwrite")
+    code, out, err = run(
+        "tissot", "+proj=pipeline +step +proj=moll", *BOX, "--step", "10", "-o", str(path), "--overwrite"
+    )
     assert (code, out) == (0, f"{path}\n")
-    assert err.startswith("projdist: Note: Winkel Tripel has no CRS; that of the layer is undefined")
+    assert err.startswith("projdist: Note: Mollweide has no CRS; that of the layer is undefined")
 
 
 @pytest.mark.parametrize(
