@@ -36,6 +36,7 @@ gallery: .venv/installed
 benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/means.py
+	$(BIN)/python benchmarks/recommend.py
 
 clean:
 	rm -rf .venv demo

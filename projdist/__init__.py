@@ -26,6 +26,8 @@ from projdist.objectives import OBJECTIVES, Objective, get_objective
 from projdist.optimize import Baseline, Optimum, Rounded, optimize
 from projdist.heights import read_heights
 from projdist.ldp import LDP, HeightStatistics, distortion_ppm, elevation_factor, ldp
+from projdist.recommend import Candidate, Recommendation, recommend
+from projdist.geoframes import estimate_crs
 
 __version__ = "0.1.0"
 
@@ -40,6 +42,7 @@ __all__ = [
     "WGS84",
     "Baseline",
     "Box",
+    "Candidate",
     "Cap",
     "Comparison",
     "Correction",
@@ -57,6 +60,7 @@ __all__ = [
     "Projection",
     "ProjectionError",
     "Quality",
+    "Recommendation",
     "Region",
     "Rotation",
     "Rounded",
@@ -68,6 +72,7 @@ __all__ = [
     "derivatives",
     "distortion_ppm",
     "elevation_factor",
+    "estimate_crs",
     "factors",
     "get_criterion",
     "get_measure",
@@ -84,6 +89,7 @@ __all__ = [
     "principal_scales",
     "projection_names",
     "read_heights",
+    "recommend",
     "sample",
     "spd",
     "summarize",

@@ -78,15 +78,22 @@ def _largest(
     clipped = samples.share < 1.0
     inside = region.contains(samples.lon[clipped], samples.lat[clipped])
     filled[clipped] = np.where(inside, filled[clipped], -np.inf)
+    areas = samples.weight.sum(axis=(1, 2))
+    broad = areas >= _BROAD * areas.max()
+    if not bounded:
+        # Where samples show that there is no bound, a search would only climb towards the singularity.
+        top = int(np.argmax(filled))
+        lon, lat = float(samples.lon.flat[top]), float(samples.lat.flat[top])
+        if _grows(projection, measure, (lon, lat), _nearest_middle(samples, broad, lon, lat)):
+            return Extreme(np.inf, _within_turn(lon), lat)
     found = _maximum_of_panels(projection, region, samples, filled.reshape(len(values), -1), measure)
     if len(region.edges):
         found = max(found, _maximum_on_edges(projection, measure, region.edges), key=_value)
     if not np.isfinite(found.value):
         return Extreme(np.nan, np.nan, np.nan)
     _, lon, lat = found
-    areas = samples.weight.sum(axis=(1, 2))
     if not bounded:
-        inward = _nearest_middle(samples, areas >= _BROAD * areas.max(), lon, lat)
+        inward = _nearest_middle(samples, broad, lon, lat)
         if _grows(projection, measure, (lon, lat), inward):
             found = found._replace(value=np.inf)
     return found._replace(lon=_within_turn(lon))
@@ -113,6 +120,13 @@ def _maximum_of_panels(
     areas = samples.weight.sum(axis=(1, 2))
     coarse = areas > _FINE * areas.sum()
     order = np.argsort(-peaks)
+    broad = areas >= _BROAD * areas.max()
+    if not measure.bounded:
+        # Where samples show that there is no bound, a search would only climb towards the singularity.
+        best = np.unravel_index(np.argmax(filled), filled.shape)
+        lon, lat = (float(at.reshape(filled.shape)[best]) for at in (samples.lon, samples.lat))
+        if _grows(projection, measure, (lon, lat), _nearest_middle(samples, broad, lon, lat)):
+            return Extreme(np.inf, (lon + 180.0) % 360.0 - 180.0, lat)
     # From the best panels, and from the best that are not tiny: beside a singularity samples may mislead.
     starts = np.unique(np.concatenate([order[:_STARTS], order[coarse[order]][:_STARTS]]))
     nodes = np.stack([samples.u[starts], samples.v[starts]], axis=-1).reshape(len(starts), -1, 2)

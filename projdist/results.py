@@ -281,12 +281,12 @@ def summarize(
     of_J = [measure for measure in chosen.values() if not measure.needs_hessian]
     integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
     samples = sample(projection, region, tolerance=tolerance, integrands=integrands)
-    found = _airy_kavrayskiy(samples)
+    found = airy_kavrayskiy_of(samples)
     if found.error > tolerance and not samples.limit:
         # The affine error is no goal of the refinement, and seldom larger than the others.
         finer = _SLACK * tolerance * tolerance / found.error
         samples = sample(projection, region, tolerance=finer, integrands=integrands)
-        found = _airy_kavrayskiy(samples)
+        found = airy_kavrayskiy_of(samples)
     return Summary(
         projection=projection,
         given=given or projection.label,
@@ -320,7 +320,7 @@ def _squared(measure: Measure) -> Any:
     return lambda J: measure(J) ** 2
 
 
-class _AiryKavrayskiy(NamedTuple):
+class AiryKavrayskiy(NamedTuple):
     """The raw, scaled and affine errors, the largest of their estimated errors, and the MDT."""
 
     raw: float
@@ -330,7 +330,8 @@ class _AiryKavrayskiy(NamedTuple):
     mdt: FloatArray
 
 
-def _airy_kavrayskiy(samples: Samples) -> _AiryKavrayskiy:
+def airy_kavrayskiy_of(samples: Samples) -> AiryKavrayskiy:
+    """The Airy-Kavrayskiy errors of samples; raises ProjectionError where the map is singular everywhere."""
     square, log_area = log_scales(samples.jacobian)
     mean_square, square_error = samples.mean(square, 2.0 * np.sqrt(square))
     shift, shift_error = samples.mean(log_area, 1.0)
@@ -344,7 +345,7 @@ def _airy_kavrayskiy(samples: Samples) -> _AiryKavrayskiy:
     distances = np.full(square.shape, np.nan)
     distances[defined] = result.distances
     affine, affine_error = _root(*samples.mean(distances, 2.0 * np.sqrt(distances)))
-    return _AiryKavrayskiy(raw, scaled, affine, max(raw_error, scaled_error, affine_error), result.T)
+    return AiryKavrayskiy(raw, scaled, affine, max(raw_error, scaled_error, affine_error), result.T)
 
 
 def _root(square: float, error: float) -> tuple[float, float]:

@@ -1059,3 +1059,17 @@ def test_wkt_of_everything_is_json_too():
     """PROJJSON text and its dict name the same CRS."""
     text = CRS("EPSG:2056").to_json()
     assert make(text) == make(json.loads(text))
+
+
+@pytest.mark.parametrize("code", ["ESRI:102060", "ESRI:102166", "EPSG:3035", "EPSG:32661", "EPSG:27572"])
+def test_the_conversion_alone(code):
+    """No shift of datum, though PROJ's database has some between a CRS and its own geodetic CRS (1 cm, 4 cm)."""
+    crs = CRS(code)
+    west, south, east, north = crs.area_of_use.bounds
+    lon, lat = (west + east) / 2, (south + north) / 2
+    alone = CRS.from_wkt(crs.to_wkt())
+    truth = Transformer.from_crs(alone.geodetic_crs, alone, always_xy=True)
+    u, v = truth.transform(*((lon - 2.33722916667) / 0.9, lat / 0.9) if code == "EPSG:27572" else (lon, lat))
+    np.testing.assert_allclose(
+        [float(value) for value in Projection.from_user_input(code)(lon, lat)], [u, v], atol=1e-3
+    )

@@ -39,6 +39,7 @@ from projdist.cli.options import (
 from projdist.cli.output import drawing, emit
 from projdist.cli.parser import Command, Commands
 from projdist.cli.points import read_points
+from projdist.cli.recommend import recommend_command
 from projdist.cli.tables import is_table_file, measure_file, write_table
 from projdist.criteria import CRITERIA
 from projdist.measures import MEASURES
@@ -334,6 +335,7 @@ def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None
 app.command("correct", cls=Command, context_settings={"ignore_unknown_options": False})(correct_command)
 app.command("optimize", cls=Command, context_settings={"ignore_unknown_options": False})(optimize_command)
 app.command("ldp", cls=Command, context_settings={"ignore_unknown_options": False})(ldp_command)
+app.command("recommend", cls=Command, context_settings={"ignore_unknown_options": False})(recommend_command)
 
 
 @app.command("list", cls=Command, context_settings={"ignore_unknown_options": False})

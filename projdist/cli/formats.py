@@ -159,7 +159,10 @@ def markdown_text(columns: dict[str, list[str]]) -> str:
     return line(list(columns)) + line(rule) + "".join(line(row) for row in zip(*columns.values(), strict=True))
 
 
-_TEXT = ("projection", "map", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text")
+_TEXT = (
+    *("projection", "map", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text"),
+    *("code", "method", "keeps", "area of use"),
+)
 
 
 def _escapedmarkdown_text(cell: str) -> str:

@@ -30,6 +30,8 @@ def parse_crs(value: Any) -> Parts:
         raise ProjectionError(f"Invalid projection '{quoted}'. The CRS states no ellipsoid.")
     function = CrsOperation(crs.to_wkt(), greenwich_offset(crs), units_per_degree(geodetic), _axes_to_metres(crs))
     try:
+        if crs.type_name == "Projected CRS":  # a derived one has other axes in memory than in its WKT
+            function.prepare(crs)
         _ = function.transformer
     except pyproj.exceptions.ProjError as error:
         raise ProjectionError(

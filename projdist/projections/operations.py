@@ -59,8 +59,17 @@ class CrsOperation:
     @functools.cached_property
     def transformer(self) -> Transformer:
         """PROJ's operation; raises pyproj's ProjError."""
-        crs = CRS.from_wkt(self.crs)
-        return Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True)
+        return _forward(CRS.from_wkt(self.crs))
+
+    def prepare(self, crs: CRS) -> None:
+        """Make the transformer from the CRS itself, at half the cost of its WKT; raises pyproj's ProjError.
+
+        For a few CRSs PROJ's database has several operations, with shifts of datum among them, of
+        which it takes one at the first point. The WKT knows the conversion only.
+        """
+        transformer = _forward(crs)
+        if transformer.definition.startswith("proj="):
+            self.__dict__["transformer"] = transformer
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres, inf where undefined."""
@@ -91,6 +100,10 @@ class CrsOperation:
         PROJ answers for some points outside the map, too: only what `native` takes back to u, v is on it.
         """
         return self.degrees(*transform(self.transformer, u, v, direction=TransformDirection.INVERSE))
+
+
+def _forward(crs: CRS) -> Transformer:
+    return Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True)
 
 
 def transform(

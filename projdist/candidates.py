@@ -1,0 +1,258 @@
+"""The CRSs of PROJ's database as candidates for a region: measured cheaply at first, then in full.
+
+The functions of this module run in other processes, too: what they take and give is small and picklable.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.criteria import mean
+from projdist.cubature import Integrand, Samples, sample
+from projdist.derivatives import jacobian
+from projdist.ellipsoid import WGS84
+from projdist.extremes import find_maximum
+from projdist.measures import Measure, areal_scale, get_measure
+from projdist.probe import Probe
+from projdist.projections import Projection, ProjectionError
+from projdist.projections.database import Conversion, DatabaseCrs, load_crs
+from projdist.regions import Region
+from projdist.results import airy_kavrayskiy_of
+from projdist.suitability import RANKINGS, properties
+
+__all__ = ["Distortion", "Finding", "Full", "Rejected", "Trial", "measure", "settle", "try_crs"]
+
+_LEAST_COVERED = 0.99  # of the region: less is no map of it
+_RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
+_MEANS = 0.01  # what integrands are scaled to: the cubature's 1e-6 is then 1e-4 of their means
+_RESOLVED = 0.01  # of a mean; worse, it diverges
+_EVALUATIONS = 200_000
+_FLAT = 170.0  # degrees of angular deformation
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A CRS that is no candidate, and why."""
+
+    code: str
+    name: str
+    reason: str
+
+
+# ---- cheaply --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A CRS to try on a region's probe."""
+
+    code: str
+    name: str
+    probe: Probe
+    ranking: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A CRS as its trial found it: `value` is the figure of the ranking, `modern` whether on GRS 80 or WGS 84."""
+
+    code: str
+    datum: str
+    modern: bool
+    conversion: Conversion
+    jacobian: FloatArray
+    keeps: tuple[str, ...]
+    value: float
+
+
+def try_crs(trial: Trial) -> Finding | Rejected:
+    """A CRS measured at the probe's nodes."""
+    try:
+        crs = load_crs(trial.code)
+        J = jacobian(crs.projection, trial.probe.lon, trial.probe.lat)
+    except ProjectionError as error:
+        return Rejected(trial.code, trial.name, str(error))
+    covered = float(trial.probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
+    if covered < _LEAST_COVERED:
+        return Rejected(trial.code, trial.name, f"It can be projected over {100 * covered:.3g} % of the region only.")
+    weight = trial.probe.weight
+    value = RANKINGS[trial.ranking](J, weight)
+    return Finding(trial.code, crs.datum, _is_modern(crs), crs.conversion, J, properties(J, weight), value)
+
+
+def _is_modern(crs: DatabaseCrs) -> bool:
+    """Whether the ellipsoid is that of GRS 80 or WGS 84, as of all datums that satellites measure."""
+    ellipsoid = crs.projection.ellipsoid
+    return abs(ellipsoid.a - WGS84.a) < 0.1 and abs(ellipsoid.f - WGS84.f) < 1e-8
+
+
+# ---- in full --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Full:
+    """A CRS to measure in full; `level` is its Airy-Kavrayskiy error, about."""
+
+    code: str
+    name: str
+    region: Region
+    probe: Probe
+    keeps: tuple[str, ...]
+    level: float
+    ranking: str
+
+
+@dataclass(frozen=True)
+class Distortion:
+    """What a projection does over a region; largest values are infinite where there is no bound, means then NaN."""
+
+    coverage: float
+    airy_kavrayskiy: float
+    airy_kavrayskiy_scaled: float
+    airy_kavrayskiy_affine: float
+    error_estimate: float
+    max_scale_error_ppm: float
+    mean_scale_error_ppm: float
+    max_omega: float
+    mean_omega: float
+    max_areal_error_ppm: float
+    mean_areal_error_ppm: float
+    min_areal_scale: float
+    max_areal_scale: float
+
+
+def settle(task: Full) -> float | Rejected:
+    """The figure of the ranking of a CRS over a region, as good as `measure` has it."""
+    try:
+        return _begun(task).figure(task.ranking)
+    except ProjectionError as error:
+        return Rejected(task.code, task.name, str(error))
+
+
+def measure(task: Full) -> Distortion | Rejected:
+    """A CRS measured over a region, to 1e-5 of its Airy-Kavrayskiy errors and 1e-4 of its means."""
+    try:
+        return Distortion(**_begun(task).figures())
+    except ProjectionError as error:
+        return Rejected(task.code, task.name, str(error))
+
+
+def _begun(task: Full) -> _Measurement:
+    projection = load_crs(task.code).projection
+    tolerance = _RELATIVE * max(task.level, 1e-6)
+    first = sample(projection, task.region, tolerance=tolerance, max_evaluations=_EVALUATIONS)
+    return _Measurement(task, projection, tolerance, first)
+
+
+_SCALE, _OMEGA, _AREA, _AREA_ERROR = (
+    get_measure(name) for name in ("scale_error_ppm", "omega", "areal_scale", "areal_error_ppm")
+)
+
+
+def _inverse_area(J: FloatArray) -> FloatArray:
+    """1 / s, NaN where the map is singular."""
+    s = areal_scale(J)
+    return 1.0 / np.where(s > 0, s, np.nan)
+
+
+_INVERSE = Measure("inverse_areal_scale", _inverse_area, kind="ratio")
+
+
+# What has a mean to be resolved, and the property of maps for which it vanishes.
+_MEASURES = {_SCALE: "", _OMEGA: "conformal", _AREA_ERROR: "equal-area"}
+
+# Which part of a measurement has the figure of a ranking: errors, scales, angles, areas.
+_PART = {
+    name: next(i for i, word in enumerate(("airy", "scale", "omega", "areal")) if word in name) for name in RANKINGS
+}
+
+
+@dataclass(frozen=True)
+class _Measurement:
+    """A projection under measurement. What it keeps true is read off the probe: searches would find noise."""
+
+    task: Full
+    projection: Projection
+    tolerance: float
+    first: Samples
+
+    def figures(self) -> dict[str, float]:
+        """All fields of `Distortion`."""
+        return {"coverage": self.first.coverage, **self._errors(), **self._scales(), **self._angles(), **self._areas()}
+
+    def figure(self, name: str) -> float:
+        """One field, with no more work than it needs."""
+        parts = (self._errors, self._scales, self._angles, self._areas)
+        return parts[_PART[name]]()[name]
+
+    def _errors(self) -> dict[str, float]:
+        errors = airy_kavrayskiy_of(self.first)
+        return {
+            "airy_kavrayskiy": errors.raw,
+            "airy_kavrayskiy_scaled": errors.scaled,
+            "airy_kavrayskiy_affine": errors.affine,
+            "error_estimate": errors.error,
+        }
+
+    def _scales(self) -> dict[str, float]:
+        return {"max_scale_error_ppm": self._largest(_SCALE), "mean_scale_error_ppm": self._mean(_SCALE)}
+
+    def _angles(self) -> dict[str, float]:
+        if "conformal" in self.task.keeps:
+            return dict(zip(("max_omega", "mean_omega"), self._on_probe(_OMEGA), strict=True))
+        sampled = float(np.nanmax(_OMEGA(self.first.jacobian)))
+        # Beyond, it is that of a pole line, 180 degrees and attained only in the limit.
+        return {
+            "max_omega": sampled if sampled > _FLAT else self._largest(_OMEGA),
+            "mean_omega": self._mean(_OMEGA),
+        }
+
+    def _areas(self) -> dict[str, float]:
+        if "equal-area" in self.task.keeps:
+            least, most = 1.0 / self._on_probe(_INVERSE)[0], self._on_probe(_AREA)[0]
+            mean_error = self._on_probe(_AREA_ERROR)[1]
+        else:
+            least, most = 1.0 / self._largest(_INVERSE), self._largest(_AREA)
+            mean_error = self._mean(_AREA_ERROR)
+        return {
+            "max_areal_error_ppm": 1e6 * max(abs(least - 1.0), abs(most - 1.0)),
+            "mean_areal_error_ppm": mean_error,
+            "min_areal_scale": least,
+            "max_areal_scale": most,
+        }
+
+    def _on_probe(self, one: Measure) -> tuple[float, float]:
+        """The largest value and the mean at the probe's nodes."""
+        inner = self.task.probe.weight > 0
+        values = one(jacobian(self.projection, self.task.probe.lon[inner], self.task.probe.lat[inner]))
+        return float(np.nanmax(values)), mean(values, self.task.probe.weight[inner])
+
+    def _largest(self, one: Measure) -> float:
+        return find_maximum(self.projection, self.task.region, self.first, one(self.first.jacobian), one).value
+
+    def _mean(self, one: Measure) -> float:
+        """The mean over the area; NaN where it diverges."""
+        found, error = self._fine.mean(one(self._fine.jacobian), 0.0)
+        return found if error <= _RESOLVED * found else np.nan
+
+    @functools.cached_property
+    def _fine(self) -> Samples:
+        """Samples that resolve the means."""
+        measures = [one for one, kept in _MEASURES.items() if kept not in self.task.keeps]
+        levels = [self.first.mean(one(self.first.jacobian), 0.0)[0] for one in measures]
+        integrands = [_scaled(one, _MEANS / level) for one, level in zip(measures, levels, strict=True) if level > 0]
+        return sample(
+            self.projection,
+            self.task.region,
+            tolerance=self.tolerance,
+            integrands=integrands,
+            max_evaluations=_EVALUATIONS,
+        )
+
+
+def _scaled(one: Measure, factor: float) -> Integrand:
+    return lambda J: factor * one(J)

@@ -1,0 +1,260 @@
+"""The command `recommend`."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from projdist.cli.errors import fail, refuse
+from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
+from projdist.cli.options import (
+    DpiOption,
+    FormatOption,
+    OverwriteOption,
+    SizeOption,
+    file_of_kind,
+    format_of,
+    number,
+    region_of,
+    size_of,
+)
+from projdist.cli.output import drawing, emit
+from projdist.executors import check_executor, open_executor
+from projdist.projections.database import OF_A_SPHERE
+from projdist.recommend import Recommendation, recommend
+from projdist.suitability import PURPOSES, RANKINGS
+
+_DRAWN = 4  # maps in the picture
+
+RegionArgument = Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")]
+
+
+def recommend_command(
+    region: RegionArgument,
+    purpose: Annotated[
+        str, typer.Option(metavar="|".join(PURPOSES), help="What the map shall keep, as measured.")
+    ] = "any",
+    criterion: Annotated[
+        str, typer.Option(metavar="NAME", help=f"What to rank by: {', '.join(RANKINGS)}.")
+    ] = "airy_kavrayskiy",
+    authority: Annotated[str, typer.Option(metavar="NAMES", help="EPSG, ESRI, IGNF, with commas.")] = "EPSG,ESRI",
+    datum: Annotated[str | None, typer.Option(metavar="TEXT", help="A part of the name, as WGS 84 or ETRS89.")] = None,
+    contains: Annotated[
+        bool, typer.Option("--contains", help="Only those whose area of use holds the region.")
+    ] = False,
+    intersects: Annotated[
+        bool, typer.Option("--intersects", help="Do not prefer those whose area of use holds the region.")
+    ] = False,
+    deprecated: Annotated[bool, typer.Option("--deprecated", help="Deprecated ones, too.")] = False,
+    limit: Annotated[str, typer.Option(metavar="NUMBER", help="How many to print.")] = "10",
+    executor: Annotated[
+        str | None, typer.Option(metavar="dask://HOST:PORT", help="A Dask scheduler to run the work on.")
+    ] = None,
+    format: FormatOption = "table",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Heat maps of the best: .png, .svg or .pdf."),
+    ] = None,
+    size: SizeOption = None,
+    dpi: DpiOption = "150",
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Find the best existing CRSs for a region, by measuring every candidate."""
+    form, area = format_of(format), region_of(region)
+    most = number("limit", limit, 1, 10_000)
+    if most != int(most):
+        refuse(f"Invalid limit '{limit}'. It must be a whole number.")
+    if contains and intersects:
+        refuse("Invalid option '--intersects'. It cannot stand with --contains.")
+    picture = None if output is None else _Picture(output, size, dpi, overwrite)
+    with _usage(), _executor(executor) as workers, _bar() as progress:
+        result = recommend(
+            area,
+            purpose=purpose,
+            criterion=criterion,
+            authorities=authority.split(","),
+            datum=datum,
+            area="contains" if contains else "intersects" if intersects else "preferred",
+            deprecated=deprecated,
+            limit=int(most),
+            executor=workers,
+            progress=progress,
+        )
+    if not result.results:
+        fail(f"No CRS serves the region '{area.name}' with these options.")
+        raise typer.Exit(1)
+    text = _text(result, form)
+    if picture is not None:
+        picture.draw(result)
+        text += f"Picture: {picture.path}\n" if form is Format.TABLE else ""
+    emit(text, None)
+
+
+# ---- the surroundings of the work -----------------------------------------------------------
+
+
+@contextlib.contextmanager
+def _usage() -> Iterator[None]:
+    """Say what was wrong in the words of an option."""
+    try:
+        yield
+    except ValueError as error:
+        refuse(str(error), error)
+
+
+@contextlib.contextmanager
+def _executor(text: str | None) -> Iterator[Executor | None]:
+    """The executor of `--executor`; None for processes of our own."""
+    if text is None:
+        yield None
+        return
+    check_executor(text)
+    with contextlib.ExitStack() as stack:
+        try:
+            workers = stack.enter_context(open_executor(text))
+        except (ImportError, OSError) as error:
+            fail(str(error) if isinstance(error, ImportError) else f"Invalid executor '{text}'. Nothing answers there.")
+            raise typer.Exit(1) from error
+        yield workers
+
+
+@contextlib.contextmanager
+def _bar() -> Iterator[Callable[[int, int], None] | None]:
+    """A listener that moves a progress bar; None where the standard error is no terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    columns = (TextColumn("{task.completed:.0f}/{task.total:.0f} CRSs"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("", total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+class _Picture:
+    """A picture to draw, from the words of its options."""
+
+    def __init__(self, output: str, size: str | None, dpi: str, overwrite: bool) -> None:
+        from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
+
+        self.plots = plots
+        self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
+        self.overwrite = overwrite
+        self.dots = number("dpi", dpi, 10, 1200)
+        self.size = size_of(size, self.dots)
+
+    def draw(self, result: Recommendation) -> None:
+        """Heat maps of the best, with one colour bar."""
+        best = result.results[:_DRAWN]
+        with drawing(self.path):
+            figure = self.plots.heatmap_figure(
+                [one.code for one in best],
+                measure="fisher",
+                region=result.region,
+                titles=[f"{one.code}  {one.name}" for one in best],
+                airy_kavrayskiy=[one.distortion.airy_kavrayskiy for one in best],
+                size=self.size,
+                dpi=self.dots,
+            )
+            self.plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
+
+
+# ---- formats --------------------------------------------------------------------------------
+
+
+def _text(result: Recommendation, form: Format) -> str:
+    """A recommendation in a format."""
+    if form is Format.JSON:
+        return json_text(result.to_dict())
+    rows = result.rows()
+    if form is Format.CSV:
+        return csv_text([{key: _finite(value) for key, value in row.items()} for row in rows], ["code"])
+    columns = {
+        "code": [row["code"] for row in rows],
+        "name": [row["name"] for row in rows],
+        "method": [row["method"].replace("_", " ") for row in rows],
+        result.criterion: [_figure(row["value"]) for row in rows],
+        "ppm max": [_figure(row["max_scale_error_ppm"]) for row in rows],
+        "ppm mean": [_figure(row["mean_scale_error_ppm"]) for row in rows],
+        "omega max": [_figure(row["max_omega"], 1e-6) for row in rows],
+        "areal scale": [_span(row["min_areal_scale"], row["max_areal_scale"]) for row in rows],
+        "keeps": [row["keeps"] or "-" for row in rows],
+        "covers": [_percent(row["coverage"]) for row in rows],
+        "in area": [_percent(row["share_in_area_of_use"]) for row in rows],
+        "area of use": [_short(row["area_of_use"]) for row in rows],
+    }
+    notes = _notes(result)
+    if form is Format.MARKDOWN:
+        return markdown_text(columns) + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
+    title = f"{result.region.name} ({result.region.area_km2:,.0f} km2), {result.purpose}, by {result.criterion}"
+    return table_text(columns, title) + "\n".join(notes) + "\n"
+
+
+def _notes(result: Recommendation) -> list[str]:
+    """What the columns mean, which CRSs draw the same map, and how many are none."""
+    notes = [
+        "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: to 0.1 ppm, as measured; "
+        "in area: the share of the region in the CRS's area of use."
+    ]
+    if result.area == "preferred":
+        notes.append(
+            "In the order, a figure counts over the share of the region in the area of use (--intersects: it does not)."
+        )
+    notes += [
+        f"{one.code} draws the same map as {', '.join(code for code, _ in one.same)}."
+        for one in result.results
+        if one.same
+    ]
+    reasons = Counter(_kind(rejected.reason) for rejected in result.rejected)
+    counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
+    notes.append(
+        f"{result.candidates} CRSs were tried, {result.maps} different maps serve the purpose."
+        + (f" Rejected (listed in JSON): {counts}." if counts else "")
+    )
+    return notes
+
+
+def _kind(reason: str) -> str:
+    """What sort of reason it is."""
+    if reason.startswith("Its area of use"):
+        return "whose area of use holds too little of the region"
+    if reason.startswith("It can be projected"):
+        return "that project too little of it"
+    return "on a sphere" if reason.startswith(OF_A_SPHERE) else "that PROJ cannot compute"
+
+
+def _figure(value: float, rounding: float = 0.0) -> str:
+    """Five significant digits; what is below the rounding is 0."""
+    if value != value:
+        return "-"
+    if value == float("inf"):
+        return "inf"
+    return "0" if abs(value) < rounding else f"{value:.5g}"
+
+
+def _span(least: float, most: float) -> str:
+    """`0.99920 .. 1.00426`."""
+    return f"{least:.5f} .. {'inf' if most == float('inf') else format(most, '.5f')}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
+
+
+def _short(text: str) -> str:
+    """The beginning of a text, to its first full stop or for 40 characters."""
+    beginning = text.partition(". ")[0].rstrip(".")
+    return beginning if len(beginning) <= 40 else f"{beginning[:37].rstrip()}..."
+
+
+def _finite(value: Any) -> Any:
+    """A cell of CSV; infinite and undefined ones are empty."""
+    return "" if isinstance(value, float) and not abs(value) < float("inf") else value

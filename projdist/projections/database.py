@@ -1,0 +1,129 @@
+"""The projected CRSs of PROJ's database: their index, and each as a projection with what identifies it."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pyproj import CRS
+from pyproj.database import query_crs_info
+from pyproj.enums import PJType
+
+from projdist import hints
+from projdist.projections.crs import greenwich_offset
+from projdist.projections.errors import ProjectionError, shown
+from projdist.projections.projection import Projection
+
+__all__ = [
+    "AUTHORITIES",
+    "CRS",
+    "Conversion",
+    "CrsRecord",
+    "DatabaseCrs",
+    "check_authorities",
+    "crs_records",
+    "load_crs",
+    "to_pyproj",
+]
+
+AUTHORITIES = ("EPSG", "ESRI", "IGNF")
+"""Those with projected CRSs of the Earth; IAU_2015's are of other planets."""
+
+_EARTH = (6.35e6, 6.40e6)  # metres: semi-major axes and radii that are the Earth's
+OF_A_SPHERE = "It is of a sphere"
+_DIGITS = 11  # of parameters in SI units: 0.1 mm on the ground, and beyond the rounding of degrees to radians
+_SHIFTS = ("False easting", "False northing", "Easting at", "Northing at")
+
+Conversion = tuple[str, tuple[tuple[str, float], ...]]
+"""The name of a method, and its parameters by name in SI units."""
+
+
+@dataclass(frozen=True)
+class CrsRecord:
+    """A line of the index: code, name, method, the area of use (west, south, east, north in degrees) and its name."""
+
+    code: str
+    name: str
+    method: str
+    area_of_use: tuple[float, float, float, float]
+    area_name: str
+
+
+@dataclass(frozen=True)
+class DatabaseCrs:
+    """A CRS as a projection, its datum by the name of the geodetic CRS, and the identity of its conversion.
+
+    Two CRSs of one `conversion` draw the same map, but for the figure of their ellipsoids and the
+    place of the false origin.
+    """
+
+    projection: Projection
+    datum: str
+    conversion: Conversion
+
+
+def check_authorities(authorities: Sequence[str]) -> tuple[str, ...]:
+    """Names of authorities in capitals, each once; raises ValueError for one without maps of the Earth."""
+    names = tuple(dict.fromkeys(name.strip().upper() for name in authorities))
+    for name in names:
+        if name not in AUTHORITIES:
+            hint = hints.did_you_mean(hints.close_words(name, AUTHORITIES))
+            raise ValueError(f"Invalid authority '{name}'. {hint}It must be {hints.listed(AUTHORITIES, 'or')}.")
+    if not names:
+        raise ValueError(f"Invalid authority ''. It must be {hints.listed(AUTHORITIES, 'or')}.")
+    return names
+
+
+def crs_records(authorities: Sequence[str], *, deprecated: bool = False) -> list[CrsRecord]:
+    """The projected CRSs of some authorities, in their order."""
+    return [record for name in check_authorities(authorities) for record in _records_of(name, deprecated)]
+
+
+@functools.cache
+def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
+    """The projected CRSs of an authority that have an area of use, as all of them do."""
+    found = query_crs_info(auth_name=authority, pj_types=[PJType.PROJECTED_CRS], allow_deprecated=deprecated)
+    return tuple(
+        CrsRecord(
+            f"{info.auth_name}:{info.code}",
+            info.name,
+            info.projection_method_name or "",
+            (area.west, area.south, area.east, area.north),
+            area.name or "",
+        )
+        for info in found
+        if (area := info.area_of_use) is not None
+    )
+
+
+def load_crs(code: str) -> DatabaseCrs:
+    """The CRS of a code; raises ProjectionError where PROJ cannot compute it or it is not of the Earth's ellipsoid."""
+    crs = CRS.from_user_input(code)
+    ellipsoid, geodetic = crs.ellipsoid, crs.geodetic_crs
+    if ellipsoid is None or not _EARTH[0] < ellipsoid.semi_major_metre < _EARTH[1]:
+        raise ProjectionError(f"Invalid CRS '{code}'. It is not of the Earth: {shown(crs.name)}.")
+    if not ellipsoid.inverse_flattening:
+        raise ProjectionError(f"{OF_A_SPHERE}, from which the Earth departs by 20 km.")
+    return DatabaseCrs(Projection.from_user_input(crs), geodetic.name if geodetic else "", _conversion(crs))
+
+
+def to_pyproj(code: str) -> CRS:
+    """The CRS of a code as pyproj's."""
+    return CRS.from_user_input(code)
+
+
+def _conversion(crs: CRS) -> Conversion:
+    """Method, and parameters in SI units, longitudes from Greenwich; no false origins."""
+    operation = crs.coordinate_operation
+    if operation is None:
+        return crs.name, ()
+    meridian = math.radians(greenwich_offset(crs))
+    values: list[tuple[str, float]] = []
+    for parameter in operation.params:
+        if isinstance(parameter.value, float) and not parameter.name.startswith(_SHIFTS):
+            value = parameter.value * parameter.unit_conversion_factor
+            value += meridian if "ongitude" in parameter.name else 0.0
+            values.append((parameter.name, round(value, _DIGITS)))
+    return operation.method_name, tuple(sorted(values))

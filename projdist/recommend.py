@@ -1,0 +1,409 @@
+"""The best existing CRS for a region: every candidate of PROJ's database, measured and ranked.
+
+A cheap trial at two hundred nodes gives each candidate's figure to a few per cent; only those that
+may be among the best by it are measured in full, so that the order is that of measuring all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from projdist import hints
+from projdist.answer import Answer, plain
+from projdist.candidates import Distortion, Finding, Full, Rejected, Trial, measure, settle, try_crs
+from projdist.executors import own_executor, run_all
+from projdist.probe import Probe, probe_of, shares_within
+from projdist.projections.database import AUTHORITIES, CrsRecord, check_authorities, crs_records
+from projdist.regions import Place, PointSet, Region, get_region
+from projdist.suitability import RANKINGS, Ranking, get_purpose, get_ranking, suits
+
+__all__ = ["AREAS", "Candidate", "Recommendation", "recommend"]
+
+AREAS = ("preferred", "contains", "intersects")
+"""How a CRS's area of use counts: the more of the region it holds the better, it must hold it, or it need not."""
+
+Progress = Callable[[int, int], None]
+
+_HOLDS = 0.99  # of the region: areas of use are rounded, and so are boxes
+_TOUCHES = 0.25  # of the region: a CRS for less was not made for it
+# A trial's mean is good to a few per cent (6 on the globe, whose poles it leaves out), its maximum never too large.
+_MEAN_MARGIN, _MAXIMUM_MARGIN = 0.7, 0.99
+_SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
+_WAVE = 16  # maps in one go: more than there are cores, fewer than there are maps
+_CLOSE = 0.01  # of the trials' figures: a sphere and an ellipsoid differ by half of that on a map of the world
+_ALIKE = 1e-7  # of J: the same map by another method or with other parameters
+_NEAR = 1e-4  # of the trials' figures: no more can differ in maps that are alike
+
+_LEVEL = RANKINGS["airy_kavrayskiy"]
+
+
+# ---- answers --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A CRS over a region, with all CRSs that draw the same map under other datums.
+
+    `value` is the figure of the criterion, `share` the share of the region within the area of use,
+    `keeps` what the map keeps true to 0.1 ppm.
+    """
+
+    code: str
+    name: str
+    method: str
+    datum: str
+    value: float
+    distortion: Distortion
+    keeps: tuple[str, ...]
+    share: float
+    area_of_use: tuple[float, float, float, float]
+    area_name: str
+    same: tuple[tuple[str, str], ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return {
+            "code": self.code,
+            "name": self.name,
+            "method": self.method,
+            "datum": self.datum,
+            "value": plain(self.value),
+            **{name: plain(value) for name, value in asdict(self.distortion).items()},
+            "keeps": list(self.keeps),
+            "share_in_area_of_use": self.share,
+            "area_of_use": {"bounds": list(self.area_of_use), "name": self.area_name},
+            "same": [{"code": code, "name": name} for code, name in self.same],
+        }
+
+    def _row(self) -> dict[str, Any]:
+        return {
+            "code": self.code,
+            "name": self.name,
+            "method": self.method,
+            "datum": self.datum,
+            "value": self.value,
+            **asdict(self.distortion),
+            "keeps": " ".join(self.keeps),
+            "share_in_area_of_use": self.share,
+            "area_of_use": self.area_name,
+            "same": " ".join(code for code, _ in self.same),
+        }
+
+
+@dataclass(frozen=True)
+class Recommendation(Answer):
+    """The best CRSs for a region, best first, and those that are none, with the reasons.
+
+    `candidates` is the number of CRSs that were tried, `maps` that of different maps among them
+    that serve the purpose. A frame has the results only.
+    """
+
+    region: Region
+    purpose: str
+    criterion: str
+    area: str
+    results: tuple[Candidate, ...]
+    rejected: tuple[Rejected, ...]
+    candidates: int
+    maps: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """`{"region", "purpose", "criterion", "area", "candidates", "maps", "results": [...], "rejected": [...]}`."""
+        return {
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "purpose": self.purpose,
+            "criterion": self.criterion,
+            "area": self.area,
+            "candidates": self.candidates,
+            "maps": self.maps,
+            "results": [result.to_dict() for result in self.results],
+            "rejected": [asdict(rejected) for rejected in self.rejected],
+        }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The results as flat rows: names and numbers."""
+        return self._table()
+
+    def _table(self) -> list[dict[str, Any]]:
+        return [result._row() for result in self.results]
+
+
+# ---- the question ---------------------------------------------------------------------------
+
+
+def recommend(
+    region: str | Place,
+    *,
+    purpose: str = "any",
+    criterion: str = "airy_kavrayskiy",
+    authorities: Sequence[str] = AUTHORITIES[:2],
+    datum: str | None = None,
+    area: str = "preferred",
+    deprecated: bool = False,
+    limit: int | None = 10,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Recommendation:
+    """The best of the projected CRSs of PROJ's database for a region, by measurement.
+
+    `purpose` is any, equal-area, conformal, equidistant or compromise, as the map's field shows it;
+    `criterion` one of `projdist.suitability.RANKINGS`; `datum` a part of the name of the geodetic
+    CRS; `area` preferred (the figure counts over the share of the region within the area of use),
+    contains or intersects. None for `limit` measures all in full. The work runs on
+    `executor`, or on processes of its own where they can be forked; `progress` hears of the steps
+    done and of all. Raises ValueError.
+    """
+    place = get_region(region)
+    if isinstance(place, PointSet):
+        raise ValueError(f"Invalid region '{place.name}'. It must be an area: a box, a cap, a country, polygons.")
+    ranking = get_ranking(criterion)
+    search = _Search(place, get_purpose(purpose), ranking, _check_area(area), _check_limit(limit), progress)
+    records = crs_records(check_authorities(authorities), deprecated=deprecated)
+    search.choose(records)
+    if executor is not None:
+        return search.run(executor, datum)
+    with own_executor(len(search.records)) as pool:
+        return search.run(pool, datum)
+
+
+def _check_area(area: str) -> str:
+    if area not in AREAS:
+        raise ValueError(f"Invalid area '{area}'. It must be {hints.listed(AREAS, 'or')}.")
+    return area
+
+
+def _check_limit(limit: int | None) -> int | None:
+    if limit is not None and limit < 1:
+        raise ValueError(f"Invalid limit '{limit}'. It must be at least 1.")
+    return limit
+
+
+@dataclass
+class _Map:
+    """The CRSs of one map, the one to name first, and what is known of it."""
+
+    members: list[Finding]
+    share: float
+    weight: float  # what its figure counts
+    key: float = np.inf  # what it counts by its figure in full
+    result: Distortion | None = None
+
+    @property
+    def first(self) -> Finding:
+        return self.members[0]
+
+    @property
+    def trial(self) -> float:
+        """What it counts by its trial."""
+        return self.weight * _number(self.first.value)
+
+
+class _Search:
+    """A search for the best: the candidates, their trials, the maps among them, the best of these in full."""
+
+    def __init__(
+        self,
+        region: Region,
+        purpose: str,
+        ranking: Ranking,
+        area: str,
+        limit: int | None,
+        progress: Progress | None,
+    ) -> None:
+        self.region, self.purpose, self.ranking, self.area, self.limit = region, purpose, ranking, area, limit
+        self.progress = progress
+        self.probe: Probe = probe_of(region)
+        self.records: dict[str, CrsRecord] = {}
+        self.shares: dict[str, float] = {}
+        self.rejected: list[Rejected] = []
+
+    def choose(self, records: Sequence[CrsRecord]) -> None:
+        """Keep the records whose area of use is that of the region; reject those that touch it."""
+        least = _HOLDS if self.area == "contains" else _TOUCHES
+        bounds = list(dict.fromkeys(record.area_of_use for record in records))
+        shares = dict(zip(bounds, shares_within(self.region, bounds).tolist(), strict=True))
+        for record in records:
+            share = shares[record.area_of_use]
+            if share >= least:
+                self.records[record.code], self.shares[record.code] = record, share
+            elif share > 0:
+                text = f"Its area of use holds {100 * share:.2g} % of the region."
+                self.rejected.append(Rejected(record.code, record.name, text))
+
+    def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
+        """Try all, measure the best."""
+        trials = [Trial(code, record.name, self.probe, self.ranking.name) for code, record in self.records.items()]
+        total = len(trials) + (self.limit or len(trials))
+        found = run_all(executor, try_crs, trials, self._report(0, total))
+        findings = [one for one in found if isinstance(one, Finding)]
+        self.rejected += [one for one in found if isinstance(one, Rejected)]
+        if datum is not None:
+            findings = _of_datum(findings, datum)
+        maps = [one for one in self._maps(findings) if suits(one.first.keeps, self.purpose)]
+        best = self._best(maps, executor, len(trials), total)
+        if self.progress is not None:
+            self.progress(total, total)
+        return Recommendation(
+            self.region,
+            self.purpose,
+            self.ranking.name,
+            self.area,
+            tuple(self._candidate(one) for one in best),
+            tuple(self.rejected),
+            len(trials),
+            len(maps),
+        )
+
+    def _report(self, before: int, total: int) -> Callable[[int], None] | None:
+        """A listener to the number of tasks done, when some were done before."""
+        progress = self.progress
+        return None if progress is None else lambda done: progress(min(before + done, total), total)
+
+    def _maps(self, findings: list[Finding]) -> list[_Map]:
+        """Findings grouped by what they draw."""
+        by_conversion: dict[Any, list[Finding]] = {}
+        for finding in findings:
+            by_conversion.setdefault((finding.conversion, finding.keeps), []).append(finding)
+        parts = [part for group in by_conversion.values() for part in _close(group)]
+        groups = _merged(sorted(parts, key=lambda group: group[0].value))
+        maps = []
+        for group in groups:
+            members = sorted(group, key=self._rank_in_group)
+            share = self.shares[members[0].code]
+            counts = self.area == "preferred" and share < _HOLDS
+            maps.append(_Map(members, share, 1.0 / share if counts else 1.0))
+        return maps
+
+    def _rank_in_group(self, finding: Finding) -> tuple[Any, ...]:
+        """First whose area holds the region, of a modern datum, of the first authority, for the smallest area."""
+        west, south, east, north = self.records[finding.code].area_of_use
+        authority, _, code = finding.code.partition(":")
+        size = ((east - west) % 360.0 or 360.0) * (np.sin(np.radians(north)) - np.sin(np.radians(south)))
+        held = self.shares[finding.code] >= _HOLDS
+        return not held, not finding.modern, AUTHORITIES.index(authority), round(size, 6), len(code), code
+
+    def _best(self, maps: list[_Map], executor: Executor | None, before: int, total: int) -> list[_Map]:
+        """The best maps in order: figures in full until no other can be among them, then all that is told of them."""
+        margin = _MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN
+        wanted = len(maps) if self.limit is None else min(self.limit, len(maps))
+        waiting = sorted(maps, key=lambda one: one.trial)
+        done: list[_Map] = []
+        while waiting:
+            bar = done[wanted - 1].key if len(done) >= wanted else np.inf
+            chosen = [one for one in waiting if margin * one.trial <= bar][: max(wanted - len(done), _WAVE)]
+            if not chosen:
+                break
+            for one, figure in zip(chosen, self._run(settle, chosen, executor), strict=True):
+                waiting.remove(one)
+                if isinstance(figure, Rejected):
+                    self.rejected.append(figure)
+                    continue
+                one.key = one.weight * _number(figure)
+                done.append(one)
+                if np.isfinite(one.key):
+                    margin = min(margin, _SAFETY * one.key / one.trial)
+            done.sort(key=lambda one: one.key)
+        best = done[:wanted]
+        for one, result in zip(best, self._run(measure, best, executor, self._report(before, total)), strict=True):
+            one.result = result
+        return best
+
+    def _run(
+        self,
+        function: Callable[[Full], Any],
+        maps: list[_Map],
+        executor: Executor | None,
+        progress: Callable[[int], None] | None = None,
+    ) -> list[Any]:
+        """A measurement of each map."""
+        tasks = [
+            Full(
+                one.first.code,
+                self.records[one.first.code].name,
+                self.region,
+                self.probe,
+                one.first.keeps,
+                _LEVEL(one.first.jacobian, self.probe.weight),
+                self.ranking.name,
+            )
+            for one in maps
+        ]
+        return run_all(executor, function, tasks, progress)
+
+    def _candidate(self, one: _Map) -> Candidate:
+        record = self.records[one.first.code]
+        assert one.result is not None
+        return Candidate(
+            record.code,
+            record.name,
+            one.first.conversion[0],
+            one.first.datum,
+            getattr(one.result, self.ranking.name),
+            one.result,
+            one.first.keeps,
+            one.share,
+            record.area_of_use,
+            record.area_name,
+            tuple((other.code, self.records[other.code].name) for other in one.members[1:]),
+        )
+
+
+def _number(value: float) -> float:
+    """The value, or infinity for NaN."""
+    return value if np.isfinite(value) else np.inf
+
+
+def _of_datum(findings: list[Finding], datum: str) -> list[Finding]:
+    """Findings whose datum's name has the text in it; raises ValueError, with names that are there, for none."""
+    wanted = _plain_name(datum)
+    known = {_plain_name(finding.datum): finding.datum for finding in findings}
+    if not wanted or not any(wanted in name for name in known):
+        close = [known[name] for name in hints.close_words(wanted, known)] if wanted else []
+        raise ValueError(
+            f"Invalid datum '{datum}'. {hints.did_you_mean(close)}It must be a part of the name of a geodetic CRS "
+            "with candidates for the region, as WGS 84 or ETRS89."
+        )
+    return [finding for finding in findings if wanted in _plain_name(finding.datum)]
+
+
+def _plain_name(text: str) -> str:
+    """A name in small letters and digits only."""
+    return "".join(c for c in text.lower() if c.isalnum())
+
+
+def _close(group: list[Finding]) -> list[list[Finding]]:
+    """Findings of one conversion in groups whose figures agree, whatever the ellipsoid."""
+    parts: list[list[Finding]] = []
+    for finding in sorted(group, key=lambda one: one.value):
+        if parts and finding.value <= (1.0 + _CLOSE) * parts[-1][0].value:
+            parts[-1].append(finding)
+        else:
+            parts.append([finding])
+    return parts
+
+
+def _merged(groups: list[list[Finding]]) -> list[list[Finding]]:
+    """Groups, sorted by value, with those joined whose maps are alike at every node."""
+    merged: list[list[Finding]] = []
+    for group in groups:
+        one = group[0]
+        for other in reversed(merged):
+            if not other[0].value >= (1.0 - _NEAR) * one.value:
+                merged.append(group)
+                break
+            if _alike(other[0], one):
+                other += group
+                break
+        else:
+            merged.append(group)
+    return merged
+
+
+def _alike(one: Finding, other: Finding) -> bool:
+    """Whether two maps have the same Jacobians."""
+    return bool(np.allclose(one.jacobian, other.jacobian, rtol=0.0, atol=_ALIKE, equal_nan=True))

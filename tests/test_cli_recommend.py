@@ -1,0 +1,117 @@
+"""The command `recommend`: formats, options, the picture, words, and what is refused."""
+
+import csv
+import io
+import json
+
+import pytest
+from matplotlib.image import imread
+from typer.testing import CliRunner
+
+from projdist import recommend
+from projdist.cli.app import app
+
+ISLAND = "box:-7.2,61.3,-6.2,62.5"
+QUICK = ["--authority", "EPSG", "--limit", "3"]
+
+
+def run(*words):
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["recommend", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture(scope="module")
+def found():
+    return recommend(ISLAND, authorities=["EPSG"], limit=3)
+
+
+def test_json(found):
+    """The dictionary of the Python function, and no progress bar where there is no terminal."""
+    code, out, err = run(ISLAND, *QUICK, "--format", "json")
+    assert (code, err) == (0, "")
+    assert json.loads(out) == found.to_dict()
+
+
+def test_table(found):
+    """Every candidate with its columns; below, what draws the same map, and what was rejected."""
+    code, out, err = run(ISLAND, *QUICK)
+    assert (code, err) == (0, "")
+    assert out.startswith(f"{ISLAND} (")
+    for one in found.results:
+        assert one.code in out
+        assert f"{one.value:.5g}" in out
+        for other, _ in one.same:
+            assert other in out.partition("draws the same map as")[2]
+    for text in ("ppm max", "omega max", "areal scale", "covers", "in area", "area of use", "were tried", "Rejected"):
+        assert text in out
+
+
+def test_csv(found):
+    """Numbers in full, a row a candidate."""
+    code, out, err = run(ISLAND, *QUICK, "--format", "csv")
+    assert (code, err) == (0, "")
+    rows = list(csv.DictReader(io.StringIO(out)))
+    assert [row["code"] for row in rows] == [one.code for one in found.results]
+    assert [float(row["value"]) for row in rows] == [one.value for one in found.results]
+
+
+def test_markdown(found):
+    """A table that begins with the codes."""
+    code, out, err = run(ISLAND, *QUICK, "--format", "markdown")
+    assert (code, err) == (0, "")
+    assert out.startswith("| code | name | method | airy_kavrayskiy |")
+    assert f"| {found.results[0].code} |" in out
+
+
+def test_options():
+    """Every option that narrows the candidates reaches the function."""
+    words = ["--purpose", "conformal", "--criterion", "max_omega", "--datum", "ETRS89", "--intersects", "--deprecated"]
+    code, out, err = run(ISLAND, *QUICK, *words, "--format", "json")
+    assert (code, err) == (0, "")
+    options = {"purpose": "conformal", "criterion": "max_omega", "datum": "ETRS89", "area": "intersects"}
+    expected = recommend(ISLAND, authorities=["EPSG"], limit=3, deprecated=True, **options)
+    assert json.loads(out) == expected.to_dict()
+
+
+def test_picture(tmp_path):
+    """Heat maps of the best, in a picture that is no blank."""
+    path = tmp_path / "comparison.png"
+    code, out, err = run(ISLAND, *QUICK, "-o", str(path), "--dpi", "50")
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Picture: {path}\n")
+    picture = imread(path)
+    assert picture.shape[1] > picture.shape[0] * 0.8
+    assert picture[..., :3].std() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nowhere"], "Invalid region 'nowhere'."),
+        ([ISLAND, "--purpose", "pretty"], "Invalid purpose 'pretty'. It must be any, equal-area,"),
+        ([ISLAND, "--criterion", "max_omeg"], "Invalid criterion 'max_omeg'. Did you mean max_omega"),
+        ([ISLAND, "--authority", "IAU"], "Invalid authority 'IAU'. It must be EPSG, ESRI or IGNF."),
+        ([ISLAND, "--limit", "0"], "Invalid limit '0'. It must be a number within 1 and 10000."),
+        ([ISLAND, "--limit", "1.5"], "Invalid limit '1.5'. It must be a whole number."),
+        ([ISLAND, "--contains", "--intersects"], "Invalid option '--intersects'. It cannot stand with --contains."),
+        ([ISLAND, "--executor", "dask"], "Invalid executor 'dask'. It must be dask://HOST:PORT"),
+        ([ISLAND, "-o", "map.gif"], "Invalid picture file 'map.gif'."),
+        ([ISLAND, "--format", "xml"], "Invalid format 'xml'."),
+        ([ISLAND, "--datum", "Mars", "--authority", "EPSG"], "Invalid datum 'Mars'. It must be a part of the name"),
+    ],
+)
+def test_refused(words, message):
+    """Wrong words are one line, with exit code 2."""
+    code, out, err = run(*words)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"projdist: {message}")
+    assert err.count("\n") == 1
+
+
+def test_nothing_serves():
+    """Where no CRS serves the purpose that is said, with exit code 1."""
+    code, out, err = run(ISLAND, "--purpose", "equidistant", "--contains", "--authority", "IGNF")
+    assert (code, out) == (1, "")
+    assert err == f"projdist: No CRS serves the region '{ISLAND}' with these options.\n"

@@ -1,0 +1,51 @@
+"""Recommendations for geopandas' frames."""
+
+import numpy as np
+import pytest
+
+from projdist.geoframes import bounding_box, estimate_crs
+from projdist.regions import Box
+
+gpd = pytest.importorskip("geopandas")
+
+
+@pytest.mark.parametrize(
+    ("west", "east", "box"),
+    [
+        ([5.0, 8.0], [6.0, 15.0], (5.0, 15.0)),
+        ([177.0, -180.0], [180.0, -178.0], (177.0, -178.0)),
+        ([-180.0, 177.0], [-178.0, 180.0], (177.0, -178.0)),
+        ([170.0, -10.0], [190.0, 0.0], (170.0, 0.0)),
+        ([-180.0], [180.0], (-180.0, 180.0)),
+        ([-170.0, -60.0, 60.0], [-50.0, 70.0, 175.0], (-170.0, 175.0)),
+        ([10.0], [10.0], (9.995, 10.005)),
+    ],
+)
+def test_bounding_box(west, east, box):
+    """The narrowest interval of longitudes, across the antimeridian or not; a point gets a hundredth of a degree."""
+    south, north = np.full(len(west), -20.0), np.full(len(west), -15.0)
+    assert bounding_box(west, south, east, north).bounds == pytest.approx(Box(box[0], -20.0, box[1], -15.0).bounds)
+
+
+def test_fiji():
+    """Islands on both sides of the antimeridian get Fiji's grid, and not a zone at Greenwich."""
+    frame = gpd.GeoSeries.from_wkt(
+        ["MULTIPOLYGON(((177.2 -18.3,178.7 -18.3,178.7 -17.3,177.2 -17.3,177.2 -18.3)),((-180 -17,-179.8 -17,"
+         "-179.8 -16.2,-180 -16.2,-180 -17)))"],
+        crs="EPSG:4326",
+    )  # fmt: skip
+    assert estimate_crs(frame, authorities=["EPSG"]).to_epsg() == 3460
+
+
+def test_purpose():
+    """Data in any CRS, and a purpose: the European Union's grid for its statistics."""
+    frame = gpd.GeoDataFrame(geometry=gpd.points_from_xy([6.0, 15.0], [47.5, 55.0]), crs="EPSG:4326").to_crs(25832)
+    assert estimate_crs(frame, purpose="equal-area", authorities=["EPSG"]).to_epsg() == 3035
+
+
+def test_refused():
+    """Data without a CRS, or without geometry."""
+    with pytest.raises(ValueError, match=r"^Invalid data. It must have a CRS"):
+        estimate_crs(gpd.GeoSeries.from_wkt(["POINT(1 2)"]))
+    with pytest.raises(ValueError, match=r"^Invalid data. It must have a geometry"):
+        estimate_crs(gpd.GeoSeries.from_wkt(["POINT EMPTY"], crs="EPSG:4326"))

@@ -1,0 +1,227 @@
+"""Recommendations: known answers, the order of brute force, what is grouped and what is refused."""
+
+import json
+import re
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+from pyproj import Proj
+
+import projdist
+from projdist.recommend import recommend
+
+GERMANY = "box:5.9,47.3,15.0,55.1"
+ISLAND = "box:-7.2,61.3,-6.2,62.5"  # the Faroe Islands: few candidates
+
+
+@pytest.fixture(scope="module")
+def germany():
+    return recommend(GERMANY, criterion="max_scale_error_ppm", authorities=["EPSG"], limit=20)
+
+
+def code_of(result, code):
+    """The candidate that is a code, or draws the same map."""
+    return next(one for one in result.results if code == one.code or code in [other for other, _ in one.same])
+
+
+def test_germany(germany):
+    """EPSG:3035 is ahead of both UTM zones and of the national conics."""
+    codes = [one.code for one in germany.results]
+    assert codes[0] == "EPSG:3035"
+    best = germany.results[0].value
+    for code in ("EPSG:25832", "EPSG:25833", "EPSG:4839", "EPSG:5243"):
+        assert code_of(germany, code).value > best
+
+
+@pytest.mark.parametrize("code", ["EPSG:3035", "EPSG:25832", "EPSG:4839"])
+def test_figures_against_pyproj(germany, code):
+    """Largest and mean |scale - 1| and areal range agree with PROJ's own factors on a fine grid with its edges."""
+    lon, lat = np.meshgrid(np.linspace(5.9, 15.0, 183), np.linspace(47.3, 55.1, 157))
+    found = Proj(code).get_factors(lon, lat)
+    ppm = 1e6 * np.maximum(np.abs(found.tissot_semimajor - 1), np.abs(found.tissot_semiminor - 1))
+    one = code_of(germany, code).distortion
+    assert one.max_scale_error_ppm == pytest.approx(ppm.max(), abs=0.1)
+    middle = 0.25 * (ppm[1:, 1:] + ppm[1:, :-1] + ppm[:-1, 1:] + ppm[:-1, :-1])
+    weight = np.cos(np.radians(0.5 * (lat[1:, 1:] + lat[:-1, 1:])))
+    assert one.mean_scale_error_ppm == pytest.approx(np.average(middle, weights=weight), rel=3e-3)
+    assert one.min_areal_scale == pytest.approx(found.areal_scale.min(), abs=1e-6)
+    assert one.max_areal_scale == pytest.approx(found.areal_scale.max(), abs=1e-6)
+
+
+def test_datums_are_grouped(germany):
+    """UTM zone 32N is one map, whose CRSs on other datums and ellipsoids are all named."""
+    one = code_of(germany, "EPSG:25832")
+    named = {one.code, *(code for code, _ in one.same)}
+    assert named >= {"EPSG:25832", "EPSG:32632", "EPSG:23032", "EPSG:32232"}
+    assert len({code for result in germany.results for code in [result.code, *(c for c, _ in result.same)]}) == sum(
+        1 + len(result.same) for result in germany.results
+    )
+
+
+def test_no_other_planets(germany):
+    """Only the authorities asked for, none of them of other bodies."""
+    codes = [one.code for one in germany.results] + [one.code for one in germany.rejected]
+    assert {code.partition(":")[0] for code in codes} == {"EPSG"}
+
+
+def test_rejected_with_reasons(germany):
+    """What is no candidate is listed with why; zone 2 ends at 7.5 E, and is 9.8 % of the box."""
+    reasons = {one.code: one.reason for one in germany.rejected}
+    held = re.fullmatch(r"Its area of use holds (\S+) % of the region\.", reasons["EPSG:31466"])
+    assert float(held[1]) == pytest.approx(9.8, abs=1.0)  # by a thousand nodes
+    assert "PROJ cannot compute" in reasons["EPSG:32600"]
+
+
+def test_preference_for_areas_that_hold_the_region():
+    """UTM zone 32N, whose area ends at 12 E, counts over the share that it holds, is left out, or counts in full."""
+    for area in ("preferred", "intersects"):
+        result = recommend(GERMANY, area=area, authorities=["EPSG"], limit=4)
+        utm, conic = code_of(result, "EPSG:25832"), code_of(result, "EPSG:4839")
+        assert utm.value < conic.value < utm.value / utm.share
+        assert (result.results.index(utm) < result.results.index(conic)) == (area == "intersects")
+    result = recommend(GERMANY, area="contains", authorities=["EPSG"], limit=100)
+    assert all(one.share >= 0.99 for one in result.results)
+    with pytest.raises(StopIteration):
+        code_of(result, "EPSG:25832")
+
+
+@pytest.mark.parametrize("purpose", ["equal-area", "conformal", "equidistant", "compromise"])
+def test_purpose(purpose):
+    """All that is recommended for a purpose keeps what it asks for, in its own figures."""
+    result = recommend(ISLAND, purpose=purpose, authorities=["EPSG"], limit=3)
+    for one in result.results:
+        found = one.distortion
+        areal = found.max_areal_scale / found.min_areal_scale - 1
+        kept = {"equal-area": areal < 1e-7, "conformal": found.max_omega < 1e-5}
+        if purpose in kept:
+            assert kept[purpose]
+        elif purpose == "compromise":
+            assert not any(kept.values())
+        else:
+            assert "equidistant" in one.keeps
+
+
+def test_datum():
+    """Only CRSs of a datum, by a part of its name in any spelling."""
+    result = recommend(GERMANY, datum="etrs-89", authorities=["EPSG"], limit=5)
+    assert {one.datum for one in result.results} <= {"ETRS89", "ETRS89-extended"}
+    with pytest.raises(ValueError, match=r"^Invalid datum 'ETSR89'. Did you mean ETRS89.*\? It must be a part"):
+        recommend(ISLAND, datum="ETSR89", authorities=["EPSG"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"criterion": "airy"}, r"^Invalid criterion 'airy'. Did you mean airy_kavrayskiy, .*\? It must be"),
+        ({"purpose": "best"}, r"^Invalid purpose 'best'. It must be any, equal-area, conformal, equidistant or comp"),
+        ({"authorities": ["IAU_2015"]}, r"^Invalid authority 'IAU_2015'. It must be EPSG, ESRI or IGNF.$"),
+        ({"authorities": ["ESPG"]}, r"^Invalid authority 'ESPG'. Did you mean EPSG\? It must be"),
+        ({"area": "inside"}, r"^Invalid area 'inside'. It must be preferred, contains or intersects.$"),
+        ({"limit": 0}, r"^Invalid limit '0'. It must be at least 1.$"),
+    ],
+)
+def test_wrong_options(options, message):
+    """One line each, before any work."""
+    with pytest.raises(ValueError, match=message):
+        recommend(ISLAND, **options)
+
+
+def test_forms(germany):
+    """The dictionary is JSON, the frame has a row a result."""
+    data = json.loads(germany.to_json())
+    assert data == json.loads(json.dumps(germany.to_dict(), allow_nan=False))
+    assert data["region"]["name"] == "box:5.9,47.3,15,55.1"
+    assert data["results"][0]["code"] == "EPSG:3035"
+    frame = germany.to_frame()
+    assert list(frame["code"]) == [one.code for one in germany.results]
+    assert list(frame["value"]) == list(frame["max_scale_error_ppm"])
+
+
+def test_progress():
+    """The listener hears rising numbers that end at the total."""
+    heard = []
+    recommend(ISLAND, authorities=["EPSG"], limit=2, progress=lambda *numbers: heard.append(numbers))
+    done = [number for number, _ in heard]
+    assert done == sorted(done)
+    assert heard[-1][0] == heard[-1][1]
+
+
+def test_an_executor():
+    """Processes give what this one gives."""
+    with ProcessPoolExecutor(2) as pool:
+        spread = recommend(ISLAND, authorities=["EPSG"], limit=3, executor=pool)
+    assert spread == recommend(ISLAND, authorities=["EPSG"], limit=3)
+
+
+def test_public():
+    """The function of the index is the module's."""
+    assert projdist.recommend is recommend
+
+
+REGIONS = [
+    GERMANY,
+    "box:177,-20,-178,-15",
+    "box:158,62,-170,70",
+    "box:10,76,35,81",
+    "box:-180,-90,180,-60",
+    "box:-76,-56,-66,-17.5",
+    "box:166,-47.5,179,-34",
+    "globe",
+    "cap:13.4,52.5,20",
+    "box:-125,24,-66,50",
+    "cap:20,0,2500",
+    "box:-75,15,-60,25",
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("region", REGIONS)
+@pytest.mark.parametrize("criterion", ["airy_kavrayskiy", "max_scale_error_ppm"])
+def test_brute_force(region, criterion):
+    """The five best are those of measuring every candidate in full, in the same order."""
+    if region == "globe" and criterion != "airy_kavrayskiy":
+        return  # nearly all maps of the world have no largest scale
+    # Searches for largest values in ESRI's maps of the world, torn at 180 degrees, take minutes, and never rank.
+    authorities = ["EPSG", "ESRI"] if criterion == "airy_kavrayskiy" else ["EPSG"]
+    best = recommend(region, criterion=criterion, authorities=authorities, limit=5)
+    every = recommend(region, criterion=criterion, authorities=authorities, limit=None)
+    assert len(every.results) > len(best.results)
+    assert best.results == every.results[:5]
+
+
+@pytest.mark.parametrize(
+    ("region", "expected"),
+    [
+        ("box:177,-20,-178,-15", "EPSG:3460"),  # Fiji Map Grid
+        ("box:10,76,35,81", "EPSG:6070"),  # Svalbard: the Arctic zone made for it
+        ("box:-76,-56,-66,-17.5", "EPSG:5361"),  # Chile: UTM zone 19S
+        ("box:166,-47.5,179,-34", "EPSG:2193"),  # New Zealand Transverse Mercator
+        ("cap:13.4,52.5,20", "EPSG:3068"),  # Soldner Berlin
+        ("country:CH", "EPSG:2056"),
+        ("country:FJ", "EPSG:3460"),
+    ],
+)
+def test_countries(region, expected):
+    """The CRS that a country or a city uses itself comes first, also across the antimeridian."""
+    assert recommend(region, authorities=["EPSG"], limit=1).results[0].code == expected
+
+
+def test_poles_and_antimeridian():
+    """Antarctica gets azimuthal maps about the pole, Chukotka an Arctic zone that crosses the antimeridian."""
+    polar = recommend("box:-180,-90,180,-60", authorities=["EPSG"], limit=3)
+    assert {one.method.partition(" (")[0] for one in polar.results} <= {
+        "Azimuthal Equidistant",
+        "Lambert Azimuthal Equal Area",
+        "Polar Stereographic",
+    }
+    east = recommend("box:158,62,-170,70", authorities=["EPSG"], limit=1).results[0]
+    assert east.code == "EPSG:5935"
+    assert east.share > 0.99
+
+
+def test_the_world():
+    """Equal Earth is the world's equal-area map in EPSG."""
+    world = recommend("globe", purpose="equal-area", authorities=["EPSG"], limit=1)
+    assert world.results[0].method == "Equal Earth"
+    assert world.results[0].share > 0.99
