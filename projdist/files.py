@@ -27,15 +27,21 @@ def refuse_existing(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
+def replacing(path: Path, *, overwrite: bool = True, beside: str = "") -> Iterator[Path]:
     """A path to write to in the place of another, which has the new contents once they are complete, or is untouched.
 
     It lies in a folder of its own beside the file, so that whatever else a writer leaves there goes
-    with it, and what a writer takes from the name (a layer's, say) is right. A link stays a link.
+    with it, and what a writer takes from the name (a layer's, say) is right. A link stays a link. A
+    second file, whose name has `beside` at its end, comes along if there is one; an old one goes.
     Raises FileExistsError where there is a file and it is not to be overwritten.
     """
-    if not overwrite:
-        refuse_existing(path)
+    paths = [path, path.with_name(path.name + beside)] if beside else [path]
+
+    def check() -> None:
+        for one in [] if overwrite else paths:
+            refuse_existing(one)
+
+    check()
     stream = is_stream(path)
     target = path if stream else Path(os.path.realpath(path))
     folder = Path(tempfile.mkdtemp(prefix=".projdist-", dir=None if stream else target.parent))
@@ -45,11 +51,19 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
         if stream:
             _copy(new, target)
             return
-        if not overwrite:
-            refuse_existing(path)  # it may have come meanwhile
+        check()  # they may have come meanwhile
+        if beside:
+            _replace_if_there(new.with_name(new.name + beside), target.with_name(target.name + beside))
         new.replace(target)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _replace_if_there(new: Path, target: Path) -> None:
+    if new.exists():
+        new.replace(target)
+    else:
+        target.unlink(missing_ok=True)
 
 
 def _copy(source: Path, stream: Path) -> None:

@@ -71,24 +71,45 @@ def save_layer(
     if suffix not in LAYER_SUFFIXES:
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be {' or '.join(LAYER_SUFFIXES)}.")
     with needed_for(f"output '{path}'"):
+        import pyarrow  # noqa: F401 some CRSs are written with it
         import pyogrio
         import pyogrio.errors
-    options = {} if layer is None else {"layer": layer}
     with replacing(path, overwrite=overwrite) as new:
         with warnings.catch_warnings():
             # That there is no CRS is meant.
             warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
             try:
-                pyogrio.write_dataframe(frame, new, driver=_DRIVERS[suffix], **options)
+                _write(frame, new, {"driver": _DRIVERS[suffix]} | ({} if layer is None else {"layer": layer}))
             except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
                 raise OSError(one_line(error)) from error
-        if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority() is None):
+        if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
             _name_crs(new, _NO_PLACE if frame.crs is None else frame.crs.to_wkt())
     return path
+
+
+def _write(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
+    import pyarrow as pa
+    import pyogrio
+
+    if frame.crs is None or _has_wkt1(frame.crs):
+        pyogrio.write_dataframe(frame, path, **options)
+        return
+    # write_dataframe insists on WKT 1, which knows nothing of Equal Earth.
+    table = pa.table(frame.to_arrow(index=False, geometry_encoding="WKB"))
+    kind, wkt = frame.geom_type.iloc[0], frame.crs.to_wkt()
+    pyogrio.write_arrow(table, path, geometry_name=frame.geometry.name, geometry_type=kind, crs=wkt, **options)
+
+
+def _has_wkt1(crs: Any) -> bool:
+    try:
+        crs.to_wkt("WKT1_GDAL")
+    except RuntimeError:  # PROJ's
+        return False
+    return True
 
 
 def _name_crs(path: Path, wkt: str) -> None:
     """Name the CRS of a GeoJSON file by its WKT, as GDAL reads it; it writes only codes, and none means WGS 84."""
     collection = json.loads(path.read_text(encoding="utf-8"))
     crs = {"type": "name", "properties": {"name": wkt}}
-    path.write_text(json.dumps({"type": collection["type"], "crs": crs} | collection), encoding="utf-8")
+    path.write_text(json.dumps({"type": None, "crs": None} | collection | {"crs": crs}), encoding="utf-8")

@@ -17,7 +17,6 @@ from projdist.files import replacing
 from projdist.gis.grids import (
     GRIDS,
     Coordinates,
-    Extent,
     OnPlane,
     Pixels,
     drawn_region,
@@ -32,6 +31,7 @@ from projdist.regions import Place
 
 RASTER_SUFFIXES = (".tif", ".tiff")
 
+_INSTEAD = "the raster is in longitude and latitude."
 _AT_ONCE = 1_000_000  # pixels; 200 MB
 
 
@@ -39,7 +39,8 @@ _AT_ONCE = 1_000_000  # pixels; 200 MB
 class Raster:
     """Measures at the centres of pixels: `values` (bands, rows, columns), NaN outside the map and the region.
 
-    `wkt` is the CRS; `note` says why it is not the map's own where that was asked for, else "".
+    `wkt` is the CRS, `flavour` how GDAL writes it in a GeoTIFF; `note` says why it is not the map's own
+    where that was asked for, or what else there is to know, else "".
     """
 
     projection: Projection
@@ -47,6 +48,7 @@ class Raster:
     values: FloatArray
     pixels: Pixels
     wkt: str
+    flavour: str
     note: str
 
 
@@ -71,17 +73,20 @@ def raster(
         raise ValueError(f"Invalid grid '{grid}'. It must be {' or '.join(GRIDS)}.")
     chosen = tuple(dict.fromkeys(_named(measure) for measure in measures))
     area = drawn_region(projection, region)
-    plane, note = _held_plane(projection) if grid == "map" else (None, "")
-    laid: tuple[Coordinates, Pixels]
-    if plane is None:
-        coordinates, extent = graticule_grid(projection, area)
-        laid = coordinates, pixels(extent, len(chosen), size, resolution)
-    else:
-        laid = _on_plane(projection, plane, plane_extent(projection, plane, area), len(chosen), size, resolution)
-    values = _values(projection, chosen, area, *laid)
+    plane, flavour, note = _held_plane(projection) if grid == "map" else (None, _FLAVOURS[0], "")
+    if plane is not None:
+        found = pixels(plane_extent(projection, plane, area), len(chosen), size, resolution)
+        coordinates = OnPlane(projection, plane, min(found.width, found.height))
+        values = _values(projection, chosen, area, coordinates, found)
+        if np.isfinite(values).any():
+            return Raster(projection, chosen, values, found, coordinates.wkt, flavour, note)
+        flavour, note = _FLAVOURS[0], f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
+    graticule, extent = graticule_grid(projection, area)
+    found = pixels(extent, len(chosen), size, resolution)
+    values = _values(projection, chosen, area, graticule, found)
     if not np.isfinite(values).any():
         raise ValueError(f"Invalid region '{area.name}'. No pixel's centre in it has a value; it needs smaller pixels.")
-    return Raster(projection, chosen, values, laid[1], laid[0].wkt, note)
+    return Raster(projection, chosen, values, found, graticule.wkt, flavour, note)
 
 
 def _named(measure: str | Measure) -> Measure:
@@ -90,18 +95,6 @@ def _named(measure: str | Measure) -> Measure:
     if not isinstance(measure, str) or measure == found.name:
         return found
     return Measure(measure, found.function, found.symbol, found.unit, found.kind, found.needs_hessian)
-
-
-def _on_plane(
-    projection: Projection,
-    plane: Plane,
-    extent: Extent,
-    bands: int,
-    size: int | tuple[int, int] | None,
-    resolution: float | None,
-) -> tuple[OnPlane, Pixels]:
-    found = pixels(extent, bands, size, resolution)
-    return OnPlane(projection, plane, min(found.width, found.height)), found
 
 
 def _values(
@@ -125,29 +118,40 @@ def _values(
 # ---- GeoTIFF --------------------------------------------------------------------------------
 
 
-def _held_plane(projection: Projection) -> tuple[Plane | None, str]:
-    """The CRS of a map, if it has an inverse and a GeoTIFF can hold it; or None, and the reason in one line."""
+_FLAVOURS = ("STANDARD", "ESRI_PE")  # of GeoTIFF keys: the second holds more, Equal Earth for one, and fewer read it
+_BESIDE = ".aux.xml"  # where GDAL puts what a GeoTIFF cannot hold
+
+
+def _held_plane(projection: Projection) -> tuple[Plane | None, str, str]:
+    """The CRS of a map, how a GeoTIFF can hold it, and a note; None where it cannot, or has no inverse."""
     plane = plane_of(projection)
     if plane is None:
-        return None, f"{projection.name} has no CRS; the raster is in longitude and latitude."
+        return None, _FLAVOURS[0], f"{projection.name} has no CRS; {_INSTEAD}"
     if not plane.has_inverse:
-        return None, f"{projection.name} has no inverse in PROJ; the raster is in longitude and latitude."
-    if not _is_held(projection, plane):
-        return None, f"A GeoTIFF cannot hold the CRS of {projection.name}; the raster is in longitude and latitude."
-    return plane, ""
+        return None, _FLAVOURS[0], f"{projection.name} has no inverse in PROJ; {_INSTEAD}"
+    for flavour in _FLAVOURS:
+        if _is_held(projection, plane, flavour, beside=False):
+            return plane, flavour, ""
+    if _is_held(projection, plane, _FLAVOURS[0], beside=True):
+        return (
+            plane,
+            _FLAVOURS[0],
+            f"A GeoTIFF has no room for the CRS of {projection.name}; it is in the {_BESIDE} file.",
+        )
+    return None, _FLAVOURS[0], f"A GeoTIFF cannot hold the CRS of {projection.name}; {_INSTEAD}"
 
 
-def _is_held(projection: Projection, plane: Plane) -> bool:
-    """Whether the CRS read back from a GeoTIFF is the same map."""
+def _is_held(projection: Projection, plane: Plane, flavour: str, beside: bool) -> bool:
+    """Whether the CRS read back from a GeoTIFF, and from what may lie beside it, is the same map."""
     with needed_for("raster"):
         import rasterio
         import rasterio.errors
     options = {"driver": "GTiff", "width": 1, "height": 1, "count": 1, "dtype": "uint8"}
+    transform = rasterio.Affine(2, 0, 0, 0, -2, 0)
     try:
-        with rasterio.MemoryFile() as file:
-            with file.open(
-                crs=rasterio.CRS.from_wkt(plane.wkt), transform=rasterio.Affine(2, 0, 0, 0, -2, 0), **options
-            ):
+        crs = rasterio.CRS.from_wkt(plane.wkt)
+        with rasterio.Env(GDAL_PAM_ENABLED=beside), rasterio.MemoryFile() as file:
+            with file.open(crs=crs, transform=transform, GEOTIFF_KEYS_FLAVOR=flavour, **options):
                 pass
             with file.open() as image:
                 found = image.crs.to_wkt() if image.crs else ""
@@ -159,7 +163,8 @@ def _is_held(projection: Projection, plane: Plane) -> bool:
 def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
     """Write a raster as GeoTIFF: 64-bit floats, a band a measure with its name and unit, NaN as nodata.
 
-    The file is whole or not there. Raises FileExistsError where there is one and it is not to be
+    The file is whole or not there; a CRS that it has no room for is in a second one, `.aux.xml`, as
+    GDAL has it. Raises FileExistsError where there is one and it is not to be
     overwritten, ImportError without rasterio.
     """
     path = Path(path)
@@ -168,7 +173,7 @@ def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool
     with needed_for(f"output '{path}'"):
         import rasterio
     with (
-        replacing(path, overwrite=overwrite) as new,
+        replacing(path, overwrite=overwrite, beside=_BESIDE) as new,
         rasterio.open(
             new,
             "w",
@@ -183,6 +188,7 @@ def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool
             compress="deflate",
             predictor=3,
             BIGTIFF="IF_SAFER",
+            GEOTIFF_KEYS_FLAVOR=raster.flavour,
         ) as image,
     ):
         image.update_tags(TIFFTAG_SOFTWARE="projdist", projection=raster.projection.definition)
