@@ -113,7 +113,7 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
         ("heatmap moll -o x.tif --size 5.5", "Invalid size '5.5'. It must be pixels of the longer side, or WIDTH,"),
         ("heatmap moll -o x.tif --size 0", "Invalid size '0'. It must be a number of pixels within 1 and"),
         ("heatmap moll -o x.tif --resolution -1", "Invalid resolution '-1'. It must be a number within"),
-        ("heatmap moll -o x.tif --resolution 1", "Invalid resolution '1'. It makes"),
+        ("heatmap moll -r box:0,0,9,9 -o x.tif --resolution 1", "Invalid resolution '1'. It makes"),
         ("heatmap moll -o x.tif -m foo", "Invalid measure 'foo'."),
         ("factors moll", "Invalid points. They must be LON LAT..., - for stdin, or --at FILE."),
         ("factors moll 1 2 --at p.csv", "Invalid points. They must be LON LAT..."),
@@ -237,12 +237,12 @@ WRITING = [
     "factors moll --at p.csv -o x.csv",
     "factors moll --at p.csv -o x.parquet",
     "factors moll --at p.csv -o x.geojson",
-    "tissot eqc -r box:0,0,40,30 --dpi 20 -o x.png",
+    "tissot eqc -r box:0,0,9,9 --dpi 20 -o x.png",
     "tissot eqc -r box:0,0,40,30 -o x.gpkg",
     "heatmap eqc -r box:0,0,40,30 --dpi 20 -o x.svg",
     "heatmap eqc -r box:0,0,40,30 --size 9 -o x.tif",
-    "correct moll -r box:0,0,40,30 -o x.png --dpi 20",
-    "correct moll -r box:0,0,40,30 -o x.png --dpi 20 --local 300",
+    "correct moll -r box:0,0,9,9 -o x.png --dpi 20",
+    "correct moll -r box:0,0,40,30 -o x.png --dpi 20 --local 900",
 ]
 
 
