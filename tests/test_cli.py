@@ -160,6 +160,7 @@ def test_compare_tolerance() -> None:
     assert tight["error_estimate"] < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sort", "column"),
     [
@@ -191,12 +192,14 @@ def test_compare_sort_as_given() -> None:
     assert [row["projection"] for row in found["results"]] == words
 
 
+@pytest.mark.slow
 def test_compare_sort_puts_the_undefined_last() -> None:
     """Where a statistic diverges the projection goes to the end."""
     found = run_json("compare", "merc", "moll", "--sort", "s.max", "-m", "s", *QUICK)["results"]
     assert [row["projection"] for row in found] == ["moll", "merc"]
 
 
+@pytest.mark.slow
 def test_compare_sort_by_a_measure_with_a_point_in_its_name() -> None:
     """`scale@22.5.max` is the maximum of `scale@22.5`."""
     for sort in ("scale@22.5", "scale@22.5.median"):
@@ -245,6 +248,7 @@ def test_compare_table_tells_coverage() -> None:
     assert "the share of the region that can be projected" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measures", ["omega", "omega,h,k,s,a,b"])
 def test_compare_tables_are_never_cut_off(measures: str) -> None:
     """However many columns: each number of the Markdown stands whole in the table."""
@@ -391,6 +395,7 @@ HOSTILE = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_compare_hostile_projections(text: str) -> None:
     """Each is refused in one line that names it, and says what is allowed."""
@@ -425,6 +430,7 @@ def test_compare_files(tmp_path: Path) -> None:
     assert first == pytest.approx(second, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_compare_many_projections() -> None:
     """Two hundred are no trouble."""
     words = [f"+proj=eqc +lat_ts={k / 4} +R=6371000" for k in range(200)]
@@ -454,6 +460,7 @@ def test_a_set_of_points(tmp_path: Path) -> None:
     assert "by the points' weights" in shown
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["tissot", "heatmap"])
 def test_pictures_of_countries(tmp_path: Path, command: str) -> None:
     """Pictures show a country, also one across the antimeridian, and the surroundings of points."""
@@ -813,6 +820,7 @@ def test_output_that_cannot_be_written(command: str, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.rglob("*")] == ["dir.png"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", PLACES)
 def test_output_that_fails_at_the_end(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A disk that is full when the file is written: one line, the old file as it was, no other left behind."""
@@ -870,6 +878,7 @@ def test_list(what: str, names: list[str], form: str) -> None:
     assert all(row.get("description") or row.get("definition") for row in rows)
 
 
+@pytest.mark.slow
 def test_list_says_what_names_need() -> None:
     """Parameters that a name needs stand beside it, with an example that is taken; most need none."""
     rows = {row["name"]: row for row in json.loads(run_ok("list", "projections", "-f", "json"))}
@@ -932,6 +941,7 @@ def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["tissot", "heatmap"])
 def test_pictures_have_default_names(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without -o the picture is tissot.png or heatmap.png, where one is."""
@@ -940,6 +950,7 @@ def test_pictures_have_default_names(command: str, tmp_path: Path, monkeypatch: 
     check_picture(tmp_path / f"{command}.png")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["tissot", "heatmap"])
 def test_pictures_beside_failures(command: str, tmp_path: Path) -> None:
     """Good projections are drawn, each bad one has its line, and the exit code is 1."""
@@ -970,6 +981,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return {path.stem: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -989,6 +1001,7 @@ def test_heatmap_options_change_the_picture(options: list[str], plain: dict[str,
     assert (tmp_path / "x.png").read_bytes() != plain["heatmap"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options", [[*PATCH, "--step", "5"], [*PATCH, "--size", "6,4"], ["-r", "cap:0,40,2000"]], ids=" ".join
 )
@@ -998,6 +1011,7 @@ def test_tissot_options_change_the_picture(options: list[str], plain: dict[str, 
     assert (tmp_path / "x.png").read_bytes() != plain["tissot"]
 
 
+@pytest.mark.slow
 def test_heatmap_of_an_unknown_colour_map(tmp_path: Path) -> None:
     """Refused by its name, and no picture is written."""
     message = refused("heatmap", "robin", "--cmap", "nosuch", "--dpi", "20", "-o", str(tmp_path / "x.png"))
@@ -1005,6 +1019,7 @@ def test_heatmap_of_an_unknown_colour_map(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_heatmap_too_small_for_its_panels(tmp_path: Path) -> None:
     """A size without room is a usage error, not a broken picture."""
     assert "no room" in refused("heatmap", "robin", "--size", "0.5,0.5", "-o", str(tmp_path / "x.png"))
@@ -1025,6 +1040,7 @@ def test_every_name_makes_numbers_and_a_picture(projection: str, tmp_path: Path)
 # ---- as a process ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_module_is_the_command() -> None:
     """`python -m projdist` compares, and returns the exit code."""
     done = process("compare", "moll", "nosuch", *QUICK, "-f", "json", text=True)
@@ -1033,6 +1049,7 @@ def test_module_is_the_command() -> None:
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_script_is_the_command() -> None:
     """So does the installed `projdist`."""
     script = Path(sys.executable).with_name("projdist")
@@ -1041,6 +1058,7 @@ def test_script_is_the_command() -> None:
     assert float(parse_csv(done.stdout)[0]["k"]) == pytest.approx(2, rel=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="pipes of Unix")
 def test_broken_pipe() -> None:
     """`projdist list projections | head -1` says nothing on stderr."""
@@ -1061,6 +1079,7 @@ def test_broken_pipe() -> None:
     assert done.returncode != 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="devices and descriptors of Unix")
 @pytest.mark.parametrize("redirection", [">/dev/full", ">&-", "<&-", "2>&-"])
 @pytest.mark.parametrize("words", ["list projections", "factors robin -", "compare nosuch"])
@@ -1074,6 +1093,7 @@ def test_streams_that_are_closed_or_full(redirection: str, words: str) -> None:
         assert "It cannot be written: No space left on device." in done.stderr.splitlines()[0]
 
 
+@pytest.mark.slow
 def test_output_that_is_not_utf8() -> None:
     """Where the locale has ASCII only, tables are drawn with ASCII and nothing stops."""
     environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
@@ -1085,6 +1105,7 @@ def test_output_that_is_not_utf8() -> None:
     assert "rich" in json.loads(done.stdout)["results"][0]["text"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="arguments of Unix are bytes")
 def test_bytes_that_are_no_text() -> None:
     """Broken UTF-8 in arguments and on stdin stops nothing, and the JSON is valid."""

@@ -117,6 +117,7 @@ def test_local_json(tmp_path):
     assert data["results"][0].keys() == {"lon", "lat", "matrix", "scale", "stretch", "stretch_azimuth", "error"}
 
 
+@pytest.mark.slow
 def test_local_json_alone():
     """The values can be had without a picture."""
     data = json.loads(run("moll", *SEA, "--local", "300", "--format", "json")[1])

@@ -50,6 +50,7 @@ def points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 # ---- rasters and layers ---------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "shape"),
     [
@@ -85,6 +86,7 @@ def test_a_raster_that_falls_back(tmp_path: Path) -> None:
         assert image.descriptions == ("fisher",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["x.gpkg", "x.geojson"])
 def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
     """The indicatrices of the step asked for; a map without a CRS has a note."""
@@ -98,6 +100,7 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
     assert err.startswith("projdist: Note: Mollweide has no CRS; that of the layer is undefined")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -246,6 +249,7 @@ WRITING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", WRITING)
 def test_overwriting(words: str, points: Path) -> None:
     """An existing file is refused in one line and stays as it was; --overwrite replaces it."""

@@ -61,6 +61,7 @@ def test_table(heights: Path) -> None:
         assert words in out
 
 
+@pytest.mark.slow
 def test_other_forms(heights: Path) -> None:
     """PROJ, WKT2, Esri's WKT, and the points as CSV."""
     common = [SEA, "--heights", str(heights), *QUICK, "--round-axis", '30"', "--round-k", "1e-5", "--target-ppm", "5"]
@@ -86,6 +87,7 @@ def test_pictures(tmp_path: Path, heights: Path, kind: str) -> None:
     assert len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0)) > 50
 
 
+@pytest.mark.slow
 def test_colours_on_given_axes(heights: Path) -> None:
     """`ground_map` draws on any axes, with neutral colours at 0 ppm."""
     from matplotlib.figure import Figure

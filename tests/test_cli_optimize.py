@@ -42,6 +42,7 @@ def test_json() -> None:
     assert answer == optimize("lcc", SQUARE, round_to=0.5).to_dict()
 
 
+@pytest.mark.slow
 def test_proj_and_wkt(tmp_path: Path) -> None:
     """Forms for other programs, also in a file."""
     code, out, _ = run("lcc", SQUARE, "--free", "lat_1, lat_2", "-f", "proj")
@@ -69,6 +70,7 @@ def test_table() -> None:
         assert words in out
 
 
+@pytest.mark.slow
 def test_templates() -> None:
     """A PROJ string with ranges is one word of the command line."""
     code, out, _ = run("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)

@@ -48,6 +48,7 @@ def test_table(found):
         assert text in out
 
 
+@pytest.mark.slow
 def test_csv(found):
     """Numbers in full, a row a candidate."""
     code, out, err = run(ISLAND, *QUICK, "--format", "csv")
@@ -57,6 +58,7 @@ def test_csv(found):
     assert [float(row["value"]) for row in rows] == [one.value for one in found.results]
 
 
+@pytest.mark.slow
 def test_markdown(found):
     """A table that begins with the codes."""
     code, out, err = run(ISLAND, *QUICK, "--format", "markdown")
@@ -65,6 +67,7 @@ def test_markdown(found):
     assert f"| {found.results[0].code} |" in out
 
 
+@pytest.mark.slow
 def test_options():
     """Every option that narrows the candidates reaches the function."""
     words = ["--purpose", "conformal", "--criterion", "max_omega", "--datum", "ETRS89", "--intersects", "--deprecated"]
@@ -75,6 +78,7 @@ def test_options():
     assert json.loads(out) == expected.to_dict()
 
 
+@pytest.mark.slow
 def test_picture(tmp_path):
     """Heat maps of the best, in a picture that is no blank."""
     path = tmp_path / "comparison.png"
@@ -86,6 +90,7 @@ def test_picture(tmp_path):
     assert picture[..., :3].std() > 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -52,6 +52,7 @@ def test_equal_area_maps(name, T, digit):
         assert result.airy_kavrayskiy_corrected == pytest.approx(0.5256351494, abs=_FIGURE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*WORLD, lambda lon, lat: (1e5 * lon, 2e5 * np.sin(np.radians(lat)) * 60)])
 def test_a_corrected_map_needs_no_correction(name):
     """The MDT of a corrected map is the identity, and what was predicted is measured."""
@@ -62,6 +63,7 @@ def test_a_corrected_map_needs_no_correction(name):
     assert result.airy_kavrayskiy_scaled <= result.airy_kavrayskiy + _EXACT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["mollweide", "winkel-tripel", "EPSG:3035"])
 def test_no_other_matrix_is_better(name):
     """Small changes of the matrix make the corrected map worse, under each constraint."""

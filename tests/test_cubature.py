@@ -657,6 +657,8 @@ ENDING = {"ortho": (1, 1, 1e-300), "gnom": (-3, 5, 4e-10 / math.pi)}
 ENDING_ACCURACY = {"ortho": 1e-5, "gnom": 1e-3}
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "tolerance", [pytest.param(1e-4, marks=pytest.mark.slow), 1e-6, pytest.param(1e-8, marks=pytest.mark.slow)]
 )
@@ -678,6 +680,7 @@ def test_maps_of_a_hemisphere(name, aspect, tolerance):
     assert found.coverage == pytest.approx(0.5, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_coverage_of_a_box():
     """Of a box 60 degrees wide of which 15 lie beyond the horizon three quarters are covered."""
     # The horizon of the equatorial orthographic map about 0 is the meridian 90 E.
@@ -708,6 +711,7 @@ def test_budget():
     assert 6_000 < samples.evaluations <= 8_000
 
 
+@pytest.mark.slow
 def test_limit_of_rounding():
     """Where the projection's own rounding forbids the tolerance the limit is `rounding`, long before the budget."""
     samples = sample(Projection.from_user_input("+proj=laea +R=6371000"), GLOBE, tolerance=1e-9)
@@ -715,6 +719,7 @@ def test_limit_of_rounding():
     assert samples.evaluations < 900_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "region", ["globe", "box:-10,20,30,70", "box:170,-20,-150,5", "cap:0,50,3000", "cap:30,-90,2000"]
 )
@@ -746,6 +751,7 @@ def test_samples_are_in_the_region():
     np.testing.assert_allclose(samples.jacobian, k[..., None, None] * np.eye(2), atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [1.0, 1_737_400.0])
 def test_the_size_of_the_globe_does_not_matter(radius):
     """A torn map of the Moon, or of a globe of one metre, has the errors of the Earth's, for the same evaluations."""

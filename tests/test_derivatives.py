@@ -176,6 +176,7 @@ LIMITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("earth", ELLIPSOIDS)
 @pytest.mark.parametrize("name", FORMS)
 def test_scales_of_closed_forms(name, earth):
@@ -636,6 +637,7 @@ SINGULAR_POLES += [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("definition", SINGULAR_POLES)
 def test_singular_poles(definition):
     """Where the pole is a line, the apex of a cone or at infinity there is no derivative: NaN with its reason."""
@@ -688,6 +690,7 @@ def test_near_seams_of_goode(lon, lat, west, east, gap):
     np.testing.assert_allclose(result.jacobian, truth, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["moll", "robin", "wintri", "eqc", "merc", "hammer", "natearth", "sinu"])
 def test_the_antimeridian(name):
     """At +-180 degrees J is the limit from inside; that of -180 is that of 180 mirrored."""

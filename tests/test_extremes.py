@@ -194,6 +194,8 @@ def test_bounded_at_a_singular_point():
     assert abs(found.lat) == pytest.approx(90, abs=0.1)
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "projection",
     [
@@ -232,6 +234,7 @@ def test_undefined():
     assert np.isnan(found).all()
 
 
+@pytest.mark.slow
 def test_only_what_is_mapped():
     """Of a box that reaches beyond the horizon only the part on this side counts: b is cos c, and c is nearly 45."""
     found = maximum(f"+proj=ortho +R={R}", "box:45,-30,135,30", "b")

@@ -31,6 +31,7 @@ def test_a_data_frame_gives_one(prefix: str) -> None:
         assert (found[prefix + name].to_numpy() == truth[name].to_numpy()).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:2056", "EPSG:3857", "EPSG:2263", "EPSG:4807", "EPSG:31467"])
 @pytest.mark.parametrize("projection", ["EPSG:2056", "EPSG:27572", "EPSG:3035"])
 def test_a_geo_data_frame_gives_one(projection: str, crs: str) -> None:
@@ -97,7 +98,7 @@ def test_a_frame_is_alone() -> None:
 
 @pytest.mark.parametrize("projection", [lambda lon, lat: (lon, lat), "+proj=pipeline +step +proj=moll"])
 def test_maps_without_a_plane(projection: object) -> None:
-    """PROJ's CRS of Winkel Tripel is another map; functions and pipelines have none."""
+    """Functions and pipelines have no CRS."""
     assert plane_of(Projection.from_user_input(projection)) is None
 
 

@@ -97,6 +97,7 @@ def test_rasters_on_the_plane(projection: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(back, [x[inside], y[inside]], atol=1e-6 * map_.ellipsoid.a)
 
 
+@pytest.mark.slow
 def test_pixels_outside_the_map_are_not_a_number() -> None:
     """Mollweide's ellipse, exactly: PROJ's inverse answers outside, too, but not with the same point."""
     found = gis.raster("mollweide", size=51)
@@ -188,6 +189,7 @@ def test_pixels() -> None:
     assert (pixels((-180.0, -90.0, 180.0, 90.0), 1, None, 0.1).columns) == 3600
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -247,6 +249,7 @@ LAYERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
 @pytest.mark.parametrize("projection", some_slow(LAYERS, {"ESRI:54009", "EPSG:5513"}))
 def test_indicatrices(projection: str, suffix: str, tmp_path: Path) -> None:
@@ -342,6 +345,7 @@ def test_points_that_cannot_be_read(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", gis.TABLE_SUFFIXES)
 @pytest.mark.parametrize("crs", [None, "EPSG:4326", "EPSG:2056"])
 def test_points_are_written(crs: str | None, suffix: str, tmp_path: Path) -> None:
@@ -380,6 +384,7 @@ def write(path: Path) -> None:
         gis.save_layer(gis.indicatrices("eqc", region="box:0,0,9,9", step=3), path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["x.tif", "x.gpkg", "x.geojson", "x.parquet"])
 def test_a_failure_leaves_nothing_half_written(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A disk that is full in the middle: the old file as it was, and no other."""

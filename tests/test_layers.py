@@ -134,6 +134,7 @@ def test_the_list_of_layers_is_complete() -> None:
     assert {layer(name) for name in MODULES} == set(LAYERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODULES)
 def test_imports_point_down(name: str) -> None:
     """A module imports only layers below its own, or its own package."""
@@ -164,6 +165,7 @@ def test_a_library_has_one_home(library: str) -> None:
     assert {home for home in homes if not any(home in (name, layer(name)) for name in users)} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODULES)
 def test_no_other_libraries(name: str) -> None:
     """A module imports numpy, the standard library, ours, and what is at home in it."""

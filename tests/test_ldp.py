@@ -50,6 +50,7 @@ def order(found: LDP, criterion: str, ppm: np.ndarray, weight: np.ndarray) -> tu
     return LDP_CRITERIA[criterion][1](ppm, weight, found.target_ppm)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("criterion", LDP_CRITERIA)
 @pytest.mark.parametrize("family", LDP_FAMILIES)
 def test_no_other_scale_or_axis_near_is_better(family: str, criterion: str) -> None:
@@ -69,6 +70,7 @@ def test_no_other_scale_or_axis_near_is_better(family: str, criterion: str) -> N
             assert theirs >= mine
 
 
+@pytest.mark.slow
 def test_rounded_as_surveyors_do() -> None:
     """The axis in whole minutes, the scale in parts per million, false eastings in 10 km; all coordinates positive."""
     found = ldp(AREA, height=1000.0, criterion="minimax", families=["tmerc", "lcc"])
@@ -85,6 +87,7 @@ def test_rounded_as_surveyors_do() -> None:
     assert coarse.parameters["k_0"] == round(coarse.parameters["k_0"], 5)
 
 
+@pytest.mark.slow
 def test_level_ground_raises_the_map() -> None:
     """On level ground k_0 is above 1 by h / R less half of the spread, and the extremes are balanced."""
     found = ldp(AREA, height=1000.0, families=["tmerc"], criterion="minimax", round_k=1e-9, round_axis=1e-4)
@@ -95,6 +98,7 @@ def test_level_ground_raises_the_map() -> None:
     assert found.parameters["lon_0"] == pytest.approx(-121.7, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_sloping_ground_moves_the_axis_aside() -> None:
     """Where the ground rises to the east the scale must, too: the middle meridian lies west of the region."""
     found = ldp(AREA, heights=SLOPE, families=["tmerc"], criterion="rms")
@@ -102,6 +106,7 @@ def test_sloping_ground_moves_the_axis_aside() -> None:
     assert found.statistics.rms < 0.5 * np.std(SLOPE[:, 2]) / 6.37
 
 
+@pytest.mark.slow
 def test_the_same_map_in_every_form() -> None:
     """PROJ string, WKT2 and Esri's WKT agree; the geographic CRS is the one that was asked for, the name too."""
     found = ldp(AREA, height=1000.0, geodetic="EPSG:6318", name="Sisters LDP", families=["lcc", "tmerc"])
@@ -112,6 +117,7 @@ def test_the_same_map_in_every_form() -> None:
     assert_allclose(Projection.from_user_input(found.esri)(lon, lat), found.projection(lon, lat), atol=1e-5)
 
 
+@pytest.mark.slow
 def test_statistics() -> None:
     """Those of the points, whose shares grow with the limit."""
     found = ldp(AREA, heights=SLOPE, families=["tmerc"], target_ppm=3.0)
@@ -124,6 +130,7 @@ def test_statistics() -> None:
     assert list(s.within.values()) == sorted(s.within.values())
 
 
+@pytest.mark.slow
 def test_sets_of_points() -> None:
     """Points with heights of their own are a region and its ground; weights count."""
     points = PointSet(*SLOPE.T[:2], np.ones(len(SLOPE)), height=SLOPE[:, 2])
@@ -136,6 +143,7 @@ def test_sets_of_points() -> None:
         ldp(PointSet(*SLOPE.T[:2], np.ones(len(SLOPE))))
 
 
+@pytest.mark.slow
 def test_json_and_frame() -> None:
     """All that is known as JSON, and a row a point; UTM is there to compare with."""
     found = ldp(AREA, heights=SLOPE, families=["tmerc"])
@@ -190,6 +198,7 @@ def test_the_published_systems_are_there() -> None:
     assert (len(OREGON), len(WISCONSIN)) == (39, 59)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("code", "criterion"), [(6842, "rms"), (6806, "share"), (7528, "minimax")])
 def test_published_systems(code: int, criterion: str) -> None:
     """An oblique, a conic and a transverse one are not better than ours, by our criterion, on their own ground."""

@@ -61,6 +61,7 @@ HARD = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "lon", "lat", "radius"), [*HARD, ("moll", 10, 50, 2000)])
 def test_error_estimates(name, lon, lat, radius):
     """The error is at most twice what is said, by the cubature."""

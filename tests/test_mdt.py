@@ -537,6 +537,7 @@ def test_power_means_come_near(n):
 # ---- sets of sets, and large ones -----------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 3, 5])
 @pytest.mark.parametrize("method", ["auto", *means.METHODS])
 def test_leading_axes(method, n):
@@ -570,6 +571,7 @@ def test_many_matrices():
     np.testing.assert_allclose(mdt(A).T, np.diag(np.exp(np.log(np.einsum("nii->ni", A)).mean(axis=0))), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "count", "times"), [(2, 200_000, 2.5), (3, 30_000, 2.5), (8, 4_000, 6.0)])
 def test_memory(n, count, times):
     """The memory in use stays a small multiple of the input's."""

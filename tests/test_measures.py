@@ -423,6 +423,7 @@ PRODUCTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SECOND_ORDER)
 def test_second_order_measures_against_trapezoids(name):
     """Means over all directions of |v x w| / |v|^2 and |v . w| / |v|^2, for any J of a / b up to 10 and any H."""

@@ -55,6 +55,7 @@ def test_polygons() -> None:
     assert np.diff(np.sort(nodes.lon[edge & (nodes.lat == 0.0)])).max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [100, 1000])
 def test_islands_count_for_what_they_are(count: int) -> None:
     """Easter Island is 2e-4 of Chile, however few the nodes are."""

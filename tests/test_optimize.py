@@ -71,6 +71,7 @@ def best_azimuthal(radius: float) -> float:
     return float(math.sqrt(0.5 * integral / (1.0 - math.cos(radius))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("degrees", "published", "above"), [(30, 0.014060, 1e-5), (60, 0.057063, 1e-4), (90, 0.131347, 6e-4)]
 )
@@ -82,6 +83,7 @@ def test_the_best_azimuthal_maps(degrees: float, published: float, above: float)
     assert bound * (1 - 1e-6) <= found.value <= bound * (1 + above)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "published"), [(30, 0.014152), (60, 0.058602), (90, 0.139811)])
 def test_airys_map_minimises_airys_criterion(degrees: float, published: float) -> None:
     """Airy's map for the cap's own radius is best by Airy's criterion, at the published figures."""
@@ -90,6 +92,7 @@ def test_airys_map_minimises_airys_criterion(degrees: float, published: float) -
     assert found.value == pytest.approx(published, abs=6e-7)
 
 
+@pytest.mark.slow
 def test_lambert_for_europe() -> None:
     """Baselga 2018: 36 and 61.5 degrees for Europe's 27 to 71 degrees, a tenth better than 35 and 65."""
     found = optimize("lcc", "box:-30,27,45,71", ellipsoid="GRS80")
@@ -98,6 +101,7 @@ def test_lambert_for_europe() -> None:
     assert 1.0 - found.value / usual.airy_kavrayskiy == pytest.approx(0.10, abs=0.01)
 
 
+@pytest.mark.slow
 def test_lambert_for_spain() -> None:
     """Baselga 2018: 37 and 42 degrees, 828 ppm; between the parallels of Melilla and Estaca de Bares."""
     found = optimize("lcc", "box:-9.3,35.267,3.33,43.79", criterion="kavrayskiy", ellipsoid="GRS80", round_to=0.5)
@@ -117,6 +121,7 @@ def test_countries() -> None:
         assert summarize(moved, spain, tolerance=1e-8).airy_kavrayskiy > found.value
 
 
+@pytest.mark.slow
 def test_minimax_is_balanced() -> None:
     """The least largest |k - 1| of a conformal cone: as far below 1 between its parallels as above on either edge."""
     found = optimize("lcc", "box:0,40,20,50", criterion="max_scale_error_ppm")
@@ -136,6 +141,8 @@ def meridional_scale(projection: Projection, lat: np.ndarray) -> np.ndarray:
 # ---- laws ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["tmerc", "laea", pytest.param("omerc", marks=pytest.mark.slow)])
 def test_rotating_a_region_about_the_pole_rotates_the_optimum(family: str) -> None:
     """Longitudes move with the region, all else stays."""
@@ -147,6 +154,7 @@ def test_rotating_a_region_about_the_pole_rotates_the_optimum(family: str) -> No
         assert two.parameters[name] == pytest.approx(value + moved, abs=2e-5), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["aeqd", "laea", "stere"])
 def test_caps_are_mapped_from_their_centres(family: str) -> None:
     """On the sphere the best azimuthal map of a cap is centred on it."""
@@ -154,6 +162,7 @@ def test_caps_are_mapped_from_their_centres(family: str) -> None:
     assert_allclose([found.parameters["lat_0"], found.parameters["lon_0"]], [40.0, 20.0], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_cap_about_the_pole() -> None:
     """The pole is a centre like others."""
     found = optimize("laea", cap(0, 90, 12), ellipsoid="sphere")
@@ -168,6 +177,7 @@ def test_oblique_aspects_find_the_region() -> None:
     assert strip.value == pytest.approx(plain.value, rel=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["lcc", "eqdc", "aea"])
 def test_nothing_near_is_better(family: str) -> None:
     """Neither parallel can be moved with a gain; the one-sixth rule is worse."""
@@ -187,6 +197,7 @@ def test_nothing_near_is_better(family: str) -> None:
 # ---- what is answered ------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_result_is_a_projection_and_a_crs() -> None:
     """PROJ string, projection and WKT are the same map, on WGS 84."""
     found = optimize("omerc", SQUARE, round_to=0.5)
@@ -219,6 +230,7 @@ def test_rounding() -> None:
     assert found.roundings[0].loss < 1e-4
 
 
+@pytest.mark.slow
 def test_templates() -> None:
     """A PROJ string with ranges; what is stated stays, and a k_0 within limits is found in closed form."""
     found = optimize("+proj=tmerc +lon_0={5..15} +k_0={0.9..1.1} +lat_0=3 +x_0=500000 +ellps=bessel", SQUARE)
@@ -232,6 +244,7 @@ def test_templates() -> None:
     assert list(one.parameters) == ["lat_1"]
 
 
+@pytest.mark.slow
 def test_ends_of_ranges_are_told() -> None:
     """A parameter that wants to leave its range is named."""
     found = optimize("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)

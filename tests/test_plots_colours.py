@@ -145,6 +145,7 @@ def test_isolines_of_small_differences(middle: float, reach: float, shown: bool)
     assert shows_isolines(scale_of("s", low, high), np.linspace(low, high, 100)) == shown
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", ["igh", "healpix", "robin"])
 def test_field_on_both_sides_of_a_seam(projection: str) -> None:
     """The values at the two images of a seam are those of their own side, where they are."""

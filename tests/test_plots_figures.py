@@ -16,6 +16,7 @@ GOLDEN = Path(__file__).parent / "golden"
 EUROPE = "box:-10,35,40,70"
 
 
+@pytest.mark.slow
 def test_panels_share_radius_and_scale() -> None:
     """All panels have the same circles and the same metres per inch."""
     figure = plots.tissot_figure(["robin", "laea"], region=EUROPE)
@@ -28,6 +29,7 @@ def test_panels_share_radius_and_scale() -> None:
     assert scales == pytest.approx([scales[0]] * 2, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_heatmap_figure_has_titles_bar_and_label() -> None:
     """Each panel has the map's name and its Airy-Kavrayskiy figure; one bar has the measure's name."""
     figure = plots.heatmap_figure(["robin", "moll"], measure="omega", region=EUROPE, airy_kavrayskiy=[0.4123, None])
@@ -38,6 +40,7 @@ def test_heatmap_figure_has_titles_bar_and_label() -> None:
     assert bar.get_xlabel() == "Angular distortion omega (degrees)"
 
 
+@pytest.mark.slow
 def test_draws_on_given_axes() -> None:
     """The functions draw on axes of the caller, and return the radius and the colours."""
     figure = Figure()
@@ -71,6 +74,7 @@ def test_unknown_suffix(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_bad_options() -> None:
     """Sizes, steps and lists that make no picture are refused."""
     with pytest.raises(ValueError, match=r"Invalid size '\(0, 3\)'"):
@@ -114,6 +118,7 @@ def test_outline_is_drawn_as_lines() -> None:
         assert 1 <= len(outline.get_segments()) <= most
 
 
+@pytest.mark.slow
 def test_radius_in_the_caption() -> None:
     """The caption tells the radius in metres or kilometres, whichever is read more easily."""
     for region, unit in (("cap:10,54,1", "m"), ("cap:10,54,500", "km")):

@@ -35,6 +35,7 @@ def test_ellipses_are_those_of_the_jacobian() -> None:
     np.testing.assert_allclose(distance.min(axis=1), radius * scales[:, 1], rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", ["robin", "eqc", "igh", "merc", ORTHO, "EPSG:32632"])
 def test_ellipses_do_not_overlap(projection: str) -> None:
     """No two ellipses of a panel share a point, and there are many."""
@@ -80,6 +81,7 @@ def test_even_grid() -> None:
     assert np.abs(lon).max() < 180.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", ["robin", "eqc", "cea", "merc", OBLIQUE])
 def test_close_pairs_are_all_there_are(projection: str) -> None:
     """The pairs found are those of comparing each with each, up to the median of the closest."""

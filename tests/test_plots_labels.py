@@ -49,6 +49,7 @@ def test_one_label_for_each_isoline_on_it() -> None:
         assert np.mod(text.get_rotation() - along + 90.0, 180.0) - 90.0 == pytest.approx(0.0, abs=10.0)
 
 
+@pytest.mark.slow
 def test_labels_are_clear_of_each_other_and_of_the_outline() -> None:
     """As wide as they are drawn, whichever way they are turned, labels do not meet; many lines stay without."""
     levels = np.round(np.linspace(-0.95, 0.95, 39), 3).tolist()
@@ -72,6 +73,7 @@ def test_short_isolines_have_no_labels() -> None:
     assert not ax.texts
 
 
+@pytest.mark.slow
 def test_labels_on_lobes() -> None:
     """On an interrupted map, where lobes leave little room, labels do not cover each other."""
     figure = plots.heatmap_figure(["igh"], measure="omega", size=(6.0, 4.0))

@@ -22,6 +22,7 @@ def drawn(projection, radius=300.0, **options):
     return ax, plots.local_field(ax, projection, radius, region=EUROPE, **options)
 
 
+@pytest.mark.slow
 def test_lines_lie_along_the_stretch():
     """Each line has the azimuth of its place's correction, about its disc; the longest are equal."""
     ax, _ = drawn("moll", step=5.0)
@@ -43,6 +44,7 @@ def test_lines_lie_along_the_stretch():
     assert len(figure.axes) == 2
 
 
+@pytest.mark.slow
 def test_colours_are_scales():
     """The colours span the corrections' scales, to the neutral 1."""
     _, scale = drawn("merc")

@@ -30,6 +30,7 @@ def spans(start: np.ndarray, stop: np.ndarray) -> np.ndarray:
     return np.hypot(*(stop - start).T)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", SEAMED)
 def test_nothing_crosses_a_seam(projection: str) -> None:
     """No triangle, and no segment of graticule, coast and outline, is longer than the local scale allows."""
@@ -48,6 +49,7 @@ def test_nothing_crosses_a_seam(projection: str) -> None:
         assert max(spans(piece[:-1], piece[1:]).max() for piece in pieces) < min(allowed, 0.05 * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("projection", SEAMED)
 def test_triangles_cover_the_map_once(projection: str) -> None:
     """The triangles' area is that of the map, det J integrated over the drawn nodes."""
@@ -87,6 +89,7 @@ def test_outline_at_an_antipode() -> None:
     assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(4.0 * np.pi * R, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_outline_of_goode_has_its_cuts() -> None:
     """The outline of Goode's interrupted map is as long as its meridians: two round, four cuts, both sides."""
     surface = surface_of("igh", step=None)
@@ -104,6 +107,7 @@ def test_outline_of_goode_has_its_cuts() -> None:
     assert np.abs(ends[:, 0]).max() == pytest.approx(np.pi * R, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_endless_maps_are_cut() -> None:
     """Mercator ends where its scale is 12, at 85.2 degrees; the gnomonic map about 73 degrees from its centre."""
     assert surface_of("merc").extent[3] / R == pytest.approx(np.arccosh(12.0), abs=0.02)
@@ -213,6 +217,7 @@ def test_coast_of_a_tiny_region_is_short() -> None:
     assert not coast((-180.0, 89.0, 180.0, 90.0), "50m", 1e-4)
 
 
+@pytest.mark.slow
 def test_finer_coast_for_parts_of_the_world() -> None:
     """The world has the coarse coast, a continent and a town the finer one."""
     assert coast_resolution(surface_of("robin")) == "110m"

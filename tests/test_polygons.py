@@ -97,6 +97,7 @@ def test_a_triangle_by_quadrature():
     assert raw(f"+proj=sinu +R={R}", polygon(TRIANGLE)) == pytest.approx(truth, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_star_on_a_grid():
     """The sinusoidal map over a concave polygon with a hole, by the middles of a million cells."""
     region = polygon(STAR, HOLE)
@@ -127,6 +128,8 @@ def test_refinement(projection, name):
             assert off <= tolerance or coarse.limit
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize("resolution", [pytest.param("50m", marks=pytest.mark.slow), "110m"])
 @pytest.mark.parametrize(
     "projection",
@@ -142,6 +145,8 @@ def test_land_and_ocean_make_up_the_globe(projection, resolution):
     assert math.sqrt(np.dot(areas, squares) / sum(areas)) == pytest.approx(whole, abs=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "projection",
     [
@@ -288,6 +293,7 @@ def test_published_areas(code):
     assert get_region(f"country:{code}").area_km2 / 1000 == pytest.approx(PUBLISHED[code], rel=0.03)
 
 
+@pytest.mark.slow
 def test_continents_make_up_the_land():
     """The continents' areas add up to the land's."""
     names = ["Africa", "Antarctica", "Asia", "Europe", "North America", "Oceania", "South America"]
@@ -322,6 +328,7 @@ def moved(ring, kind):
     return ring
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["0..360", "backwards", "another start", "a turn on", "subdivided"])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_ways_to_write_a_polygon(shape, kind):

@@ -951,6 +951,7 @@ def test_nonsense_has_no_hint(text):
     assert "Did you mean" not in message(text)
 
 
+@pytest.mark.slow
 def test_one_wrong_letter_is_no_obstacle():
     """A name with one letter missing, doubled or swapped with the next is suggested, nineteen times of twenty."""
     found = []

@@ -73,6 +73,7 @@ def test_rejected_with_reasons(germany):
     assert "PROJ cannot compute" in reasons["EPSG:32600"]
 
 
+@pytest.mark.slow
 def test_preference_for_areas_that_hold_the_region():
     """UTM zone 32N, whose area ends at 12 E, counts over the share that it holds, is left out, or counts in full."""
     for area in ("preferred", "intersects"):
@@ -86,6 +87,7 @@ def test_preference_for_areas_that_hold_the_region():
         code_of(result, "EPSG:25832")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("purpose", ["equal-area", "conformal", "equidistant", "compromise"])
 def test_purpose(purpose):
     """All that is recommended for a purpose keeps what it asks for, in its own figures."""
@@ -102,6 +104,7 @@ def test_purpose(purpose):
             assert "equidistant" in one.keeps
 
 
+@pytest.mark.slow
 def test_datum():
     """Only CRSs of a datum, by a part of its name in any spelling."""
     result = recommend(GERMANY, datum="etrs-89", authorities=["EPSG"], limit=5)
@@ -147,6 +150,7 @@ def test_progress():
     assert heard[-1][0] == heard[-1][1]
 
 
+@pytest.mark.slow
 def test_an_executor():
     """Processes give what this one gives."""
     with ProcessPoolExecutor(2) as pool:
@@ -190,6 +194,7 @@ def test_brute_force(region, criterion):
     assert best.results == every.results[:5]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("region", "expected"),
     [
@@ -207,6 +212,7 @@ def test_countries(region, expected):
     assert recommend(region, authorities=["EPSG"], limit=1).results[0].code == expected
 
 
+@pytest.mark.slow
 def test_poles_and_antimeridian():
     """Antarctica gets azimuthal maps about the pole, Chukotka an Arctic zone that crosses the antimeridian."""
     polar = recommend("box:-180,-90,180,-60", authorities=["EPSG"], limit=3)
@@ -220,6 +226,7 @@ def test_poles_and_antimeridian():
     assert east.share > 0.99
 
 
+@pytest.mark.slow
 def test_the_world():
     """Equal Earth is the world's equal-area map in EPSG."""
     world = recommend("globe", purpose="equal-area", authorities=["EPSG"], limit=1)

@@ -140,6 +140,8 @@ FLEXION = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["flexion", "skewness"])
 @pytest.mark.parametrize(
     "key",
@@ -318,6 +320,7 @@ def test_any_projection(kind):
     assert given is None or found.given == given
 
 
+@pytest.mark.slow
 def test_comparison_is_ordered():
     """Results come by ascending error, whatever the order of the question."""
     found = compare(["mercator", "winkel-tripel", "stereographic", "laea", "natural-earth"], tolerance=1e-4)

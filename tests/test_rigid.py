@@ -100,6 +100,7 @@ def test_the_logarithmic_mean_depends_on_the_axes():
     assert change > 1e-3
 
 
+@pytest.mark.slow
 @CASES
 def test_the_logarithmic_mean(seed, n):
     """It is exp of minus the mean of ln q_i, the LQ factors of T^-1 A_i, here by scipy's logm and expm."""
