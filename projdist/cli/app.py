@@ -25,6 +25,7 @@ from projdist.cli.options import (
     Projections,
     RegionOption,
     SizeOption,
+    WeightOption,
     choice,
     file_of_kind,
     format_of,
@@ -80,6 +81,7 @@ def options(
 def compare_command(
     projections: Projections,
     region: RegionOption = "globe",
+    weight: WeightOption = None,
     measure: MeasuresOption = None,
     sort: Annotated[
         str, typer.Option("--sort", help="given, name, an airy_kavrayskiy..., or MEASURE or MEASURE.STATISTIC.")
@@ -96,7 +98,7 @@ def compare_command(
     column = _sort_column(sort, names)
     # Rounding alone is of the order of 1e-15.
     largest = number("tolerance", tolerance, 1e-15, 1.0)
-    result = compare(projections, region_of(region), measures=names, tolerance=largest).to_dict()
+    result = compare(projections, region_of(region, weight), measures=names, tolerance=largest).to_dict()
     result["results"] = _sorted(result["results"], column, projections)
     emit(render_comparison(result, names, sort, largest, form), path, overwrite)
     report([failure["error"] for failure in result["failures"]])

@@ -13,7 +13,7 @@ from projdist.cli.errors import cannot_write, fail, refuse
 from projdist.cli.formats import Format
 from projdist.files import refuse_existing
 from projdist.measures import get_measure
-from projdist.regions import Place, get_region
+from projdist.regions import Place, get_region, weighted_points
 
 Projections = Annotated[
     list[str],
@@ -29,6 +29,15 @@ RegionOption = Annotated[
         help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM, country:NAME, "
         "continent:NAME, crs:CODE (its area of use), file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for "
         "edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and brackets.",
+    ),
+]
+WeightOption = Annotated[
+    str | None,
+    typer.Option(
+        "--weight",
+        metavar="FILE|COLUMN",
+        help="Weights in place of areas: a raster of counts, as pop.tif or pop.tif#2 (a band), or, of points:PATH, a "
+        "column.",
     ),
 ]
 FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(Format), help="How to print.")]
@@ -59,15 +68,30 @@ def format_of(text: str) -> Format:
     return Format(choice("format", text, list(Format)))
 
 
-def region_of(text: str) -> Place:
-    """The region of the words of `get_region`; what was repaired in it is said."""
+def region_of(text: str, weight: str | None = None) -> Place:
+    """The region of the words of `get_region`, perhaps weighted; what was repaired in it is said."""
     try:
-        region = get_region(text)
+        region = get_region(text) if weight is None else _weighted(text, weight)
     except ValueError as error:
         refuse(str(error), error)
     for note in region.notes:
         fail(note)
     return region
+
+
+def _weighted(text: str, weight: str) -> Place:
+    """A region with the weights of a raster or a column."""
+    path, mark, band = weight.partition("#")
+    if Path(path).suffix.lower() not in (".tif", ".tiff"):
+        return weighted_points(text, weight)
+    if mark and not band.isdecimal():
+        raise ValueError(f"Invalid band '{band}' of '{path}'. It must be a number.")
+    from projdist import gis  # what it needs is slow to load, and may be missing
+
+    try:
+        return gis.weighted(text, path, band=int(band or 1))
+    except ImportError as error:
+        refuse(str(error), error)
 
 
 def measure_names(given: list[str] | None) -> list[str]:

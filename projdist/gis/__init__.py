@@ -11,6 +11,7 @@ from projdist.gis.layers import LAYER_SUFFIXES, indicatrices, save_layer
 from projdist.gis.libraries import check_libraries
 from projdist.gis.points import TABLE_SUFFIXES, frame_of, plain_table, read_points, save_points
 from projdist.gis.rasters import RASTER_SUFFIXES, Raster, raster, save_raster
+from projdist.gis.weights import weighted
 
 __all__ = [
     "GRIDS",
@@ -27,4 +28,5 @@ __all__ = [
     "save_layer",
     "save_points",
     "save_raster",
+    "weighted",
 ]

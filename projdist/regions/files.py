@@ -41,10 +41,10 @@ def polygons_from_geojson(value: dict[str, Any], name: str = "polygons", *, edge
     return _polygons(list(_geometries(value, text)), None, name, text, edges)
 
 
-def points_from_file(path: Path, layer: str, name: str) -> PointSet:
-    """The points of a CSV or vector file, with its weight and height columns; raises ValueError."""
+def points_from_file(path: Path, layer: str, name: str, column: str = "weight") -> PointSet:
+    """The points of a CSV or vector file, with its height column, and that for weights; raises ValueError."""
     if path.suffix.lower() in (".csv", ".tsv", ".txt"):
-        return read_csv(path, name)
+        return read_csv(path, name, column)
     text = f"Invalid points file '{path}'."
     if _is_geojson(path):
         value = _read_json(path, text)
@@ -53,14 +53,16 @@ def points_from_file(path: Path, layer: str, name: str) -> PointSet:
         fields = [feature.get("properties") or {} for feature in features]
         transform = _geojson_transform(value)
     else:
-        shapes, fields, transform = _read_vector(path, layer, text, ["weight", "height"])
+        shapes, fields, transform = _read_vector(path, layer, text, [column, "height"])
     wrong = {shape["type"] for shape in shapes} - {"Point"}
     if wrong or not shapes:
         raise ValueError(f"{text} It must hold points; it holds {_listed(wrong) or 'nothing'}.")
     lonlat = np.array([shape["coordinates"][:2] for shape in shapes], dtype=float)
     if transform is not None:
         lonlat = np.column_stack(transform(*lonlat.T))
-    weight = np.array([float(field.get("weight", 1.0) or 0.0) for field in fields])
+    if column != "weight" and not any(column in field for field in fields):
+        raise ValueError(f"{text} It has no column '{column}' for weights.")
+    weight = np.array([float(field.get(column, 1.0) or 0.0) for field in fields])
     heights = [field.get("height") for field in fields]
     height = None if None in heights else np.array(heights, dtype=float)
     return PointSet(lonlat[:, 0], lonlat[:, 1], weight, name, height)

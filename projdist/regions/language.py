@@ -55,6 +55,16 @@ def get_region(region: str | Place | Mapping[str, Any]) -> Place:
     return cast(Place, region)
 
 
+def weighted_points(text: str, column: str) -> PointSet:
+    """The region `points:PATH` with the weights of a column of the file; raises ValueError."""
+    kind, _, argument = text.strip().partition(":")
+    if kind.lower() != "points":
+        raise ValueError(f"Invalid weight '{column}'. It must be a raster, or, of points:PATH, the name of a column.")
+    from projdist.regions.files import points_from_file  # as above
+
+    return points_from_file(*_path(text, argument.strip()), text.strip(), column)
+
+
 class _Parser:
     """Recursive descent: a sum of products of atoms and brackets."""
 

@@ -86,8 +86,8 @@ class PointSet:
         return PointSet(self.lon[keep], self.lat[keep], self.weight[keep], name, height, self.notes)
 
 
-def read_csv(path: Path, name: str) -> PointSet:
-    """The points of a table with a header: lon, lat, and perhaps weight and height; raises ValueError."""
+def read_csv(path: Path, name: str, column: str = "weight") -> PointSet:
+    """The points of a table with a header: lon, lat, perhaps weight (or that column), height; raises ValueError."""
     text = f"Invalid points file '{path}'."
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -98,9 +98,11 @@ def read_csv(path: Path, name: str) -> PointSet:
         raise ValueError(f"{text} It is empty; it must have a header with lon and lat, and points.")
     separator = max(",;\t", key=lines[0].count)
     header, *rows = csv.reader(lines, delimiter=separator)
-    places = _places(header)
+    places = _places(header, column)
     if "lon" not in places or "lat" not in places:
         raise ValueError(f"{text} Its header must have lon and lat; it has {', '.join(header)}.")
+    if column != "weight" and "weight" not in places:
+        raise ValueError(f"{text} It has no column '{column}' for weights; it has {', '.join(header)}.")
     table = np.array(list(_numbers(rows, places, text))).reshape(-1, len(places))
     if not len(table):
         raise ValueError(f"{text} It has no points.")
@@ -109,11 +111,12 @@ def read_csv(path: Path, name: str) -> PointSet:
     return PointSet(columns["lon"], columns["lat"], weight, name, columns.get("height"))
 
 
-def _places(header: list[str]) -> dict[str, int]:
-    """The numbers of the columns that are known."""
+def _places(header: list[str], weight: str) -> dict[str, int]:
+    """The numbers of the columns that are known; `weight` is the one for weights, or "weight" for its usual names."""
     words = [word.strip().lower() for word in header]
     found = {}
-    for column, names in _COLUMNS.items():
+    known = _COLUMNS if weight == "weight" else _COLUMNS | {"weight": (weight.lower(),)}
+    for column, names in known.items():
         place = next((words.index(name) for name in names if name in words), None)
         if place is not None:
             found[column] = place
