@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from projdist import hyperbolic, means
 from projdist._typing import BoolArray, FloatArray
+from projdist.answer import Answer
 from projdist.spd import place
 
 __all__ = ["MDT", "check_matrices", "check_weights", "field_mdt", "mdt"]
@@ -26,7 +27,7 @@ _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the
 
 
 @dataclass(frozen=True)
-class MDT:
+class MDT(Answer):
     """A mean distorting transformation, and how good it is.
 
     `T`: shape (..., n, n), lower triangular with a positive diagonal. `distances`: Dist_F(T^-1 A_i)^2,
@@ -44,6 +45,19 @@ class MDT:
     iterations: Any
     floor: Any
     distances: FloatArray
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name, arrays as lists."""
+        return {name: np.asarray(getattr(self, name)).tolist() for name in ("T", *_FIGURES, "distances")}
+
+    def _table(self) -> dict[str, FloatArray]:
+        """A row a set of matrices: the figures, and T's entries as T_00, T_01, ..."""
+        columns = {name: np.ravel(getattr(self, name)) for name in _FIGURES}
+        n = self.T.shape[-1]
+        return columns | {f"T_{i}{j}": np.ravel(self.T[..., i, j]) for i in range(n) for j in range(n)}
+
+
+_FIGURES = ("cost", "gradient_norm", "iterations", "floor")
 
 
 def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto") -> MDT:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.answer import Answer
 from projdist.mdt import check_matrices, check_weights, mdt
 from projdist.spd import lq, place, transposed
 
@@ -27,7 +28,7 @@ _SHOWN = 10  # indices in one message
 
 
 @dataclass(frozen=True)
-class Rotation:
+class Rotation(Answer):
     """The rotation that takes out the mean orientation of T^-1 A_i.
 
     `q`: shape (..., n, n), determinant 1, to be put on the left: q T^-1 A_i. `reflection`: whether the
@@ -38,6 +39,17 @@ class Rotation:
     q: FloatArray
     reflection: Any
     mean_resultant_length: Any
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name, arrays as lists; and the note."""
+        names = ("q", "reflection", "mean_resultant_length")
+        return {name: np.asarray(getattr(self, name)).tolist() for name in names} | {"note": self.note}
+
+    def _table(self) -> dict[str, Any]:
+        """A row a rotation, q's entries as q_00, q_01, ..."""
+        columns = {name: np.ravel(getattr(self, name)) for name in ("reflection", "mean_resultant_length")}
+        n = self.q.shape[-1]
+        return columns | {f"q_{i}{j}": np.ravel(self.q[..., i, j]) for i in range(n) for j in range(n)}
 
     @property
     def note(self) -> str:

@@ -1,5 +1,6 @@
 """The mean distorting transformation against its theorems, a general minimiser, mpmath and pyRiemann."""
 
+import json
 import tracemalloc
 
 import mpmath
@@ -650,3 +651,14 @@ def test_weights_that_are_all_zero():
         mdt(np.stack([np.eye(2)] * 3), np.zeros(3))
     with pytest.raises(ValueError, match=r"^Invalid weights at index 1\. They must not all be zero\.$"):
         mdt(np.broadcast_to(np.eye(2), (2, 3, 2, 2)), [[1, 1, 1], [0, 0, 0]])
+
+
+def test_forms():
+    """A mean can be had as JSON and as a frame, of one set or of several."""
+    A = np.stack([np.diag([1.0, 2.0]), np.diag([4.0, 2.0])])
+    found = json.loads(mdt(A).to_json())
+    assert found["T"] == [[2.0, 0.0], [0.0, 2.0]]
+    assert len(found["distances"]) == 2
+    frame = mdt(np.stack([A, 3.0 * A])).to_frame()
+    np.testing.assert_allclose(frame["T_00"], [2.0, 6.0], rtol=1e-14)
+    assert set(frame.columns) >= {"cost", "gradient_norm", "iterations", "floor", "T_10", "T_11"}

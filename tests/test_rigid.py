@@ -1,5 +1,7 @@
 """The rotation and the shift that follow the mean distorting transformation."""
 
+import json
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -232,3 +234,10 @@ def test_points_are_checked():
         axes_shift(np.ones((0, 2)))
     with pytest.raises(ValueError, match=r"^Invalid point at index 1\. It must be finite\.$"):
         axes_shift([[0.0, 0.0], [np.nan, 1.0]])
+
+
+def test_forms():
+    """A rotation can be had as JSON and as a frame."""
+    found = mean_rotation(np.stack([np.eye(2), np.eye(2)]))
+    assert json.loads(found.to_json())["q"] == [[1.0, 0.0], [0.0, 1.0]]
+    assert found.to_frame()["mean_resultant_length"][0] == pytest.approx(1.0)
