@@ -83,9 +83,8 @@ def cluster(tmp_path):
     processes += [start(*worker) for _ in range(2)]
     yield address_file, processes[1:]
     for process in processes:
-        process.terminate()
-    for process in processes:
-        process.wait(timeout=20)
+        process.kill()  # a worker that is asked to end waits for its scheduler
+        process.wait()
 
 
 @pytest.mark.slow
