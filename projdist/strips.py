@@ -61,6 +61,8 @@ def _torn_sides(
     last = np.hypot(*np.abs((LEGENDRE @ nodes)[:, :, -2:]).max(axis=2))
     with np.errstate(invalid="ignore"):
         suspect = jump > np.maximum(_LEAST, _UNRESOLVED * last[:, None])
+    if not suspect.any():
+        return np.zeros((len(patch), 2), dtype=bool)
     panel, side, line = np.nonzero(suspect)
     first = np.where(side == 0, 2, len(_STATIONS) - 1)
     ends = np.array([[u[panel, k, line], v[panel, k, line]] for k in (side, first)])
