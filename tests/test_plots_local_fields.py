@@ -55,6 +55,15 @@ def test_colours_are_scales():
     assert scale.label == "Scale of the local correction"
 
 
+def test_colours_of_equal_area_maps():
+    """Where the scale is the same everywhere the colours are the stretches."""
+    _, scale = drawn("moll")
+    assert scale.label == "Stretch of the local correction"
+    # Mollweide's map is undistorted at 40.7 N on its middle meridian, and stretched most in the box's north-east.
+    assert scale.limits[0] == pytest.approx(1.0, abs=0.05)
+    assert scale.limits[1] > 1.5
+
+
 def test_caps_that_are_not_on_the_map():
     """Where no cap is on the map there is nothing to draw."""
     with pytest.raises(ValueError, match="No cap of so many km"):

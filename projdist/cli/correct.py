@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from pathlib import Path
+import functools
 from typing import Annotated
 
 import typer
@@ -14,13 +14,11 @@ from projdist.cli.options import (
     OverwriteOption,
     SizeOption,
     choice,
-    file_of_kind,
     number,
     region_of,
-    size_of,
-    step_of,
 )
 from projdist.cli.output import drawing, emit
+from projdist.cli.pictures import PictureFile
 from projdist.correction import CONSTRAINTS, Correction, correct
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import Place
@@ -67,7 +65,9 @@ def correct_command(
     for name, value in {"step": step, "size": size, "dpi": dpi}.items():
         if value is not None and output is None:
             refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
-    picture = None if output is None else _Picture(output, step, size, dpi or "150", overwrite)
+    picture = (
+        None if output is None else PictureFile(output, size=size, dpi=dpi or "150", step=step, overwrite=overwrite)
+    )
     try:
         measured = Projection.from_user_input(projection)
         if local is not None:
@@ -85,37 +85,22 @@ def correct_command(
     emit(text, None)
 
 
-class _Picture:
-    """A picture to draw, from the words of its options."""
-
-    def __init__(self, output: str, step: str | None, size: str | None, dpi: str, overwrite: bool) -> None:
-        from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
-        self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
-        self.overwrite = overwrite
-        self.dots, self.step = number("dpi", dpi, 10, 1200), step_of(step)
-        self.size = size_of(size, self.dots)
-
-
-def _draw(result: Correction, picture: _Picture) -> None:
+def _draw(result: Correction, picture: PictureFile) -> None:
     """Tissot's indicatrices before and after."""
-    from projdist import plots  # as above
+    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
-    maps = [result.projection, result.corrected]
-    figures = [result.airy_kavrayskiy, result.airy_kavrayskiy_corrected]
-    with drawing(picture.path):
-        figure = plots.tissot_figure(
-            maps,
+    picture.save(
+        functools.partial(
+            plots.tissot_figure,
+            [result.projection, result.corrected],
             region=result.region,
             step=picture.step,
-            size=picture.size,
-            dpi=picture.dots,
-            airy_kavrayskiy=figures,
+            airy_kavrayskiy=[result.airy_kavrayskiy, result.airy_kavrayskiy_corrected],
         )
-        plots.save(figure, picture.path, dpi=picture.dots, overwrite=picture.overwrite)
+    )
 
 
-def _check_local(form: _Form, picture: _Picture | None, constraint: str, keep_north: bool) -> None:
+def _check_local(form: _Form, picture: PictureFile | None, constraint: str, keep_north: bool) -> None:
     if form in (_Form.PROJ, _Form.WKT):
         refuse(f"Invalid format '{form}' with --local. It must be table or json.")
     if picture is None and form is not _Form.JSON:
@@ -126,21 +111,20 @@ def _check_local(form: _Form, picture: _Picture | None, constraint: str, keep_no
 
 
 def _draw_local(
-    projection: Projection, region: Place | None, radius_km: float, picture: _Picture | None, form: _Form
+    projection: Projection, region: Place | None, radius_km: float, picture: PictureFile | None, form: _Form
 ) -> None:
     """The field of local corrections, as a picture, as JSON, or both."""
     from projdist import plots  # as above
 
-    path = Path() if picture is None else picture.path
-    with drawing(path):
-        if picture is None:
-            field = plots.local_figure(projection, radius_km, region=region)[1]
-        else:
+    if picture is None:
+        field = plots.local_figure(projection, radius_km, region=region)[1]
+    else:
+        with drawing(picture.path):
             figure, field = plots.local_figure(
                 projection, radius_km, region=region, step=picture.step, size=picture.size, dpi=picture.dots
             )
-            plots.save(figure, path, dpi=picture.dots, overwrite=picture.overwrite)
-    emit(json_text(field.to_dict()) if form is _Form.JSON else f"{path}\n", None)
+        picture.save(lambda **_: figure)
+    emit(json_text(field.to_dict()) if picture is None or form is _Form.JSON else f"{picture.path}\n", None)
 
 
 def _text(result: Correction, given: str, form: _Form) -> str:

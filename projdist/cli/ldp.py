@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import enum
+import functools
 import math
 import re
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -17,12 +17,11 @@ from projdist.cli.options import (
     OverwriteOption,
     SizeOption,
     choice,
-    file_of_kind,
     number,
     region_of,
-    size_of,
 )
-from projdist.cli.output import drawing, emit
+from projdist.cli.output import emit
+from projdist.cli.pictures import PictureFile
 from projdist.heights import read_heights
 from projdist.ldp import LDP, LDP_CRITERIA, LDP_FAMILIES, HeightStatistics, ldp
 from projdist.projections import ProjectionError, number_text
@@ -80,7 +79,7 @@ def ldp_command(
     own = isinstance(area, PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
-    picture = None if output is None else _Picture(output, size, dpi, overwrite)
+    picture = None if output is None else PictureFile(output, size=size, dpi=dpi, overwrite=overwrite)
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],
         "criterion": criterion,
@@ -104,32 +103,16 @@ def ldp_command(
         refuse(str(error), error)
     text = _text(found, form)
     if picture is not None:
-        picture.draw(found)
+        _draw(found, picture)
         text += f"Picture: {picture.path}\n" if form is _Form.TABLE else ""
     emit(text, None)
 
 
-class _Picture:
-    """A picture to draw, from the words of its options."""
+def _draw(found: LDP, picture: PictureFile) -> None:
+    """The map of the distortion."""
+    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
-    def __init__(self, output: str, size: str | None, dpi: str, overwrite: bool) -> None:
-        from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
-        self.plots = plots
-        self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
-        self.overwrite = overwrite
-        self.dots = number("dpi", dpi, 10, 1200)
-        self.size = size_of(size, self.dots)
-
-    def draw(self, found: LDP) -> None:
-        """The map of the distortion."""
-        with drawing(self.path):
-            self.plots.save(
-                self.plots.ldp_figure(found, size=self.size, dpi=self.dots),
-                self.path,
-                dpi=self.dots,
-                overwrite=self.overwrite,
-            )
+    picture.save(functools.partial(plots.ldp_figure, found))
 
 
 def _angle(text: str) -> float:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import json_text, rounded, table_text
+from projdist.cli.formats import area_text, json_text, rounded, table_text
 from projdist.cli.options import OutputOption, OverwriteOption, choice, number, printed_or_file, region_of
 from projdist.cli.output import emit
 from projdist.families import FAMILIES
@@ -83,11 +83,12 @@ def _text(found: Optimum, form: _Form) -> str:
 
 
 def _report(found: Optimum) -> str:
-    title = f"{found.projection.name} for {found.region.name} ({found.region.area_km2:,.0f} km2)\n"
+    title = f"{found.projection.name} for {found.region.name} ({area_text(found.region.area_km2)})\n"
     unit = f" {found.unit}" if found.unit else ""
     lines = [
         *(f"{name:8} {number_text(value)}" for name, value in found.parameters.items()),
-        f"{found.criterion} {_shown(found.value)}{unit}, Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}",
+        f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}",
+        f"{found.criterion} {_shown(found.value)}{unit}" if found.criterion != "airy_kavrayskiy" else "",
         *(f"{name} is at the end of its range." for name in found.at_limit),
         f"Covers {100 * found.coverage:.4g} % of the region." if found.coverage < 0.9999995 else "",
     ]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -21,13 +21,12 @@ from projdist.cli.options import (
     FormatOption,
     OverwriteOption,
     SizeOption,
-    file_of_kind,
     format_of,
     number,
     region_of,
-    size_of,
 )
-from projdist.cli.output import drawing, emit
+from projdist.cli.output import emit
+from projdist.cli.pictures import PictureFile
 from projdist.executors import check_executor, open_executor
 from projdist.projections.database import OF_A_SPHERE
 from projdist.recommend import Recommendation, recommend
@@ -75,7 +74,7 @@ def recommend_command(
         refuse(f"Invalid limit '{limit}'. It must be a whole number.")
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
-    picture = None if output is None else _Picture(output, size, dpi, overwrite)
+    picture = None if output is None else PictureFile(output, size=size, dpi=dpi, overwrite=overwrite)
     with _usage(), _executor(executor) as workers, _bar() as progress:
         result = recommend(
             area,
@@ -94,7 +93,7 @@ def recommend_command(
         raise typer.Exit(1)
     text = _text(result, form)
     if picture is not None:
-        picture.draw(result)
+        _draw(result, picture)
         text += f"Picture: {picture.path}\n" if form is Format.TABLE else ""
     emit(text, None)
 
@@ -139,32 +138,21 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
         yield lambda done, total: progress.update(task, completed=done, total=total)
 
 
-class _Picture:
-    """A picture to draw, from the words of its options."""
+def _draw(result: Recommendation, picture: PictureFile) -> None:
+    """Heat maps of the best, with one colour bar."""
+    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
-    def __init__(self, output: str, size: str | None, dpi: str, overwrite: bool) -> None:
-        from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
-        self.plots = plots
-        self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
-        self.overwrite = overwrite
-        self.dots = number("dpi", dpi, 10, 1200)
-        self.size = size_of(size, self.dots)
-
-    def draw(self, result: Recommendation) -> None:
-        """Heat maps of the best, with one colour bar."""
-        best = result.results[:_DRAWN]
-        with drawing(self.path):
-            figure = self.plots.heatmap_figure(
-                [one.code for one in best],
-                measure="fisher",
-                region=result.region,
-                titles=[f"{one.code}  {one.name}" for one in best],
-                airy_kavrayskiy=[one.distortion.airy_kavrayskiy for one in best],
-                size=self.size,
-                dpi=self.dots,
-            )
-            self.plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
+    best = result.results[:_DRAWN]
+    picture.save(
+        functools.partial(
+            plots.heatmap_figure,
+            [one.code for one in best],
+            measure="fisher",
+            region=result.region,
+            titles=[f"{one.code}  {one.name}" for one in best],
+            airy_kavrayskiy=[one.distortion.airy_kavrayskiy for one in best],
+        )
+    )
 
 
 # ---- formats --------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patheffects import withStroke
 
 from projdist._typing import FloatArray
+from projdist.linear import decompose
 from projdist.local_corrections import LocalCorrections, local_corrections
 from projdist.measures import Measure, areal_scale
 from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
@@ -26,7 +27,7 @@ _DISC, _LINE = 0.6, 1.0  # of the radius at which discs would be close
 _USUAL = 0.9  # of the stretches have lines in proportion; what is stretched more has the longest line
 _INK = "#222222"
 _HALO = withStroke(linewidth=2.2, foreground="#ffffffb0")
-_FLAT = 1e-12  # of ln(stretch): where all are less there are no lines
+_FLAT = 1e-6  # of logarithms: what differs by less is the same, and where all stretches are less there are no lines
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,13 @@ def scale_of_correction(M: FloatArray) -> FloatArray:
     return np.sqrt(areal_scale(M))
 
 
+def stretch_of_correction(M: FloatArray) -> FloatArray:
+    """The greatest scale over the smallest."""
+    return decompose(M).stretch
+
+
 _SCALE = Measure("scale_of_the_local_correction", scale_of_correction, kind="ratio")
+_STRETCH = Measure("stretch_of_the_local_correction", stretch_of_correction, kind="ratio")
 
 
 def local_field(
@@ -61,8 +68,9 @@ def local_field(
 ) -> ColourScale:
     """Draw the local corrections over caps of `radius_km` on `ax`; returns what the colours mean.
 
-    They stand `step` degrees apart. A disc's colour is the correction's scale; a line lies in the
-    direction that is stretched most, its length the logarithm of the stretch.
+    They stand `step` degrees apart. A disc's colour is the correction's scale, or its stretch where all
+    scales are the same; a line lies in the direction that is stretched most, its length the logarithm
+    of the stretch.
     """
     field = prepare_local_field(prepare(projection, region), radius_km, step)
     draw_local_field(ax, field, title)
@@ -81,8 +89,10 @@ def prepare_local_field(surface: Surface, radius_km: float, step: float | None) 
         raise ValueError(f"Invalid radius '{radius_km:g}'. No cap of so many km is, by half, on the map.")
     points, found = points.take(known), found.take(known)
     radius = even_radius([points])
-    sizes = _SCALE(found.matrix)
-    scale = colour_scale(_SCALE, [sizes], [np.full(sizes.size, 1.0 / sizes.size)])
+    # An equal-area map has one scale everywhere: then the discs' colours are the stretches.
+    shown = _SCALE if np.ptp(np.log(_SCALE(found.matrix))) > _FLAT else _STRETCH
+    values = shown(found.matrix)
+    scale = colour_scale(shown, [values], [np.full(values.size, 1.0 / values.size)])
     return LocalField(surface, found, points.xy, ellipses(points, _DISC * radius, _VERTICES), radius, scale)
 
 
@@ -91,7 +101,7 @@ def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
     set_view(ax, field.surface)
     draw_ground(ax, field.surface)
     draw_lines(ax, field.surface, None)
-    colours = field.scale.colours(field.scale.norm(_SCALE(field.corrections.matrix)))
+    colours = field.scale.colours(field.scale.norm(field.scale.measure(field.corrections.matrix)))
     discs = PolyCollection(
         list(field.discs), facecolors=colours, edgecolors=_INK, linewidths=0.4, zorder=2.0, label="scales"
     )

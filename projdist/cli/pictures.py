@@ -1,0 +1,29 @@
+"""A picture that a command draws, from the words of its options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from projdist.cli.options import file_of_kind, number, size_of, step_of
+from projdist.cli.output import drawing
+
+
+class PictureFile:
+    """Where a picture goes, and how it is drawn; a wrong word ends the command with 2."""
+
+    def __init__(self, output: str, *, size: str | None, dpi: str, step: str | None = None, overwrite: bool) -> None:
+        from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
+
+        self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
+        self.dots, self.step = number("dpi", dpi, 10, 1200), step_of(step)
+        self.size, self.overwrite = size_of(size, self.dots), overwrite
+
+    def save(self, draw: Callable[..., Any]) -> None:
+        """Write the figure that `draw` makes with `size` and `dpi`; what cannot be drawn ends the command."""
+        from projdist import plots  # as above
+
+        with drawing(self.path):
+            figure = draw(size=self.size, dpi=self.dots)
+            plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
