@@ -14,7 +14,7 @@ from projdist.nodes import nodes_of
 from projdist.projections import Projection, ProjectionError, projection_names
 from projdist.regions import Place
 
-__all__ = ["FAMILIES", "Extent", "Family", "extent_of", "get_family", "sensible_families"]
+__all__ = ["FAMILIES", "Extent", "Family", "extent_of", "get_family", "sensible_families", "usual_crs"]
 
 Limits = tuple[float, float]
 _MOST = 89.5  # degrees: a cone that touches nearer to a pole is a plane for every purpose
@@ -63,6 +63,15 @@ def extent_of(region: Place) -> Extent:
     # Next to a pole the middle has any longitude.
     lon = float(west + np.mod(lon - west, 360.0)) if abs(lat) < 89.9 else 0.5 * (west + east)
     return Extent(west, south, east, north, lon, float(lat), radius, azimuth)
+
+
+def usual_crs(extent: Extent) -> tuple[str, str]:
+    """The UTM zone of the region's middle, or the polar stereographic maps beyond 84 degrees."""
+    if abs(extent.lat) > 84.0:
+        return "UPS", "EPSG:32661" if extent.lat > 0 else "EPSG:32761"
+    zone = int((extent.lon + 180.0) % 360.0 // 6.0) + 1
+    hemisphere, letter = ("326", "N") if extent.lat >= 0 else ("327", "S")
+    return f"UTM {zone}{letter}", f"EPSG:{hemisphere}{zone:02d}"
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ reported is measured anew, by adaptive cubature.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.answer import Answer, plain
 from projdist.ellipsoid import SPHERE, WGS84, Ellipsoid
-from projdist.families import Extent, Family, ellipsoid_text, extent_of, get_family, sensible_families
+from projdist.families import Extent, Family, ellipsoid_text, extent_of, get_family, sensible_families, usual_crs
 from projdist.measures import principal_scales
 from projdist.nodes import Nodes, nodes_of
 from projdist.objectives import Objective, get_objective
@@ -199,14 +199,10 @@ def _best_of(
         raise ProjectionError(f"Invalid region '{region.name}'. No family of projections shows it: {failures[0].error}")
     # A map that leaves out a part of the region is no better for it.
     best, *others = sorted(found, key=lambda one: (one.coverage < _WHOLE, one.value))
-    return _with(best, others=tuple(others), failures=tuple(failures))
+    return replace(best, others=tuple(others), failures=tuple(failures))
 
 
 _WHOLE = 0.9999
-
-
-def _with(optimum: Optimum, **changes: Any) -> Optimum:
-    return Optimum(**{name: getattr(optimum, name) for name in optimum.__dataclass_fields__} | changes)
 
 
 def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
@@ -425,7 +421,7 @@ class _Search:
             words = {name: round(value, _DECIMALS) for name, value in words.items()}
             found.append((self.family.rule_name, defined_by(self.base.definition, words)))
         if self.extent.radius < _TOO_WIDE:
-            found.append(_usual(self.extent))
+            found.append(usual_crs(self.extent))
         baselines = []
         for name, definition in found:
             try:
@@ -471,12 +467,3 @@ def _free_names(family: Family, free: Sequence[str] | None) -> tuple[str, ...]:
     if not names:
         raise ValueError("Invalid free parameters ''. There must be at least one.")
     return tuple(name for name in allowed if name in names)
-
-
-def _usual(extent: Extent) -> tuple[str, str]:
-    """The UTM zone of the region's middle, or the polar stereographic maps beyond 84 degrees."""
-    if abs(extent.lat) > 84.0:
-        return "UPS", "EPSG:32661" if extent.lat > 0 else "EPSG:32761"
-    zone = int((extent.lon + 180.0) % 360.0 // 6.0) + 1
-    hemisphere, letter = ("326", "N") if extent.lat >= 0 else ("327", "S")
-    return f"UTM {zone}{letter}", f"EPSG:{hemisphere}{zone:02d}"

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from projdist import plots
 from projdist.cli.app import app
-from projdist.ldp import ldp
+from projdist.surveying import ldp
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
 QUICK = ["--families", "tmerc"]

@@ -11,7 +11,7 @@ from pyproj.database import query_crs_info
 
 from projdist import LDP, PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
 from projdist.ellipsoid import Ellipsoid
-from projdist.ldp import LDP_CRITERIA, LDP_FAMILIES
+from projdist.surveying import LDP_CRITERIA, LDP_FAMILIES
 
 GRS80 = Ellipsoid(6378137.0, 1 / 298.257222101)
 AREA = "box:-122,43.8,-121.4,44.4"

@@ -22,10 +22,9 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import emit
 from projdist.cli.pictures import PictureFile
-from projdist.heights import read_heights
-from projdist.ldp import LDP, LDP_CRITERIA, LDP_FAMILIES, HeightStatistics, ldp
 from projdist.projections import ProjectionError, number_text
 from projdist.regions import PointSet
+from projdist.surveying import LDP, LDP_CRITERIA, LDP_FAMILIES, HeightStatistics, ldp, read_heights
 
 
 class _Form(enum.StrEnum):

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
 from projdist.files import replacing
-from projdist.ldp import LDP
 from projdist.local_corrections import LocalCorrections
 from projdist.measures import get_measure
 from projdist.plots.colours import colour_scale
@@ -34,6 +33,7 @@ from projdist.plots.pictures import (
 )
 from projdist.plots.surface import Surface
 from projdist.regions import Place
+from projdist.surveying import LDP
 
 SUFFIXES = (".png", ".svg", ".pdf")
 

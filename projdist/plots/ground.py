@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from projdist._typing import FloatArray
-from projdist.ldp import LDP, distortion_ppm
 from projdist.measures import Measure
 from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.pictures import draw_colourbar, draw_heatmap, prepare
 from projdist.plots.surface import Surface
+from projdist.surveying import LDP, distortion_ppm
 
 # The surface's own values are given; none is asked for.
 _DISTORTION = Measure("distortion_ppm", lambda J: np.full(J.shape[:-2], np.nan), unit="ppm", kind="signed")
