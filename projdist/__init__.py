@@ -27,6 +27,7 @@ from projdist.optimize import Baseline, Optimum, Rounded, optimize
 from projdist.surveying import LDP, HeightStatistics, distortion_ppm, elevation_factor, ldp, read_heights
 from projdist.recommend import Candidate, Recommendation, recommend
 from projdist.geoframes import estimate_crs
+from projdist.check import Check, Totals, check
 
 __version__ = "0.1.0"
 
@@ -43,6 +44,7 @@ __all__ = [
     "Box",
     "Candidate",
     "Cap",
+    "Check",
     "Comparison",
     "Correction",
     "Derivatives",
@@ -65,7 +67,9 @@ __all__ = [
     "Rounded",
     "Samples",
     "Summary",
+    "Totals",
     "axes_shift",
+    "check",
     "compare",
     "correct",
     "derivatives",

@@ -9,7 +9,7 @@ in the order in which GIS programs have them: easting first.
 from projdist.gis.grids import GRIDS
 from projdist.gis.layers import LAYER_SUFFIXES, indicatrices, save_layer
 from projdist.gis.libraries import check_libraries
-from projdist.gis.points import TABLE_SUFFIXES, frame_of, plain_table, read_points, save_points
+from projdist.gis.points import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
 from projdist.gis.rasters import RASTER_SUFFIXES, Raster, raster, save_raster
 from projdist.gis.weights import weighted
 
@@ -24,6 +24,7 @@ __all__ = [
     "indicatrices",
     "plain_table",
     "raster",
+    "read_data",
     "read_points",
     "save_layer",
     "save_points",

@@ -1,4 +1,4 @@
-"""People's own points, from files and to files."""
+"""People's own points, from files and to files, and files of lines and polygons."""
 
 from __future__ import annotations
 
@@ -25,30 +25,43 @@ def read_points(path: str | os.PathLike[str]) -> pd.DataFrame:
     `#LAYER` behind the path names one of several layers. Raises ValueError in one line for what
     cannot be read, ImportError without geopandas.
     """
+    return _read(os.fspath(path), "points")
+
+
+def read_data(path: str | os.PathLike[str]) -> Any:
+    """A file of lines or polygons as a GeoDataFrame, as `read_points` reads those of points."""
     text = os.fspath(path)
-    with needed_for(f"points file '{text}'"):
+    frame = _read(text, "data")
+    if not is_geographic(frame):
+        raise ValueError(f"Invalid data file '{text}'. It has no geometries.")
+    return frame
+
+
+def _read(text: str, thing: str) -> Any:
+    invalid = f"Invalid {thing} file '{text}'."
+    with needed_for(f"{thing} file '{text}'"):
         import geopandas
         import pyogrio
         import pyogrio.errors
     name, _, layer = (text, "", "") if Path(text).exists() else text.partition("#")
     if not Path(name).is_file():
-        raise ValueError(f"Invalid points file '{text}'. There is no file '{name}'.")
+        raise ValueError(f"{invalid} There is no file '{name}'.")
     if name.lower().endswith(".parquet"):
-        return _read_parquet(name)
+        return _read_parquet(name, thing)
     if name.lower().endswith(".csv"):
-        return _read_csv(name)
+        return _read_csv(name, thing)
     try:
         layers = [str(row[0]) for row in pyogrio.list_layers(name)]
         if layer not in layers and (layer or len(layers) != 1):
             shown = ", ".join(layers) or "none"
-            raise ValueError(f"Invalid points file '{text}'. It must name a layer, as '{name}#LAYER'; it has {shown}.")
+            raise ValueError(f"{invalid} It must name a layer, as '{name}#LAYER'; it has {shown}.")
         return geopandas.read_file(name, engine="pyogrio", layer=layer or layers[0])
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-        raise ValueError(f"Invalid points file '{text}'. It cannot be read: {one_line(error)}.") from error
+        raise ValueError(f"{invalid} It cannot be read: {one_line(error)}.") from error
 
 
-def _read_parquet(name: str) -> Any:
-    with needed_for(f"points file '{name}'"):
+def _read_parquet(name: str, thing: str) -> Any:
+    with needed_for(f"{thing} file '{name}'"):
         import geopandas
         import pandas as pd
         import pyarrow as pa
@@ -58,16 +71,16 @@ def _read_parquet(name: str) -> Any:
             metadata = file.schema_arrow.metadata or {}
         return geopandas.read_parquet(name) if b"geo" in metadata else pd.read_parquet(name)
     except (pa.ArrowException, OSError) as error:
-        raise ValueError(f"Invalid points file '{name}'. It cannot be read: {one_line(error)}.") from error
+        raise ValueError(f"Invalid {thing} file '{name}'. It cannot be read: {one_line(error)}.") from error
 
 
-def _read_csv(name: str) -> Any:
+def _read_csv(name: str, thing: str) -> Any:
     import pandas as pd
 
     try:
         texts = pd.read_csv(name, dtype=str, keep_default_na=False, encoding="utf-8-sig")
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, OSError) as error:
-        raise ValueError(f"Invalid points file '{name}'. It cannot be read: {one_line(error)}.") from error
+        raise ValueError(f"Invalid {thing} file '{name}'. It cannot be read: {one_line(error)}.") from error
 
     return texts.apply(_numbers_where_meant)
 

@@ -11,7 +11,16 @@ from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import parameters_of, pipeline_of, wkt_of
 from projdist.projections.names import needed_parameters, projection_names
 from projdist.projections.parameters import defined_by, number_text, with_parameters
-from projdist.projections.planes import Graticule, Plane, geographic, graticule_of, plane_of, same_map
+from projdist.projections.planes import (
+    Graticule,
+    Plane,
+    Source,
+    geographic,
+    graticule_of,
+    plane_of,
+    same_map,
+    source_of,
+)
 from projdist.projections.projection import Projection
 
 __all__ = [
@@ -19,6 +28,7 @@ __all__ = [
     "Plane",
     "Projection",
     "ProjectionError",
+    "Source",
     "compose",
     "crs_wkt",
     "defined_by",
@@ -32,6 +42,7 @@ __all__ = [
     "plane_of",
     "projection_names",
     "same_map",
+    "source_of",
     "uncomposed",
     "unprojected",
     "with_parameters",

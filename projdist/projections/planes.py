@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pyproj.exceptions
 from pyproj import CRS, Transformer
+from pyproj.enums import TransformDirection
 
-from projdist._typing import FloatArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
 from projdist.projections.crs import greenwich_offset, units_per_degree
 from projdist.projections.errors import ProjectionError
@@ -18,6 +19,8 @@ from projdist.projections.operations import CrsOperation, transform
 from projdist.projections.projection import Projection
 
 _SAME_ELLIPSOID = 1e-6  # of its figures: GRS 80 and WGS 84 are one here, WGS 72 is another
+_BACK = 1e-6  # of the Earth's radius: inverses are good to centimetres and better
+_INSIDE = 1e-3  # of that, 6 mm
 _EARTHLY = 2e-3  # of the radius: spheres for the Earth have 6370 to 6378 km
 
 
@@ -116,25 +119,88 @@ def graticule_of(projection: Projection) -> Graticule:
     return Graticule(CRS.from_user_input(f"+proj=longlat +a={ellipsoid.a!r} +b={b!r} +type=crs").to_wkt(), None)
 
 
-def geographic(projection: Projection, crs: Any, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Longitude and latitude in Greenwich degrees of points in a CRS, on the datum of the map; NaN where undefined.
+@dataclass(frozen=True)
+class Source:
+    """The coordinates u, v that data have, in the order of GIS programs, and the datum of a map that they go to.
 
-    x, y are in the order of GIS programs. A map that states no datum (a name, a PROJ string, a
-    function) takes the points' own longitudes and latitudes. Raises ProjectionError for a CRS
-    that is none of the Earth's surface, or of another body.
+    `has_degrees` tells whether they are longitudes and latitudes in degrees.
+    """
+
+    name: str
+    has_degrees: bool
+    transformer: Transformer
+    greenwich: float
+    per_degree: float
+    tolerance: float  # in the unit of u, v; infinite for longitudes and latitudes, which need no way back
+
+    def degrees(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Longitude and latitude in Greenwich degrees on the datum of the map; NaN where undefined."""
+        return self._degrees(*transform(self.transformer, u, v))
+
+    def degrees_on_map(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The same; NaN, too, where the data's own map is not, as PROJ has an answer for some points outside.
+
+        Where rounding puts points beyond the edge of the map, or on the other side of a seam, they are
+        those that lie 6 mm inside.
+        """
+        if self.tolerance == np.inf:
+            return self.degrees(u, v)
+        lon, lat, off_map = self._there_and_back(u, v, 0.0, 0.0)
+        for east, north in ((-_INSIDE, 0.0), (_INSIDE, 0.0), (0.0, -_INSIDE), (0.0, _INSIDE)):
+            if not off_map.any():
+                break
+            lon[off_map], lat[off_map], still = self._there_and_back(u[off_map], v[off_map], east, north)
+            off_map[off_map] = still
+        lon[off_map] = np.nan
+        return self._degrees(lon, lat)
+
+    def _there_and_back(
+        self, u: FloatArray, v: FloatArray, east: float, north: float
+    ) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Coordinates of the datum of points beside u, v, by shares of the tolerance; whether they do not come back."""
+        lon, lat = transform(self.transformer, u + east * self.tolerance, v + north * self.tolerance)
+        back_u, back_v = transform(self.transformer, lon, lat, direction=TransformDirection.INVERSE)
+        with np.errstate(invalid="ignore"):
+            return lon, lat, np.asarray(~(np.hypot(back_u - u, back_v - v) <= self.tolerance))
+
+    def _degrees(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        lon, lat = lon / self.per_degree + self.greenwich, lat / self.per_degree
+        undefined = ~(np.isfinite(lon) & np.isfinite(lat))
+        return np.where(undefined, np.nan, lon), np.where(undefined, np.nan, lat)
+
+
+def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source:
+    """What leads from coordinates in a CRS to the datum of a map.
+
+    A map that states no datum (a name, a PROJ string, a function) takes the data's own longitudes
+    and latitudes. Raises ProjectionError for a CRS that is none of the Earth's surface, or of another
+    body; `thing` is what its message says the CRS is of.
     """
     source = CRS.from_user_input(crs)
     operation = projection.function
     target = CRS.from_wkt(operation.crs).geodetic_crs if isinstance(operation, CrsOperation) else source.geodetic_crs
     if target is None:
-        raise ProjectionError(f"Invalid CRS '{source.name}' of points. It has no longitudes and latitudes.")
+        raise ProjectionError(f"Invalid CRS '{source.name}' of {thing}. It has no longitudes and latitudes.")
     try:
-        lon, lat = transform(Transformer.from_crs(source, target, always_xy=True), x, y)
+        transformer = Transformer.from_crs(source, target, always_xy=True)
     except pyproj.exceptions.ProjError as error:
         raise ProjectionError(
-            f"Invalid CRS '{source.name}' of points. PROJ has no way from it to {target.name}."
+            f"Invalid CRS '{source.name}' of {thing}. PROJ has no way from it to {target.name}."
         ) from error
-    per_degree = units_per_degree(target)
-    lon, lat = lon / per_degree + greenwich_offset(target), lat / per_degree
-    undefined = ~(np.isfinite(lon) & np.isfinite(lat))
-    return np.where(undefined, np.nan, lon), np.where(undefined, np.nan, lat)
+    unit = source.axis_info[0].unit_conversion_factor if source.axis_info else 1.0
+    return Source(
+        source.name,
+        source.is_geographic and units_per_degree(source) == 1.0,
+        transformer,
+        greenwich_offset(target),
+        units_per_degree(target),
+        np.inf if source.is_geographic else _BACK * projection.ellipsoid.a / unit,
+    )
+
+
+def geographic(projection: Projection, crs: Any, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Longitude and latitude in Greenwich degrees of points in a CRS, on the datum of the map; NaN where undefined.
+
+    x, y are in the order of GIS programs. Raises ProjectionError as `source_of` does.
+    """
+    return source_of(projection, crs).degrees(x, y)

@@ -1,0 +1,217 @@
+"""The command `check`."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from projdist.check import FAIL_ON, OUTSIDE, TORN, Check, check
+from projdist.cli.errors import fail, refuse
+from projdist.cli.formats import Format, area_text, csv_text, json_text, markdown_text, table_text
+from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
+from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number
+from projdist.cli.output import drawing, emit
+from projdist.projections import ProjectionError
+from projdist.suitability import PURPOSES
+
+ABOVE = 3
+"""The exit code where an error is above the limit."""
+
+_UNITS = {"": 1.0, "%": 1e-2, "ppm": 1e-6}
+_NAMED = 5  # features that cannot be drawn, by name
+
+
+def check_command(
+    data: Annotated[
+        str, typer.Argument(metavar="DATA[#LAYER]", help="Lines or polygons in any format that GDAL or pyarrow reads.")
+    ],
+    crs: Annotated[
+        str | None,
+        typer.Option(metavar="PROJECTION", help="What to check the data in, as for compare; by default their own CRS."),
+    ] = None,
+    fail_above: Annotated[
+        str | None,
+        typer.Option(metavar="SHARE", help="End with 3 if an area or length is off by more: 1%, 0.01 or 500ppm."),
+    ] = None,
+    fail_above_bearing: Annotated[
+        str | None, typer.Option(metavar="DEGREES", help="End with 3 if bearings are off by more, as RMS.")
+    ] = None,
+    fail_on: Annotated[
+        str, typer.Option(metavar="|".join(FAIL_ON), help="Any feature's error, or that of the totals.")
+    ] = "worst",
+    worst: Annotated[str, typer.Option(metavar="NUMBER", help="How many of the worst features to print.")] = "5",
+    id: Annotated[str | None, typer.Option("--id", metavar="COLUMN", help="The column with the names.")] = None,
+    purpose: Annotated[
+        str, typer.Option(metavar="|".join(PURPOSES), help="What the recommended CRS shall keep.")
+    ] = "any",
+    no_recommend: Annotated[
+        bool, typer.Option("--no-recommend", help="Recommend no CRS, which takes most of the time.")
+    ] = False,
+    format: FormatOption = "table",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="The data with their errors: .gpkg or .geojson."),
+    ] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Check areas, lengths and bearings of data in a CRS against the ellipsoid."""
+    form, count = format_of(format), _count(worst)
+    limit = None if fail_above is None else _share(fail_above)
+    turn = None if fail_above_bearing is None else number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
+    choice("thing to fail on", fail_on, list(FAIL_ON))
+    path = None if output is None else file_of_kind(output, LAYER_SUFFIXES, overwrite)
+    if path is not None:
+        check_libraries(path)
+    from projdist import gis  # slow to load
+
+    try:
+        frame = gis.read_data(data)
+        result = check(frame, crs, column=id, purpose=None if no_recommend else purpose)
+    except ProjectionError as error:
+        fail(str(error))
+        raise typer.Exit(1) from error
+    except (ValueError, ImportError) as error:
+        refuse(str(error), error)
+    if path is not None:
+        _save(result, frame, path, overwrite)
+    emit(_text(result, data, count, form), None)
+    if result.above(limit, bearing=turn, on=fail_on):
+        fail(_reason(result, fail_on, fail_above, fail_above_bearing))
+        raise typer.Exit(ABOVE)
+
+
+def _reason(result: Check, fail_on: str, share: str | None, bearing: str | None) -> str:
+    """Why the command ends with 3."""
+    if result.overall.undrawn:
+        return f"{result.overall.undrawn} feature(s) cannot be drawn in this CRS, which is above every limit."
+    limits = [text for text in (share, bearing and f"{bearing} degrees") if text]
+    what = "The worst feature is" if fail_on == "worst" else "The totals are"
+    return f"{what} above {' or '.join(limits)}."
+
+
+def _count(text: str) -> int:
+    count = number("number of features", text, 0, 1_000_000)
+    if count != int(count):
+        refuse(f"Invalid number of features '{text}'. It must be a whole number.")
+    return int(count)
+
+
+def _share(text: str) -> float:
+    """The share of 1%, 0.01 or 500ppm."""
+    match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*(%|ppm|)\s*", text, re.IGNORECASE)
+    if match is None:
+        refuse(f"Invalid limit '{text}'. It must be a share, as 1%, 0.01 or 500ppm.")
+    return float(match[1]) * _UNITS[match[2].lower()]
+
+
+def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
+    """Write the data with their errors as columns."""
+    from projdist import gis
+
+    columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
+    present = {str(name).lower() for name in frame.columns}
+    for name in columns:
+        if name in present:
+            refuse(f"Invalid data for '{path}'. They have a column '{name}' already; rename it.")
+    with drawing(path):
+        gis.save_layer(frame.assign(**columns), path, overwrite=overwrite)
+
+
+# ---- formats --------------------------------------------------------------------------------
+
+
+def _text(result: Check, data: str, count: int, form: Format) -> str:
+    """A check in a format."""
+    if form is Format.JSON:
+        return json_text({"data": data} | result.to_dict() | {"worst": result.rows(result.worst(count))})
+    if form is Format.CSV:
+        return csv_text(result.rows(range(len(result.features["note"]))), list(result.features))
+    maps = [result, *([result.recommended] if result.recommended else [])]
+    totals = [one.overall for one in maps]
+    summary = {
+        "map": [one.projection.label for one in maps],
+        "name": [one.projection.name for one in maps],
+        "measured": [str(one.measured) for one in totals],
+        "area ratio": [_ratio(one.area_error) for one in totals],
+        "area worst": [_error(one.worst_area_error) for one in totals],
+        "area RMS": [_error(one.rms_area_error) for one in totals],
+        "length ratio": [_ratio(one.length_error) for one in totals],
+        "length worst": [_error(one.worst_length_error) for one in totals],
+        "length RMS": [_error(one.rms_length_error) for one in totals],
+        "bearing RMS": [_degrees(one.bearing_error) for one in totals],
+        "bearing worst": [_degrees(one.worst_bearing_error) for one in totals],
+    }
+    rows = result.rows(result.worst(count))
+    features = {
+        "feature": [str(row["index"]) for row in rows],
+        "name": [row["name"] for row in rows],
+        "area km2": [_size(row["area_km2"]) for row in rows],
+        "area error": [_error(row["area_error"]) for row in rows],
+        "length error": [_error(row["length_error"]) for row in rows],
+        "bearing RMS": [_degrees(row["bearing_error"]) for row in rows],
+        "bearing most": [_degrees(row["largest_bearing_error"]) for row in rows],
+        "note": [row["note"] for row in rows],
+    }
+    total = result.overall
+    ground = (
+        f"{area_text(total.area_km2)}, {total.length_km:,.6g} km" if total.area_km2 else f"{total.length_km:,.6g} km"
+    )
+    title = f"{data} ({result.data_crs}): {total.measured} of {len(result.features['note'])} features, {ground}"
+    notes = _notes(result)
+    if form is Format.MARKDOWN:
+        worst = "\n" + markdown_text(features) if rows else ""
+        return markdown_text(summary) + worst + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
+    worst = table_text(features, "The worst features") if rows else ""
+    return table_text(summary, title, keys=2) + worst + "\n".join(notes) + "\n"
+
+
+def _notes(result: Check) -> list[str]:
+    """What the columns mean, and what was not measured."""
+    notes = [
+        "Ratios and errors: the map over the ellipsoid, along the same lines; RMS: of the features; bearings: degrees, "
+        "grid less true, as RMS along the lines."
+    ]
+    if result.recommended:
+        notes.append("The second line: the recommended CRS for the box about the data, with the same data in it.")
+    undrawn = result.rows(result.undrawn())
+    for text in (OUTSIDE, TORN):
+        those = [" ".join(filter(None, (str(row["index"]), row["name"]))) for row in undrawn if text in row["note"]]
+        if those:
+            more = f" and {len(those) - _NAMED} more" if len(those) > _NAMED else ""
+            notes.append(f"Not measured, as {text}: {', '.join(those[:_NAMED])}{more}.")
+    others = Counter(part for note in result.features["note"] for part in str(note).split("; "))
+    notes += [
+        f"{text[:1].upper()}{text[1:]}: {times} feature(s)."
+        for text, times in others.items()
+        if text not in ("", OUTSIDE, TORN)
+    ]
+    return notes + list(result.notes)
+
+
+def _known(value: float | None) -> bool:
+    return value is not None and value == value
+
+
+def _ratio(error: float) -> str:
+    return f"{1.0 + error:.6f}" if _known(error) else "-"
+
+
+def _error(value: float | None) -> str:
+    """A relative error in per cent, a small one in parts per million."""
+    if value is None or not _known(value):
+        return "-"
+    if abs(value) < 5e-10:
+        return "0"
+    return f"{1e6 * value:+.4g} ppm" if abs(value) < 1e-3 else f"{100.0 * value:+.4g} %"
+
+
+def _degrees(value: float | None) -> str:
+    return "-" if value is None or not _known(value) else f"{value:.4f}"
+
+
+def _size(km2: float | None) -> str:
+    return "-" if km2 is None else area_text(km2).removesuffix(" km2")
