@@ -95,7 +95,7 @@ def _is_modern(crs: DatabaseCrs) -> bool:
 
 @dataclass(frozen=True)
 class Full:
-    """A CRS to measure in full; `level` is its Airy-Kavrayskiy error, about."""
+    """A CRS to measure in full, by its code or a PROJ string; `level` is its Airy-Kavrayskiy error, about."""
 
     code: str
     name: str
@@ -142,7 +142,8 @@ def measure(task: Full) -> Distortion | Rejected:
 
 
 def _begun(task: Full) -> _Measurement:
-    projection = load_crs(task.code).projection
+    stated = task.code.startswith("+")
+    projection = Projection.from_user_input(task.code) if stated else load_crs(task.code).projection
     tolerance = _RELATIVE * max(task.level, 1e-6)
     first = sample(projection, task.region, tolerance=tolerance, max_evaluations=_EVALUATIONS)
     return _Measurement(task, projection, tolerance, first)

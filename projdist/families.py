@@ -19,6 +19,7 @@ __all__ = ["FAMILIES", "Extent", "Family", "extent_of", "get_family", "sensible_
 Limits = tuple[float, float]
 _MOST = 89.5  # degrees: a cone that touches nearer to a pole is a plane for every purpose
 _OVER = 20.0  # degrees by which a centre may be sought beyond a pole, so that the pole itself is no edge
+_STEEPEST = 89.9999  # degrees of azimuth: PROJ's omerc breaks down at 90; 4 m on a line of 2500 km
 _LINE = 45.0  # degrees of azimuth: where the region's long axis is steeper, an oblique line moves east and west
 _WORLD = 100.0  # degrees: regions that reach farther from their middle need world maps
 _WHOLE_WORLD = 170.0  # degrees: azimuthal maps are of no use beyond
@@ -104,7 +105,8 @@ class Family:
         for name in {"lon_0", "lonc", "o_lon_p"} & set(result):
             result[name] = _folded(result[name], 180.0)
         if "alpha" in result:
-            result["alpha"] = _folded(result["alpha"], 90.0)
+            alpha = _folded(result["alpha"], 90.0)
+            result["alpha"] = float(np.copysign(min(abs(alpha), _STEEPEST), alpha))
         if {"lat_1", "lat_2"} <= set(result) and result["lat_1"] > result["lat_2"]:
             result["lat_1"], result["lat_2"] = result["lat_2"], result["lat_1"]
         return result

@@ -5,8 +5,10 @@ by name. Multiplying a map by c multiplies a and b; the best c needs no search:
 
 - Airy-Kavrayskiy, areas: exp(-mean ln(ab) / 2), because ln c adds to ln a and ln b (a plain mean).
 - Airy: sum w (a + b) / sum w (a^2 + b^2), a linear least-squares problem.
-- largest |scale - 1|: 2 / (max a + min b), the arithmetic middle; largest |ln scale|: 1 / sqrt(max a min b), the
-  geometric middle.
+- largest |scale - 1|: 2 / (max a + min b), the arithmetic middle, and so for areas; largest |ln scale|:
+  1 / sqrt(max a min b), the geometric middle.
+- mean |scale - 1|: a weighted quantile of 2 / (a + b), where one straight part of the sum meets the next; for areas
+  of 1 / ab.
 - angles do not know the scale.
 """
 
@@ -25,6 +27,7 @@ __all__ = ["OBJECTIVES", "Objective", "get_objective"]
 
 Scales = Callable[[FloatArray, FloatArray, FloatArray], float]
 Terms = Callable[[FloatArray, FloatArray, FloatArray, float], FloatArray]
+Extremes = Callable[[FloatArray, FloatArray, bool], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -32,8 +35,10 @@ class Objective:
     """A criterion to optimise.
 
     `scale` (a, b, weights) is the best uniform scale; `terms` (a, b, weights, scale) what is made small: the root of
-    the sum of their squares, or, where `is_maximum`, the largest. `statistic` of `measure` is the same figure by
-    adaptive cubature. `unit` is "" for logarithms and ratios.
+    the sum of their squares, without the root where `statistic` is mean, or, where `is_maximum`, the largest.
+    `statistic` of `measure` is the same figure by adaptive cubature. `unit` is "" for logarithms and ratios. A maximum
+    has `extremes` (a, b, free): what it is made of, smooth in a map's parameters, (groups, n), where the groups' maxima
+    are added; of the map as it is, or with a `free` scale.
     """
 
     name: str
@@ -43,6 +48,11 @@ class Objective:
     measure: str | Measure
     statistic: str = "rms"
     unit: str = ""
+    extremes: Extremes | None = None
+
+    def __post_init__(self) -> None:
+        if self.is_maximum != (self.extremes is not None):
+            raise ValueError(f"Invalid objective '{self.name}'. It must have extremes where its statistic is max.")
 
     @property
     def is_maximum(self) -> bool:
@@ -51,7 +61,10 @@ class Objective:
 
     def value(self, terms: FloatArray) -> float:
         """The criterion from its terms."""
-        return float(terms.max()) if self.is_maximum else float(np.sqrt(np.sum(terms * terms)))
+        if self.is_maximum:
+            return float(terms.max())
+        square = float(np.sum(terms * terms))
+        return square if self.statistic == "mean" else square**0.5
 
 
 def _one(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
@@ -74,6 +87,28 @@ def _geometric_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
     return float(1.0 / np.sqrt(a.max() * b.min()))
 
 
+def _areal_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
+    s = a * b
+    return float(np.sqrt(2.0 / (s.max() + s.min())))
+
+
+def _scale_quantile(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
+    # max(c a - 1, 1 - c b) falls with the slope -b up to c = 2 / (a + b), and rises with the slope a from there.
+    return _turning_point(2.0 / (a + b), w * (a + b), float(np.sum(w * b)))
+
+
+def _areal_quantile(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
+    s = a * b
+    return float(np.sqrt(_turning_point(1.0 / s, w * s, 0.5 * float(np.sum(w * s)))))
+
+
+def _turning_point(places: FloatArray, steps: FloatArray, until: float) -> float:
+    """Where the steps, in the order of their places, add up to so much."""
+    order = np.argsort(places)
+    sums = np.cumsum(steps[order])
+    return float(places[order[min(int(np.searchsorted(sums, until)), order.size - 1)]])
+
+
 def _fisher_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
     # ln^2 a + ln^2 b = (ln^2(ab) + ln^2(a/b)) / 2: smooth where a = b, which a and b alone are not.
     root = np.sqrt(0.5 * w)
@@ -94,7 +129,24 @@ def _areal_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> Float
 
 
 def _angular_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return np.sqrt(w) * np.degrees(2.0 * np.arctan2(a - b, 2.0 * np.sqrt(a * b)))
+    return np.sqrt(w) * _omega_terms(a, b, w, c)
+
+
+def _fisher_terms_scaled(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
+    return _fisher_terms(a, b, w, _log_middle(a, b, w))
+
+
+def _omega_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
+    return np.degrees(2.0 * np.arctan2(a - b, 2.0 * np.sqrt(a * b)))
+
+
+def _areal_error_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
+    return 1e6 * np.abs(c * c * a * b - 1.0)
+
+
+def _mean_terms(errors: Terms) -> Terms:
+    """Terms whose squares add up to the mean of errors that are none below 0."""
+    return lambda a, b, w, c: np.sqrt(w * np.maximum(errors(a, b, w, c), 0.0))
 
 
 def _scale_error_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
@@ -103,6 +155,24 @@ def _scale_error_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) ->
 
 def _log_scale_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
     return np.maximum(np.log(c * a), -np.log(c * b))
+
+
+def _scale_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
+    # With a free scale, of which either middle leaves a half of ln(max a / min b), or grows with it.
+    return _log_scale_extremes(a, b, free) if free else 1e6 * np.concatenate([a - 1.0, 1.0 - b])[None]
+
+
+def _log_scale_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
+    groups = np.stack([np.log(a), -np.log(b)])
+    return groups if free else groups.reshape(1, -1)
+
+
+def _areal_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
+    return _scale_extremes(a * b, a * b, free)
+
+
+def _omega_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
+    return _omega_terms(a, b, a, 1.0)[None]
 
 
 def _log_scale(J: FloatArray) -> FloatArray:
@@ -118,8 +188,15 @@ OBJECTIVES: dict[str, Objective] = {
             "airy_kavrayskiy", "RMS of sqrt(ln^2 a + ln^2 b) by true area.", _log_middle, _fisher_terms, "fisher"
         ),
         Objective(
+            "airy_kavrayskiy_scaled",
+            "The same after the best uniform scale.",
+            _log_middle,
+            _fisher_terms_scaled,
+            "fisher",
+        ),
+        Objective(
             "kavrayskiy",
-            "The same with the half under the root that much of the literature has.",
+            "RMS of sqrt((ln^2 a + ln^2 b) / 2), as much of the literature has it.",
             _log_middle,
             _kavrayskiy_terms,
             "kavrayskiy",
@@ -133,6 +210,16 @@ OBJECTIVES: dict[str, Objective] = {
             "scale_error_ppm",
             "max",
             "ppm",
+            _scale_extremes,
+        ),
+        Objective(
+            "mean_scale_error_ppm",
+            "Mean over the area of the same.",
+            _scale_quantile,
+            _mean_terms(_scale_error_terms),
+            "scale_error_ppm",
+            "mean",
+            "ppm",
         ),
         Objective(
             "max_log_scale",
@@ -141,6 +228,7 @@ OBJECTIVES: dict[str, Objective] = {
             _log_scale_terms,
             Measure("max_log_scale", _log_scale),
             "max",
+            extremes=_log_scale_extremes,
         ),
         Objective(
             "angular_distortion",
@@ -151,7 +239,30 @@ OBJECTIVES: dict[str, Objective] = {
             "rms",
             "deg",
         ),
+        Objective(
+            "max_omega", "Largest angular deformation.", _one, _omega_terms, "omega", "max", "deg", _omega_extremes
+        ),
+        Objective("mean_omega", "Mean angular deformation.", _one, _mean_terms(_omega_terms), "omega", "mean", "deg"),
         Objective("log_areal_scale", "RMS of ln(ab).", _log_middle, _areal_terms, "log_areal_scale"),
+        Objective(
+            "max_areal_error_ppm",
+            "Largest |ab - 1|.",
+            _areal_middle,
+            _areal_error_terms,
+            "areal_error_ppm",
+            "max",
+            "ppm",
+            _areal_extremes,
+        ),
+        Objective(
+            "mean_areal_error_ppm",
+            "Mean |ab - 1|.",
+            _areal_quantile,
+            _mean_terms(_areal_error_terms),
+            "areal_error_ppm",
+            "mean",
+            "ppm",
+        ),
     )
 }
 

@@ -34,10 +34,10 @@ from projdist.regions import Place, get_region
 from projdist.results import Failure, summarize
 from projdist.search import descend, descend_lattice, minimise
 
-__all__ = ["Baseline", "Optimum", "Rounded", "optimize"]
+__all__ = ["Baseline", "Optimum", "Rounded", "best_member", "optimize"]
 
 _COARSE, _FINE = 300, 2000  # nodes of the global search, and of the last descent
-_LOST = 10.0  # what a point that the map does not show counts for: a distortion by e^10
+_LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # what a point that the map does not show counts for: distortion by e^10
 _OFF_THE_MAP, _NOTHING = 1e9, -1e3  # the same for maxima, in any unit; and a term that is none
 _ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
 _DECIMALS, _SCALE_DECIMALS = 7, 10  # of what is not rounded: a centimetre, and less than any criterion can tell
@@ -179,6 +179,17 @@ def optimize(
     return _best_of(sensible_families(extent, surface), area, extent, objective, surface, round_to)
 
 
+def best_member(
+    family: str, region: Place, objective: Objective, ellipsoid: Ellipsoid
+) -> tuple[Projection, dict[str, float]]:
+    """The best member of a family, and its free parameters; nothing more is measured. Raises ProjectionError."""
+    extent = extent_of(region)
+    search = _Search(get_family(family, extent), region, extent, objective, None, ellipsoid)
+    best, _, fine, _ = search.searched()
+    chosen, scale = search.written(best, fine)
+    return search.member(chosen, scale), search.shown(chosen, scale)
+
+
 def _best_of(
     names: Sequence[str],
     region: Place,
@@ -231,6 +242,7 @@ class _Search:
         ellipsoid: Ellipsoid | None,
     ) -> None:
         self.family, self.region, self.extent, self.objective = family, region, extent, objective
+        self.lost = _LOST.get(objective.unit, 1e7) ** (0.5 if objective.statistic == "mean" else 1.0)
         names = _free_names(family, free)
         self.variables = tuple(name for name in names if name not in (_SCALE, family.scale))
         self.frees_scale = len(self.variables) < len(names)
@@ -284,20 +296,13 @@ class _Search:
             return self.extremes(a, b) + _OFF_THE_MAP * hidden
         c = self.best_scale(a, b, w) if w.any() else 1.0
         a, b = np.where(smooth, a, 1.0 / c), np.where(smooth, b, 1.0 / c)
-        return np.append(self.objective.terms(a, b, w, c), _LOST * np.sqrt(hidden))
+        return np.append(self.objective.terms(a, b, w, c), self.lost * np.sqrt(hidden))
 
     def extremes(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """What a maximum is made of, smooth in the parameters: (groups, n), where the groups' maxima are added.
-
-        With a free scale that is ln(max a / min b), of which either middle leaves a half.
-        """
-        smooth = np.isfinite(a)
-        if self.frees_scale and self.scale_limits == (0.0, np.inf):
-            return np.where(smooth, np.stack([np.log(a), -np.log(b)]), _NOTHING)
-        one = np.ones_like(a)
-        above = self.objective.terms(a, one, one, 1.0)
-        below = self.objective.terms(one, b, one, 1.0)
-        return np.where(np.tile(smooth, 2), np.concatenate([above, below]), _NOTHING)[None]
+        """What a maximum is made of, (groups, n); next to nothing where the map is torn."""
+        assert self.objective.extremes is not None
+        groups = self.objective.extremes(a, b, self.frees_scale and self.scale_limits == (0.0, np.inf))
+        return np.where(np.isfinite(groups), groups, _NOTHING)
 
     def value(self, values: Mapping[str, float], nodes: Nodes) -> float:
         """The criterion at the nodes, with the best scale."""
@@ -307,7 +312,7 @@ class _Search:
             return float("inf")
         a, b, w = a[smooth], b[smooth], w[smooth]
         terms = self.objective.terms(a, b, w, self.best_scale(a, b, w))
-        return self.objective.value(np.append(terms, _LOST * np.sqrt(hidden)))
+        return self.objective.value(np.append(terms, self.lost * np.sqrt(hidden)))
 
     def member(self, values: Mapping[str, float], scale: float) -> Projection:
         """The projection; scaled from without where the method has no parameter for it."""
@@ -321,8 +326,8 @@ class _Search:
 
     # ---- the search
 
-    def optimum(self, round_to: float | None) -> Optimum:
-        """The best member, and what is to be known of it."""
+    def searched(self) -> tuple[dict[str, float], float, Nodes, int]:
+        """The free parameters of the best member, its value at nodes, these nodes, and the evaluations it took."""
         edges = self.objective.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
@@ -333,31 +338,40 @@ class _Search:
         first = minimise(at(coarse), self.low, self.high, worst=edges)
         last = descend(at(fine), first.place, self.low, self.high, worst=edges)
         best = self.named(last.place)
-        least = self.value(best, fine)
-        a, b, w, _ = self.scales(best, fine)
-        if not w.any():
+        if not self.scales(best, fine)[2].any():
             raise ProjectionError(
                 f"Invalid family '{self.family.name}' for {self.region.name}. It shows no part of it."
             )
+        return best, self.value(best, fine), fine, first.evaluations + last.evaluations
+
+    def written(self, values: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float]:
+        """Free parameters to the decimals that are stated, and the best scale then."""
+        chosen = {name: round(values[name], _DECIMALS) for name in self.variables}
+        a, b, w, _ = self.scales(chosen, nodes)
+        return chosen, round(self.best_scale(a, b, w), _SCALE_DECIMALS)
+
+    def shown(self, chosen: Mapping[str, float], scale: float) -> dict[str, float]:
+        """The free parameters in their usual range, and the scale among them."""
+        shown = {name: self.parameters(chosen)[name] for name in self.variables}
+        return shown | ({self.family.scale or _SCALE: scale} if self.frees_scale else {})
+
+    def optimum(self, round_to: float | None) -> Optimum:
+        """The best member, and what is to be known of it."""
+        best, least, fine, evaluations = self.searched()
         roundings = self.roundings(best, least, fine)
-        chosen = best if round_to is None else self.rounded(best, round_to, least, fine).parameters
-        chosen = {name: round(chosen[name], _DECIMALS) for name in self.variables}
-        a, b, w, _ = self.scales(chosen, fine)
-        scale = round(self.best_scale(a, b, w), _SCALE_DECIMALS)
+        rounded = best if round_to is None else self.rounded(best, round_to, least, fine).parameters
+        chosen, scale = self.written(rounded, fine)
         if round_to is not None and self.frees_scale:
             scale = float(np.round(scale / _ROUND_SCALE) * _ROUND_SCALE)
         projection = self.member(chosen, scale)
         value, error, ak, coverage = measured(projection, self.region, self.objective, least)
         wkt, reason = self.wkt(projection, chosen, scale)
-        shown = {name: self.parameters(chosen)[name] for name in self.variables}
-        if self.frees_scale:
-            shown[self.family.scale or _SCALE] = scale
         return Optimum(
             self.family.name,
             self.region,
             self.objective.name,
             self.objective.unit,
-            shown,
+            self.shown(chosen, scale),
             1.0 if self.family.scale else scale,
             value,
             error,
@@ -372,7 +386,7 @@ class _Search:
             self.baselines(),
             (),
             (),
-            first.evaluations + last.evaluations,
+            evaluations,
         )
 
     def named(self, place: FloatArray) -> dict[str, float]:
@@ -439,14 +453,14 @@ def measured(
     projection: Projection, region: Place, objective: Objective, about: float
 ) -> tuple[float, float, float, float]:
     """The criterion by adaptive cubature, its estimated error, the Airy-Kavrayskiy error, and the coverage."""
-    if objective.name == "airy_kavrayskiy":
+    if objective.name.startswith("airy_kavrayskiy"):
         tolerance = float(np.clip(_RELATIVE * about, 1e-12, 1e-5))
         summary = summarize(projection, region, tolerance=tolerance)
-        return summary.airy_kavrayskiy, summary.error_estimate, summary.airy_kavrayskiy, summary.coverage
+        return getattr(summary, objective.name), summary.error_estimate, summary.airy_kavrayskiy, summary.coverage
     summary = summarize(projection, region, measures=[objective.measure], tolerance=1e-6)
     (statistics,) = summary.measures.values()
-    value = statistics.max if objective.is_maximum else statistics.rms
-    error = 0.0 if objective.is_maximum else statistics.rms_error
+    value = getattr(statistics, objective.statistic)
+    error = 0.0 if objective.is_maximum else getattr(statistics, f"{objective.statistic}_error")
     return value, error, summary.airy_kavrayskiy, summary.coverage
 
 

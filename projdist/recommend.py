@@ -16,11 +16,13 @@ import numpy as np
 from projdist import hints
 from projdist.answer import Answer, plain
 from projdist.candidates import Distortion, Finding, Full, Rejected, Trial, measure, settle, try_crs
+from projdist.custom import Custom, Design, check_customizable, design, families_for
 from projdist.executors import own_executor, run_all
 from projdist.probe import Probe, probe_of, shares_within
 from projdist.projections.database import AUTHORITIES, CrsRecord, check_authorities, crs_records
 from projdist.regions import Place, PointSet, Region, get_region
 from projdist.suitability import RANKINGS, Ranking, get_purpose, get_ranking, suits
+from projdist.twins import grouped
 
 __all__ = ["AREAS", "Candidate", "Recommendation", "recommend"]
 
@@ -35,9 +37,7 @@ _TOUCHES = 0.25  # of the region: a CRS for less was not made for it
 _MEAN_MARGIN, _MAXIMUM_MARGIN = 0.7, 0.99
 _SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
 _WAVE = 16  # maps in one go: more than there are cores, fewer than there are maps
-_CLOSE = 0.01  # of the trials' figures: a sphere and an ellipsoid differ by half of that on a map of the world
-_ALIKE = 1e-7  # of J: the same map by another method or with other parameters
-_NEAR = 1e-4  # of the trials' figures: no more can differ in maps that are alike
+_HEAVY = 24  # trials that a custom projection takes as long as, at least
 
 _LEVEL = RANKINGS["airy_kavrayskiy"]
 
@@ -50,7 +50,8 @@ class Candidate:
     """A CRS over a region, with all CRSs that draw the same map under other datums.
 
     `value` is the figure of the criterion, `share` the share of the region within the area of use,
-    `keeps` what the map keeps true to 0.1 ppm.
+    `keeps` what the map keeps true to 0.1 ppm. `ratio_to_custom` and `difference_to_custom` are the figure over, and
+    less, that of the best custom projection; None without one, the ratio also where that is no more than rounding.
     """
 
     code: str
@@ -64,6 +65,8 @@ class Candidate:
     area_of_use: tuple[float, float, float, float]
     area_name: str
     same: tuple[tuple[str, str], ...]
+    ratio_to_custom: float | None = None
+    difference_to_custom: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
@@ -78,6 +81,8 @@ class Candidate:
             "share_in_area_of_use": self.share,
             "area_of_use": {"bounds": list(self.area_of_use), "name": self.area_name},
             "same": [{"code": code, "name": name} for code, name in self.same],
+            "ratio_to_custom": plain(self.ratio_to_custom),
+            "difference_to_custom": plain(self.difference_to_custom),
         }
 
     def _row(self) -> dict[str, Any]:
@@ -92,6 +97,9 @@ class Candidate:
             "share_in_area_of_use": self.share,
             "area_of_use": self.area_name,
             "same": " ".join(code for code, _ in self.same),
+            "ratio_to_custom": self.ratio_to_custom,
+            "difference_to_custom": self.difference_to_custom,
+            "proj": "",
         }
 
 
@@ -100,7 +108,8 @@ class Recommendation(Answer):
     """The best CRSs for a region, best first, and those that are none, with the reasons.
 
     `candidates` is the number of CRSs that were tried, `maps` that of different maps among them
-    that serve the purpose. A frame has the results only.
+    that serve the purpose. `custom` are the best custom projections of families, best first, where they were asked for,
+    and `not_custom` the families that have none, with the reasons. A frame has the results and the custom ones.
     """
 
     region: Region
@@ -111,9 +120,11 @@ class Recommendation(Answer):
     rejected: tuple[Rejected, ...]
     candidates: int
     maps: int
+    custom: tuple[Custom, ...] = ()
+    not_custom: tuple[Rejected, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """`{"region", "purpose", "criterion", "area", "candidates", "maps", "results": [...], "rejected": [...]}`."""
+        """The question; `"results"`, `"custom"`, `"not_custom"` and `"rejected"` are lists."""
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
             "purpose": self.purpose,
@@ -122,15 +133,17 @@ class Recommendation(Answer):
             "candidates": self.candidates,
             "maps": self.maps,
             "results": [result.to_dict() for result in self.results],
+            "custom": [custom.to_dict() for custom in self.custom],
+            "not_custom": [{"family": one.name, "reason": one.reason} for one in self.not_custom],
             "rejected": [asdict(rejected) for rejected in self.rejected],
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """The results as flat rows: names and numbers."""
+        """The results as flat rows, names and numbers; then the custom projections, without a code, by PROJ string."""
         return self._table()
 
     def _table(self) -> list[dict[str, Any]]:
-        return [result._row() for result in self.results]
+        return [result._row() for result in self.results] + [custom._row() for custom in self.custom]
 
 
 # ---- the question ---------------------------------------------------------------------------
@@ -146,6 +159,7 @@ def recommend(
     area: str = "preferred",
     deprecated: bool = False,
     limit: int | None = 10,
+    custom: bool = False,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Recommendation:
@@ -154,9 +168,9 @@ def recommend(
     `purpose` is any, equal-area, conformal, equidistant or compromise, as the map's field shows it;
     `criterion` one of `projdist.suitability.RANKINGS`; `datum` a part of the name of the geodetic
     CRS; `area` preferred (the figure counts over the share of the region within the area of use),
-    contains or intersects. None for `limit` measures all in full. The work runs on
-    `executor`, or on processes of its own where they can be forked; `progress` hears of the steps
-    done and of all. Raises ValueError.
+    contains or intersects. None for `limit` measures all in full. `custom` asks for the best custom
+    projections, too, for the same purpose and by the same criterion. The work runs on `executor`, or on
+    processes of its own where they can be forked; `progress` hears of the steps done and of all. Raises ValueError.
     """
     place = get_region(region)
     if isinstance(place, PointSet):
@@ -164,10 +178,13 @@ def recommend(
     ranking = get_ranking(criterion)
     search = _Search(place, get_purpose(purpose), ranking, _check_area(area), _check_limit(limit), progress)
     records = crs_records(check_authorities(authorities), deprecated=deprecated)
+    if custom:
+        check_customizable(ranking.name)
+        search.families = families_for(place, search.purpose)
     search.choose(records)
     if executor is not None:
         return search.run(executor, datum)
-    with own_executor(len(search.records)) as pool:
+    with own_executor(len(search.records) + _HEAVY * len(search.families)) as pool:
         return search.run(pool, datum)
 
 
@@ -221,6 +238,7 @@ class _Search:
         self.records: dict[str, CrsRecord] = {}
         self.shares: dict[str, float] = {}
         self.rejected: list[Rejected] = []
+        self.families: list[str] = []  # of custom projections
 
     def choose(self, records: Sequence[CrsRecord]) -> None:
         """Keep the records whose area of use is that of the region; reject those that touch it."""
@@ -238,14 +256,15 @@ class _Search:
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
         trials = [Trial(code, record.name, self.probe, self.ranking.name) for code, record in self.records.items()]
-        total = len(trials) + (self.limit or len(trials))
+        total = len(trials) + len(self.families) + (self.limit or len(trials))
         found = run_all(executor, try_crs, trials, self._report(0, total))
         findings = [one for one in found if isinstance(one, Finding)]
         self.rejected += [one for one in found if isinstance(one, Rejected)]
         if datum is not None:
             findings = _of_datum(findings, datum)
         maps = [one for one in self._maps(findings) if suits(one.first.keeps, self.purpose)]
-        best = self._best(maps, executor, len(trials), total)
+        custom, not_custom = self._custom(executor, self._report(len(trials), total))
+        best = self._best(maps, executor, len(trials) + len(self.families), total)
         if self.progress is not None:
             self.progress(total, total)
         return Recommendation(
@@ -253,10 +272,12 @@ class _Search:
             self.purpose,
             self.ranking.name,
             self.area,
-            tuple(self._candidate(one) for one in best),
+            tuple(self._candidate(one, custom) for one in best),
             tuple(self.rejected),
             len(trials),
             len(maps),
+            custom,
+            not_custom,
         )
 
     def _report(self, before: int, total: int) -> Callable[[int], None] | None:
@@ -265,14 +286,9 @@ class _Search:
         return None if progress is None else lambda done: progress(min(before + done, total), total)
 
     def _maps(self, findings: list[Finding]) -> list[_Map]:
-        """Findings grouped by what they draw."""
-        by_conversion: dict[Any, list[Finding]] = {}
-        for finding in findings:
-            by_conversion.setdefault((finding.conversion, finding.keeps), []).append(finding)
-        parts = [part for group in by_conversion.values() for part in _close(group)]
-        groups = _merged(sorted(parts, key=lambda group: group[0].value))
+        """The different maps among findings."""
         maps = []
-        for group in groups:
+        for group in grouped(findings):
             members = sorted(group, key=self._rank_in_group)
             share = self.shares[members[0].code]
             counts = self.area == "preferred" and share < _HOLDS
@@ -286,6 +302,16 @@ class _Search:
         size = ((east - west) % 360.0 or 360.0) * (np.sin(np.radians(north)) - np.sin(np.radians(south)))
         held = self.shares[finding.code] >= _HOLDS
         return not held, not finding.modern, AUTHORITIES.index(authority), round(size, 6), len(code), code
+
+    def _custom(
+        self, executor: Executor | None, progress: Callable[[int], None] | None
+    ) -> tuple[tuple[Custom, ...], tuple[Rejected, ...]]:
+        """The best member of each family, best first, and families without one."""
+        tasks = [Design(name, self.region, self.probe, self.ranking.name, self.purpose) for name in self.families]
+        found = run_all(executor, design, tasks, progress)
+        custom = [one for one in found if isinstance(one, Custom)]
+        custom.sort(key=lambda one: (max(_number(one.value), self.ranking.exact), one.distortion.airy_kavrayskiy))
+        return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
 
     def _best(self, maps: list[_Map], executor: Executor | None, before: int, total: int) -> list[_Map]:
         """The best maps in order: figures in full until no other can be among them, then all that is told of them."""
@@ -335,21 +361,25 @@ class _Search:
         ]
         return run_all(executor, function, tasks, progress)
 
-    def _candidate(self, one: _Map) -> Candidate:
+    def _candidate(self, one: _Map, custom: tuple[Custom, ...]) -> Candidate:
         record = self.records[one.first.code]
         assert one.result is not None
+        value = getattr(one.result, self.ranking.name)
+        least = custom[0].value if custom else None
         return Candidate(
             record.code,
             record.name,
             one.first.conversion[0],
             one.first.datum,
-            getattr(one.result, self.ranking.name),
+            value,
             one.result,
             one.first.keeps,
             one.share,
             record.area_of_use,
             record.area_name,
             tuple((other.code, self.records[other.code].name) for other in one.members[1:]),
+            value / least if least is not None and least > self.ranking.exact else None,
+            value - least if least is not None else None,
         )
 
 
@@ -374,36 +404,3 @@ def _of_datum(findings: list[Finding], datum: str) -> list[Finding]:
 def _plain_name(text: str) -> str:
     """A name in small letters and digits only."""
     return "".join(c for c in text.lower() if c.isalnum())
-
-
-def _close(group: list[Finding]) -> list[list[Finding]]:
-    """Findings of one conversion in groups whose figures agree, whatever the ellipsoid."""
-    parts: list[list[Finding]] = []
-    for finding in sorted(group, key=lambda one: one.value):
-        if parts and finding.value <= (1.0 + _CLOSE) * parts[-1][0].value:
-            parts[-1].append(finding)
-        else:
-            parts.append([finding])
-    return parts
-
-
-def _merged(groups: list[list[Finding]]) -> list[list[Finding]]:
-    """Groups, sorted by value, with those joined whose maps are alike at every node."""
-    merged: list[list[Finding]] = []
-    for group in groups:
-        one = group[0]
-        for other in reversed(merged):
-            if not other[0].value >= (1.0 - _NEAR) * one.value:
-                merged.append(group)
-                break
-            if _alike(other[0], one):
-                other += group
-                break
-        else:
-            merged.append(group)
-    return merged
-
-
-def _alike(one: Finding, other: Finding) -> bool:
-    """Whether two maps have the same Jacobians."""
-    return bool(np.allclose(one.jacobian, other.jacobian, rtol=0.0, atol=_ALIKE, equal_nan=True))

@@ -49,6 +49,27 @@ def test_table(found):
 
 
 @pytest.mark.slow
+def test_custom(tmp_path):
+    """Custom projections have a table of their own, rows in CSV, and a panel; CRSs what they lose."""
+    words = [*QUICK, "--purpose", "conformal", "--custom"]
+    expected = recommend(ISLAND, authorities=["EPSG"], limit=3, purpose="conformal", custom=True)
+    path = tmp_path / "best.png"
+    code, out, err = run(ISLAND, *words, "-o", str(path), "--dpi", "50")
+    assert (code, err) == (0, "")
+    assert path.exists()
+    for one in expected.custom:
+        assert f"custom {one.family} " in out
+        assert one.proj in out
+    for one in expected.results:
+        assert f"{100 * (one.ratio_to_custom - 1):+.2f} %" in out
+    assert json.loads(run(ISLAND, *words, "--format", "json")[1]) == expected.to_dict()
+    rows = list(csv.DictReader(io.StringIO(run(ISLAND, *words, "--format", "csv")[1])))
+    assert [row["proj"] for row in rows] == [*[""] * 3, *(one.proj for one in expected.custom)]
+    assert [float(row["ratio_to_custom"]) for row in rows[:3]] == [one.ratio_to_custom for one in expected.results]
+    assert expected.custom[0].proj in run(ISLAND, *words, "--format", "markdown")[1]
+
+
+@pytest.mark.slow
 def test_csv(found):
     """Numbers in full, a row a candidate."""
     code, out, err = run(ISLAND, *QUICK, "--format", "csv")
@@ -98,6 +119,10 @@ def test_picture(tmp_path):
         ([ISLAND, "--purpose", "pretty"], "Invalid purpose 'pretty'. It must be any, equal-area,"),
         ([ISLAND, "--criterion", "max_omeg"], "Invalid criterion 'max_omeg'. Did you mean max_omega"),
         ([ISLAND, "--authority", "IAU"], "Invalid authority 'IAU'. It must be EPSG, ESRI or IGNF."),
+        (
+            [ISLAND, "--custom", "--criterion", "airy_kavrayskiy_affine"],
+            "Invalid criterion 'airy_kavrayskiy_affine' for",
+        ),
         ([ISLAND, "--limit", "0"], "Invalid limit '0'. It must be a number within 1 and 10000."),
         ([ISLAND, "--limit", "1.5"], "Invalid limit '1.5'. It must be a whole number."),
         ([ISLAND, "--contains", "--intersects"], "Invalid option '--intersects'. It cannot stand with --contains."),

@@ -56,6 +56,8 @@ LAYERS = [
     "probe",
     "suitability",
     "candidates",
+    "twins",
+    "custom",
     "executors",
     "recommend",
     "geoframes",

@@ -55,6 +55,9 @@ def recommend_command(
     ] = False,
     deprecated: Annotated[bool, typer.Option("--deprecated", help="Deprecated ones, too.")] = False,
     limit: Annotated[str, typer.Option(metavar="NUMBER", help="How many to print.")] = "10",
+    custom: Annotated[
+        bool, typer.Option("--custom", help="Also the best custom projections, and what the CRSs lose against them.")
+    ] = False,
     executor: Annotated[
         str | None, typer.Option(metavar="dask://HOST:PORT", help="A Dask scheduler to run the work on.")
     ] = None,
@@ -85,6 +88,7 @@ def recommend_command(
             area="contains" if contains else "intersects" if intersects else "preferred",
             deprecated=deprecated,
             limit=int(most),
+            custom=custom,
             executor=workers,
             progress=progress,
         )
@@ -132,25 +136,27 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    columns = (TextColumn("{task.completed:.0f}/{task.total:.0f} CRSs"), BarColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.completed:.0f}/{task.total:.0f} maps"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("", total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total)
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:
-    """Heat maps of the best, with one colour bar."""
+    """Heat maps of the best, the last of them the best custom projection if there is one, with one colour bar."""
     from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
-    best = result.results[:_DRAWN]
+    custom = result.custom[:1]
+    best = result.results[: _DRAWN - len(custom)]
+    distortions = [*(one.distortion for one in best), *(one.distortion for one in custom)]
     picture.save(
         functools.partial(
             plots.heatmap_figure,
-            [one.code for one in best],
+            [*(one.code for one in best), *(one.proj for one in custom)],
             measure="fisher",
             region=result.region,
-            titles=[f"{one.code}  {one.name}" for one in best],
-            airy_kavrayskiy=[one.distortion.airy_kavrayskiy for one in best],
+            titles=[*(one.code for one in best), *(f"custom {one.family}" for one in custom)],  # names do not fit
+            airy_kavrayskiy=[distortion.airy_kavrayskiy for distortion in distortions],
         )
     )
 
@@ -165,25 +171,41 @@ def _text(result: Recommendation, form: Format) -> str:
     rows = result.rows()
     if form is Format.CSV:
         return csv_text([{key: _finite(value) for key, value in row.items()} for row in rows], ["code"])
+    existing, custom = rows[: len(result.results)], rows[len(result.results) :]
     columns = {
-        "code": [row["code"] for row in rows],
-        "name": [row["name"] for row in rows],
-        "method": [row["method"].replace("_", " ") for row in rows],
-        result.criterion: [_figure(row["value"]) for row in rows],
+        "code": [row["code"] for row in existing],
+        "name": [row["name"] for row in existing],
+        "method": [row["method"].replace("_", " ") for row in existing],
+        **_figures(existing, result.criterion),
+        **({"against custom": [_loss(row["ratio_to_custom"]) for row in existing]} if custom else {}),
+        "covers": [_percent(row["coverage"]) for row in existing],
+        "in area": [_percent(row["share_in_area_of_use"]) for row in existing],
+        "area of use": [_short(row["area_of_use"]) for row in existing],
+    }
+    designed = {
+        "name": [f"custom {row['method']}" for row in custom],
+        **_figures(custom, result.criterion),
+        "definition": [row["proj"] for row in custom],
+    }
+    notes = _notes(result)
+    if form is Format.MARKDOWN:
+        tables = [markdown_text(columns), *([markdown_text(designed)] if custom else [])]
+        return "\n".join(tables) + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
+    title = f"{result.region.name} ({result.region.area_km2:,.0f} km2), {result.purpose}, by {result.criterion}"
+    tables = [table_text(columns, title), *([table_text(designed, "")] if custom else [])]
+    return "".join(tables) + "\n".join(notes) + "\n"
+
+
+def _figures(rows: list[dict[str, Any]], criterion: str) -> dict[str, list[str]]:
+    """The columns of figures."""
+    return {
+        criterion: [_figure(row["value"]) for row in rows],
         "ppm max": [_figure(row["max_scale_error_ppm"]) for row in rows],
         "ppm mean": [_figure(row["mean_scale_error_ppm"]) for row in rows],
         "omega max": [_figure(row["max_omega"], 1e-6) for row in rows],
         "areal scale": [_span(row["min_areal_scale"], row["max_areal_scale"]) for row in rows],
         "keeps": [row["keeps"] or "-" for row in rows],
-        "covers": [_percent(row["coverage"]) for row in rows],
-        "in area": [_percent(row["share_in_area_of_use"]) for row in rows],
-        "area of use": [_short(row["area_of_use"]) for row in rows],
     }
-    notes = _notes(result)
-    if form is Format.MARKDOWN:
-        return markdown_text(columns) + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
-    title = f"{result.region.name} ({result.region.area_km2:,.0f} km2), {result.purpose}, by {result.criterion}"
-    return table_text(columns, title) + "\n".join(notes) + "\n"
 
 
 def _notes(result: Recommendation) -> list[str]:
@@ -201,6 +223,9 @@ def _notes(result: Recommendation) -> list[str]:
         for one in result.results
         if one.same
     ]
+    if result.custom:
+        notes.append("Custom: the best of each family that suits the region, on WGS 84; against custom: of them all.")
+    notes += [f"No custom {one.name}: {one.reason}" for one in result.not_custom]
     reasons = Counter(_kind(rejected.reason) for rejected in result.rejected)
     counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
     notes.append(
@@ -226,6 +251,11 @@ def _figure(value: float, rounding: float = 0.0) -> str:
     if value == float("inf"):
         return "inf"
     return "0" if abs(value) < rounding else f"{value:.5g}"
+
+
+def _loss(ratio: float | None) -> str:
+    """What a map is worse, as a share of the best."""
+    return "-" if ratio is None or not abs(ratio) < float("inf") else f"{100 * (ratio - 1):+.2f} %"
 
 
 def _span(least: float, most: float) -> str:
