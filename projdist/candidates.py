@@ -58,7 +58,10 @@ class Trial:
 
 @dataclass(frozen=True)
 class Finding:
-    """A CRS as its trial found it: `value` is the figure of the ranking, `modern` whether on GRS 80 or WGS 84."""
+    """A CRS as its trial found it: `value` is the figure of the ranking, `modern` whether on GRS 80 or WGS 84.
+
+    `usual` is whether its axes point east and north, and its coordinates are positive.
+    """
 
     code: str
     datum: str
@@ -67,6 +70,7 @@ class Finding:
     jacobian: FloatArray
     keeps: tuple[str, ...]
     value: float
+    usual: tuple[bool, bool]
 
 
 def try_crs(trial: Trial) -> Finding | Rejected:
@@ -74,6 +78,7 @@ def try_crs(trial: Trial) -> Finding | Rejected:
     try:
         crs = load_crs(trial.code)
         J = jacobian(crs.projection, trial.probe.lon, trial.probe.lat)
+        xy = np.stack(crs.projection(trial.probe.lon, trial.probe.lat))
     except ProjectionError as error:
         return Rejected(trial.code, trial.name, str(error))
     covered = float(trial.probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
@@ -81,7 +86,8 @@ def try_crs(trial: Trial) -> Finding | Rejected:
         return Rejected(trial.code, trial.name, f"It can be projected over {100 * covered:.3g} % of the region only.")
     weight = trial.probe.weight
     value = RANKINGS[trial.ranking](J, weight)
-    return Finding(trial.code, crs.datum, _is_modern(crs), crs.conversion, J, properties(J, weight), value)
+    usual = crs.is_upright, bool(np.all((xy > 0) | np.isnan(xy)))
+    return Finding(trial.code, crs.datum, _is_modern(crs), crs.conversion, J, properties(J, weight), value, usual)
 
 
 def _is_modern(crs: DatabaseCrs) -> bool:

@@ -22,7 +22,7 @@ from projdist.probe import Probe, probe_of, shares_within
 from projdist.projections.database import AUTHORITIES, CrsRecord, check_authorities, crs_records
 from projdist.regions import Place, PointSet, Region, get_region
 from projdist.suitability import RANKINGS, Ranking, get_purpose, get_ranking, suits
-from projdist.twins import grouped
+from projdist.twins import by_usage, grouped
 
 __all__ = ["AREAS", "Candidate", "Recommendation", "recommend"]
 
@@ -288,20 +288,13 @@ class _Search:
     def _maps(self, findings: list[Finding]) -> list[_Map]:
         """The different maps among findings."""
         maps = []
+        holding = {code for code, share in self.shares.items() if share >= _HOLDS}
         for group in grouped(findings):
-            members = sorted(group, key=self._rank_in_group)
+            members = by_usage(group, self.records, holding)
             share = self.shares[members[0].code]
             counts = self.area == "preferred" and share < _HOLDS
             maps.append(_Map(members, share, 1.0 / share if counts else 1.0))
         return maps
-
-    def _rank_in_group(self, finding: Finding) -> tuple[Any, ...]:
-        """First whose area holds the region, of a modern datum, of the first authority, for the smallest area."""
-        west, south, east, north = self.records[finding.code].area_of_use
-        authority, _, code = finding.code.partition(":")
-        size = ((east - west) % 360.0 or 360.0) * (np.sin(np.radians(north)) - np.sin(np.radians(south)))
-        held = self.shares[finding.code] >= _HOLDS
-        return not held, not finding.modern, AUTHORITIES.index(authority), round(size, 6), len(code), code
 
     def _custom(
         self, executor: Executor | None, progress: Callable[[int], None] | None

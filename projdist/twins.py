@@ -1,14 +1,20 @@
-"""CRSs that draw the same map: findings in groups."""
+"""CRSs that draw the same map: findings in groups, and in which order to name them."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Container, Mapping
 from typing import Any
 
 import numpy as np
 
 from projdist.candidates import Finding
+from projdist.projections.database import AUTHORITIES, CrsRecord
 
-__all__ = ["grouped"]
+__all__ = ["by_usage", "grouped"]
+
+_VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")
+"""What ends EPSG's names of CRSs that differ from others by their axes only, or by a zone number in the easting."""
 
 _CLOSE = 0.01  # of the trials' figures: a sphere and an ellipsoid differ by half of that on a map of the world
 _ALIKE = 1e-7  # of J: the same map by another method or with other parameters
@@ -22,6 +28,46 @@ def grouped(findings: list[Finding]) -> list[list[Finding]]:
         by_conversion.setdefault((finding.conversion, finding.keeps), []).append(finding)
     parts = [part for group in by_conversion.values() for part in _close(group)]
     return _merged(sorted(parts, key=lambda group: group[0].value))
+
+
+def by_usage(group: list[Finding], records: Mapping[str, CrsRecord], holding: Container[str]) -> list[Finding]:
+    """Findings of one map, the one that people most likely know first.
+
+    That is, one criterion after the other, one of those whose areas of use hold the region; of a modern datum; of
+    the first authority; with axes east and north; that is no variant by its name; whose datum is no realisation
+    of another one's in the group; with positive coordinates; for the smallest area; of the lowest code.
+    """
+    datums = {one.datum for one in group}
+
+    def rank(one: Finding) -> tuple[Any, ...]:
+        record = records[one.code]
+        authority, _, code = one.code.partition(":")
+        upright, positive = one.usual
+        return (
+            one.code not in holding,
+            not one.modern,
+            AUTHORITIES.index(authority),
+            not upright,
+            bool(_VARIANT.search(record.name)),
+            any(_realises(one.datum, other) for other in datums),
+            not positive,
+            round(_size(record), 6),
+            len(code),
+            code,
+        )
+
+    return sorted(group, key=rank)
+
+
+def _realises(datum: str, other: str) -> bool:
+    """Whether a datum is a realisation of another by its name, as NAD83(2011) of NAD83 and not CH1903+ of CH1903."""
+    return datum.startswith(other) and datum.removeprefix(other).lstrip().startswith(("(", "/"))
+
+
+def _size(record: CrsRecord) -> float:
+    """The area of use, up to a factor."""
+    west, south, east, north = record.area_of_use
+    return float(((east - west) % 360.0 or 360.0) * (np.sin(np.radians(north)) - np.sin(np.radians(south))))
 
 
 def _close(group: list[Finding]) -> list[list[Finding]]:

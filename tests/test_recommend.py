@@ -205,6 +205,11 @@ def test_brute_force(region, criterion):
         ("cap:13.4,52.5,20", "EPSG:3068"),  # Soldner Berlin
         ("country:CH", "EPSG:2056"),
         ("country:FJ", "EPSG:3460"),
+        ("country:AT", "EPSG:3416"),
+        ("country:FR & box:-6,41,10,52", "EPSG:2154"),
+        ("country:GB", "EPSG:27700"),
+        ("country:CZ", "EPSG:5514"),
+        ("box:-106.6,25.9,-93.6,36.4", "EPSG:3083"),  # Texas
     ],
 )
 def test_countries(region, expected):

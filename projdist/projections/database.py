@@ -56,12 +56,13 @@ class DatabaseCrs:
     """A CRS as a projection, its datum by the name of the geodetic CRS, and the identity of its conversion.
 
     Two CRSs of one `conversion` draw the same map, but for the figure of their ellipsoids and the
-    place of the false origin.
+    place of the false origin. `is_upright` is whether the axes point east and north.
     """
 
     projection: Projection
     datum: str
     conversion: Conversion
+    is_upright: bool
 
 
 def check_authorities(authorities: Sequence[str]) -> tuple[str, ...]:
@@ -106,7 +107,8 @@ def load_crs(code: str) -> DatabaseCrs:
         raise ProjectionError(f"Invalid CRS '{code}'. It is not of the Earth: {shown(crs.name)}.")
     if not ellipsoid.inverse_flattening:
         raise ProjectionError(f"{OF_A_SPHERE}, from which the Earth departs by 20 km.")
-    return DatabaseCrs(Projection.from_user_input(crs), geodetic.name if geodetic else "", _conversion(crs))
+    upright = {axis.direction for axis in crs.axis_info} == {"east", "north"}
+    return DatabaseCrs(Projection.from_user_input(crs), geodetic.name if geodetic else "", _conversion(crs), upright)
 
 
 def to_pyproj(code: str) -> CRS:
