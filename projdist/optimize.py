@@ -7,6 +7,7 @@ reported is measured anew, by adaptive cubature.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -153,6 +154,7 @@ def optimize(
     criterion: str | Objective = "airy_kavrayskiy",
     ellipsoid: str | Ellipsoid | None = None,
     round_to: float | None = None,
+    against: Sequence[Any] = (),
 ) -> Optimum:
     """The parameters with which a family of projections distorts a region least.
 
@@ -162,7 +164,8 @@ def optimize(
     those of ob_tran, `k_0` for a uniform scale, whether the method has a parameter for it or not. `criterion` is a
     name in `OBJECTIVES`. `ellipsoid` is `sphere` or a name of PROJ's; by default WGS 84, and the sphere for maps that
     have formulas for that only. `round_to` rounds angles to multiples of so many degrees and k_0 to 1e-6: the best
-    of the multiples near the optimum. Raises ValueError, and ProjectionError where no member shows the region.
+    of the multiples near the optimum. `against` are projections to compare with, the last of the baselines.
+    Raises ValueError, and ProjectionError where no member, or one of `against` does not, show the region.
 
     >>> round(optimize("eqc").parameters["lat_ts"], 3)
     42.629
@@ -171,12 +174,24 @@ def optimize(
     if round_to is not None and not 1e-9 <= round_to <= 45.0:
         raise ValueError(f"Invalid rounding '{round_to}'. It must be a number of degrees within 1e-9 and 45.")
     extent, surface = extent_of(area), _ellipsoid_of(ellipsoid)
+    own = tuple(_baseline(given, area, objective) for given in against)
     if family != "auto":
-        chosen = _Search(get_family(family, extent), area, extent, objective, free, surface)
-        return chosen.optimum(round_to)
+        found = _Search(get_family(family, extent), area, extent, objective, free, surface).optimum(round_to)
+        return _with(found, baselines=found.baselines + own)
     if free is not None:
         raise ValueError("Invalid free parameters for family 'auto'. Each family has its own; name one.")
-    return _best_of(sensible_families(extent, surface), area, extent, objective, surface, round_to)
+    found = _best_of(sensible_families(extent, surface), area, extent, objective, surface, round_to)
+    return _with(found, baselines=found.baselines + own)
+
+
+def _baseline(given: Any, region: Place, objective: Objective, name: str = "") -> Baseline:
+    """A projection that must show the region, by the criterion."""
+    projection = Projection.from_user_input(given)
+    value, _, _, coverage = measured(projection, region, objective, 0.1)
+    if coverage < _WHOLE:
+        shown = f"It shows {100 * coverage:.3g} % of {region.name}."
+        raise ProjectionError(f"Invalid projection '{projection.label}' to compare with. {shown}")
+    return Baseline(name or projection.name, projection.definition, value)
 
 
 def best_member(
@@ -438,15 +453,9 @@ class _Search:
             found.append(usual_crs(self.extent))
         baselines = []
         for name, definition in found:
-            try:
-                value, _, _, coverage = measured(
-                    Projection.from_user_input(definition), self.region, self.objective, 0.1
-                )
-            except ProjectionError:
-                continue
-            if coverage > _WHOLE and np.isfinite(value):
-                baselines.append(Baseline(name, definition, value))
-        return tuple(baselines)
+            with contextlib.suppress(ProjectionError):
+                baselines.append(_baseline(definition, self.region, self.objective, name))
+        return tuple(one for one in baselines if np.isfinite(one.value))
 
 
 def measured(

@@ -7,7 +7,7 @@ import pytest
 from pyproj import CRS
 from typer.testing import CliRunner
 
-from projdist import optimize
+from projdist import optimize, recommend, summarize
 from projdist.cli.app import app
 
 SQUARE = "box:5,47,15,55"
@@ -40,6 +40,30 @@ def test_json() -> None:
     answer = json.loads(out)
     assert set(answer) >= KEYS
     assert answer == optimize("lcc", SQUARE, round_to=0.5).to_dict()
+
+
+@pytest.mark.slow
+def test_against() -> None:
+    """A projection, or the best existing CRS: the last of the baselines, with the figure that recommend has."""
+    code, out, err = run("laea", SQUARE, "--against", "EPSG:4839", "--against", "robinson", "--format", "json")
+    assert (code, err) == (0, "")
+    *_, one, other = json.loads(out)["baselines"]
+    assert (one["definition"], other["name"]) == ("EPSG:4839", "Robinson")
+    assert one["value"] == pytest.approx(summarize("EPSG:4839", SQUARE).airy_kavrayskiy, rel=1e-5)
+    code, out, err = run("laea", SQUARE, "--against", "recommend", "--criterion", "max_omega", "--format", "json")
+    assert (code, err) == (0, "")
+    (best,) = recommend(SQUARE, criterion="max_omega", limit=1).results
+    last = json.loads(out)["baselines"][-1]
+    assert last["definition"] == best.code
+    assert last["value"] == pytest.approx(best.value, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_against_what_does_not_show_the_region() -> None:
+    """It is said, with exit code 1."""
+    code, out, err = run("lcc", SQUARE, "--against", "+proj=ortho +lat_0=0 +lon_0=100 +R=6371000")
+    assert (code, out) == (1, "")
+    assert err.endswith(f"to compare with. It shows 50 % of {SQUARE}.\n")
 
 
 @pytest.mark.slow
@@ -87,6 +111,14 @@ def test_templates() -> None:
         (["lcc", SQUARE, "--criterion", "x"], "Invalid criterion 'x'"),
         (["lcc", SQUARE, "--free", "alpha"], "Invalid free parameter 'alpha' for lcc"),
         (["lcc", SQUARE, "--format", "csv"], "Invalid format 'csv'"),
+        (
+            ["lcc", SQUARE, "--criterion", "airy", "--against", "recommend"],
+            "Invalid criterion 'airy' with --against rec",
+        ),
+        (
+            ["lcc", SQUARE, "--criterion", "x", "--against", "recommend"],
+            "Invalid criterion 'x'. It must be one of airy",
+        ),
     ],
 )
 def test_refused(words: list[str], message: str) -> None:

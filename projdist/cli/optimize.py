@@ -12,10 +12,14 @@ from projdist.cli.formats import area_text, json_text, rounded, table_text
 from projdist.cli.options import OutputOption, OverwriteOption, choice, number, printed_or_file, region_of
 from projdist.cli.output import emit
 from projdist.families import FAMILIES
-from projdist.objectives import OBJECTIVES
+from projdist.objectives import OBJECTIVES, get_objective
 from projdist.optimize import Optimum, optimize
 from projdist.projections import ProjectionError, number_text
+from projdist.recommend import recommend
+from projdist.regions import Place
+from projdist.suitability import RANKINGS
 
+_RECOMMENDED = "recommend"
 _DIGIT = 1e-5  # of a value: what figures of a table are shown to
 
 
@@ -50,6 +54,12 @@ def optimize_command(
     round: Annotated[
         str | None, typer.Option(metavar="NUMBER", help="Degrees of which angles are multiples; k_0 has six decimals.")
     ] = None,
+    against: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PROJECTION", help="A map to compare with, or 'recommend': the best existing CRS. May be repeated."
+        ),
+    ] = None,
     format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_Form), help="How to print.")] = "table",
     output: OutputOption = None,
     overwrite: OverwriteOption = False,
@@ -60,13 +70,28 @@ def optimize_command(
     area = region_of(region)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
     try:
-        found = optimize(family, area, free=names, criterion=criterion, ellipsoid=ellipsoid, round_to=step)
+        others = [_best_existing(area, criterion) if one == _RECOMMENDED else one for one in against or []]
+        found = optimize(
+            family, area, free=names, criterion=criterion, ellipsoid=ellipsoid, round_to=step, against=others
+        )
     except ProjectionError as error:
         fail(str(error))
         raise typer.Exit(1) from error
     except ValueError as error:
         refuse(str(error), error)
     emit(_text(found, form), path, overwrite)
+
+
+def _best_existing(region: Place, criterion: str) -> str:
+    """The code of the best existing CRS by the criterion of an optimisation; raises ValueError."""
+    ranking = "airy_kavrayskiy" if criterion == "kavrayskiy" else criterion  # the same order
+    if ranking not in RANKINGS and criterion in OBJECTIVES:
+        names = ", ".join(name for name in OBJECTIVES if name in RANKINGS)
+        raise ValueError(f"Invalid criterion '{criterion}' with --against {_RECOMMENDED}. It must be one of {names}.")
+    best = recommend(region, criterion=get_objective(ranking).name, limit=1).results
+    if not best:
+        raise ValueError(f"Invalid option '--against {_RECOMMENDED}'. No CRS serves the region '{region.name}'.")
+    return best[0].code
 
 
 def _text(found: Optimum, form: _Form) -> str:
