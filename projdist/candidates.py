@@ -16,6 +16,7 @@ from projdist.cubature import Integrand, Samples, sample
 from projdist.derivatives import jacobian
 from projdist.ellipsoid import WGS84
 from projdist.extremes import find_maximum
+from projdist.interruptions import cut_length, is_interrupted
 from projdist.measures import Measure, areal_scale, get_measure
 from projdist.probe import Probe
 from projdist.projections import Projection, ProjectionError
@@ -24,8 +25,9 @@ from projdist.regions import Region
 from projdist.results import airy_kavrayskiy_of
 from projdist.suitability import RANKINGS, properties
 
-__all__ = ["Distortion", "Finding", "Full", "Rejected", "Trial", "measure", "settle", "try_crs"]
+__all__ = ["INTERRUPTED", "Distortion", "Finding", "Full", "Rejected", "Trial", "measure", "settle", "try_crs"]
 
+INTERRUPTED = "It is cut within the region."
 _LEAST_COVERED = 0.99  # of the region: less is no map of it
 _RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
 _MEANS = 0.01  # what integrands are scaled to: the cubature's 1e-6 is then 1e-4 of their means
@@ -110,11 +112,15 @@ class Full:
     keeps: tuple[str, ...]
     level: float
     ranking: str
+    uninterrupted: bool = False
 
 
 @dataclass(frozen=True)
 class Distortion:
-    """What a projection does over a region; largest values are infinite where there is no bound, means then NaN."""
+    """What a projection does over a region; largest values are infinite where there is no bound, means then NaN.
+
+    `cut_km` is the length of the cuts within the region.
+    """
 
     coverage: float
     airy_kavrayskiy: float
@@ -129,11 +135,14 @@ class Distortion:
     mean_areal_error_ppm: float
     min_areal_scale: float
     max_areal_scale: float
+    cut_km: float
 
 
 def settle(task: Full) -> float | Rejected:
     """The figure of the ranking of a CRS over a region, as good as `measure` has it."""
     try:
+        if task.uninterrupted and is_interrupted(_projection(task), task.region):
+            return Rejected(task.code, task.name, INTERRUPTED)
         return _begun(task).figure(task.ranking)
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
@@ -142,14 +151,18 @@ def settle(task: Full) -> float | Rejected:
 def measure(task: Full) -> Distortion | Rejected:
     """A CRS measured over a region, to 1e-5 of its Airy-Kavrayskiy errors and 1e-4 of its means."""
     try:
-        return Distortion(**_begun(task).figures())
+        found = _begun(task)
+        return Distortion(**found.figures(), cut_km=cut_length(found.projection, task.region))
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
 
 
+def _projection(task: Full) -> Projection:
+    return Projection.from_user_input(task.code) if task.code.startswith("+") else load_crs(task.code).projection
+
+
 def _begun(task: Full) -> _Measurement:
-    stated = task.code.startswith("+")
-    projection = Projection.from_user_input(task.code) if stated else load_crs(task.code).projection
+    projection = _projection(task)
     tolerance = _RELATIVE * max(task.level, 1e-6)
     first = sample(projection, task.region, tolerance=tolerance, max_evaluations=_EVALUATIONS)
     return _Measurement(task, projection, tolerance, first)
@@ -188,7 +201,7 @@ class _Measurement:
     first: Samples
 
     def figures(self) -> dict[str, float]:
-        """All fields of `Distortion`."""
+        """All fields of `Distortion` but the cuts."""
         return {"coverage": self.first.coverage, **self._errors(), **self._scales(), **self._angles(), **self._areas()}
 
     def figure(self, name: str) -> float:

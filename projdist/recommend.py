@@ -159,6 +159,7 @@ def recommend(
     area: str = "preferred",
     deprecated: bool = False,
     limit: int | None = 10,
+    uninterrupted: bool = False,
     custom: bool = False,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -168,9 +169,10 @@ def recommend(
     `purpose` is any, equal-area, conformal, equidistant or compromise, as the map's field shows it;
     `criterion` one of `projdist.suitability.RANKINGS`; `datum` a part of the name of the geodetic
     CRS; `area` preferred (the figure counts over the share of the region within the area of use),
-    contains or intersects. None for `limit` measures all in full. `custom` asks for the best custom
-    projections, too, for the same purpose and by the same criterion. The work runs on `executor`, or on
-    processes of its own where they can be forked; `progress` hears of the steps done and of all. Raises ValueError.
+    contains or intersects. None for `limit` measures all in full. `uninterrupted` leaves out maps that are
+    cut within the region (around the Earth: by more than a meridian). `custom` asks for the best custom
+    projections, too, for the same purpose and by the same criterion. The work runs on `executor`, or on processes
+    of its own where they can be forked; `progress` hears of the steps done and of all. Raises ValueError.
     """
     place = get_region(region)
     if isinstance(place, PointSet):
@@ -178,6 +180,7 @@ def recommend(
     ranking = get_ranking(criterion)
     search = _Search(place, get_purpose(purpose), ranking, _check_area(area), _check_limit(limit), progress)
     records = crs_records(check_authorities(authorities), deprecated=deprecated)
+    search.uninterrupted = uninterrupted
     if custom:
         check_customizable(ranking.name)
         search.families = families_for(place, search.purpose)
@@ -238,6 +241,7 @@ class _Search:
         self.records: dict[str, CrsRecord] = {}
         self.shares: dict[str, float] = {}
         self.rejected: list[Rejected] = []
+        self.uninterrupted = False
         self.families: list[str] = []  # of custom projections
 
     def choose(self, records: Sequence[CrsRecord]) -> None:
@@ -349,6 +353,7 @@ class _Search:
                 one.first.keeps,
                 _LEVEL(one.first.jacobian, self.probe.weight),
                 self.ranking.name,
+                self.uninterrupted,
             )
             for one in maps
         ]

@@ -70,6 +70,16 @@ def test_custom(tmp_path):
 
 
 @pytest.mark.slow
+def test_uninterrupted():
+    """Cuts have a column where there are any."""
+    code, out, err = run("globe", "--limit", "1", "--authority", "ESRI", "--uninterrupted")
+    assert (code, err) == (0, "")
+    for text in ("cuts km", "20,015", "that are interrupted"):
+        assert text in out
+    assert "cuts" not in run(ISLAND, *QUICK)[1]
+
+
+@pytest.mark.slow
 def test_csv(found):
     """Numbers in full, a row a candidate."""
     code, out, err = run(ISLAND, *QUICK, "--format", "csv")

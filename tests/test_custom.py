@@ -80,7 +80,7 @@ SLACK = 2e-4
         ("cap:13.4,52.5,200", "max_scale_error_ppm"),
         ("cap:20,0,2500", "airy_kavrayskiy"),
         ("country:NO", "airy_kavrayskiy"),
-        ("country:NZ", "mean_scale_error_ppm"),
+        ("country:CH", "mean_scale_error_ppm"),
         ("globe", "airy_kavrayskiy"),
     ],
 )

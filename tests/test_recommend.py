@@ -232,6 +232,18 @@ def test_poles_and_antimeridian():
 
 
 @pytest.mark.slow
+def test_uninterrupted():
+    """Goode's maps lead for the world, with three half meridians of cuts; without them Winkel's does, with one."""
+    first = recommend("globe", limit=1).results[0]
+    assert first.method.startswith("Interrupted Goode")
+    assert first.distortion.cut_km > 2.5 * 20015
+    whole = recommend("globe", limit=2, uninterrupted=True)
+    assert whole.results[0].method == "Winkel Tripel"
+    assert whole.results[0].distortion.cut_km == pytest.approx(20015, abs=1)
+    assert first.code in [one.code for one in whole.rejected if one.reason == "It is cut within the region."]
+
+
+@pytest.mark.slow
 def test_the_world():
     """Equal Earth is the world's equal-area map in EPSG."""
     world = recommend("globe", purpose="equal-area", authorities=["EPSG"], limit=1)

@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from projdist.candidates import INTERRUPTED
 from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
 from projdist.cli.options import (
@@ -55,6 +56,9 @@ def recommend_command(
     ] = False,
     deprecated: Annotated[bool, typer.Option("--deprecated", help="Deprecated ones, too.")] = False,
     limit: Annotated[str, typer.Option(metavar="NUMBER", help="How many to print.")] = "10",
+    uninterrupted: Annotated[
+        bool, typer.Option("--uninterrupted", help="Not those cut in the region; around the Earth, in one line only.")
+    ] = False,
     custom: Annotated[
         bool, typer.Option("--custom", help="Also the best custom projections, and what the CRSs lose against them.")
     ] = False,
@@ -88,6 +92,7 @@ def recommend_command(
             area="contains" if contains else "intersects" if intersects else "preferred",
             deprecated=deprecated,
             limit=int(most),
+            uninterrupted=uninterrupted,
             custom=custom,
             executor=workers,
             progress=progress,
@@ -172,12 +177,15 @@ def _text(result: Recommendation, form: Format) -> str:
     if form is Format.CSV:
         return csv_text([{key: _finite(value) for key, value in row.items()} for row in rows], ["code"])
     existing, custom = rows[: len(result.results)], rows[len(result.results) :]
+    optional = {"against custom": [_loss(row["ratio_to_custom"]) for row in existing]} if custom else {}
+    if any(row["cut_km"] for row in existing):
+        optional["cuts km"] = [f"{row['cut_km']:,.0f}" for row in existing]
     columns = {
         "code": [row["code"] for row in existing],
         "name": [row["name"] for row in existing],
         "method": [row["method"].replace("_", " ") for row in existing],
         **_figures(existing, result.criterion),
-        **({"against custom": [_loss(row["ratio_to_custom"]) for row in existing]} if custom else {}),
+        **optional,
         "covers": [_percent(row["coverage"]) for row in existing],
         "in area": [_percent(row["share_in_area_of_use"]) for row in existing],
         "area of use": [_short(row["area_of_use"]) for row in existing],
@@ -223,6 +231,8 @@ def _notes(result: Recommendation) -> list[str]:
         for one in result.results
         if one.same
     ]
+    if any(one.distortion.cut_km for one in result.results):
+        notes.append("Cuts: their length within the region, which does not count; one from pole to pole has 20,015 km.")
     if result.custom:
         notes.append("Custom: the best of each family that suits the region, on WGS 84; against custom: of them all.")
     notes += [f"No custom {one.name}: {one.reason}" for one in result.not_custom]
@@ -241,6 +251,8 @@ def _kind(reason: str) -> str:
         return "whose area of use holds too little of the region"
     if reason.startswith("It can be projected"):
         return "that project too little of it"
+    if reason == INTERRUPTED:
+        return "that are interrupted"
     return "on a sphere" if reason.startswith(OF_A_SPHERE) else "that PROJ cannot compute"
 
 

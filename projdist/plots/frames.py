@@ -8,7 +8,7 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.plots.domain import POLE, Domain, longitude_width, normalised, rough_scales
-from projdist.plots.seams import drawn, evaluate
+from projdist.seams import drawn, evaluate
 
 
 @dataclass(frozen=True)

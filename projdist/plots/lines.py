@@ -8,7 +8,7 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.plots.domain import POLE, Bounds, Domain, check_step, ground_size, longitude_width
-from projdist.plots.seams import drawn, evaluate, find_tears
+from projdist.seams import drawn, evaluate, find_tears
 
 _SMOOTH = 5e-4  # of the map's size; a chord that is farther off its arc is halved
 _ROUNDS = 8

@@ -15,8 +15,8 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.plots.domain import POLE, Domain, ground_size, longitude_width, normalised
 from projdist.plots.frames import Frame, frame_of
-from projdist.plots.seams import Links, Map, drawn, evaluate, find_tears
 from projdist.regions import GLOBE
+from projdist.seams import Links, Map, drawn, evaluate, find_tears
 
 _TURNED_POLE = 90.0 - 0.02  # farther out than the error of the place, and still less than a pixel
 _GLOBE_STEP = 0.6
