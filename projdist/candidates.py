@@ -30,7 +30,6 @@ __all__ = ["INTERRUPTED", "Distortion", "Finding", "Full", "Rejected", "Trial", 
 INTERRUPTED = "It is cut within the region."
 _LEAST_COVERED = 0.99  # of the region: less is no map of it
 _RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
-_MEANS = 0.01  # what integrands are scaled to: the cubature's 1e-6 is then 1e-4 of their means
 _RESOLVED = 0.01  # of a mean; worse, it diverges
 _EVALUATIONS = 200_000
 _FLAT = 170.0  # degrees of angular deformation
@@ -149,7 +148,7 @@ def settle(task: Full) -> float | Rejected:
 
 
 def measure(task: Full) -> Distortion | Rejected:
-    """A CRS measured over a region, to 1e-5 of its Airy-Kavrayskiy errors and 1e-4 of its means."""
+    """A CRS measured over a region, to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
     try:
         found = _begun(task)
         return Distortion(**found.figures(), cut_km=cut_length(found.projection, task.region))
@@ -261,10 +260,10 @@ class _Measurement:
 
     @functools.cached_property
     def _fine(self) -> Samples:
-        """Samples that resolve the means."""
+        """Samples that resolve the means: of integrands of the size of 1, whose kinks the mesh knows from rounding."""
         measures = [one for one, kept in _MEASURES.items() if kept not in self.task.keeps]
         levels = [self.first.mean(one(self.first.jacobian), 0.0)[0] for one in measures]
-        integrands = [_scaled(one, _MEANS / level) for one, level in zip(measures, levels, strict=True) if level > 0]
+        integrands = [_scaled(one, 1.0 / level) for one, level in zip(measures, levels, strict=True) if level > 0]
         return sample(
             self.projection,
             self.task.region,
