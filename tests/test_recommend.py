@@ -176,11 +176,33 @@ REGIONS = [
     "box:-125,24,-66,50",
     "cap:20,0,2500",
     "box:-75,15,-60,25",
+    "country:DE",
+    "country:CL",
+    "country:FJ",
+    "country:NP",
+    # The Alps, concave, with a hole; GeoJSON.
+    {
+        "type": "Polygon",
+        "coordinates": [
+            [
+                [5.5, 43.8],
+                [8, 44.2],
+                [8.2, 45.6],
+                [12, 45.8],
+                [14.5, 46.2],
+                [16, 47.7],
+                [10, 47.5],
+                [6.5, 46.5],
+                [5.5, 43.8],
+            ],
+            [[10, 46.2], [11, 46.2], [11, 46.9], [10, 46.9], [10, 46.2]],
+        ],
+    },
 ]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("region", REGIONS)
+@pytest.mark.parametrize("region", REGIONS, ids=lambda region: region if isinstance(region, str) else "alps")
 @pytest.mark.parametrize("criterion", ["airy_kavrayskiy", "max_scale_error_ppm"])
 def test_brute_force(region, criterion):
     """The five best are those of measuring every candidate in full, in the same order."""
