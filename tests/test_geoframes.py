@@ -37,6 +37,18 @@ def test_fiji():
     assert estimate_crs(frame, authorities=["EPSG"]).to_epsg() == 3460
 
 
+@pytest.mark.slow
+def test_polygons_count_themselves():
+    """Croatia, two arms: its official transverse Mercator map is the best; over their box, its conic would be."""
+    croatia = gpd.GeoSeries.from_wkt(
+        ["POLYGON((13.5 45.5,16.3 46.5,19.4 45.3,19 44.9,16 45.1,15.9 44.3,18.5 42.4,17.5 42.8,14.5 44.5,13.5 45.5))"],
+        crs="EPSG:4326",
+    )
+    assert estimate_crs(croatia, authorities=["EPSG"]).to_epsg() == 3765
+    assert estimate_crs(croatia.envelope, authorities=["EPSG"]).to_epsg() == 3766
+    assert estimate_crs(croatia.boundary, authorities=["EPSG"]).to_epsg() == 3766
+
+
 def test_purpose():
     """Data in any CRS, and a purpose: the European Union's grid for its statistics."""
     frame = gpd.GeoDataFrame(geometry=gpd.points_from_xy([6.0, 15.0], [47.5, 55.0]), crs="EPSG:4326").to_crs(25832)
