@@ -15,7 +15,7 @@ from projdist.criteria import mean
 from projdist.cubature import Integrand, Samples, sample
 from projdist.derivatives import jacobian
 from projdist.ellipsoid import WGS84
-from projdist.extremes import find_maximum
+from projdist.extremes import Goal, find_extremes
 from projdist.interruptions import cut_length, is_interrupted
 from projdist.measures import Measure, areal_scale, get_measure
 from projdist.probe import Probe
@@ -142,7 +142,8 @@ def settle(task: Full) -> float | Rejected:
     try:
         if task.uninterrupted and is_interrupted(_projection(task), task.region):
             return Rejected(task.code, task.name, INTERRUPTED)
-        return _begun(task).figure(task.ranking)
+        part = next(part for part in _SEARCHED if part in task.ranking)
+        return _begun(task, part).figures()[task.ranking]
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
 
@@ -150,8 +151,9 @@ def settle(task: Full) -> float | Rejected:
 def measure(task: Full) -> Distortion | Rejected:
     """A CRS measured over a region, to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
     try:
-        found = _begun(task)
-        return Distortion(**found.figures(), cut_km=cut_length(found.projection, task.region))
+        found = _begun(task, *_SEARCHED)
+        cut_km = cut_length(found.projection, task.region)
+        return Distortion(coverage=found.first.coverage, cut_km=cut_km, **found.figures())
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
 
@@ -160,11 +162,11 @@ def _projection(task: Full) -> Projection:
     return Projection.from_user_input(task.code) if task.code.startswith("+") else load_crs(task.code).projection
 
 
-def _begun(task: Full) -> _Measurement:
+def _begun(task: Full, *parts: str) -> _Measurement:
     projection = _projection(task)
     tolerance = _RELATIVE * max(task.level, 1e-6)
     first = sample(projection, task.region, tolerance=tolerance, max_evaluations=_EVALUATIONS)
-    return _Measurement(task, projection, tolerance, first)
+    return _Measurement(task, projection, tolerance, first, parts)
 
 
 _SCALE, _OMEGA, _AREA, _AREA_ERROR = (
@@ -184,9 +186,12 @@ _INVERSE = Measure("inverse_areal_scale", _inverse_area, kind="ratio")
 # What has a mean to be resolved, and the property of maps for which it vanishes.
 _MEASURES = {_SCALE: "", _OMEGA: "conformal", _AREA_ERROR: "equal-area"}
 
-# Which part of a measurement has the figure of a ranking: errors, scales, angles, areas.
-_PART = {
-    name: next(i for i, word in enumerate(("airy", "scale", "omega", "areal")) if word in name) for name in RANKINGS
+# The parts of a measurement, with what is searched for its largest values, and the property for which it does not vary.
+_SEARCHED: dict[str, dict[Measure, str]] = {
+    "airy": {},
+    "scale": {_SCALE: ""},
+    "omega": {_OMEGA: "conformal"},
+    "areal": {_INVERSE: "equal-area", _AREA: "equal-area"},
 }
 
 
@@ -198,15 +203,12 @@ class _Measurement:
     projection: Projection
     tolerance: float
     first: Samples
+    parts: tuple[str, ...]
 
     def figures(self) -> dict[str, float]:
-        """All fields of `Distortion` but the cuts."""
-        return {"coverage": self.first.coverage, **self._errors(), **self._scales(), **self._angles(), **self._areas()}
-
-    def figure(self, name: str) -> float:
-        """One field, with no more work than it needs."""
-        parts = (self._errors, self._scales, self._angles, self._areas)
-        return parts[_PART[name]]()[name]
+        """The fields of `Distortion` of the parts."""
+        methods = {"airy": self._errors, "scale": self._scales, "omega": self._angles, "areal": self._areas}
+        return {name: value for part in self.parts for name, value in methods[part]().items()}
 
     def _errors(self) -> dict[str, float]:
         errors = airy_kavrayskiy_of(self.first)
@@ -218,24 +220,19 @@ class _Measurement:
         }
 
     def _scales(self) -> dict[str, float]:
-        return {"max_scale_error_ppm": self._largest(_SCALE), "mean_scale_error_ppm": self._mean(_SCALE)}
+        return {"max_scale_error_ppm": self._largest[_SCALE], "mean_scale_error_ppm": self._mean(_SCALE)}
 
     def _angles(self) -> dict[str, float]:
         if "conformal" in self.task.keeps:
             return dict(zip(("max_omega", "mean_omega"), self._on_probe(_OMEGA), strict=True))
-        sampled = float(np.nanmax(_OMEGA(self.first.jacobian)))
-        # Beyond, it is that of a pole line, 180 degrees and attained only in the limit.
-        return {
-            "max_omega": sampled if sampled > _FLAT else self._largest(_OMEGA),
-            "mean_omega": self._mean(_OMEGA),
-        }
+        return {"max_omega": self._largest[_OMEGA], "mean_omega": self._mean(_OMEGA)}
 
     def _areas(self) -> dict[str, float]:
         if "equal-area" in self.task.keeps:
             least, most = 1.0 / self._on_probe(_INVERSE)[0], self._on_probe(_AREA)[0]
             mean_error = self._on_probe(_AREA_ERROR)[1]
         else:
-            least, most = 1.0 / self._largest(_INVERSE), self._largest(_AREA)
+            least, most = 1.0 / self._largest[_INVERSE], self._largest[_AREA]
             mean_error = self._mean(_AREA_ERROR)
         return {
             "max_areal_error_ppm": 1e6 * max(abs(least - 1.0), abs(most - 1.0)),
@@ -250,8 +247,16 @@ class _Measurement:
         values = one(jacobian(self.projection, self.task.probe.lon[inner], self.task.probe.lat[inner]))
         return float(np.nanmax(values)), mean(values, self.task.probe.weight[inner])
 
-    def _largest(self, one: Measure) -> float:
-        return find_maximum(self.projection, self.task.region, self.first, one(self.first.jacobian), one).value
+    @functools.cached_property
+    def _largest(self) -> dict[Measure, float]:
+        """The largest values of what is searched."""
+        measures = [one for part in self.parts for one, kept in _SEARCHED[part].items() if kept not in self.task.keeps]
+        values = {one: one(self.first.jacobian) for one in measures}
+        # Beyond, omega is that of a pole line, 180 degrees and attained only in the limit.
+        known = {one: top for one in measures if one is _OMEGA and (top := float(np.nanmax(values[one]))) > _FLAT}
+        goals = [Goal(one, values[one]) for one in measures if one not in known]
+        found = find_extremes(self.projection, self.task.region, self.first, goals)
+        return known | {goal.measure: extreme.value for goal, extreme in zip(goals, found, strict=True)}
 
     def _mean(self, one: Measure) -> float:
         """The mean over the area; NaN where it diverges."""

@@ -1,9 +1,13 @@
-"""Where in a region a measure is largest and smallest: searched from the best samples, not read off them."""
+"""Where in a region measures are largest and smallest: searched from the best samples, not read off them.
+
+All searches of a projection go together, as a call for many points costs little more than one for few.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,12 +21,13 @@ from projdist.projections import Projection
 from projdist.regions import Place, PointSet, Region
 from projdist.regions.chains import divided
 
-__all__ = ["Extreme", "find_maximum", "find_minimum", "measure_at"]
+__all__ = ["Extreme", "Goal", "find_extremes", "measure_at"]
 
 _STARTS = 4
 _ROUNDS = 20
 _TRIAL, _FINALISTS = 5, 2  # after so many rounds only the best starts go on
 _SHRINK = 0.45
+_OFFSETS = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
 _FINE = 1e-6  # of the area; smaller panels are there only beside singularities
 _BROAD = 3e-3  # of the largest panel's area
 # Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
@@ -40,6 +45,25 @@ class Extreme(NamedTuple):
     lat: float
 
 
+@dataclass(frozen=True)
+class Goal:
+    """A measure, its `values` (n, p, p) at samples, and whether its largest or its smallest value is wanted."""
+
+    measure: Measure
+    values: FloatArray
+    largest: bool = True
+
+    @property
+    def sign(self) -> float:
+        """What makes the value wanted the largest."""
+        return 1.0 if self.largest else -1.0
+
+    @property
+    def bounded(self) -> bool:
+        """Whether there is a bound in any case: only a signed measure, as a logarithm, may fall without one."""
+        return self.measure.bounded or not (self.largest or self.measure.kind == "signed")
+
+
 def measure_at(
     projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray, J: FloatArray | None = None
 ) -> FloatArray:
@@ -50,91 +74,47 @@ def measure_at(
     return measure(J, hessian(projection, lon, lat) * projection.ellipsoid.a)
 
 
-def find_maximum(
-    projection: Projection, region: Place, samples: Samples, values: FloatArray, measure: Measure
-) -> Extreme:
-    """The largest value of a measure, from its `values` (n, p, p) at the samples."""
-    return _largest(projection, region, samples, values, measure, bounded=measure.bounded)
-
-
-def find_minimum(
-    projection: Projection, region: Place, samples: Samples, values: FloatArray, measure: Measure
-) -> Extreme:
-    """The smallest value of a measure, from its `values` (n, p, p) at the samples."""
-    opposite = replace(measure, function=lambda *derivatives: -measure.function(*derivatives))
-    # Only a signed measure, as a logarithm, may fall without bound.
-    bounded = measure.bounded or measure.kind != "signed"
-    found = _largest(projection, region, samples, -values, opposite, bounded=bounded)
-    return found._replace(value=-found.value)
-
-
-def _largest(
-    projection: Projection, region: Place, samples: Samples, values: FloatArray, measure: Measure, *, bounded: bool
-) -> Extreme:
-    filled = np.where(np.isfinite(values), values, -np.inf)
-    if isinstance(region, PointSet):
-        best = int(np.argmax(filled))
-        return Extreme(float(values.flat[best]), _within_turn(samples.lon.flat[best]), float(samples.lat.flat[best]))
-    clipped = samples.share < 1.0
-    inside = region.contains(samples.lon[clipped], samples.lat[clipped])
-    filled[clipped] = np.where(inside, filled[clipped], -np.inf)
-    areas = samples.weight.sum(axis=(1, 2))
-    broad = areas >= _BROAD * areas.max()
-    if not bounded:
+def find_extremes(projection: Projection, region: Place, samples: Samples, goals: Sequence[Goal]) -> list[Extreme]:
+    """The value of each goal and its place; NaN where the measure is not defined anywhere."""
+    inside = np.ones(samples.lon.shape, dtype=bool)
+    if not isinstance(region, PointSet):
+        clipped = samples.share < 1.0
+        inside[clipped] = region.contains(samples.lon[clipped], samples.lat[clipped])
+    values = [np.where(inside, _defined(goal.sign * goal.values), -np.inf) for goal in goals]
+    found = [_best_node(samples, one) for one in values]
+    if not isinstance(region, PointSet):
+        search = _Search(projection, region, samples, goals)
         # Where samples show that there is no bound, a search would only climb towards the singularity.
-        top = int(np.argmax(filled))
-        lon, lat = float(samples.lon.flat[top]), float(samples.lat.flat[top])
-        if _grows(projection, measure, (lon, lat), _nearest_middle(samples, broad, lon, lat)):
-            return Extreme(np.inf, _within_turn(lon), lat)
-    found = _maximum_of_panels(projection, region, samples, filled.reshape(len(values), -1), measure)
-    if len(region.edges):
-        found = max(found, _maximum_on_edges(projection, measure, region.edges), key=_value)
-    if not np.isfinite(found.value):
-        return Extreme(np.nan, np.nan, np.nan)
-    _, lon, lat = found
-    if not bounded:
-        inward = _nearest_middle(samples, broad, lon, lat)
-        if _grows(projection, measure, (lon, lat), inward):
-            found = found._replace(value=np.inf)
-    return found._replace(lon=_within_turn(lon))
+        found = search.unbounded(found)
+        on = [number for number, one in enumerate(found) if one.value < np.inf]
+        if on:
+            best = search.climb(on, values)
+            if len(region.edges):
+                best = [max(pair, key=_value) for pair in zip(best, search.along_edges(on), strict=True)]
+            for number, one in zip(on, best, strict=True):
+                found[number] = one
+        found = search.unbounded(found)
+    return [_signed(goal, one) for goal, one in zip(goals, found, strict=True)]
 
 
-_NONE = Extreme(-np.inf, np.nan, np.nan)
+def _defined(values: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(values), values, -np.inf)
+
+
+def _best_node(samples: Samples, values: FloatArray) -> Extreme:
+    top = int(np.argmax(values))
+    return Extreme(float(values.flat[top]), float(samples.lon.flat[top]), float(samples.lat.flat[top]))
 
 
 def _value(extreme: Extreme) -> float:
     return extreme.value
 
 
-def _within_turn(lon: float) -> float:
-    return float((lon + 180.0) % 360.0 - 180.0)
-
-
-def _maximum_of_panels(
-    projection: Projection, region: Region, samples: Samples, filled: FloatArray, measure: Measure
-) -> Extreme:
-    """The largest value searched from the best of the nodes; their values (n, m) are -inf where not defined."""
-    peaks = filled.max(axis=1)
-    if not np.isfinite(peaks).any():
-        return _NONE
-    areas = samples.weight.sum(axis=(1, 2))
-    coarse = areas > _FINE * areas.sum()
-    order = np.argsort(-peaks)
-    broad = areas >= _BROAD * areas.max()
-    if not measure.bounded:
-        # Where samples show that there is no bound, a search would only climb towards the singularity.
-        best = np.unravel_index(np.argmax(filled), filled.shape)
-        lon, lat = (float(at.reshape(filled.shape)[best]) for at in (samples.lon, samples.lat))
-        if _grows(projection, measure, (lon, lat), _nearest_middle(samples, broad, lon, lat)):
-            return Extreme(np.inf, (lon + 180.0) % 360.0 - 180.0, lat)
-    # From the best panels, and from the best that are not tiny: beside a singularity samples may mislead.
-    starts = np.unique(np.concatenate([order[:_STARTS], order[coarse[order]][:_STARTS]]))
-    nodes = np.stack([samples.u[starts], samples.v[starts]], axis=-1).reshape(len(starts), -1, 2)
-    first = nodes[np.arange(len(starts)), filled[starts].argmax(axis=1)]
-    search = _Search(projection, region, measure, samples.patch[starts], first, np.ptp(nodes, axis=1) / 4)
-    found = search.climb()
-    place = region.chart(found.patch, *found.place)
-    return Extreme(found.value, float(place.lon), float(place.lat))
+def _signed(goal: Goal, found: Extreme) -> Extreme:
+    """The extreme of the measure itself, within half a turn of Greenwich."""
+    if found.value == -np.inf:
+        return Extreme(np.nan, np.nan, np.nan)
+    return Extreme(goal.sign * found.value, float((found.lon + 180.0) % 360.0 - 180.0), found.lat)
 
 
 _LONGEST = 1.0  # degrees of an edge between stations
@@ -144,97 +124,137 @@ _FRACTIONS = np.linspace(-1.0, 1.0, 9)
 _NARROWINGS = 14  # by a factor of four: to the rounding of a smooth maximum
 
 
-def _maximum_on_edges(projection: Projection, measure: Measure, edges: FloatArray) -> Extreme:
-    """The largest value on edges (m, 4): at every so many vertices, at all near the best of these, then along edges."""
-    pieces = np.ceil(np.abs(edges[:, 2:] - edges[:, :2]).max(axis=1) / _LONGEST).clip(1).astype(int)
-    lon, lat = divided(edges, pieces)
-    stride = math.ceil(lon.shape[1] / _STATIONS)
-    chosen = np.arange(0, lon.shape[1], stride)
-    rough = _defined(measure_at(projection, measure, lon[0, chosen], lat[0, chosen]))
-    near = chosen[np.argsort(-rough)[:_BEST_STATIONS], None] + np.arange(-stride, stride + 1)
-    chosen = np.unique(np.clip(near, 0, lon.shape[1] - 1))
-    ends = _defined(measure_at(projection, measure, lon[:, chosen], lat[:, chosen])).max(axis=0)
-    best = chosen[np.argsort(-ends)[:_BEST_EDGES]]
-    (lon0, lon1), (lat0, lat1) = lon[:, best, None], lat[:, best, None]
-    middle, width = np.full((best.size, 1), 0.5), 0.5
-    for _ in range(_NARROWINGS):
-        share = np.clip(middle + width * _FRACTIONS, 0.0, 1.0)
-        lons, lats = lon0 + (lon1 - lon0) * share, lat0 + (lat1 - lat0) * share
-        values = _defined(measure_at(projection, measure, lons, lats))
-        index = np.argmax(values, axis=1)[:, None]
-        middle, width = np.take_along_axis(share, index, axis=1), 0.25 * width
-    place = np.unravel_index(np.argmax(values), values.shape)
-    return Extreme(float(values[place]), float(lons[place]), float(lats[place]))
-
-
-def _defined(values: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(values), values, -np.inf)
-
-
-def _nearest_middle(samples: Samples, chosen: BoolArray, lon: float, lat: float) -> tuple[float, float]:
-    """Longitude and latitude of the middle of the nearest of the chosen panels."""
-    lons, lats = (values[chosen, values.shape[1] // 2, values.shape[2] // 2] for values in (samples.lon, samples.lat))
-    north, east = np.radians(lats - lat), np.radians(lons - lon)
-    distance = np.sin(north / 2) ** 2 + np.cos(np.radians(lat)) * np.cos(np.radians(lats)) * np.sin(east / 2) ** 2
-    nearest = np.argmin(distance)
-    return float(lons[nearest]), float(lats[nearest])
-
-
-def _grows(projection: Projection, measure: Measure, to: tuple[float, float], start: tuple[float, float]) -> bool:
-    """Whether a measure grows without bound on the way `to` a point from another: no less in every step."""
-    lon, lat = to
-    east, north = (start[0] - lon + 180.0) % 360.0 - 180.0, start[1] - lat
-    values = measure_at(projection, measure, lon + _APPROACH * east, lat + _APPROACH * north)
-    gains = np.diff(values)
-    return bool((gains > _GROWTH * np.abs(values[1:])).all() and (gains[1:] > _SLOWING * gains[:-1]).all())
-
-
-class _Found(NamedTuple):
-    """The best of a search, in chart coordinates."""
-
-    value: float
-    patch: IntArray
-    place: FloatArray
-
-
-@dataclass
+@dataclass(frozen=True)
 class _Search:
-    """A grid of five by five points about each start (n, 2), shrunk around its best point within the region."""
+    """The search for the largest values of goals, which are those of the measures times the goals' signs."""
 
     projection: Projection
     region: Region
-    measure: Measure
-    patch: IntArray
-    starts: FloatArray
-    steps: FloatArray
+    samples: Samples
+    goals: Sequence[Goal]
 
-    def climb(self) -> _Found:
-        """The largest value, whose place may lie on the region's edge; -inf where there is none."""
-        offsets = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
-        low, high = _limits(self.region, self.patch)
-        place, step, best = self.starts.copy(), self.steps, np.full(len(self.patch), -np.inf)
-        on = np.arange(len(self.patch))
+    # ---- values -----------------------------------------------------------------------------
+
+    def _goal(self, number: int, lon: FloatArray, lat: FloatArray, J: FloatArray) -> FloatArray:
+        """What a goal makes large, at points where J is known."""
+        goal = self.goals[number]
+        return goal.sign * measure_at(self.projection, goal.measure, lon, lat, J)
+
+    def _own(self, owner: IntArray, lon: FloatArray, lat: FloatArray) -> FloatArray:
+        """At each row of points (n, m) the value of the goal that owns the row, from J at every place once."""
+        places, index = np.unique(lon + 1j * lat, return_inverse=True)
+        J = jacobian(self.projection, places.real, places.imag)[index.reshape(lon.shape)]
+        values = np.empty(lon.shape)
+        for number in np.unique(owner):
+            mine = owner == number
+            values[mine] = self._goal(number, lon[mine], lat[mine], J[mine])
+        return values
+
+    def _each(self, numbers: Sequence[int], lon: FloatArray, lat: FloatArray) -> FloatArray:
+        """The values of some goals at the same points, (k, ...); -inf where not defined."""
+        J = jacobian(self.projection, lon, lat)
+        return np.stack([_defined(self._goal(number, lon, lat, J)) for number in numbers])
+
+    # ---- in the panels ----------------------------------------------------------------------
+
+    def climb(self, numbers: Sequence[int], values: Sequence[FloatArray]) -> list[Extreme]:
+        """The largest values of some goals: a grid of five by five points about each of their starts shrinks.
+
+        It shrinks around its best point within the region. Starts are the best nodes of the best panels by `values`.
+        """
+        panels = [self._best_panels(values[number]) for number in numbers]
+        owner, panel = np.repeat(numbers, [len(own) for own in panels]), np.concatenate(panels)
+        nodes = np.stack([self.samples.u[panel], self.samples.v[panel]], axis=-1).reshape(len(panel), -1, 2)
+        top = [values[i][k].argmax() for i, k in zip(owner, panel, strict=True)]
+        place, step = nodes[np.arange(len(panel)), top], np.ptp(nodes, axis=1) / 4
+        patch, best = self.samples.patch[panel], np.full(len(panel), -np.inf)
+        low, high = _limits(self.region, patch)
+        on = np.arange(len(panel))
         for turn in range(_ROUNDS):
             if turn == _TRIAL:  # the step is a hundredth of the panel
-                on = on[np.argsort(-best[on])[:_FINALISTS]]
-            around = place[on, None] + step[on, None] * offsets
-            around = np.clip(around, low[on, None], high[on, None])
-            found = self._values(self.patch[on, None], around)
+                on = np.concatenate([_foremost(best, owner == number) for number in numbers])
+            around = np.clip(place[on, None] + step[on, None] * _OFFSETS, low[on, None], high[on, None])
+            points = self.region.chart(patch[on, None], around[..., 0], around[..., 1])
+            found = _defined(self._own(owner[on], points.lon, points.lat))
+            if len(self.region.edges):
+                found = np.where(self.region.contains(points.lon, points.lat), found, -np.inf)
             index = np.argmax(found, axis=1)
-            top = found[np.arange(on.size), index]
-            better = top > best[on]
-            best[on[better]] = top[better]
+            reached = found[np.arange(on.size), index]
+            better = reached > best[on]
+            best[on[better]] = reached[better]
             place[on[better]] = around[better, index[better]]
             step = _SHRINK * step
-        winner = int(np.argmax(best))
-        return _Found(float(best[winner]), self.patch[winner], place[winner])
+        winners = [_foremost(best, owner == number)[0] for number in numbers]
+        points = self.region.chart(patch[winners], *place[winners].T)
+        return [Extreme(*map(float, one)) for one in zip(best[winners], points.lon, points.lat, strict=True)]
 
-    def _values(self, patch: IntArray, at: FloatArray) -> FloatArray:
-        points = self.region.chart(patch, at[..., 0], at[..., 1])
-        values = _defined(measure_at(self.projection, self.measure, points.lon, points.lat))
-        if len(self.region.edges):
-            values = np.where(self.region.contains(points.lon, points.lat), values, -np.inf)
-        return values
+    def _best_panels(self, values: FloatArray) -> IntArray:
+        """The best, and the best of those that are not tiny: beside a singularity samples may mislead."""
+        areas = self.samples.weight.sum(axis=(1, 2))
+        coarse = areas > _FINE * areas.sum()
+        order = np.argsort(-values.max(axis=(1, 2)))
+        return np.unique(np.concatenate([order[:_STARTS], order[coarse[order]][:_STARTS]]))
+
+    # ---- along edges ------------------------------------------------------------------------
+
+    def along_edges(self, numbers: Sequence[int]) -> list[Extreme]:
+        """The largest values of some goals at so many vertices, at all near the best of these, then along edges."""
+        edges = self.region.edges
+        pieces = np.ceil(np.abs(edges[:, 2:] - edges[:, :2]).max(axis=1) / _LONGEST).clip(1).astype(int)
+        lon, lat = divided(edges, pieces)
+        stride = math.ceil(lon.shape[1] / _STATIONS)
+        chosen = np.arange(0, lon.shape[1], stride)
+        rough = self._each(numbers, lon[0, chosen], lat[0, chosen])
+        near = chosen[np.argsort(-rough)[:, :_BEST_STATIONS], None] + np.arange(-stride, stride + 1)
+        chosen = np.unique(np.clip(near, 0, lon.shape[1] - 1))
+        ends = self._each(numbers, lon[:, chosen], lat[:, chosen]).max(axis=1)
+        best = chosen[np.argsort(-ends)[:, :_BEST_EDGES]].ravel()
+        owner = np.repeat(numbers, len(best) // len(numbers))
+        (lon0, lon1), (lat0, lat1) = lon[:, best, None], lat[:, best, None]
+        middle, width = np.full((best.size, 1), 0.5), 0.5
+        for _ in range(_NARROWINGS):
+            share = np.clip(middle + width * _FRACTIONS, 0.0, 1.0)
+            lons, lats = lon0 + (lon1 - lon0) * share, lat0 + (lat1 - lat0) * share
+            values = _defined(self._own(owner, lons, lats))
+            index = np.argmax(values, axis=1)[:, None]
+            middle, width = np.take_along_axis(share, index, axis=1), 0.25 * width
+        at = [np.take_along_axis(each, index, axis=1)[:, 0] for each in (values, lons, lats)]
+        winners = [_foremost(at[0], owner == number)[0] for number in numbers]
+        return [Extreme(*map(float, one)) for one in zip(*(each[winners] for each in at), strict=True)]
+
+    # ---- towards singular points ------------------------------------------------------------
+
+    def unbounded(self, found: Sequence[Extreme]) -> list[Extreme]:
+        """The same, infinite where a goal grows without bound, no less in every step, on the way to its place.
+
+        The way is that from the middle of the nearest panel that is broad.
+        """
+        doubtful = [k for k, one in enumerate(found) if np.isfinite(one.value) and not self.goals[k].bounded]
+        result = list(found)
+        if not doubtful:
+            return result
+        areas = self.samples.weight.sum(axis=(1, 2))
+        middle = self.samples.lon.shape[-1] // 2
+        broad = (areas >= _BROAD * areas.max(), middle, middle)
+        lon, lat = np.array([found[k][1:] for k in doubtful]).T[:, :, None]
+        east, north = (self.samples.lon[broad] - lon + 180.0) % 360.0 - 180.0, self.samples.lat[broad] - lat
+        cosines = np.cos(np.radians(lat)) * np.cos(np.radians(lat + north))
+        distance = np.sin(np.radians(north) / 2) ** 2 + cosines * np.sin(np.radians(east) / 2) ** 2
+        nearest = np.argmin(distance, axis=1)[:, None]
+        east, north = (np.take_along_axis(way, nearest, axis=1) for way in (east, north))
+        values = self._own(np.array(doubtful), lon + _APPROACH * east, lat + _APPROACH * north)
+        gains = np.diff(values)
+        grows = (gains > _GROWTH * np.abs(values[:, 1:])).all(axis=1)
+        grows &= (gains[:, 1:] > _SLOWING * gains[:, :-1]).all(axis=1)
+        for k in np.array(doubtful)[grows]:
+            result[k] = result[k]._replace(value=np.inf)
+        return result
+
+
+def _foremost(values: FloatArray, chosen: BoolArray) -> IntArray:
+    """The places of the largest of the values chosen, the best first."""
+    index = np.flatnonzero(chosen)
+    return index[np.argsort(-values[index], kind="stable")[:_FINALISTS]]
 
 
 def _limits(region: Region, patch: IntArray) -> tuple[FloatArray, FloatArray]:

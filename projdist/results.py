@@ -14,7 +14,7 @@ from projdist.answer import Answer, plain
 from projdist.criteria import median, p95
 from projdist.cubature import Samples, sample
 from projdist.derivatives import Quality, derivatives
-from projdist.extremes import Extreme, find_maximum, find_minimum, measure_at
+from projdist.extremes import Extreme, Goal, find_extremes, measure_at
 from projdist.frames import Frame, add_columns, is_frame, places
 from projdist.mdt import field_mdt
 from projdist.measures import Measure, areal_scale, get_measure, log_scales, orientation
@@ -300,7 +300,7 @@ def summarize(
         limit=samples.limit or ("rounding" if found.error > tolerance else ""),
         mdt=found.mdt,
         mirrored=float(samples.weight[orientation(samples.jacobian) < 0].sum() / samples.weight.sum()),
-        measures={name: _summarize_measure(projection, region, samples, measure) for name, measure in chosen.items()},
+        measures=_summarize_measures(projection, region, samples, chosen),
     )
 
 
@@ -356,12 +356,26 @@ def _root(square: float, error: float) -> tuple[float, float]:
     return root, float(error / (root + np.sqrt(max(square, 0.0) + error))) if error > 0 else 0.0
 
 
-def _summarize_measure(projection: Projection, region: Place, samples: Samples, measure: Measure) -> MeasureSummary:
-    values = measure_at(projection, measure, samples.lon, samples.lat, samples.jacobian)
+def _summarize_measures(
+    projection: Projection, region: Place, samples: Samples, measures: dict[str, Measure]
+) -> dict[str, MeasureSummary]:
+    values = {
+        name: measure_at(projection, one, samples.lon, samples.lat, samples.jacobian) for name, one in measures.items()
+    }
+    goals = [Goal(one, values[name], largest) for name, one in measures.items() for largest in (True, False)]
+    found = find_extremes(projection, region, samples, goals)
+    return {
+        name: _summarize_measure(region, samples, one, values[name], top, bottom)
+        for (name, one), top, bottom in zip(measures.items(), found[0::2], found[1::2], strict=True)
+    }
+
+
+def _summarize_measure(
+    region: Place, samples: Samples, measure: Measure, values: FloatArray, top: Extreme, bottom: Extreme
+) -> MeasureSummary:
     average, average_error = samples.mean(values, _STEEPNESS * np.abs(values))
     square, square_error = samples.mean(values**2, 2.0 * _STEEPNESS * values**2)
     root, root_error = _root(square, square_error)
-    top, bottom = (find(projection, region, samples, values, measure) for find in (find_maximum, find_minimum))
     if not measure.bounded and _diverges(samples, values):
         average, average_error = np.nan, np.nan
         top, bottom = _infinite(top, bottom, samples, values)

@@ -8,7 +8,7 @@ from scipy.special import erf
 
 from projdist.cubature import sample
 from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
-from projdist.extremes import Extreme, find_maximum, measure_at
+from projdist.extremes import Extreme, Goal, find_extremes, measure_at
 from projdist.measures import get_measure
 from projdist.projections import Projection
 from projdist.regions import Box, get_region
@@ -22,7 +22,7 @@ def maximum(projection, region, measure):
     projection, region, measure = Projection.from_user_input(projection), get_region(region), get_measure(measure)
     samples = sample(projection, region, tolerance=1e-6)
     values = measure_at(projection, measure, samples.lon, samples.lat, samples.jacobian)
-    return find_maximum(projection, region, samples, values, measure)
+    return find_extremes(projection, region, samples, [Goal(measure, values)])[0]
 
 
 # ---- on the edge ----------------------------------------------------------------------------
