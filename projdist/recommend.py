@@ -19,7 +19,7 @@ from projdist.candidates import Distortion, Finding, Full, Rejected, Trial, meas
 from projdist.custom import Custom, Design, check_customizable, design, families_for
 from projdist.executors import own_executor, run_all
 from projdist.probe import Probe, probe_of, shares_within
-from projdist.projections.database import AUTHORITIES, CrsRecord, check_authorities, crs_records
+from projdist.projections.database import AUTHORITIES, CrsRecord, check_authorities, crs_records, reasons_against
 from projdist.regions import Place, PointSet, Region, get_region
 from projdist.suitability import RANKINGS, Ranking, get_purpose, get_ranking, suits
 from projdist.twins import by_usage, grouped
@@ -107,7 +107,7 @@ class Candidate:
 class Recommendation(Answer):
     """The best CRSs for a region, best first, and those that are none, with the reasons.
 
-    `candidates` is the number of CRSs that were tried, `maps` that of different maps among them
+    `candidates` is the number of CRSs that were considered, `maps` that of different maps among them
     that serve the purpose. `custom` are the best custom projections of families, best first, where they were asked for,
     and `not_custom` the families that have none, with the reasons. A frame has the results and the custom ones.
     """
@@ -259,7 +259,13 @@ class _Search:
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
-        trials = [Trial(code, record.name, self.probe, self.ranking.name) for code, record in self.records.items()]
+        unfit = reasons_against(self.records)
+        self.rejected += [Rejected(code, self.records[code].name, reason) for code, reason in unfit.items()]
+        trials = [
+            Trial(code, record.name, self.probe, self.ranking.name)
+            for code, record in self.records.items()
+            if code not in unfit
+        ]
         total = len(trials) + len(self.families) + (self.limit or len(trials))
         found = run_all(executor, try_crs, trials, self._report(0, total))
         findings = [one for one in found if isinstance(one, Finding)]
@@ -278,7 +284,7 @@ class _Search:
             self.area,
             tuple(self._candidate(one, custom) for one in best),
             tuple(self.rejected),
-            len(trials),
+            len(self.records),
             len(maps),
             custom,
             not_custom,

@@ -9,6 +9,8 @@ import pytest
 from pyproj import Proj
 
 import projdist
+from projdist.projections import ProjectionError
+from projdist.projections import database as crs_database
 from projdist.recommend import recommend
 
 GERMANY = "box:5.9,47.3,15.0,55.1"
@@ -71,6 +73,42 @@ def test_rejected_with_reasons(germany):
     held = re.fullmatch(r"Its area of use holds (\S+) % of the region\.", reasons["EPSG:31466"])
     assert float(held[1]) == pytest.approx(9.8, abs=1.0)  # by a thousand nodes
     assert "PROJ cannot compute" in reasons["EPSG:32600"]
+
+
+def reasons_of_proj(codes):
+    """What PROJ's own reading of each CRS has against it."""
+    reasons = {}
+    for code in codes:
+        try:
+            crs_database.load_crs(code)
+        except ProjectionError as error:
+            reasons[code] = str(error)
+    return reasons
+
+
+def test_reasons_against():
+    """Spheres and other bodies are told from the database's texts as PROJ would; Web Mercator is left to PROJ."""
+    codes = ["ESRI:53012", "ESRI:103880", "ESRI:54012", "ESRI:102113", "EPSG:3035"]
+    found = crs_database.reasons_against(codes)
+    assert list(found) == codes[:2]
+    assert found == reasons_of_proj(codes)
+
+
+@pytest.mark.slow
+def test_all_reasons_against():
+    """No CRS is refused by its text that PROJ would not refuse, for the same reason."""
+    records = crs_database.crs_records(["EPSG", "ESRI", "IGNF"], deprecated=True)
+    found = crs_database.reasons_against(record.code for record in records)
+    assert len(found) > 40
+    assert found == reasons_of_proj(found)
+
+
+def test_no_database_to_read(monkeypatch, tmp_path):
+    """Where PROJ's database is no file, PROJ reads every CRS."""
+    monkeypatch.setattr(crs_database, "get_data_dir", lambda: str(tmp_path))
+    crs_database._spheroids.cache_clear()
+    assert crs_database.reasons_against(["ESRI:53012"]) == {}
+    crs_database._spheroids.cache_clear()
 
 
 @pytest.mark.slow

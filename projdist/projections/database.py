@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
-from collections.abc import Sequence
+import re
+import sqlite3
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from pyproj import CRS
 from pyproj.database import query_crs_info
+from pyproj.datadir import get_data_dir
 from pyproj.enums import PJType
 
 from projdist import hints
@@ -25,6 +30,7 @@ __all__ = [
     "check_authorities",
     "crs_records",
     "load_crs",
+    "reasons_against",
     "to_pyproj",
 ]
 
@@ -33,6 +39,9 @@ AUTHORITIES = ("EPSG", "ESRI", "IGNF")
 
 _EARTH = (6.35e6, 6.40e6)  # metres: semi-major axes and radii that are the Earth's
 OF_A_SPHERE = "It is of a sphere"
+_SPHEROID = re.compile(r'SPHEROID\["[^"]*",([^,\]]+),([^,\]]+)')
+_STANDS_FOR_AN_ELLIPSOID = 6.375e6  # metres; spheres of larger radius, that of an equator, PROJ may take for one
+_KEPT = 512  # CRSs of 35 kB each
 _DIGITS = 11  # of parameters in SI units: 0.1 mm on the ground, and beyond the rounding of degrees to radians
 _SHIFTS = ("False easting", "False northing", "Easting at", "Northing at")
 
@@ -99,16 +108,54 @@ def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
     )
 
 
+@functools.lru_cache(maxsize=_KEPT)
 def load_crs(code: str) -> DatabaseCrs:
     """The CRS of a code; raises ProjectionError where PROJ cannot compute it or it is not of the Earth's ellipsoid."""
     crs = CRS.from_user_input(code)
     ellipsoid, geodetic = crs.ellipsoid, crs.geodetic_crs
-    if ellipsoid is None or not _EARTH[0] < ellipsoid.semi_major_metre < _EARTH[1]:
-        raise ProjectionError(f"Invalid CRS '{code}'. It is not of the Earth: {shown(crs.name)}.")
-    if not ellipsoid.inverse_flattening:
-        raise ProjectionError(f"{OF_A_SPHERE}, from which the Earth departs by 20 km.")
+    figure = (ellipsoid.semi_major_metre, ellipsoid.inverse_flattening) if ellipsoid else (0.0, 0.0)
+    if reason := _reason_against(code, crs.name, *figure):
+        raise ProjectionError(reason)
     upright = {axis.direction for axis in crs.axis_info} == {"east", "north"}
     return DatabaseCrs(Projection.from_user_input(crs), geodetic.name if geodetic else "", _conversion(crs), upright)
+
+
+def reasons_against(codes: Iterable[str]) -> dict[str, str]:
+    """Why CRSs are not of the Earth's ellipsoid, as `load_crs` says, by code, for those whose text tells it at once.
+
+    PROJ's database has the maps of the whole world of ESRI, half of them of spheres, as texts that
+    take PROJ ten milliseconds each to read.
+    """
+    stated = _spheroids()
+    found = {code: _reason_against(code, *stated[code]) for code in codes if code in stated}
+    return {code: reason for code, reason in found.items() if reason}
+
+
+def _reason_against(code: str, name: str, a: float, rf: float) -> str:
+    """Why a CRS is not of the Earth's ellipsoid, or nothing."""
+    if not _EARTH[0] < a < _EARTH[1]:
+        return f"Invalid CRS '{code}'. It is not of the Earth: {shown(name)}."
+    return "" if rf else f"{OF_A_SPHERE}, from which the Earth departs by 20 km."
+
+
+@functools.cache
+def _spheroids() -> dict[str, tuple[str, float, float]]:
+    """Name, semi-major axis and inverse flattening of CRSs by code, as far as the database's texts are clear."""
+    query = "SELECT auth_name || ':' || code, name, text_definition FROM projected_crs WHERE text_definition NOT NULL"
+    try:
+        with contextlib.closing(
+            sqlite3.connect(f"{Path(get_data_dir(), 'proj.db').resolve().as_uri()}?mode=ro", uri=True)
+        ) as db:
+            rows = db.execute(query).fetchall()
+    except sqlite3.Error:  # no such file, or other tables: PROJ will read them
+        return {}
+    found = {}
+    for code, name, text in rows:
+        if spheroid := _SPHEROID.search(text):
+            a, rf = float(spheroid[1]), float(spheroid[2])
+            if rf or a < _STANDS_FOR_AN_ELLIPSOID:
+                found[code] = (name, a, rf)
+    return found
 
 
 def to_pyproj(code: str) -> CRS:
