@@ -23,7 +23,8 @@ from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summa
 from projdist.correction import Correction, correct
 from projdist.local_corrections import LocalCorrections, local_corrections
 from projdist.objectives import OBJECTIVES, Objective, get_objective
-from projdist.optimize import Baseline, Optimum, Rounded, optimize
+from projdist.members import Rounded
+from projdist.optimize import Baseline, Optimum, optimize
 from projdist.surveying import LDP, HeightStatistics, distortion_ppm, elevation_factor, ldp, read_heights
 from projdist.recommend import Candidate, Recommendation, recommend
 from projdist.geoframes import estimate_crs

@@ -52,6 +52,7 @@ LAYERS = [
     "objectives",
     "search",
     "families",
+    "members",
     "optimize",
     "surveying",
     "interruptions",
