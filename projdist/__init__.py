@@ -19,6 +19,7 @@ from projdist.criteria import CRITERIA, get_criterion
 from projdist import spd
 from projdist.mdt import MDT, mdt
 from projdist.rigid import Rotation, axes_shift, mean_rotation
+from projdist.distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
 from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summary, compare, factors, summarize
 from projdist.correction import Correction, correct
 from projdist.local_corrections import LocalCorrections, local_corrections
@@ -34,6 +35,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "CRITERIA",
+    "DISTANCE_MEASURES",
     "GLOBE",
     "LDP",
     "MDT",
@@ -52,6 +54,7 @@ __all__ = [
     "Ellipsoid",
     "Factors",
     "Failure",
+    "FiniteDistortion",
     "HeightStatistics",
     "LocalCorrections",
     "Measure",
@@ -74,6 +77,7 @@ __all__ = [
     "compare",
     "correct",
     "derivatives",
+    "distance_distortion",
     "distortion_ppm",
     "elevation_factor",
     "estimate_crs",
@@ -82,6 +86,7 @@ __all__ = [
     "get_measure",
     "get_objective",
     "get_region",
+    "great_circle_bending",
     "hessian",
     "jacobian",
     "jacobian_grid",

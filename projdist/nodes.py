@@ -20,7 +20,7 @@ from projdist.projections import Projection
 from projdist.regions import Place, PointSet, Region
 from projdist.spectral import NODES
 
-__all__ = ["Nodes", "nodes_at", "nodes_of"]
+__all__ = ["Cells", "Nodes", "cells_of", "nodes_at", "nodes_of"]
 
 # Radians. Where the truncation of the fourth order, step^4 / 30, meets rounding, 1e-16 / step; and, where a pole that
 # is drawn as a line is near, as a part of the distance to it.
@@ -144,16 +144,8 @@ def _appended(
 
 
 def _cell_nodes(region: Region, ellipsoid: Ellipsoid, count: int, edges: bool) -> Nodes:
-    """The middles of cells, of which the largest are split until there are enough; and points on the region's edges."""
-    patch, rectangles = region.panels()
-    cells = _Cells.clipped(region, ellipsoid, patch, rectangles, None)
-    for _ in range(_GENERATIONS):
-        if cells.area.size >= 0.6 * count:
-            break
-        large = cells.area > cells.area.sum() / count
-        chosen = cells.take(large)
-        new = _Cells.clipped(region, ellipsoid, *_quarters(chosen.patch, chosen.rectangle))
-        cells = cells.take(~large).joined(new)
+    """The middles of cells, and points on the region's edges."""
+    cells = cells_of(region, ellipsoid, count)
     points = region.chart(cells.patch, cells.u, cells.v)
     nodes = np.asarray(points.lon), np.asarray(points.lat), cells.area
     if edges:
@@ -165,8 +157,8 @@ _GENERATIONS = 20  # of halvings: more than the digits of a single point need
 _ALONG = 100  # points on an edge that is as long as the region
 
 
-class _Cells(NamedTuple):
-    """Rectangles of a chart, the middles of their parts of the region, and the area of these."""
+class Cells(NamedTuple):
+    """Rectangles (n, 4) of a chart, the middles u, v of their parts of the region, and the area of these."""
 
     patch: IntArray
     rectangle: FloatArray
@@ -174,20 +166,20 @@ class _Cells(NamedTuple):
     v: FloatArray
     area: FloatArray
 
-    def take(self, kept: BoolArray) -> _Cells:
+    def take(self, kept: BoolArray) -> Cells:
         """The cells of a mask."""
         parts: list[Any] = [values[kept] for values in self]
-        return _Cells(*parts)
+        return Cells(*parts)
 
-    def joined(self, other: _Cells) -> _Cells:
+    def joined(self, other: Cells) -> Cells:
         """These cells and others."""
         parts: list[Any] = [np.concatenate(pair) for pair in zip(self, other, strict=True)]
-        return _Cells(*parts)
+        return Cells(*parts)
 
     @staticmethod
     def clipped(
         region: Region, ellipsoid: Ellipsoid, patch: IntArray, rectangles: FloatArray, within: FloatArray | None
-    ) -> _Cells:
+    ) -> Cells:
         """The cells of rectangles that hold any of the region."""
         kept, rectangle, rule, _ = region.clip(patch, rectangles, within)
         patch = patch[kept]
@@ -200,7 +192,21 @@ class _Cells(NamedTuple):
         area = weight.sum(axis=(1, 2))
         held = area > 0.0
         u, v = (np.sum(weight * axis, axis=(1, 2))[held] / area[held] for axis in (u, v))
-        return _Cells(patch[held], rectangle[held], u, v, area[held])
+        return Cells(patch[held], rectangle[held], u, v, area[held])
+
+
+def cells_of(region: Region, ellipsoid: Ellipsoid, count: int) -> Cells:
+    """About `count` cells that cover a region, of which the largest are split until there are enough."""
+    patch, rectangles = region.panels()
+    cells = Cells.clipped(region, ellipsoid, patch, rectangles, None)
+    for _ in range(_GENERATIONS):
+        if cells.area.size >= 0.6 * count:
+            break
+        large = cells.area > cells.area.sum() / count
+        chosen = cells.take(large)
+        new = Cells.clipped(region, ellipsoid, *_quarters(chosen.patch, chosen.rectangle))
+        cells = cells.take(~large).joined(new)
+    return cells
 
 
 def _quarters(patch: IntArray, rectangle: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:

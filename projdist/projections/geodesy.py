@@ -1,4 +1,4 @@
-"""What regions need of pyproj: coordinates of other CRSs, geodesics, and areas of use."""
+"""What needs pyproj besides maps: coordinates of other CRSs, geodesics, and areas of use."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pyproj.exceptions
 from pyproj import CRS, Geod, Transformer
 
 from projdist._typing import FloatArray
+from projdist.ellipsoid import Ellipsoid
 from projdist.hints import did_you_mean
 from projdist.projections.errors import shown
 from projdist.projections.hints import close_codes
@@ -60,3 +61,30 @@ def geodesics(ring: FloatArray) -> Callable[[FloatArray], tuple[FloatArray, Floa
         return np.asarray(to_lon), np.asarray(to_lat)
 
     return curve
+
+
+def geodesic_lengths(
+    ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, to_lon: FloatArray, to_lat: FloatArray
+) -> FloatArray:
+    """The lengths in metres of the geodesics between points in degrees, all of one shape."""
+    return np.asarray(_geod(ellipsoid).inv(lon, lat, to_lon, to_lat)[2])
+
+
+def geodesic_points(
+    ellipsoid: Ellipsoid, ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray], shares: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes (n, k) at shares (n, k) of the way along geodesics.
+
+    `ends` are the longitudes and latitudes (n,) where they begin, and those where they end.
+    """
+    geod = _geod(ellipsoid)
+    azimuth, _, length = geod.inv(*ends)
+    lon, lat, azimuth, way = np.broadcast_arrays(
+        ends[0][:, None], ends[1][:, None], azimuth[:, None], length[:, None] * shares
+    )
+    to_lon, to_lat, _ = geod.fwd(lon, lat, azimuth, way)
+    return np.asarray(to_lon), np.asarray(to_lat)
+
+
+def _geod(ellipsoid: Ellipsoid) -> Geod:
+    return Geod(a=ellipsoid.a, f=ellipsoid.f)

@@ -1,0 +1,337 @@
+"""Finite distortion: distances between all pairs of points of a region, and the bending of great circles.
+
+Distances on the globe are geodesics. Distances on the map are straight lines in its plane as it lies,
+also across its cuts and outside its outline, as the authors of these measures count them: two points
+on either side of the antimeridian are far from each other on most maps. A map is never cut and pasted.
+
+All means are by true area over pairs of points that are independent of each other. Two sets of points are
+strewn (`scatter`), and a quarter of one is paired with a quarter of the other, each with each; that sixteen
+times. The spread of the sixteen makes the error, a standard error, so that it is honest for maps with
+cuts and with poles at infinity, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from projdist import hints
+from projdist._typing import FloatArray, IntArray
+from projdist.answer import Answer, plain
+from projdist.projections import Projection
+from projdist.projections.geodesy import geodesic_lengths, geodesic_points
+from projdist.regions import Place, PointSet, get_region
+from projdist.scatter import GOLDEN, Points, Scatter
+from projdist.sphere import chord_angle, unit_vectors
+
+__all__ = ["DISTANCE_MEASURES", "FiniteDistortion", "distance_distortion", "great_circle_bending"]
+
+DistanceMeasure = Callable[[FloatArray, FloatArray], float]
+
+DEFAULT_TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets give 1e-4 of a distance measure
+_DRAWS = 16  # the error itself is good to a fifth
+_GROUPS = 4  # for as many pairs, twice the points: up to half the error, and matrices that fit a processor's cache
+# Points in a set, by whether it is a sphere, where distances cost a twentieth.
+_SIZES = {True: (1024, 2048), False: (512, 1024)}
+_BENDING_SIZES = (128, 256)
+_EXACT = 1000  # points whose pairs are all taken
+_STATIONS = 8  # on a great circle
+
+
+@dataclass(frozen=True)
+class FiniteDistortion(Answer):
+    """A measure of finite distortion: its value, its standard error, and what it was taken over.
+
+    `pairs` of points were measured. `coverage` is the share of the region's area that is on the map,
+    of `great_circle_bending` that of geodesics; pairs beyond do not count. What is undefined is NaN.
+    """
+
+    projection: Projection
+    given: str
+    region: Place
+    measure: str
+    value: float
+    error: float
+    pairs: int
+    coverage: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name; what is undefined is None."""
+        return self._row() | {
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "value": plain(self.value),
+            "error": plain(self.error),
+        }
+
+    def _row(self) -> dict[str, Any]:
+        return {
+            "projection": self.given,
+            "name": self.projection.name,
+            "definition": self.projection.definition,
+            "region": self.region.name,
+            "measure": self.measure,
+            "value": self.value,
+            "error": self.error,
+            "pairs": self.pairs,
+            "coverage": self.coverage,
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        return [self._row()]
+
+
+# ---- distances ------------------------------------------------------------------------------
+
+
+def gott(ratio: FloatArray, weight: FloatArray) -> float:
+    """Standard deviation of ln(d_map / d_globe): the sigma, or D, of Gott, Mugnolo & Colley 2007.
+
+    "Map projections minimizing distance errors", Cartographica 42 (arXiv astro-ph/0608500). It does
+    not change with the map's scale.
+    """
+    logarithm = np.log(ratio)
+    logarithm -= _mean(logarithm, weight)
+    return float(np.sqrt(_mean(np.square(logarithm), weight)))
+
+
+def peters(ratio: FloatArray, weight: FloatArray) -> float:
+    """Mean of |d_map - d_globe| / (d_map + d_globe), the distance index of Peters 1984, from 0 to 1.
+
+    It is of the map as it stands, and changes with its scale.
+    """
+    return _mean(np.abs(ratio - 1.0) / (ratio + 1.0), weight)
+
+
+def canters(ratio: FloatArray, weight: FloatArray) -> float:
+    """Mean finite scale factor K1 = (1 + D) / (1 - D) of Canters 2002, with D the index of Peters.
+
+    A map whose distances are all K times the true ones, or all 1 / K times, has K. Canters' own figures are
+    of distances that he chose otherwise: on land but for Antarctica his pseudocylindrical map with six
+    coefficients has 1.143, and over all pairs of points there 1.18.
+    """
+    index = peters(ratio, weight)
+    return (1.0 + index) / (1.0 - index) if index < 1.0 else np.inf
+
+
+def _mean(values: FloatArray, weight: FloatArray) -> float:
+    # Not a product of vectors, for which BLAS wakes threads that a quarter of a million numbers do not pay for.
+    return float(np.sum(weight * values))
+
+
+DISTANCE_MEASURES: dict[str, DistanceMeasure] = {"gott": gott, "peters": peters, "canters": canters}
+
+
+def distance_distortion(
+    projection: Any,
+    region: str | Place = "globe",
+    *,
+    measure: str | DistanceMeasure = "gott",
+    tolerance: float = DEFAULT_TOLERANCE,
+    seed: int = 0,
+) -> FiniteDistortion:
+    """How much a map distorts the distances between all pairs of points of a region.
+
+    `measure` is a name of `DISTANCE_MEASURES`, or a function of the ratios d_map / d_globe (n,) and
+    their weights (n,), whose sum is 1. Four million pairs are taken, a million on an ellipsoid, and four
+    times as many where the standard error is above `tolerance` times the value. Of a set of up to a
+    thousand points, all pairs are taken, and the error is 0. `seed` chooses the points. Raises ProjectionError, and
+    ValueError for an unknown region or measure.
+
+    >>> round(distance_distortion("laea").value, 3)
+    0.343
+    """
+    name, function = _named(measure)
+    ask = _Question.of(projection, region)
+    if isinstance(ask.region, PointSet) and ask.region.lon.size <= _EXACT:
+        points = Points(ask.region.lon, ask.region.lat, ask.region.weight)
+        found = _over_pairs(ask.projection, function, points, points)
+        return ask.answer(name, found.value, 0.0, found.pairs, found.coverage)
+    return ask.estimate(
+        name,
+        lambda one, other, rng: _over_pairs(ask.projection, function, one, other, rng),
+        _SIZES[ask.projection.ellipsoid.is_sphere],
+        tolerance,
+        seed,
+    )
+
+
+def _named(measure: str | DistanceMeasure) -> tuple[str, DistanceMeasure]:
+    if not isinstance(measure, str):
+        return getattr(measure, "__name__", type(measure).__name__), measure
+    if measure not in DISTANCE_MEASURES:
+        hint = hints.suggestion(measure, DISTANCE_MEASURES)
+        allowed = f"It must be one of {', '.join(DISTANCE_MEASURES)}, or a function of ratios and weights."
+        raise ValueError(f"Invalid measure '{measure}'. {hint}{allowed}")
+    return measure, DISTANCE_MEASURES[measure]
+
+
+class _Found(NamedTuple):
+    """A figure of one draw, the number of its pairs, and the share of what was drawn that is on the map."""
+
+    value: float
+    pairs: int
+    coverage: float
+
+
+def _over_pairs(
+    projection: Projection,
+    function: DistanceMeasure,
+    one: Points,
+    other: Points,
+    rng: np.random.Generator | None = None,
+) -> _Found:
+    """The measure over pairs of a point of one set and a point of another."""
+    on, (x, y) = _on_map(projection, one)
+    to, (to_x, to_y) = _on_map(projection, other)
+    coverage = (on.weight.sum() + to.weight.sum()) / (one.weight.sum() + other.weight.sum())
+    ratios, weights = [], []
+    for rows, columns in _groups(on, to, rng):
+        globe = _globe_distances(projection, on.take(rows), to.take(columns))
+        globe[globe == 0.0] = np.nan  # the same point twice
+        dx, dy = x[rows, None] - to_x[columns], y[rows, None] - to_y[columns]
+        ratios.append((np.sqrt(dx * dx + dy * dy) / globe).ravel())
+        weights.append(np.outer(on.weight[rows], to.weight[columns]).ravel())
+    ratio, weight = np.concatenate(ratios), np.concatenate(weights)
+    apart = ~np.isnan(ratio)
+    if not apart.all():
+        ratio, weight = ratio[apart], weight[apart]
+    if not weight.sum() > 0.0:
+        return _Found(np.nan, 0, float(coverage))
+    with np.errstate(divide="ignore", invalid="ignore"):  # where a map lays two points on one
+        value = function(ratio, weight / weight.sum())
+    return _Found(value if np.isfinite(value) else np.nan, ratio.size, float(coverage))
+
+
+def _groups(one: Points, other: Points, rng: np.random.Generator | None) -> Iterator[tuple[IntArray, IntArray]]:
+    """The numbers of the points that are paired each with each: every fourth of one set, every fourth of the other.
+
+    Which fourths are paired is random: points come in the order of places, and all pairs of places must be as
+    likely. Without a generator all points are paired.
+    """
+    count, turn = (1, 0) if rng is None else (_GROUPS, int(rng.integers(_GROUPS)))
+    for group in range(count):
+        yield np.arange(group, one.lon.size, count), np.arange((group + turn) % count, other.lon.size, count)
+
+
+def _on_map(projection: Projection, points: Points) -> tuple[Points, tuple[FloatArray, FloatArray]]:
+    """The points that are on a map, and their coordinates."""
+    x, y = projection(points.lon, points.lat)
+    shown = np.isfinite(x)
+    return points.take(shown), (x[shown], y[shown])
+
+
+def _globe_distances(projection: Projection, one: Points, other: Points) -> FloatArray:
+    """True distances in metres from points (n,) to points (m,), shape (n, m)."""
+    ellipsoid = projection.ellipsoid
+    if ellipsoid.is_sphere:
+        vectors = unit_vectors(one.lon, one.lat)[:, :, None]
+        return ellipsoid.a * chord_angle(vectors, unit_vectors(other.lon, other.lat)[:, None])
+    ends = np.broadcast_arrays(one.lon[:, None], one.lat[:, None], other.lon, other.lat)
+    return geodesic_lengths(ellipsoid, *ends)
+
+
+# ---- great circles --------------------------------------------------------------------------
+
+
+def great_circle_bending(
+    projection: Any, region: str | Place = "globe", *, tolerance: float = DEFAULT_TOLERANCE, seed: int = 0
+) -> FiniteDistortion:
+    """How far a map bends the geodesics between all pairs of points of a region.
+
+    The mean, along each geodesic and over all of them, of how far its image is from the straight line
+    between its ends on the map, in shares of that line's length: 0 on a gnomonic map. A short arc of
+    length L has f L / 12, where f is the flexion of Goldberg & Gott 2007, which is its local form; a
+    great circle that a map tears counts as it lies. The error is as in `distance_distortion`.
+    """
+    ask = _Question.of(projection, region)
+    return ask.estimate(
+        "bending",
+        lambda one, other, rng: _over_geodesics(ask.projection, one, other, rng),
+        _BENDING_SIZES,
+        tolerance,
+        seed,
+    )
+
+
+def _over_geodesics(projection: Projection, one: Points, other: Points, rng: np.random.Generator) -> _Found:
+    blocks = [np.ix_(rows, columns) for rows, columns in _groups(one, other, rng)]
+    i, j = (np.concatenate([np.broadcast_arrays(*block)[k].ravel() for block in blocks]) for k in (0, 1))
+    weight = one.weight[i] * other.weight[j]
+    # Stations a step apart, with an offset of its own for each geodesic: their mean has no bias.
+    offset = np.mod(GOLDEN * np.arange(i.size) + rng.random(), 1.0)
+    shares = (np.arange(_STATIONS) + offset[:, None]) / _STATIONS
+    lon, lat = _along(projection, (one.lon[i], one.lat[i], other.lon[j], other.lat[j]), shares)
+    x, y = projection(lon, lat)
+    x0, y0 = (values[i, None] for values in projection(one.lon, one.lat))
+    x1, y1 = (values[j, None] for values in projection(other.lon, other.lat))
+    dx, dy = x1 - x0, y1 - y0
+    square = dx * dx + dy * dy
+    square[square == 0.0] = np.nan  # the same point twice
+    share = np.clip(((x - x0) * dx + (y - y0) * dy) / square, 0.0, 1.0)
+    away = np.hypot(x - x0 - share * dx, y - y0 - share * dy) / np.sqrt(square)
+    figures = away.mean(axis=1)
+    counts = np.isfinite(figures)
+    if not weight[counts].sum() > 0.0:
+        return _Found(np.nan, 0, 0.0)
+    kept = weight[counts] / weight[counts].sum()
+    return _Found(_mean(figures[counts], kept), int(counts.sum()), float(weight[counts].sum() / weight.sum()))
+
+
+def _along(
+    projection: Projection, ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray], shares: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes (n, k) at shares (n, k) of geodesics."""
+    if not projection.ellipsoid.is_sphere:
+        return geodesic_points(projection.ellipsoid, ends, shares)
+    start, end = unit_vectors(*ends[:2]), unit_vectors(*ends[2:])
+    angle = chord_angle(start, end)[:, None]
+    # The sum of sines is a multiple of the point; its length does not matter.
+    X, Y, Z = start[:, :, None] * np.sin((1.0 - shares) * angle) + end[:, :, None] * np.sin(shares * angle)
+    return np.degrees(np.arctan2(Y, X)), np.degrees(np.arctan2(Z, np.hypot(X, Y)))
+
+
+# ---- draws ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Question:
+    """A map and a region, as they were given and as they are."""
+
+    projection: Projection
+    given: str
+    region: Place
+
+    @staticmethod
+    def of(projection: Any, region: str | Place) -> _Question:
+        """Raises ProjectionError, and ValueError for an unknown region."""
+        given = projection if isinstance(projection, str) else None
+        projection = Projection.from_user_input(projection)
+        return _Question(projection, given or projection.label, get_region(region))
+
+    def answer(self, measure: str, value: float, error: float, pairs: int, coverage: float) -> FiniteDistortion:
+        """The answer to it."""
+        return FiniteDistortion(self.projection, self.given, self.region, measure, value, error, pairs, coverage)
+
+    def estimate(
+        self,
+        measure: str,
+        figure: Callable[[Points, Points, np.random.Generator], _Found],
+        sizes: tuple[int, ...],
+        tolerance: float,
+        seed: int,
+    ) -> FiniteDistortion:
+        """The mean of a figure of two sets of points over draws, and its standard error."""
+        if not tolerance > 0.0:
+            raise ValueError(f"Invalid tolerance '{tolerance:g}'. It must be positive.")
+        rng = np.random.default_rng(seed)
+        scatter = Scatter(self.region, self.projection.ellipsoid)
+        for size in sizes:
+            found = [figure(scatter.draw(size, rng), scatter.draw(size, rng), rng) for _ in range(_DRAWS)]
+            values, pairs, coverages = (np.array(column) for column in zip(*found, strict=True))
+            value, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(_DRAWS))
+            if not error > tolerance * abs(value):
+                break
+        return self.answer(measure, value, error, int(pairs.sum()), float(coverages.mean()))
