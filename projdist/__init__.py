@@ -8,6 +8,7 @@ Airy-Kavrayskiy error of a region is its RMS by true area. `projdist.plots` draw
 """
 
 from projdist.ellipsoid import SPHERE, WGS84, Ellipsoid
+from projdist import worldmaps
 from projdist.projections import Projection, ProjectionError, projection_names
 from projdist.derivatives import Derivatives, Quality, derivatives, jacobian
 from projdist.hessians import hessian
@@ -102,4 +103,5 @@ __all__ = [
     "sample",
     "spd",
     "summarize",
+    "worldmaps",
 ]

@@ -30,6 +30,7 @@ from projdist.sphere import chord_angle, unit_vectors
 __all__ = ["DISTANCE_MEASURES", "FiniteDistortion", "distance_distortion", "great_circle_bending"]
 
 DistanceMeasure = Callable[[FloatArray, FloatArray], float]
+MapDistance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 DEFAULT_TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets give 1e-4 of a distance measure
 _DRAWS = 16  # the error itself is good to a fifth
@@ -129,29 +130,35 @@ def distance_distortion(
     region: str | Place = "globe",
     *,
     measure: str | DistanceMeasure = "gott",
+    map_distance: MapDistance | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     seed: int = 0,
 ) -> FiniteDistortion:
     """How much a map distorts the distances between all pairs of points of a region.
 
     `measure` is a name of `DISTANCE_MEASURES`, or a function of the ratios d_map / d_globe (n,) and
-    their weights (n,), whose sum is 1. Four million pairs are taken, a million on an ellipsoid, and four
-    times as many where the standard error is above `tolerance` times the value. Of a set of up to a
-    thousand points, all pairs are taken, and the error is 0. `seed` chooses the points. Raises ProjectionError, and
-    ValueError for an unknown region or measure.
+    their weights (n,), whose sum is 1. `map_distance` gives the distances on the map of points x0, y0 and
+    x1, y1 in metres, which broadcast, where these are not straight lines: `worldmaps.distance_around_edge`
+    of maps with two sides.
+
+    Four million pairs are taken, a million on an ellipsoid, and four times as many where the standard error
+    is above `tolerance` times the value. Of a set of up to a thousand points, all pairs are taken, and the
+    error is 0. `seed` chooses the points. Raises ProjectionError, and ValueError for an unknown region or
+    measure.
 
     >>> round(distance_distortion("laea").value, 3)
     0.343
     """
     name, function = _named(measure)
+    distance = map_distance or _straight
     ask = _Question.of(projection, region)
     if isinstance(ask.region, PointSet) and ask.region.lon.size <= _EXACT:
         points = Points(ask.region.lon, ask.region.lat, ask.region.weight)
-        found = _over_pairs(ask.projection, function, points, points)
+        found = _over_pairs(ask.projection, function, distance, points, points)
         return ask.answer(name, found.value, 0.0, found.pairs, found.coverage)
     return ask.estimate(
         name,
-        lambda one, other, rng: _over_pairs(ask.projection, function, one, other, rng),
+        lambda one, other, rng: _over_pairs(ask.projection, function, distance, one, other, rng),
         _SIZES[ask.projection.ellipsoid.is_sphere],
         tolerance,
         seed,
@@ -179,6 +186,7 @@ class _Found(NamedTuple):
 def _over_pairs(
     projection: Projection,
     function: DistanceMeasure,
+    distance: MapDistance,
     one: Points,
     other: Points,
     rng: np.random.Generator | None = None,
@@ -191,18 +199,23 @@ def _over_pairs(
     for rows, columns in _groups(on, to, rng):
         globe = _globe_distances(projection, on.take(rows), to.take(columns))
         globe[globe == 0.0] = np.nan  # the same point twice
-        dx, dy = x[rows, None] - to_x[columns], y[rows, None] - to_y[columns]
-        ratios.append((np.sqrt(dx * dx + dy * dy) / globe).ravel())
+        apart = distance(x[rows, None], y[rows, None], to_x[columns], to_y[columns])
+        ratios.append((apart / globe).ravel())
         weights.append(np.outer(on.weight[rows], to.weight[columns]).ravel())
     ratio, weight = np.concatenate(ratios), np.concatenate(weights)
-    apart = ~np.isnan(ratio)
-    if not apart.all():
-        ratio, weight = ratio[apart], weight[apart]
+    counts = ~np.isnan(ratio)
+    if not counts.all():
+        ratio, weight = ratio[counts], weight[counts]
     if not weight.sum() > 0.0:
         return _Found(np.nan, 0, float(coverage))
     with np.errstate(divide="ignore", invalid="ignore"):  # where a map lays two points on one
         value = function(ratio, weight / weight.sum())
     return _Found(value if np.isfinite(value) else np.nan, ratio.size, float(coverage))
+
+
+def _straight(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) -> FloatArray:
+    dx, dy = x0 - x1, y0 - y1
+    return np.sqrt(dx * dx + dy * dy)
 
 
 def _groups(one: Points, other: Points, rng: np.random.Generator | None) -> Iterator[tuple[IntArray, IntArray]]:

@@ -245,7 +245,7 @@ def test_bending_of_short_arcs(distance):
     """In a small disc a stereographic map has the flexion tan(c / 2) times the sine of the angle to the radius.
 
     The mean of L / 12 times that is 2 / pi tan(c / 2) over 12 times the mean distance in a disc, 128 / (45 pi) of its
-    radius (Santalo, "Integral Geometry and Geometric Probability", 1976, section 4.2).
+    radius.
     """
     radius = 0.01
     km = radius * SPHERE.a / 1000

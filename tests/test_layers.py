@@ -19,6 +19,7 @@ LAYERS = [
     "ellipsoid",
     "sphere",
     "catalogue",
+    "worldmaps",
     "measures",
     "linear",
     "spd",

@@ -48,6 +48,7 @@ from projdist.measures import MEASURES
 from projdist.projections import Projection, ProjectionError, needed_parameters, projection_names
 from projdist.regions import GLOBE, Box, Place
 from projdist.results import DEFAULT_TOLERANCE, compare, factors, summarize
+from projdist.worldmaps import WORLD_MAPS
 
 app = typer.Typer(
     name="projdist",
@@ -356,7 +357,7 @@ def _projection_rows() -> list[dict[str, str]]:
     return [
         {
             "name": name,
-            "kind": "name" if name in NAMES else "PROJ id",
+            "kind": "name" if name in NAMES or name in WORLD_MAPS else "PROJ id",
             "needs": ", ".join(needed_parameters(name)),
             "definition": definition,
         }

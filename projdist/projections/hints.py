@@ -11,6 +11,7 @@ import pyproj.list
 
 from projdist.catalogue import NAMES, NOT_MAPS
 from projdist.hints import NEAR, close_words
+from projdist.worldmaps import WORLD_MAPS
 
 _MOST = 6  # as many as Eckert and Wagner made maps
 
@@ -29,7 +30,7 @@ def close_names(text: str) -> list[str]:
 
 def close_ids(text: str) -> list[str]:
     """PROJ ids of the maps of `close_names`."""
-    return list(dict.fromkeys(NAMES.get(name, name).split()[0] for name in close_names(text)))
+    return list(dict.fromkeys(NAMES.get(name, name).split()[0] for name in close_names(text) if name not in WORLD_MAPS))
 
 
 def close_codes(text: str) -> list[str]:
@@ -46,7 +47,7 @@ def close_codes(text: str) -> list[str]:
 def _spellings() -> dict[str, str]:
     """Names by what they may be called: by themselves, and by PROJ's descriptions of its ids."""
     operations = {key: text for key, text in pyproj.list.get_proj_operations_map().items() if key not in NOT_MAPS}
-    spellings = {normalised(name): name for name in [*NAMES, *operations]}
+    spellings = {normalised(name): name for name in [*NAMES, *WORLD_MAPS, *operations]}
     friendly = {operation: name for name, operation in NAMES.items()}
     for key, text in operations.items():
         spellings.setdefault(re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-"), friendly.get(key, key))
