@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from projdist import hints
 from projdist._typing import FloatArray
+from projdist.bending import flexion, skewness
 
 __all__ = ["MEASURES", "Measure", "get_measure", "principal_scales"]
 
@@ -199,110 +200,6 @@ def areal_error_ppm(J: FloatArray) -> FloatArray:
 def orientation(J: FloatArray) -> FloatArray:
     """+1 where the map keeps orientation, -1 where it mirrors, 0 where it is singular."""
     return np.sign(_determinant(J))
-
-
-# Gauss-Legendre for nearly conformal J: on an arc of 180 degrees 24 nodes are exact to rounding where a < 1.01 b.
-_ARC_NODES, _ARC_WEIGHTS = np.polynomial.legendre.leggauss(24)
-
-
-def flexion(J: FloatArray, H: FloatArray) -> FloatArray:
-    """Goldberg and Gott's flexion |v x w| / |v|^2, the mean over all directions.
-
-    v is the velocity and w the acceleration on the map of a unit-speed great circle; the
-    unit is one per radian of arc when J and H are per radian. Goldberg & Gott 2007, section 3.
-    """
-    return _mean_over_directions(J, H, _cross)
-
-
-def skewness(J: FloatArray, H: FloatArray) -> FloatArray:
-    """Goldberg and Gott's skewness |v . w| / |v|^2, the mean over all directions (as `flexion`)."""
-    return _mean_over_directions(J, H, _dot)
-
-
-def _cross(v: FloatArray, w: FloatArray) -> FloatArray:
-    return np.asarray(v[..., 0] * w[..., 1] - v[..., 1] * w[..., 0])
-
-
-def _dot(v: FloatArray, w: FloatArray) -> FloatArray:
-    return np.asarray(v[..., 0] * w[..., 0] + v[..., 1] * w[..., 1])
-
-
-def _mean_over_directions(
-    J: FloatArray, H: FloatArray, product: Callable[[FloatArray, FloatArray], FloatArray]
-) -> FloatArray:
-    """Mean over t in [0, pi) of |product(J t, H(t, t))| / |J t|^2."""
-
-    # In the principal axes |J t|^2 = a^2 cos^2 + b^2 sin^2, and the numerator is a cubic form c(t).
-    a, b = (scale[..., None] for scale in _principal(J))
-    axis = 0.5 * np.arctan2(2.0 * (J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]), _column_excess(J))
-
-    def numerator(angle: FloatArray) -> FloatArray:
-        t = np.stack([np.cos(angle + axis[..., None]), np.sin(angle + axis[..., None])], axis=-1)
-        v = np.einsum("...ij,...dj->...di", J, t)
-        return product(v, np.einsum("...ijk,...dj,...dk->...di", H, t, t))
-
-    probe = np.broadcast_to(np.arange(4) * (np.pi / 4), (*J.shape[:-2], 4))
-    values = numerator(probe)
-    # Its zeros cut [0, pi) into at most three arcs on which the integrand keeps its sign.
-    start = _cubic_form_roots(probe, values)
-    stop = np.concatenate([start[..., 1:], start[..., :1] + np.pi], axis=-1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        exact = np.abs(_antiderivative(values, a, b, stop) - _antiderivative(values, a, b, start))
-        # The closed form loses digits as a - b goes to 0, where the integrand is a cubic polynomial but for little.
-        half = 0.5 * (stop - start)
-        angle = 0.5 * (stop + start)[..., None] + half[..., None] * _ARC_NODES
-        flat = angle.reshape(*angle.shape[:-2], -1)
-        ratio = numerator(flat) / np.hypot(a * np.cos(flat), b * np.sin(flat)) ** 2
-        near = half * np.abs(ratio.reshape(angle.shape) @ _ARC_WEIGHTS)
-    return np.asarray(np.where(a > 1.01 * b, exact, near).sum(axis=-1) / np.pi)
-
-
-def _column_excess(J: FloatArray) -> FloatArray:
-    """By how much the square of J's first column exceeds that of the second."""
-    return np.asarray(J[..., 0, 0] ** 2 + J[..., 1, 0] ** 2 - J[..., 0, 1] ** 2 - J[..., 1, 1] ** 2)
-
-
-def _antiderivative(values: FloatArray, a: FloatArray, b: FloatArray, angle: FloatArray) -> FloatArray:
-    """Of c(t) / (a^2 cos^2 t + b^2 sin^2 t), for the cubic form c with `values` at 0, 45, 90 and 135 degrees."""
-    p0, p45, p90, p135 = (value[..., None] for value in np.moveaxis(values, -1, 0))
-    B = np.sqrt(2.0) * (p45 + p135) - p90
-    C = np.sqrt(2.0) * (p45 - p135) - p0
-    # c = (l cos + m sin)(a^2 cos^2 + b^2 sin^2) + alpha cos + beta sin.
-    gap = (a - b) * (a + b)
-    l, m = (p0 - C) / gap, (B - p90) / gap  # noqa: E741 the names of the formula
-    alpha, beta = p0 - l * a * a, B - m * a * a
-    c = np.sqrt(gap)
-    sin, cos = np.sin(angle), np.cos(angle)
-    rational = l * sin - m * cos
-    return rational + alpha / (a * c) * np.arctanh(c * sin / a) - beta / (b * c) * np.arctan(c * cos / b)
-
-
-def _cubic_form_roots(probe: FloatArray, values: FloatArray) -> FloatArray:
-    """Zeros in an interval of length pi of the cubic forms that take `values` at four angles 45 degrees apart.
-
-    Shape (..., 3), ascending; a form with one real zero has it three times. The direction in
-    which the form is largest is put at infinity, so that the leading coefficient never vanishes.
-    """
-    finite = np.isfinite(values).all(axis=-1, keepdims=True)
-    values = np.where(finite & np.any(values != 0, axis=-1, keepdims=True), values, [1.0, 0.0, 0.0, 0.0])
-    best = np.argmax(np.abs(values), axis=-1)[..., None]
-    # The form at angle + pi is its negative: rotate the four values so that the largest comes first.
-    order = best + np.arange(4)
-    rolled = np.take_along_axis(values, order % 4, axis=-1) * np.where(order >= 4, -1.0, 1.0)
-    p0, p45, p90, p135 = np.moveaxis(rolled, -1, 0)
-    # c(t) = A cos^3 + B cos^2 sin + C cos sin^2 + D sin^3, from its values at 0, 45, 90 and 135 degrees.
-    A, D, r8 = p0, p90, np.sqrt(8.0)
-    B = 0.5 * r8 * (p45 + p135) - D
-    C = 0.5 * r8 * (p45 - p135) - A
-    companion = np.zeros((*A.shape, 3, 3))
-    companion[..., 0, 0], companion[..., 0, 1], companion[..., 0, 2] = -B / A, -C / A, -D / A
-    companion[..., 1, 0] = companion[..., 2, 1] = 1.0
-    cot = np.linalg.eigvals(companion)
-    real = np.abs(cot.imag) <= 1e-9 * (1.0 + np.abs(cot.real))
-    angle = np.arctan2(1.0, cot.real)
-    one = np.take_along_axis(angle, np.argmin(np.abs(cot.imag), axis=-1)[..., None], axis=-1)
-    angle = np.sort(np.where(real, angle, one), axis=-1)
-    return np.asarray(angle + np.take_along_axis(probe, best, axis=-1))
 
 
 @dataclass(frozen=True)

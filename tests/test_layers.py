@@ -20,6 +20,7 @@ LAYERS = [
     "sphere",
     "catalogue",
     "worldmaps",
+    "bending",
     "measures",
     "linear",
     "spd",
