@@ -13,7 +13,8 @@ import numpy as np
 
 from projdist._typing import FloatArray, IntArray
 from projdist.derivatives import derivatives
-from projdist.mesh import STENCIL, Integrand, Mesh
+from projdist.hessians import hessian
+from projdist.mesh import STENCIL, Integrand, Mesh, SecondOrder
 from projdist.panels import tails
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import PointSet, Region
@@ -22,8 +23,12 @@ __all__ = ["Integrand", "Samples", "sample"]
 
 MAX_EVALUATIONS = 1_500_000
 _MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
+# Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.
+_SECOND_TOLERANCE, _STUCK_AT_KINKS = 1e-5, 0.8
 _ROUNDING = 1e-12  # of J, as the differentiation of x and y leaves it
-_UNDEFINED = 1e-6  # share of the area on which a measure may be undefined, at singular points, and still have a mean
+# Shares of the area on which a measure may be undefined, at singular points, and still have a mean; one of second
+# derivatives, along kinks, too.
+UNDEFINED, UNDEFINED_AT_KINKS = 1e-6, 1e-3
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,8 @@ class Samples:
     panels whose part within the map is not known and which are left out. Over a set of points there is one node a
     point, n x 1 x 1, with the point's own weight. `limit` tells why
     the refinement stopped: "" when the tolerance was met, "rounding" at the noise of the
-    projection's own arithmetic, "budget" at the largest number of evaluations.
+    projection's own arithmetic, "budget" at the largest number of evaluations. `hessian` (n, 10, 10, 2, 2, 2), per
+    radian of the semi-major axis, is there if integrands of second order were asked for, and NaN at kinks.
     """
 
     lon: FloatArray
@@ -55,26 +61,32 @@ class Samples:
     undecided: float
     evaluations: int
     limit: str
+    hessian: FloatArray | None
 
-    def mean(self, values: FloatArray, slope: FloatArray | float) -> tuple[float, float]:
+    def mean(self, values: FloatArray, slope: FloatArray | float, *, most: float = UNDEFINED) -> tuple[float, float]:
         """Mean over the covered area of values (n, 10, 10) at the nodes, and its estimated error.
 
         `slope` (n, 10, 10) is how much the values change with the logarithms of the scales.
-        NaN where the values are undefined on more than a millionth of the area.
+        NaN where the values are undefined on more than a share `most` of the area.
         """
         total = float(self.weight.sum())
         undefined = ~np.isfinite(values)
         missing = float(np.abs(self.weight[undefined]).sum()) / total
-        if missing > _UNDEFINED:
+        if missing > most:
             return np.nan, np.nan
         missing += self.undecided / self.coverage
         values, slope = np.where(undefined, 0.0, values), np.where(undefined, 0.0, slope)
-        error = missing * float(np.abs(values).max())
+        error = missing * self._largest(values, missing * total)
         if values.shape[-1] > 1:
             error += float(tails(values, self.density, self.share)[1].sum()) / total
         error += float(np.sum(self.doubt[:, None, None] * slope * self.weight)) / total
         error += _ROUNDING * float(np.sum(np.abs(self.weight * values))) / total
         return float(np.sum(self.weight * values)) / total, error
+
+    def _largest(self, values: FloatArray, area: float) -> float:
+        """The largest |value|, in pieces that are no smaller than an area: what that area may hold on average."""
+        areas = np.abs(self.weight).sum(axis=(1, 2))
+        return float(np.abs(values[areas >= min(area, areas.max())]).max())
 
 
 def sample(
@@ -83,22 +95,27 @@ def sample(
     *,
     tolerance: float = 1e-8,
     integrands: Sequence[Integrand] = (),
+    second_order: Sequence[SecondOrder] = (),
     max_evaluations: int = MAX_EVALUATIONS,
 ) -> Samples:
     """Samples that resolve the Airy-Kavrayskiy errors to `tolerance`, and the mean of each integrand.
 
-    An integrand's mean m is resolved to max(tolerance, 1e-6) * max(1, |m|). Raises ValueError for
-    a tolerance that is not positive, ProjectionError where no point of the region can be projected.
+    An integrand's mean m is resolved to max(tolerance, 1e-6) * max(1, |m|), and to 1e-5 where it is one of
+    `second_order`, functions of J and H. Raises ValueError for a tolerance that is not positive, ProjectionError where
+    no point of the region can be projected.
     """
     if not tolerance > 0:
         raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
     if isinstance(region, PointSet):
-        return _at_points(projection, region)
-    mesh = Mesh(projection, region, integrands)
+        return _at_points(projection, region, bool(second_order))
+    mesh = Mesh(projection, region, integrands, second_order)
     limit = mesh.refine(_AiryKavrayskiyGoal(tolerance), max_evaluations)
-    for column in range(2, 2 + len(integrands)):
-        mesh.refine(_MeanGoal(column, max(tolerance, _MEAN_TOLERANCE)), mesh.evaluations + max_evaluations // 4)
-    pieces = mesh.leaves()
+    for column in range(2, len(mesh.peaks)):
+        goal = _MeanGoal(column, max(tolerance, _MEAN_TOLERANCE))
+        if column >= 2 + len(integrands):
+            goal = _MeanGoal(column, max(tolerance, _SECOND_TOLERANCE), _STUCK_AT_KINKS, gives_up=True)
+        mesh.refine(goal, mesh.evaluations + max_evaluations // 4)
+    pieces, H = mesh.leaves()
     if not len(pieces.panel):
         raise _nothing(projection, region)
     return Samples(
@@ -116,6 +133,7 @@ def sample(
         mesh.undecided_area / mesh.region_area,
         mesh.evaluations,
         limit,
+        H,
     )
 
 
@@ -123,7 +141,7 @@ def _nothing(projection: Projection, region: Region | PointSet) -> ProjectionErr
     return ProjectionError(f"Invalid region '{region.name}' for {projection.name}. No point of it can be projected.")
 
 
-def _at_points(projection: Projection, points: PointSet) -> Samples:
+def _at_points(projection: Projection, points: PointSet, curved: bool) -> Samples:
     """The derivatives at points, as pieces with one node each; where there are none, the points are not covered."""
     found = derivatives(projection, points.lon, points.lat)
     defined = np.isfinite(found.jacobian).all(axis=(1, 2)) & (points.weight > 0.0)
@@ -145,6 +163,7 @@ def _at_points(projection: Projection, points: PointSet) -> Samples:
         0.0,
         STENCIL * points.lon.size,
         "",
+        hessian(projection, lon, lat) * projection.ellipsoid.a if curved else None,
     )
 
 
@@ -155,6 +174,7 @@ class _AiryKavrayskiyGoal:
     tolerance: float
     column: int = 0
     stuck: float = 0.8  # singular points and lines halve their errors, cuts and resolved parts do far better
+    gives_up: bool = False
 
     def sensitivity(self, means: FloatArray) -> FloatArray:
         square, log_area = float(means[0]), float(means[1])
@@ -173,6 +193,7 @@ class _MeanGoal:
     column: int
     tolerance: float
     stuck: float = 1.5  # kinks may keep nearly all of their errors, rounding doubles
+    gives_up: bool = False
 
     def sensitivity(self, means: FloatArray) -> FloatArray:
         result = np.zeros(len(means))

@@ -12,7 +12,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.cuts import TEAR, cut, jumps
 from projdist.derivatives import jacobian
 from projdist.measures import log_scales
-from projdist.panels import Pieces, sample_pieces, tails
+from projdist.panels import Pieces, blurred, sample_pieces, second_derivatives, tails
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Clips, Region
 from projdist.spectral import NODES
@@ -21,6 +21,9 @@ from projdist.strips import with_strips
 Integrand = Callable[[FloatArray], FloatArray]
 """A function of Jacobians (n, p, p, 2, 2) whose mean over the region shall be resolved."""
 
+SecondOrder = Callable[[FloatArray, FloatArray], FloatArray]
+"""The same of Jacobians, and of second derivatives (n, p, p, 2, 2, 2) in units of the semi-major axis."""
+
 _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
 _COARSE = 1e-3  # of an integrand's last coefficients
@@ -28,6 +31,7 @@ _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
 _MARKING = 0.05  # share of the error that may wait for another generation
+_TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: where second derivatives that do not settle, or none, need be
 _NOISE = 1e-7  # of the semi-major axis; iterative projections in PROJ stop at that
 # Four points on each side of [-1, 1]^2, just within.
 _BORDER = (1.0 - 1e-9) * np.array(
@@ -45,6 +49,10 @@ class Goal(Protocol):
     @property
     def stuck(self) -> float:
         """A family of panels that keeps this share of its error when split is at the level of rounding."""
+
+    @property
+    def gives_up(self) -> bool:
+        """Whether the refinement goes on beside panels that are at the level of rounding, and worse."""
 
     def sensitivity(self, means: FloatArray) -> FloatArray:
         """What an error of each integrand's mean counts, in tolerances."""
@@ -79,13 +87,20 @@ class _Panels:
 class Mesh:
     """The panels of a region under a projection, and the integrals over them.
 
-    The first two integrands are ln^2 a + ln^2 b and ln(a b); `integrands` follow.
+    The first two integrands are ln^2 a + ln^2 b and ln(a b); `integrands` follow, then those of `second_order`.
     """
 
-    def __init__(self, projection: Projection, region: Region, integrands: Sequence[Integrand]) -> None:
-        self.projection, self.region, self.integrands = projection, region, tuple(integrands)
+    def __init__(
+        self,
+        projection: Projection,
+        region: Region,
+        integrands: Sequence[Integrand],
+        second_order: Sequence[SecondOrder] = (),
+    ) -> None:
+        self.projection, self.region = projection, region
+        self.integrands, self.second_order = tuple(integrands), tuple(second_order)
         self.limited = False  # whether the map is known to end within the region
-        self.peaks = np.zeros(2 + len(self.integrands))  # the largest of each integrand seen
+        self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # the largest of each integrand seen
         self.pieces: list[Pieces] = []
         patch, rectangles = region.panels()
         clips = region.clip(patch, rectangles)
@@ -197,7 +212,11 @@ class Mesh:
     def _integrate(self, pieces: Pieces) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Integrals (n, m), their tails and errors (n, m, 2) in u and v, of all integrands over the pieces."""
         J = pieces.jacobian
-        values = np.stack([*log_scales(J), *(integrand(J) for integrand in self.integrands)])
+        found = [*log_scales(J), *(integrand(J) for integrand in self.integrands)]
+        if self.second_order:
+            H = self.second_derivatives(pieces)
+            found += [integrand(J, H) for integrand in self.second_order]
+        values = np.stack(found)
         values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
         self.peaks = np.maximum(self.peaks, np.abs(values).max(axis=(1, 2, 3), initial=0.0))
         last, errors = tails(values, pieces.density, pieces.share)
@@ -210,6 +229,17 @@ class Mesh:
             last[column] += area * share
             errors[column] += area * share
         return np.sum(values * pieces.weight, axis=(2, 3)).T, last.swapaxes(0, 1), errors.swapaxes(0, 1)
+
+    def second_derivatives(self, pieces: Pieces) -> FloatArray:
+        """H (n, p, p, 2, 2, 2) along geodesics at the nodes of pieces, in units of the semi-major axis."""
+        H = second_derivatives(pieces, self.projection.ellipsoid) * self.projection.ellipsoid.a
+        self._forget(H, pieces, pieces.weight.sum(axis=(1, 2)) < _MINUTE * self.projection.ellipsoid.area)
+        return H
+
+    def _forget(self, H: FloatArray, pieces: Pieces, some: BoolArray) -> None:
+        """Put NaN where, in some pieces, J has no derivatives: at a kink, a snap or beside a singular point."""
+        index = np.flatnonzero(some)
+        H[index[blurred(pieces, index, self.projection.ellipsoid)]] = np.nan
 
     # ---- splitting ----------------------------------------------------------------------
 
@@ -237,7 +267,8 @@ class Mesh:
         if error.sum() <= 1.0:
             return none, ""
         can = panels.alive & (panels.strikes < _STRIKES) & (panels.area > _SMALLEST * self.region_area)
-        if error[can].sum() < 0.1 * error[~can].sum():
+        least = 1.0 if goal.gives_up else 0.1 * error[~can].sum()
+        if error[can].sum() < least:
             return none, "rounding"
         # Leave alone the small ones that together hold half of what is allowed, or little of what there is.
         order = np.argsort(error)
@@ -301,10 +332,17 @@ class Mesh:
 
     # ---- the result ---------------------------------------------------------------------
 
-    def leaves(self) -> Pieces:
-        """The pieces of the panels that are left."""
+    def leaves(self) -> tuple[Pieces, FloatArray | None]:
+        """The pieces of the panels that are left, and their second derivatives where these were needed."""
         pieces = Pieces.joined(self.pieces)
-        return pieces.take(self.panels.alive[pieces.panel])
+        pieces = pieces.take(self.panels.alive[pieces.panel])
+        if not self.second_order:
+            return pieces, None
+        H = self.second_derivatives(pieces)
+        panels = self.panels
+        given_up = (panels.strikes >= _STRIKES) & (panels.area < _TINY * self.projection.ellipsoid.area)
+        self._forget(H, pieces, given_up[pieces.panel])
+        return pieces, H
 
     @property
     def undecided_area(self) -> float:

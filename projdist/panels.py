@@ -13,12 +13,14 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.ellipsoid import Ellipsoid
 from projdist.projections import Projection
 from projdist.regions import Region
 from projdist.spectral import DIFFERENTIATE, LEGENDRE, ORDER
 
 _FALLING = 0.5  # pairs of coefficients that fall at least so fast go on falling; those of kinks and rounding do not
 _ROUNDING = 1e-12  # of x and y; PROJ's own arithmetic included
+_BLURRED, _HARMLESS = 0.05, 0.01  # of J's largest coefficient but the constant; per radian
 _SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to nothing
 
 
@@ -36,6 +38,7 @@ class Pieces:
     lon: FloatArray
     lat: FloatArray
     jacobian: FloatArray
+    sides: FloatArray  # (n, p, p, 2, 2), m, d(east, north) / d(r, s) of the node coordinates r, s in [-1, 1]
     density: FloatArray  # m^2 in the unit square of the nodes
     weight: FloatArray  # m^2; of either sign in panels that the region's edge crosses
     share: FloatArray  # (n,), of the piece that is in the region; 1 for the whole of it
@@ -100,8 +103,51 @@ def sample_pieces(
     seen = (left > _ROUNDING * size[:, None]) & (scale > 0)
     doubt = np.log1p(np.divide(_SLOPE * decay**0.75 * left, metres * scale, out=np.zeros_like(left), where=seen))
     unresolved = left.max(axis=-1) / projection.ellipsoid.a
-    pieces = Pieces(panel, patch, u, v, points.lon, points.lat, J, density, density * rule, share, unresolved, doubt)
+    sides = np.empty((*u.shape, 2, 2))
+    sides[..., 0, 0], sides[..., 0, 1], sides[..., 1, 0], sides[..., 1, 1] = east_r, east_s, north_r, north_s
+    weight = density * rule
+    pieces = Pieces(panel, patch, u, v, points.lon, points.lat, J, sides, density, weight, share, unresolved, doubt)
     return pieces, x, y
+
+
+def second_derivatives(pieces: Pieces, ellipsoid: Ellipsoid) -> FloatArray:
+    """H (n, p, p, 2, 2, 2) along geodesics at the nodes, in 1/m.
+
+    In the node coordinates, in which the map and the sides are as smooth as they can be, it is the second derivatives
+    less the Jacobian of how the coordinate lines bend; the frame of east and north turns by sin(lat) per longitude.
+    """
+    sides = pieces.sides
+    tangents = np.moveaxis(pieces.jacobian @ sides, (-2, -1), (0, 1))  # df / d(r, s)
+    east, north = np.moveaxis(sides, (-2, -1), (0, 1))
+    turn = np.tan(np.radians(pieces.lat)) / ellipsoid.radii(pieces.lat)[1] * east
+    H = np.empty((*pieces.jacobian.shape, 2))
+    for j, k in ((0, 0), (0, 1), (1, 1)):
+        to_east = _along(j, east[k]) - turn[j] * north[k]
+        to_north = _along(j, north[k]) + turn[j] * east[k]
+        for i in (0, 1):
+            bent = pieces.jacobian[..., i, 0] * to_east + pieces.jacobian[..., i, 1] * to_north
+            H[..., i, j, k] = H[..., i, k, j] = _along(j, tangents[i, k]) - bent
+    back = np.linalg.inv(sides)[..., None, :, :]
+    return np.asarray(back.swapaxes(-1, -2) @ H @ back)
+
+
+def blurred(pieces: Pieces, index: IntArray, ellipsoid: Ellipsoid) -> BoolArray:
+    """Whether J, in the pieces of an index, varies so little smoothly that its derivatives are none.
+
+    They count where they would make a difference to flexion and skewness.
+    """
+    J = np.moveaxis(pieces.jacobian[index], (-2, -1), (1, 2))
+    along = np.stack([np.abs(LEGENDRE @ J).max(axis=(1, 2, 4)), np.abs(J @ LEGENDRE.T).max(axis=(1, 2, 3))], axis=1)
+    last = np.maximum(along[..., -1], along[..., -2])
+    metres = np.hypot(pieces.sides[index][..., 0, :], pieces.sides[index][..., 1, :]).mean(axis=(1, 2))
+    scale = np.sqrt(np.abs(J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]).mean(axis=(1, 2)))[:, None]
+    harm = last * ellipsoid.a > _HARMLESS * scale * metres
+    return np.asarray((harm & (last > _BLURRED * along[..., 1:].max(axis=-1))).any(axis=1))
+
+
+def _along(axis: int, f: FloatArray) -> FloatArray:
+    """Derivatives along one of the node axes of values at the nodes (..., p, p)."""
+    return DIFFERENTIATE @ f if axis == 0 else f @ DIFFERENTIATE.T
 
 
 def _left_out(f: FloatArray) -> tuple[FloatArray, FloatArray]:

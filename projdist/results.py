@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from projdist._typing import AnyArray, FloatArray
 from projdist.answer import Answer, plain
 from projdist.criteria import median, p95
-from projdist.cubature import Samples, sample
+from projdist.cubature import UNDEFINED, UNDEFINED_AT_KINKS, Samples, sample
 from projdist.derivatives import Quality, derivatives
 from projdist.extremes import Extreme, Goal, find_extremes, measure_at
 from projdist.frames import Frame, add_columns, is_frame, places
@@ -280,12 +280,14 @@ def summarize(
     chosen = _named(measures)
     of_J = [measure for measure in chosen.values() if not measure.needs_hessian]
     integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
-    samples = sample(projection, region, tolerance=tolerance, integrands=integrands)
+    # The squares of flexion and skewness diverge on most maps.
+    of_H = [measure for measure in chosen.values() if measure.needs_hessian]
+    samples = sample(projection, region, tolerance=tolerance, integrands=integrands, second_order=of_H)
     found = airy_kavrayskiy_of(samples)
     if found.error > tolerance and not samples.limit:
         # The affine error is no goal of the refinement, and seldom larger than the others.
         finer = _SLACK * tolerance * tolerance / found.error
-        samples = sample(projection, region, tolerance=finer, integrands=integrands)
+        samples = sample(projection, region, tolerance=finer, integrands=integrands, second_order=of_H)
         found = airy_kavrayskiy_of(samples)
     return Summary(
         projection=projection,
@@ -359,9 +361,7 @@ def _root(square: float, error: float) -> tuple[float, float]:
 def _summarize_measures(
     projection: Projection, region: Place, samples: Samples, measures: dict[str, Measure]
 ) -> dict[str, MeasureSummary]:
-    values = {
-        name: measure_at(projection, one, samples.lon, samples.lat, samples.jacobian) for name, one in measures.items()
-    }
+    values = {name: one(samples.jacobian, samples.hessian) for name, one in measures.items()}
     goals = [Goal(one, values[name], largest) for name, one in measures.items() for largest in (True, False)]
     found = find_extremes(projection, region, samples, goals)
     return {
@@ -373,8 +373,9 @@ def _summarize_measures(
 def _summarize_measure(
     region: Place, samples: Samples, measure: Measure, values: FloatArray, top: Extreme, bottom: Extreme
 ) -> MeasureSummary:
-    average, average_error = samples.mean(values, _STEEPNESS * np.abs(values))
-    square, square_error = samples.mean(values**2, 2.0 * _STEEPNESS * values**2)
+    most = UNDEFINED_AT_KINKS if measure.needs_hessian else UNDEFINED
+    average, average_error = samples.mean(values, _STEEPNESS * np.abs(values), most=most)
+    square, square_error = samples.mean(values**2, 2.0 * _STEEPNESS * values**2, most=most)
     root, root_error = _root(square, square_error)
     if not measure.bounded and _diverges(samples, values):
         average, average_error = np.nan, np.nan

@@ -15,10 +15,12 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 
+from projdist.bending import flexion
 from projdist.cubature import sample
 from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist.hessians import hessian
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Box, Cap, get_region
+from projdist.regions import GLOBE, Box, Cap, PointSet, get_region
 from projdist.results import DEFAULT_TOLERANCE, summarize
 
 R = MEAN_EARTH_RADIUS
@@ -784,3 +786,35 @@ def test_boxes_whose_edge_is_beside_a_seam(name: str, good: float, west: float) 
     areas = np.array([part.region.area_km2 for part in parts])
     square = np.sum(areas * [part.airy_kavrayskiy**2 for part in parts]) / areas.sum()
     assert whole.airy_kavrayskiy == pytest.approx(np.sqrt(square), abs=good)
+
+
+# ---- second derivatives ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("projection", "region"),
+    [
+        ("+proj=wintri +R=6371000", "box:-60,-50,70,60"),
+        ("+proj=merc +ellps=bessel", "cap:10,50,3000"),
+        ("+proj=stere +lat_0=90 +ellps=WGS84", "cap:5,70,900"),
+    ],
+)
+def test_second_derivatives_at_the_nodes(projection, region):
+    """H from the panels agrees with H from stencils along geodesics, in any chart and on ellipsoids."""
+    projection = Projection.from_user_input(projection)
+    found = sample(projection, get_region(region), second_order=[flexion])
+    truth = hessian(projection, found.lon, found.lat) * projection.ellipsoid.a
+    # Stencils are good to 1e-8; panels are refined for the mean of the flexion to 1e-5, nodes at their ends less.
+    np.testing.assert_allclose(found.hessian, truth, atol=2e-4)
+
+
+def test_no_second_derivatives_are_kept_unless_asked_for():
+    """They cost memory."""
+    assert sample(Projection.from_user_input("moll"), GLOBE, tolerance=1e-3).hessian is None
+
+
+def test_second_derivatives_at_points():
+    """Over points with weights the mean flexion of Mercator's map is that of 2 / pi tan(lat)."""
+    points = PointSet(np.array([10.0, 20.0]), np.array([45.0, 60.0]), np.array([1.0, 3.0]))
+    found = summarize("mercator", points, measures=["flexion"]).measures["flexion"].mean
+    assert found == pytest.approx(2 / math.pi * (1 + 3 * math.sqrt(3)) / 4, abs=1e-7)
