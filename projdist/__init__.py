@@ -22,6 +22,7 @@ from projdist.mdt import MDT, mdt
 from projdist.rigid import Rotation, axes_shift, mean_rotation
 from projdist.distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
 from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summary, compare, factors, summarize
+from projdist.indices import INDICES, IndexSummary, IndexValue, goldberg_gott_score, indices
 from projdist.correction import Correction, correct
 from projdist.local_corrections import LocalCorrections, local_corrections
 from projdist.objectives import OBJECTIVES, Objective, get_objective
@@ -38,6 +39,7 @@ __all__ = [
     "CRITERIA",
     "DISTANCE_MEASURES",
     "GLOBE",
+    "INDICES",
     "LDP",
     "MDT",
     "MEASURES",
@@ -57,6 +59,8 @@ __all__ = [
     "Failure",
     "FiniteDistortion",
     "HeightStatistics",
+    "IndexSummary",
+    "IndexValue",
     "LocalCorrections",
     "Measure",
     "MeasureSummary",
@@ -87,8 +91,10 @@ __all__ = [
     "get_measure",
     "get_objective",
     "get_region",
+    "goldberg_gott_score",
     "great_circle_bending",
     "hessian",
+    "indices",
     "jacobian",
     "jacobian_grid",
     "ldp",

@@ -26,6 +26,11 @@ _MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
 # Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.
 _SECOND_TOLERANCE, _STUCK_AT_KINKS = 1e-5, 0.8
 _ROUNDING = 1e-12  # of J, as the differentiation of x and y leaves it
+# Panels as small as that hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, at most 7e-3
+# of what was seen to have a mean (a of laea). What diverges has as much in every decade of area, here 1 to 1e-12: half.
+_TINY = 1e-6  # of the area
+_GOOD_PART = 0.02  # of the integral
+_NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
 # Shares of the area on which a measure may be undefined, at singular points, and still have a mean; one of second
 # derivatives, along kinks, too.
 UNDEFINED, UNDEFINED_AT_KINKS = 1e-6, 1e-3
@@ -82,6 +87,15 @@ class Samples:
         error += float(np.sum(self.doubt[:, None, None] * slope * self.weight)) / total
         error += _ROUNDING * float(np.sum(np.abs(self.weight * values))) / total
         return float(np.sum(self.weight * values)) / total, error
+
+    def diverges(self, values: FloatArray) -> bool:
+        """Whether an integral lies, in good part, in panels too small to hold a part of it; of points, never."""
+        if self.weight.shape[-1] == 1:
+            return False
+        area = self.weight.sum(axis=(1, 2))
+        parts = np.abs(np.nansum(self.weight * values, axis=(1, 2))) / area.sum()
+        in_tiny = parts[area / area.sum() < _TINY].sum()
+        return bool(in_tiny > max(_GOOD_PART * parts.sum(), _NOTHING))
 
     def _largest(self, values: FloatArray, area: float) -> float:
         """The largest |value|, in pieces that are no smaller than an area: what that area may hold on average."""

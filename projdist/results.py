@@ -19,8 +19,8 @@ from projdist.frames import Frame, add_columns, is_frame, places
 from projdist.mdt import field_mdt
 from projdist.measures import Measure, areal_scale, get_measure, log_scales, orientation
 from projdist.projections import Projection, ProjectionError
+from projdist.quantiles import dense
 from projdist.regions import Place, PointSet, get_region
-from projdist.spectral import interpolate
 
 __all__ = ["Comparison", "Factors", "Failure", "MeasureSummary", "Summary", "compare", "factors", "summarize"]
 
@@ -377,17 +377,17 @@ def _summarize_measure(
     average, average_error = samples.mean(values, _STEEPNESS * np.abs(values), most=most)
     square, square_error = samples.mean(values**2, 2.0 * _STEEPNESS * values**2, most=most)
     root, root_error = _root(square, square_error)
-    if not measure.bounded and _diverges(samples, values):
+    if not measure.bounded and samples.diverges(values):
         average, average_error = np.nan, np.nan
         top, bottom = _infinite(top, bottom, samples, values)
-    if not measure.bounded and _diverges(samples, values**2):
+    if not measure.bounded and samples.diverges(values**2):
         root, root_error = np.nan, np.nan
-    dense, weights = _dense(region, samples, values)
+    (many,), weights = dense(region, samples, values[None])
     return MeasureSummary(
         mean=average,
         rms=root,
-        median=median(dense, weights),
-        p95=p95(dense, weights),
+        median=median(many, weights),
+        p95=p95(many, weights),
         max=top.value,
         max_at=(top.lon, top.lat),
         min=bottom.value,
@@ -402,57 +402,6 @@ def _infinite(top: Extreme, bottom: Extreme, samples: Samples, values: FloatArra
     if np.nansum(samples.weight * values) < 0:
         return top, bottom._replace(value=-np.inf)
     return top._replace(value=np.inf), bottom
-
-
-# Panels as small as that hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, at most 7e-3
-# of what was seen to have a mean (a of laea). What diverges has as much in every decade of area, here 1 to 1e-12: half.
-_TINY = 1e-6  # of the area
-_GOOD_PART = 0.02  # of the integral
-_ROUNDING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
-
-
-def _diverges(samples: Samples, values: FloatArray) -> bool:
-    """Whether the integral of values lies, in good part, in panels too small to hold a part of it; of points, never."""
-    if samples.weight.shape[-1] == 1:
-        return False
-    area = samples.weight.sum(axis=(1, 2))
-    parts = np.abs(np.nansum(samples.weight * values, axis=(1, 2))) / area.sum()
-    in_tiny = parts[area / area.sum() < _TINY].sum()
-    return bool(in_tiny > max(_GOOD_PART * parts.sum(), _ROUNDING))
-
-
-# Points for the quantiles, whose error falls as one over their number: all in all, and in one panel.
-_DENSE, _DENSEST = 200_000, 20_000
-
-
-def _dense(region: Place, samples: Samples, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and weights interpolated within the panels, at the many points of a lattice, those in the region.
-
-    The lattice of the golden ratio has as many levels along either direction as it has points.
-    """
-    if samples.weight.shape[-1] == 1:
-        return values.ravel(), samples.weight.ravel()
-    smooth = np.isfinite(values).all(axis=(1, 2))
-    m = int(np.clip(_DENSE / len(values), 64, _DENSEST))
-    step = np.arange(m) + 0.5
-    r, s = 2.0 * step / m - 1.0, 2.0 * np.mod(step * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
-    # A polynomial may overshoot beside a singularity: stay within what was sampled.
-    low, high = values[smooth].min(axis=(1, 2)), values[smooth].max(axis=(1, 2))
-    margin = 0.1 * (high - low)
-    fine = np.clip(interpolate(values[smooth], r, s), (low - margin)[:, None], (high + margin)[:, None])
-    weights = np.maximum(interpolate(samples.density[smooth], r, s), 0.0) * (4.0 / m)
-    clipped = samples.share[smooth] < 1.0
-    if clipped.any():
-        lon, lat = (interpolate(place[smooth][clipped], r, s) for place in (samples.lon, samples.lat))
-        inside = np.where(region.contains(lon, lat), weights[clipped], 0.0)
-        # As much as the lattice has found stands for all of the panel's part, which is known.
-        found, area = inside.sum(axis=1), samples.weight[smooth][clipped].sum(axis=(1, 2))
-        weights[clipped] = inside * np.divide(area, found, out=np.zeros_like(found), where=found > 0)[:, None]
-    rest = ~smooth
-    return (
-        np.concatenate([fine.ravel(), values[rest].ravel()]),
-        np.concatenate([weights.ravel(), np.maximum(samples.weight[rest], 0.0).ravel()]),
-    )
 
 
 def compare(
