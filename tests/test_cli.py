@@ -21,6 +21,7 @@ from typer.testing import CliRunner, Result
 from projdist import CRITERIA, MEASURES, __version__, factors, projection_names, summarize
 from projdist.cli.app import app
 from projdist.cli.formats import Format, render_comparison, render_factors
+from projdist.indices import INDICES
 
 FORMATS = [form.value for form in Format]
 COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "list"]
@@ -315,7 +316,7 @@ def test_compare_shows_undefined_figures() -> None:
     result = {"region": {"name": "globe", "area_km2": 1.0}}
     row = dict.fromkeys(COMPARE_KEYS[4:8]) | {"projection": "x", "name": "X", "coverage": 0.5}
     other = dict.fromkeys(COMPARE_KEYS[4:8], 0.25) | {"projection": "y", "name": "Y", "coverage": 1.0}
-    text = render_comparison({**result, "results": [row, other]}, [], "given", 1e-8, Format.MARKDOWN)
+    text = render_comparison({**result, "results": [row, other]}, [], [], "given", 1e-8, Format.MARKDOWN)
     first, second = parse_markdown(text)
     assert first["AK"] == first["error"] == "-"
     assert second["AK"].endswith("\\*")
@@ -564,8 +565,8 @@ USAGE = {
     "heatmap robin --step 100": r"Invalid step '100'",
     "heatmap robin --dpi 5000": r"Invalid dpi '5000'",
     "heatmap robin -m h -m k": r"Invalid measures 'h,k' for 'heatmap.png'.",
-    "list": r"Missing argument 'projections|measures|criteria'. See 'projdist list --help'.",
-    "list nothing": r"^projdist: Invalid list 'nothing'. It must be projections, measures or criteria.\n$",
+    "list": r"Missing argument 'projections|measures|criteria|indices'. See 'projdist list --help'.",
+    "list nothing": r"^projdist: Invalid list 'nothing'. It must be projections, measures, criteria or indices.\n$",
     "list measures criteria": r"unexpected extra argument.*criteria",
     "list measures --format xml": r"Invalid format 'xml'. It must be table, json, csv or markdown.",
     "list measures -o x": r"No such option: -o",
@@ -863,8 +864,9 @@ def test_output_to_a_device() -> None:
         ("projections", [*projection_names()]),
         ("measures", [*MEASURES, "scale@AZIMUTH"]),
         ("criteria", [*CRITERIA, "pNN"]),
+        ("indices", [*INDICES]),
     ],
-    ids=["projections", "measures", "criteria"],
+    ids=["projections", "measures", "criteria", "indices"],
 )
 @pytest.mark.parametrize("form", FORMATS)
 def test_list(what: str, names: list[str], form: str) -> None:

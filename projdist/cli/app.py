@@ -9,13 +9,14 @@ from typing import Annotated, Any
 import typer
 
 from projdist import __version__
-from projdist.catalogue import NAMES
 from projdist.cli.check import check_command
 from projdist.cli.correct import correct_command
 from projdist.cli.errors import fail, refuse, report
-from projdist.cli.formats import STATISTICS, render_comparison, render_factors, render_list
+from projdist.cli.formats import STATISTICS, render_comparison, render_factors
+from projdist.cli.indices import IndicesOption, add_indices, chosen_indices
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.ldp import ldp_command
+from projdist.cli.lists import list_command
 from projdist.cli.optimize import optimize_command
 from projdist.cli.options import (
     DpiOption,
@@ -27,7 +28,6 @@ from projdist.cli.options import (
     RegionOption,
     SizeOption,
     WeightOption,
-    choice,
     file_of_kind,
     format_of,
     levels_of,
@@ -43,12 +43,9 @@ from projdist.cli.parser import Command, Commands
 from projdist.cli.points import read_points
 from projdist.cli.recommend import recommend_command
 from projdist.cli.tables import is_table_file, measure_file, write_table
-from projdist.criteria import CRITERIA
-from projdist.measures import MEASURES
-from projdist.projections import Projection, ProjectionError, needed_parameters, projection_names
+from projdist.projections import Projection, ProjectionError
 from projdist.regions import GLOBE, Box, Place
 from projdist.results import DEFAULT_TOLERANCE, compare, factors, summarize
-from projdist.worldmaps import WORLD_MAPS
 
 app = typer.Typer(
     name="projdist",
@@ -85,8 +82,9 @@ def compare_command(
     region: RegionOption = "globe",
     weight: WeightOption = None,
     measure: MeasuresOption = None,
+    indices: IndicesOption = None,
     sort: Annotated[
-        str, typer.Option("--sort", help="given, name, an airy_kavrayskiy..., or MEASURE or MEASURE.STATISTIC.")
+        str, typer.Option("--sort", help="given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.")
     ] = "airy_kavrayskiy",
     tolerance: Annotated[
         str, typer.Option(metavar="NUMBER", help="Largest error of the Airy-Kavrayskiy figures.")
@@ -95,14 +93,17 @@ def compare_command(
     output: OutputOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Compare projections over a region: Airy-Kavrayskiy errors, and statistics of measures."""
+    """Compare projections over a region: Airy-Kavrayskiy errors, statistics of measures, published indices."""
     path, form, names = printed_or_file(output, overwrite), format_of(format), measure_names(measure)
-    column = _sort_column(sort, names)
+    published = chosen_indices(indices)
+    column = _sort_column(sort, names, [index.name for index in published])
     # Rounding alone is of the order of 1e-15.
     largest = number("tolerance", tolerance, 1e-15, 1.0)
-    result = compare(projections, region_of(region, weight), measures=names, tolerance=largest).to_dict()
+    area = region_of(region, weight)
+    result = compare(projections, area, measures=names, tolerance=largest).to_dict()
+    add_indices(result["results"], area, published, largest)
     result["results"] = _sorted(result["results"], column, projections)
-    emit(render_comparison(result, names, sort, largest, form), path, overwrite)
+    emit(render_comparison(result, names, published, sort, largest, form), path, overwrite)
     report([failure["error"] for failure in result["failures"]])
 
 
@@ -118,17 +119,19 @@ _SORTS = (
 )
 
 
-def _sort_column(key: str, measures: list[str]) -> tuple[str, str]:
+def _sort_column(key: str, measures: list[str], indices: list[str]) -> tuple[str, str]:
     """The column of a sort key, and its statistic, "" for a column that has none."""
     if key in _SORTS:
         return key, ""
+    if key in indices:
+        return "indices", key
     if key in measures:
         return key, "mean"
     measure, _, statistic = key.rpartition(".")
     if measure not in measures or statistic not in STATISTICS:
         refuse(
-            f"Invalid sort key '{key}'. It must be {', '.join(_SORTS)}, or one of the measures asked for with "
-            f"--measure, alone or with .{', .'.join(STATISTICS)}."
+            f"Invalid sort key '{key}'. It must be {', '.join(_SORTS)}, one of the indices asked for with --indices, "
+            f"or one of the measures asked for with --measure, alone or with .{', .'.join(STATISTICS)}."
         )
     return measure, statistic
 
@@ -141,6 +144,8 @@ def _sorted(rows: list[dict[str, Any]], key: tuple[str, str], given: list[str]) 
         if column == "given":
             return False, given.index(row["projection"])
         value = row[column][statistic] if statistic else row[column]
+        if column == "indices":
+            value = value["value"]
         return value is None, value if value is not None else 0.0
 
     return sorted(rows, key=order)
@@ -341,47 +346,7 @@ app.command("optimize", cls=Command, context_settings={"ignore_unknown_options":
 app.command("ldp", cls=Command, context_settings={"ignore_unknown_options": False})(ldp_command)
 app.command("recommend", cls=Command, context_settings={"ignore_unknown_options": False})(recommend_command)
 app.command("check", cls=Command, context_settings={"ignore_unknown_options": False})(check_command)
-
-
-@app.command("list", cls=Command, context_settings={"ignore_unknown_options": False})
-def list_command(
-    what: Annotated[str, typer.Argument(metavar="projections|measures|criteria", help="What to list.")],
-    format: FormatOption = "table",
-) -> None:
-    """List the projections, measures or criteria that there are."""
-    rows = _LISTS[choice("list", what, list(_LISTS))]()
-    emit(render_list(rows, format_of(format)), None)
-
-
-def _projection_rows() -> list[dict[str, str]]:
-    return [
-        {
-            "name": name,
-            "kind": "name" if name in NAMES or name in WORLD_MAPS else "PROJ id",
-            "needs": ", ".join(needed_parameters(name)),
-            "definition": definition,
-        }
-        for name, definition in projection_names().items()
-    ]
-
-
-def _measure_rows() -> list[dict[str, str]]:
-    rows = [
-        {"name": measure.name, "symbol": measure.symbol, "unit": measure.unit, "description": measure.description}
-        for measure in MEASURES.values()
-    ]
-    return [*rows, {"name": "scale@AZIMUTH", "symbol": "", "unit": "", "description": "Scale in an azimuth, degrees."}]
-
-
-def _criterion_rows() -> list[dict[str, str]]:
-    rows = [
-        {"name": name, "description": (criterion.__doc__ or "").partition("\n")[0]}
-        for name, criterion in CRITERIA.items()
-    ]
-    return [*rows, {"name": "pNN", "description": "Weighted percentile."}]
-
-
-_LISTS = {"projections": _projection_rows, "measures": _measure_rows, "criteria": _criterion_rows}
+app.command("list", cls=Command, context_settings={"ignore_unknown_options": False})(list_command)
 
 
 def main() -> None:

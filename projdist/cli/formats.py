@@ -20,6 +20,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from projdist.files import replacing
+from projdist.indices import Index
 
 
 class Format(enum.StrEnum):
@@ -51,7 +52,12 @@ def write(text: str, output: Path | None, overwrite: bool = False) -> None:
 
 
 def render_comparison(
-    result: dict[str, Any], measures: Sequence[str], sort: str, tolerance: float, form: Format
+    result: dict[str, Any],
+    measures: Sequence[str],
+    indices: Sequence[Index],
+    sort: str,
+    tolerance: float,
+    form: Format,
 ) -> str:
     """A comparison, in any format."""
     if form is Format.JSON:
@@ -73,6 +79,11 @@ def render_comparison(
     for name in measures:
         for statistic in STATISTICS:
             columns[f"{name} {statistic}"] = [_significant(row[name][statistic]) for row in rows]
+    columns |= _index_columns(rows, indices)
+    if any(index.best_scale is not None for index in indices):
+        notes.append("Best: an index at the scale that makes it best.")
+    if any(row["indices"][index.name]["value"] is None for row in rows for index in indices):
+        notes.append("-: the index diverges, has no bound, or is none of the region's.")
     if any(row["coverage"] < 0.9999995 for row in rows):
         columns["covers"] = [f"{100 * row['coverage']:.4g} %" for row in rows]
         notes.append("Covers: the share of the region that can be projected; the figures are of that share.")
@@ -88,6 +99,22 @@ def render_comparison(
     if form is Format.MARKDOWN:
         return markdown_text(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
     return table_text(columns, title) + "\n".join(notes) + "\n"
+
+
+def _index_columns(rows: Sequence[dict[str, Any]], indices: Sequence[Index]) -> dict[str, list[str]]:
+    """Columns by symbol, with as many digits as the errors allow; a second one where the scale matters."""
+    columns = {}
+    for index in indices:
+        values = [row["indices"][index.name] for row in rows]
+        columns[index.symbol] = [_rounded_index(value["value"], value["error"]) for value in values]
+        if index.best_scale is not None:
+            columns[f"{index.symbol} best"] = [_rounded_index(value["best"], value["best_error"]) for value in values]
+    return columns
+
+
+def _rounded_index(value: float | None, error: float | None) -> str:
+    """Five decimals at most, as published ones have two to four."""
+    return rounded(value, max(error or 0.0, 1e-5))
 
 
 def render_factors(result: dict[str, Any], name: str, form: Format) -> str:
@@ -140,6 +167,10 @@ def _flat(row: dict[str, Any]) -> dict[str, Any]:
         if not isinstance(value, dict):
             flat[name] = value
             continue
+        if name == "indices":
+            figures = ((index, key, number) for index, found in value.items() for key, number in found.items())
+            flat |= {index if key == "value" else f"{index}_{key}": number for index, key, number in figures}
+            continue
         for statistic, number in value.items():
             if statistic in ("max_at", "min_at"):
                 end = statistic[:3]
@@ -161,7 +192,7 @@ def markdown_text(columns: dict[str, list[str]]) -> str:
 
 _TEXT = (
     *("projection", "map", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text"),
-    *("code", "method", "keeps", "area of use", "feature", "note"),
+    *("code", "method", "keeps", "area of use", "feature", "note", "group", "normalisation", "scale", "source"),
 )
 
 

@@ -1,0 +1,77 @@
+"""The command `list`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from projdist.catalogue import NAMES
+from projdist.cli.formats import render_list
+from projdist.cli.options import FormatOption, choice, format_of
+from projdist.cli.output import emit
+from projdist.criteria import CRITERIA
+from projdist.indices import INDICES
+from projdist.measures import MEASURES
+from projdist.projections import needed_parameters, projection_names
+from projdist.worldmaps import WORLD_MAPS
+
+
+def list_command(
+    what: Annotated[str, typer.Argument(metavar="projections|measures|criteria|indices", help="What to list.")],
+    format: FormatOption = "table",
+) -> None:
+    """List the projections, measures, criteria or published indices that there are."""
+    rows = _LISTS[choice("list", what, list(_LISTS))]()
+    emit(render_list(rows, format_of(format)), None)
+
+
+def _projection_rows() -> list[dict[str, str]]:
+    return [
+        {
+            "name": name,
+            "kind": "name" if name in NAMES or name in WORLD_MAPS else "PROJ id",
+            "needs": ", ".join(needed_parameters(name)),
+            "definition": definition,
+        }
+        for name, definition in projection_names().items()
+    ]
+
+
+def _measure_rows() -> list[dict[str, str]]:
+    rows = [
+        {"name": measure.name, "symbol": measure.symbol, "unit": measure.unit, "description": measure.description}
+        for measure in MEASURES.values()
+    ]
+    return [*rows, {"name": "scale@AZIMUTH", "symbol": "", "unit": "", "description": "Scale in an azimuth, degrees."}]
+
+
+def _criterion_rows() -> list[dict[str, str]]:
+    rows = [
+        {"name": name, "description": (criterion.__doc__ or "").partition("\n")[0]}
+        for name, criterion in CRITERIA.items()
+    ]
+    return [*rows, {"name": "pNN", "description": "Weighted percentile."}]
+
+
+def _index_rows() -> list[dict[str, str]]:
+    return [
+        {
+            "name": index.name,
+            "symbol": index.symbol,
+            "group": index.group,
+            "definition": index.definition,
+            "normalisation": index.normalisation,
+            "scale": index.scale_dependence,
+            "source": index.source,
+        }
+        for index in INDICES.values()
+    ]
+
+
+_LISTS = {
+    "projections": _projection_rows,
+    "measures": _measure_rows,
+    "criteria": _criterion_rows,
+    "indices": _index_rows,
+}
