@@ -43,10 +43,20 @@ def evaluate(function: Map, u: FloatArray, v: FloatArray) -> FloatArray:
     return np.stack([u, v, x, y], axis=-1)
 
 
-def find_tears(function: Map, start: FloatArray, stop: FloatArray, radius: float, *, most: int = 3) -> Links:
+def find_tears(
+    function: Map,
+    start: FloatArray,
+    stop: FloatArray,
+    radius: float,
+    *,
+    most: int = 3,
+    smallest: float | None = None,
+) -> Links:
     """The tears between evaluated points `start` and `stop`, both (n, 4), on an Earth of `radius` metres.
 
-    Where a link has several tears, up to `most`, the images are those nearest to its ends.
+    Where a link has several tears, up to `most`, the images are those nearest to its ends. Links that are bent are
+    looked into, and jumps of a thousandth of their length count; with `smallest`, all links, and jumps of so many
+    metres.
     """
     valid = drawn(start), drawn(stop)
     middle = _middle(function, start, stop)
@@ -57,11 +67,12 @@ def find_tears(function: Map, start: FloatArray, stop: FloatArray, radius: float
     torn = ~(valid[0] & valid[1])
     n = len(start)
     images = np.full((n, 4), np.nan), np.full((n, 4), np.nan)
-    look = np.flatnonzero(bent | (valid[0] != valid[1]))
+    look = np.flatnonzero((bent if smallest is None else valid[0] & valid[1]) | (valid[0] != valid[1]))
     if look.size:
         low, high = _halve(function, start[look], stop[look])
         jump = _distance(low, high)
         least = np.maximum(_ROUNDING * radius, _JUMP * np.fmax(length[look], offset[look]))
+        least = least if smallest is None else np.full_like(least, smallest)
         with np.errstate(invalid="ignore"):
             torn[look] |= ~(jump <= least)
         images[0][look], images[1][look] = low, high
@@ -71,16 +82,18 @@ def find_tears(function: Map, start: FloatArray, stop: FloatArray, radius: float
         gap = look[valid[0][look] & valid[1][look] & ~drawn(high)]
         if gap.size:
             images[1][gap] = _halve(function, high[np.searchsorted(look, gap)], stop[gap])[1]
-        _take_nearest(function, start, images[0], radius, most)
-        _take_nearest(function, stop, images[1], radius, most)
+        _take_nearest(function, start, images[0], radius, most, smallest)
+        _take_nearest(function, stop, images[1], radius, most, smallest)
     return Links(torn, bent & ~torn, *images)
 
 
-def _take_nearest(function: Map, ends: FloatArray, images: FloatArray, radius: float, most: int) -> None:
+def _take_nearest(
+    function: Map, ends: FloatArray, images: FloatArray, radius: float, most: int, smallest: float | None
+) -> None:
     """Replace images that are beyond another tear, seen from the end of the link, by those of that tear."""
     found = np.flatnonzero(drawn(images) & drawn(ends))
     if most > 1 and found.size:
-        between = find_tears(function, ends[found], images[found], radius, most=most - 1)
+        between = find_tears(function, ends[found], images[found], radius, most=most - 1, smallest=smallest)
         images[found[between.torn]] = between.start[between.torn]
 
 

@@ -207,7 +207,7 @@ def test_the_registry_is_complete():
 
 def test_names_symbols_and_groups():
     """Indices are chosen by any of them, each once."""
-    assert [index.symbol for index in get_indices("goldberg-gott")] == ["I", "A", "F", "S"]
+    assert [index.symbol for index in get_indices("goldberg-gott")] == ["I", "A", "F", "S", "B"]
     assert [index.name for index in get_indices(["I", "isotropy", "canters"])] == [
         "isotropy",
         "canters_ab",

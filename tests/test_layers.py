@@ -36,6 +36,7 @@ LAYERS = [
     "projections",
     "seams",
     "regions",
+    "seams",
     "stencils",
     "derivatives",
     "hessians",

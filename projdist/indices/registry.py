@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from projdist import hints
-from projdist.indices import terms
+from projdist.indices import boundary, terms
 from projdist.indices.index import Index
 
 __all__ = ["GROUPS", "INDICES", "get_index", "get_indices"]
@@ -259,6 +259,15 @@ INDICES: dict[str, Index] = {
                 second_order=(name,),
             )
             for name, product in (("flexion", "v x w"), ("skewness", "v . w"))
+        ),
+        Index(
+            "boundary_cuts",
+            "B",
+            "goldberg-gott",
+            "Length of the lines along which the globe is cut to be laid flat, over 4 pi; of the globe only.",
+            "a cut from pole to pole is 0.25",
+            _GOTT,
+            boundary.boundary_cuts,
         ),
     )
 }
