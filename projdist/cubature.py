@@ -98,9 +98,10 @@ class Samples:
         return bool(in_tiny > max(_GOOD_PART * parts.sum(), _NOTHING))
 
     def _largest(self, values: FloatArray, area: float) -> float:
-        """The largest |value|, in pieces that are no smaller than an area: what that area may hold on average."""
+        """The largest mean of |value| over a piece that is no smaller than an area: what that area may hold."""
         areas = np.abs(self.weight).sum(axis=(1, 2))
-        return float(np.abs(values[areas >= min(area, areas.max())]).max())
+        broad = areas >= min(area, areas.max())
+        return float((np.abs(self.weight * values).sum(axis=(1, 2))[broad] / areas[broad]).max())
 
 
 def sample(

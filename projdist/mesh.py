@@ -340,7 +340,9 @@ class Mesh:
             return pieces, None
         H = self.second_derivatives(pieces)
         panels = self.panels
-        given_up = (panels.strikes >= _STRIKES) & (panels.area < _TINY * self.projection.ellipsoid.area)
+        bent = np.s_[:, -len(self.second_order) :]
+        lost = (panels.errors.sum(axis=-1)[bent] > np.abs(panels.integrals[bent])).any(axis=1)
+        given_up = (lost | (panels.strikes >= _STRIKES)) & (panels.area < _TINY * self.projection.ellipsoid.area)
         self._forget(H, pieces, given_up[pieces.panel])
         return pieces, H
 

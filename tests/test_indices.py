@@ -273,3 +273,38 @@ def test_published_figures(definition, rows):
         slack = 0.5 * 10.0 ** -int(row["decimals"]) + PUBLISHED[row["measure"]][1]
         values = [one[name].value for one in found]
         assert min(abs(value - float(row["value"])) for value in values) <= slack, (name, values, row["value"])
+
+
+# ---- identities -----------------------------------------------------------------------------
+
+LOBES = [  # west, east, south, north and central meridian of the interrupted Mollweide map's
+    (-180, -40, 0, 90, -100),
+    (-40, 180, 0, 90, 30),
+    (-180, -100, -90, 0, -160),
+    (-100, -20, -90, 0, -60),
+    (-20, 80, -90, 0, 20),
+    (80, 180, -90, 0, 140),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("symbol", ["F", "S"])
+def test_an_interrupted_map_is_the_mean_of_its_lobes(symbol):
+    """Along cuts and where lobes meet nothing is added: F and S of the interrupted map are those of its lobes."""
+    lobes = [
+        (east - west, indices(f"+proj=moll +lon_0={lon} +R=1", f"box:{west},{south},{east},{north}", symbol)[symbol])
+        for west, east, south, north, lon in LOBES
+    ]
+    whole = indices("+proj=imoll +R=1", names=symbol)[symbol]
+    truth = sum(width * lobe.value for width, lobe in lobes) / 720
+    assert whole.value == pytest.approx(truth, abs=3e-5)  # means of second derivatives are good to 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("symbol", ["I", "F", "S"])
+def test_turned_maps_have_the_same_indices(symbol):
+    """The globe has no preferred axis."""
+    plain = indices("+proj=hammer +R=1", names=symbol)[symbol]
+    turned = indices("+proj=ob_tran +o_proj=hammer +o_lat_p=50 +o_lon_p=20 +R=1", names=symbol)[symbol]
+    assert turned.value == pytest.approx(plain.value, abs=3e-5)
+    assert abs(turned.value - plain.value) <= 3 * (turned.error + plain.error)
