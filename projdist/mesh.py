@@ -31,7 +31,7 @@ _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
 _MARKING = 0.05  # share of the error that may wait for another generation
-_TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: where second derivatives that do not settle, or none, need be
+_TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: pieces that may go without second derivatives: if stuck, at once
 _NOISE = 1e-7  # of the semi-major axis; iterative projections in PROJ stop at that
 # Four points on each side of [-1, 1]^2, just within.
 _BORDER = (1.0 - 1e-9) * np.array(
