@@ -34,7 +34,6 @@ LAYERS = [
     "rings",
     "geodata",
     "projections",
-    "seams",
     "regions",
     "seams",
     "stencils",

@@ -6,13 +6,13 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.cubature import UNDEFINED_AT_KINKS, Samples
-from projdist.extremes import find_maximum, find_minimum
+from projdist.extremes import Goal, find_extremes
 from projdist.measures import get_measure, principal_scales
 from projdist.projections import Projection
 from projdist.quantiles import dense
@@ -78,21 +78,23 @@ class Field:
     @functools.cached_property
     def largest(self) -> float:
         """The largest scale in any direction; infinite where there is no bound."""
-        return self._extreme("tissot_semimajor", find_maximum)
+        return self._extreme("tissot_semimajor", largest=True)
 
     @functools.cached_property
     def smallest(self) -> float:
         """The smallest scale in any direction."""
-        return self._extreme("tissot_semiminor", find_minimum)
+        return self._extreme("tissot_semiminor", largest=False)
 
     @functools.cached_property
     def smallest_area(self) -> float:
         """The smallest areal scale."""
-        return self._extreme("areal_scale", find_minimum)
+        return self._extreme("areal_scale", largest=False)
 
-    def _extreme(self, measure: str, find: Callable[..., Any]) -> float:
-        chosen = get_measure(measure)
-        return float(find(self.projection, self.region, self.samples, chosen(self.samples.jacobian), chosen).value)
+    def _extreme(self, name: str, *, largest: bool) -> float:
+        measure = get_measure(name)
+        goal = Goal(measure, measure(self.samples.jacobian), largest)
+        (found,) = find_extremes(self.projection, self.region, self.samples, [goal])
+        return float(found.value)
 
     @functools.cached_property
     def dense(self) -> tuple[FloatArray, FloatArray, FloatArray]:
