@@ -2,15 +2,19 @@
 
 from projdist.pointclouds.affine import FITS, AffineFit, affine_fit
 from projdist.pointclouds.correspondence import CORRESPONDENCES
+from projdist.pointclouds.files import SUFFIXES, CloudFile, read_cloud
 from projdist.pointclouds.registration import FRAMES, LeftOut, Registration, register
 
 __all__ = [
     "CORRESPONDENCES",
     "FITS",
     "FRAMES",
+    "SUFFIXES",
     "AffineFit",
+    "CloudFile",
     "LeftOut",
     "Registration",
     "affine_fit",
+    "read_cloud",
     "register",
 ]
