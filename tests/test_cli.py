@@ -24,7 +24,7 @@ from projdist.cli.formats import Format, render_comparison, render_factors
 from projdist.indices import INDICES
 
 FORMATS = [form.value for form in Format]
-COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "list"]
+COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "clouds", "list"]
 QUICK = ["--tolerance", "1e-3"]
 
 COMPARE_KEYS = [

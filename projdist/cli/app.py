@@ -10,6 +10,7 @@ import typer
 
 from projdist import __version__
 from projdist.cli.check import check_command
+from projdist.cli.clouds import clouds_command
 from projdist.cli.correct import correct_command
 from projdist.cli.errors import fail, refuse, report
 from projdist.cli.formats import STATISTICS, render_comparison, render_factors
@@ -345,6 +346,7 @@ app.command("correct", cls=Command, context_settings={"ignore_unknown_options": 
 app.command("optimize", cls=Command, context_settings={"ignore_unknown_options": False})(optimize_command)
 app.command("ldp", cls=Command, context_settings={"ignore_unknown_options": False})(ldp_command)
 app.command("recommend", cls=Command, context_settings={"ignore_unknown_options": False})(recommend_command)
+app.command("clouds", cls=Command, context_settings={"ignore_unknown_options": False})(clouds_command)
 app.command("check", cls=Command, context_settings={"ignore_unknown_options": False})(check_command)
 app.command("list", cls=Command, context_settings={"ignore_unknown_options": False})(list_command)
 

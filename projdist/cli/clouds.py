@@ -1,0 +1,176 @@
+"""The command `clouds`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from projdist.cli.errors import cannot_write, fail, refuse
+from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
+from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of
+from projdist.cli.output import emit
+from projdist.files import refuse_existing
+from projdist.pointclouds import CORRESPONDENCES, FITS, CloudFile, Registration, read_cloud, register
+
+
+def clouds_command(
+    files: Annotated[
+        list[str],
+        typer.Argument(metavar="FILE...", help="Two clouds or more: .csv, .xyz or .ply, in any dimension."),
+    ],
+    frame: Annotated[
+        str,
+        typer.Option(
+            metavar="mdt|best|first|last|central|FILE|INDEX",
+            help="Frame to bring all to: the mean distorting transformation (MDT) of all, or the coordinates of one "
+            "cloud: the one that distorts the others least, the first, the last, the middle one, or by its name or "
+            "number, from 1.",
+        ),
+    ] = "mdt",
+    correspond: Annotated[
+        str | None,
+        typer.Option(
+            metavar="|".join(CORRESPONDENCES),
+            help="Which points are the same: those in equal rows, with equal ids, or, where nobody knows, the closest "
+            "ones of clouds that lie nearly right. If not given: id where all files have a column id, else rows.",
+        ),
+    ] = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(FITS),
+            help="Fit that prefers no cloud and shrinks none, or least squares onto the first.",
+        ),
+    ] = "symmetric",
+    format: FormatOption = "table",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Directory for the moved clouds, each as its file."),
+    ] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Register point clouds or landmarks by affine maps, in the frame that distorts them least."""
+    form = format_of(format)
+    choice("method", method, list(FITS))
+    if correspond is not None:
+        choice("correspondence", correspond, list(CORRESPONDENCES))
+    targets = _targets(files, output, overwrite)
+    try:
+        clouds = [read_cloud(file) for file in files]
+        ids = [cloud.ids for cloud in clouds if cloud.ids is not None]
+        if correspond is None:
+            correspond = "id" if len(ids) == len(clouds) else "rows"
+        if correspond == "id" and len(ids) < len(clouds):
+            without = next(cloud.path for cloud in clouds if cloud.ids is None)
+            refuse(f"Invalid cloud '{without}'. For the correspondence id it must be a .csv with a column id.")
+        found = register(
+            [cloud.points for cloud in clouds],
+            correspond=correspond,
+            ids=ids if correspond == "id" else None,
+            frame=_frame(frame, files),
+            method=method,
+            names=files,
+        )
+    except ValueError as error:
+        refuse(str(error), error)
+    if output is not None:
+        _write(found, clouds, targets, Path(output), overwrite)
+    emit(_text(found, form, output), None)
+    for one in found.left_out:
+        fail(f"Left out '{one.name}': {one.reason}.")
+    for warning in found.warnings:
+        fail(warning)
+    if found.left_out:
+        raise typer.Exit(1)
+
+
+def _frame(text: str, files: Sequence[str]) -> str | int:
+    """A word, the name of a file, with or without its directory, or its number."""
+    if text.isdecimal():
+        if not 1 <= int(text) <= len(files):
+            refuse(f"Invalid frame '{text}'. There are {len(files)} clouds, from 1 on.")
+        return int(text) - 1
+    same = [file for file in files if Path(file).name == text]
+    return same[0] if len(same) == 1 and text not in files else text
+
+
+# ---- what is written ------------------------------------------------------------------------
+
+
+def _targets(files: Sequence[str], output: str | None, overwrite: bool) -> dict[str, Path]:
+    """The files to write, which are new or may be overwritten."""
+    for file in files:
+        if files.count(file) > 1:
+            refuse(f"Invalid cloud '{file}'. It must be given once.")
+    if output is None:
+        return {}
+    folder = Path(output)
+    if folder.exists() and not folder.is_dir():
+        refuse(f"Invalid output '{output}'. It must be a directory.")
+    if not folder.parent.is_dir():
+        refuse(f"Invalid output '{output}'. There is no directory '{folder.parent}'.")
+    targets = {file: folder / Path(file).name for file in files}
+    for file, target in targets.items():
+        if list(targets.values()).count(target) > 1:
+            refuse(f"Invalid cloud '{file}'. Another has its name, and '{output}' has room for one.")
+        if target.exists() and target.samefile(file):
+            refuse(f"Invalid output '{output}'. It holds the clouds themselves.")
+        try:
+            if not overwrite:
+                refuse_existing(target)
+        except FileExistsError as error:
+            refuse(str(error), error)
+    return targets
+
+
+def _write(
+    found: Registration, clouds: Sequence[CloudFile], targets: dict[str, Path], folder: Path, overwrite: bool
+) -> None:
+    """The registered clouds, moved."""
+    by_name = {str(target): cloud for target, cloud in zip(targets, clouds, strict=True)}
+    try:
+        folder.mkdir(exist_ok=True)
+        for name, M, t in zip(found.names, found.matrices, found.shifts, strict=True):
+            by_name[name].write(targets[name], M, t, overwrite=overwrite)
+    except FileExistsError as error:
+        refuse(str(error), error)
+    except OSError as error:
+        cannot_write(folder, error)
+
+
+# ---- what is printed ------------------------------------------------------------------------
+
+
+def _text(found: Registration, form: Format, output: str | None) -> str:
+    answer = found.to_dict()
+    if form is Format.JSON:
+        return json_text(answer)
+    rows = [{name: value for name, value in row.items() if name not in ("matrix", "shift")} for row in answer["clouds"]]
+    if form is Format.CSV:
+        return csv_text(rows, [])
+    columns = {
+        "cloud": [str(row["name"]) for row in rows],
+        "points": [f"{row['used']} of {row['points']}" for row in rows],
+        "Dist_F": [f"{row['distortion']:.6f}" for row in rows],
+        "as frame": [f"{row['sum_as_frame']:.6g}" for row in rows],
+        "rms": [f"{row['rms']:.4g}" for row in rows],
+    }
+    frames = {
+        "frame": list(answer["frames"]),
+        "is": [one["cloud"] or "the mean of all" for one in answer["frames"].values()],
+        "sum of Dist_F^2": [f"{one['sum']:.6g}" for one in answer["frames"].values()],
+    }
+    draw = markdown_text if form is Format.MARKDOWN else lambda table: table_text(table, "")
+    title = (
+        f"{len(rows)} clouds in {answer['dimension']} dimensions, by {found.correspond} ({found.method}), in the frame "
+        f"{found.frame if found.reference is None else found.names[found.reference]}: rms {found.rms_total:.4g}\n"
+    )
+    notes = (
+        "Dist_F: distortion of a cloud's matrix, 0 for a rotation; as frame: the sum of Dist_F^2 if all were brought\n"
+        "to that cloud; rms: distance from the points' mean places in the frame. Matrices: --format json.\n"
+    )
+    written = f"Moved clouds: {output}\n" if output is not None else ""
+    return title + draw(columns) + draw(frames) + notes + written
