@@ -29,6 +29,7 @@ from projdist.objectives import OBJECTIVES, Objective, get_objective
 from projdist.members import Rounded
 from projdist.optimize import Baseline, Optimum, optimize
 from projdist.surveying import LDP, HeightStatistics, distortion_ppm, elevation_factor, ldp, read_heights
+from projdist.oldmaps import ControlPoints, OldMap, old_map, read_control_points
 from projdist.recommend import Candidate, Recommendation, recommend
 from projdist.geoframes import estimate_crs
 from projdist.check import Check, Totals, check
@@ -52,6 +53,7 @@ __all__ = [
     "Cap",
     "Check",
     "Comparison",
+    "ControlPoints",
     "Correction",
     "Derivatives",
     "Ellipsoid",
@@ -65,6 +67,7 @@ __all__ = [
     "Measure",
     "MeasureSummary",
     "Objective",
+    "OldMap",
     "Optimum",
     "PointSet",
     "Projection",
@@ -101,9 +104,11 @@ __all__ = [
     "local_corrections",
     "mdt",
     "mean_rotation",
+    "old_map",
     "optimize",
     "principal_scales",
     "projection_names",
+    "read_control_points",
     "read_heights",
     "recommend",
     "sample",
