@@ -94,8 +94,10 @@ HOMES = {
     "shapely": {"rings", "geodata", "regions", "features", "plots.basemap", "plots.domain", "plots.land", "gis.layers"},
     "scipy": {"measures", "search", "pointclouds.icp", "plots.indicatrices"},
     "scipy": {"measures", "search", "oldmaps.field", "plots.indicatrices"},
+    "scipy": {"measures", "search", "oldmaps.field", "plots.indicatrices", "plots.oldmaps"},
     "shapely": {"rings", "geodata", "regions", "plots.basemap", "plots.domain", "plots.land", "gis.layers"},
     "matplotlib": {"plots"},
+    "PIL": {"plots.scans"},
     "typer": {"cli"},
     "rich": {"cli"},
 }

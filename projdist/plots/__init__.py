@@ -1,4 +1,4 @@
-"""Pictures of distortion: Tissot's indicatrices, heat maps, fields of local corrections, ground distortion.
+"""Pictures of distortion: Tissot's indicatrices, heat maps, fields of local corrections, ground distortion, old maps.
 
 Each is drawn on given axes or as a whole figure. `region` is None (the area of use of a CRS, else
 the globe) or whatever `projdist.get_region` takes.
@@ -8,9 +8,12 @@ from projdist.plots.colours import ColourScale
 from projdist.plots.figures import SUFFIXES, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
 from projdist.plots.ground import ground_map
 from projdist.plots.local_fields import local_field
+from projdist.plots.oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
 from projdist.plots.pictures import heatmap, tissot
 
 __all__ = [
+    "OLD_MAP_MEASURES",
+    "OLD_MAP_PANELS",
     "SUFFIXES",
     "ColourScale",
     "ground_map",
@@ -19,6 +22,7 @@ __all__ = [
     "ldp_figure",
     "local_field",
     "local_figure",
+    "old_map_figure",
     "save",
     "tissot",
     "tissot_figure",

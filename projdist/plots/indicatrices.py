@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -25,6 +26,18 @@ _TRIALS = 15
 _NEIGHBOURS = 8
 _MOST = 200_000  # on a globe of half a degree; smaller ones are less than a pixel
 _AT_ONCE = 500_000  # points on the ground; 100 MB
+
+
+class Shapes(Protocol):
+    """Places (n, 2) on a map and the Jacobians (n, 2, 2) there."""
+
+    @property
+    def xy(self) -> FloatArray:
+        """The places."""
+
+    @property
+    def J(self) -> FloatArray:
+        """The Jacobians."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +88,7 @@ def indicatrices(domain: Domain, step: float, central_meridian: float | None = N
     return Indicatrices(domain, lon, lat, xy, J).take(keep)
 
 
-def close_pairs(indicatrices: Indicatrices) -> tuple[IntArray, FloatArray, float]:
+def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
     """Pairs (m, 2) of close ones of two or more, the radii in metres at which they touch, and the usual such radius.
 
     The usual radius is the median over the points of that of their closest neighbour; the pairs are
@@ -110,7 +123,7 @@ def _pairs_within(tree: cKDTree, reach: FloatArray) -> IntArray:
     return np.column_stack(np.divmod(np.unique(first * tree.n + second), tree.n))
 
 
-def touching_radius(indicatrices: Indicatrices, pairs: IntArray) -> FloatArray:
+def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:
     """The greatest radius in metres at which the ellipses of pairs (m, 2) do not overlap.
 
     Two convex shapes are apart if their shadows are apart in some direction d. The half width of
@@ -214,7 +227,7 @@ def _off_ellipse(panel: Indicatrices, radius: float, rim: FloatArray) -> FloatAr
     return np.asarray(offset / (radius * principal_scales(panel.J)[:, 1]))
 
 
-def ellipses(indicatrices: Indicatrices, radius: float, vertices: int) -> FloatArray:
+def ellipses(indicatrices: Shapes, radius: float, vertices: int) -> FloatArray:
     """Polygons f(p) + r J (cos t, sin t), shape (n, vertices, 2)."""
     t = np.linspace(0.0, 2.0 * np.pi, vertices, endpoint=False)
     circle = np.stack([np.cos(t), np.sin(t)])
