@@ -25,6 +25,7 @@ from projdist.indices import INDICES
 
 FORMATS = [form.value for form in Format]
 COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "clouds", "list"]
+COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "oldmap", "list"]
 QUICK = ["--tolerance", "1e-3"]
 
 COMPARE_KEYS = [

@@ -1,0 +1,167 @@
+"""The command `oldmap`."""
+
+from __future__ import annotations
+
+import functools
+from typing import Annotated, Any
+
+import typer
+
+from projdist.cli.errors import fail, refuse
+from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
+from projdist.cli.options import FormatOption, OverwriteOption, SizeOption, choice, format_of, number
+from projdist.cli.output import emit
+from projdist.cli.pictures import PictureFile
+from projdist.oldmaps import MODELS, OldMap, old_map, read_control_points
+from projdist.projections import ProjectionError
+
+PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
+DRAWN_MEASURES = ("fisher", "areal_scale")
+_SHOWN = 20  # names in a line
+
+
+def oldmap_command(
+    points: Annotated[
+        str,
+        typer.Argument(
+            metavar="POINTS",
+            help="Control points: [id], x and y on the old map, x and y in truth in metres; or columns x_old, y_old, "
+            "x_new, y_new, or QGIS's.",
+        ),
+    ],
+    model: Annotated[str, typer.Option(metavar="|".join(MODELS), help="What is fitted to the points.")] = "tps",
+    smoothing: Annotated[
+        str | None,
+        typer.Option(metavar="NUMBER", help="Of tps: 0 interpolates; without it, by generalized cross-validation."),
+    ] = None,
+    crs: Annotated[
+        str | None,
+        typer.Option(metavar="PROJECTION", help="The truth is longitudes and latitudes, to be projected with this."),
+    ] = None,
+    scan_dpi: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Dots per inch of the scan, for denominators of scales.")
+    ] = None,
+    image: Annotated[str | None, typer.Option(metavar="FILE", help="The scan, to draw on.")] = None,
+    draw: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="|".join(PANELS), help="A panel; may be repeated, or with commas. The first four if none."
+        ),
+    ] = None,
+    measure: Annotated[
+        str, typer.Option("--measure", "-m", metavar="|".join(DRAWN_MEASURES), help="What the heat map is of.")
+    ] = "fisher",
+    format: FormatOption = "table",
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf.")
+    ] = None,
+    size: SizeOption = None,
+    dpi: Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Measure the distortion of an old map by control points."""
+    form = format_of(format)
+    choice("model", model, list(MODELS))
+    choice("measure", measure, list(DRAWN_MEASURES))
+    panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
+    drawn = {
+        "image": image,
+        "draw": draw,
+        "size": size,
+        "dpi": dpi,
+        "measure": None if measure == "fisher" else measure,
+    }
+    for name, value in drawn.items():
+        if value is not None and output is None:
+            refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
+    picture = None if output is None else PictureFile(output, size=size, dpi=dpi or "150", overwrite=overwrite)
+    try:
+        found = old_map(
+            read_control_points(points, crs=crs),
+            model=model,
+            smoothing=None if smoothing is None else number("smoothing", smoothing, 0.0, 1e9),
+            dots_per_inch=None if scan_dpi is None else number("scan dpi", scan_dpi, 1.0, 1e5),
+        )
+    except ProjectionError as error:
+        fail(str(error))
+        raise typer.Exit(1) from error
+    except ValueError as error:
+        refuse(str(error), error)
+    text = _text(found, points, form)
+    if picture is not None:
+        _draw(found, picture, panels=panels or PANELS[:4], measure=measure, image=image)
+        text += f"Picture: {picture.path}\n" if form is Format.TABLE else ""
+    emit(text, None)
+
+
+def _draw(found: OldMap, picture: PictureFile, *, panels: Any, measure: str, image: str | None) -> None:
+    """The panels on the old map."""
+    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
+
+    picture.save(functools.partial(plots.old_map_figure, found, draw=panels, measure=measure, image=image))
+
+
+def _text(found: OldMap, given: str, form: Format) -> str:
+    data = found.to_dict()
+    if form is Format.JSON:
+        return json_text(data)
+    if form is Format.CSV:
+        return csv_text(data["points"], [])
+    columns = _columns(data)
+    lines = "\n".join(_lines(data))
+    if form is Format.MARKDOWN:
+        return f"{markdown_text(columns)}\n{lines}\n"
+    return table_text(columns, f"{given}: {len(found.points.old)} control points, {found.fit.model}") + lines + "\n"
+
+
+_NAMES = {"mdt": "MDT", "affine": "affine, least squares", "helmert": "Helmert, least squares"}
+
+
+def _columns(data: dict[str, Any]) -> dict[str, list[str]]:
+    """A row a rectification."""
+    rows = data["rectifications"]
+    columns = {"map": [_NAMES[name] for name in rows]}
+    columns["mean Dist_F^2"] = [f"{round(row['distortion'], 12):.4g}" for row in rows.values()]
+    columns["RMS at points, m"] = [_short(row["residual"]) for row in rows.values()]
+    columns["m per unit"] = [f"{row['scale']:.5g}" for row in rows.values()]
+    if data["dots_per_inch"] is not None:
+        columns["scale 1 :"] = [_short(row["denominator"]) for row in rows.values()]
+    columns["stretch"] = [f"{row['stretch']:.5g}" for row in rows.values()]
+    for name in ("stretch_azimuth", "shear", "rotation"):
+        title = {"stretch_azimuth": "its azimuth"}.get(name, name)
+        columns[title] = ["-" if row[name] is None else f"{row[name]:.2f}" for row in rows.values()]
+    return columns
+
+
+def _lines(data: dict[str, Any]) -> list[str]:
+    """What a table has no room for."""
+    lines = [f"The fit has {data['freedom']:.4g} parameters a coordinate"]
+    if data["smoothing"] is not None:
+        lines[0] += f", with the smoothing {data['smoothing']:.4g}"
+    left_out = data["residual_left_out"]
+    lines[0] += f"; the points are {_short(data['residual'])} m off it (RMS)"
+    lines[0] += "." if left_out is None else f", each {_short(left_out)} m off where the others have it."
+    spreads = [
+        (name, *(f"{round(data['statistics'][name][key], 9) + 0.0:.3g}" for key in ("p05", "p95")))
+        for name in data["statistics"]
+    ]
+    told = ", ".join(f"{name.replace('_', ' ')} {low} to {high}" for name, low, high in spreads)
+    lines.append(f"After the MDT, on nine tenths of the area: {told} degrees.")
+    folds = data["folds"]
+    if folds["near"]:
+        share = f"{100 * folds['share']:.3g} % of the area ({_short(folds['area'])} square units)"
+        lines.append(f"The fit folds on {share}, near {_few(folds['near'])}. The figures leave that out.")
+    else:
+        lines.append("The fit has no folds.")
+    if data["outliers"]:
+        lines.append(f"Outliers, the farthest first: {_few(data['outliers'])}.")
+    return lines + data["notes"]
+
+
+def _short(value: float) -> str:
+    """Four significant digits, without an exponent."""
+    return f"{float(f'{value:.4g}'):,.12g}"
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
