@@ -30,6 +30,7 @@ LAYERS = [
     "mdt",
     "rigid",
     "pointclouds",
+    "mosaics",
     "criteria",
     "spectral",
     "rings",
