@@ -1,6 +1,6 @@
 """Minima of functions of a few variables in a box: a lattice over all of it, then local descents from the best points.
 
-The home of scipy.optimize. Nothing is random: the lattice is that of the generalised golden ratio, whose points
+Nothing is random: the lattice is that of the generalised golden ratio, whose points
 are evenly spread in any number of dimensions.
 """
 

@@ -96,6 +96,7 @@ HOMES = {
     "scipy": {"measures", "search", "pointclouds.icp", "plots.indicatrices"},
     "scipy": {"measures", "search", "oldmaps.field", "plots.indicatrices"},
     "scipy": {"measures", "search", "oldmaps.field", "plots.indicatrices", "plots.oldmaps"},
+    "scipy": {"measures", "mosaics.homographies", "search", "plots.indicatrices"},
     "shapely": {"rings", "geodata", "regions", "plots.basemap", "plots.domain", "plots.land", "gis.layers"},
     "matplotlib": {"plots"},
     "PIL": {"plots.scans"},

@@ -1,14 +1,22 @@
 """Mosaics: overlapping images or map sheets brought into the common frame that distorts them least."""
 
+from projdist.mosaics.answers import FRAMES, Canvas, Mosaic, check_frame, mosaic
 from projdist.mosaics.correspondences import Correspondences, parse_sizes, read_correspondences
+from projdist.mosaics.frames import Frame
 from projdist.mosaics.projective import MODELS
 from projdist.mosaics.registration import Match, Registration, register
 
 __all__ = [
+    "FRAMES",
     "MODELS",
+    "Canvas",
     "Correspondences",
+    "Frame",
     "Match",
+    "Mosaic",
     "Registration",
+    "check_frame",
+    "mosaic",
     "parse_sizes",
     "read_correspondences",
     "register",
