@@ -26,6 +26,7 @@ from projdist.indices import INDICES
 FORMATS = [form.value for form in Format]
 COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "clouds", "list"]
 COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "oldmap", "list"]
+COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "mosaic", "list"]
 QUICK = ["--tolerance", "1e-3"]
 
 COMPARE_KEYS = [

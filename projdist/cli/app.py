@@ -18,6 +18,7 @@ from projdist.cli.indices import IndicesOption, add_indices, chosen_indices
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.ldp import ldp_command
 from projdist.cli.lists import list_command
+from projdist.cli.mosaic import mosaic_command
 from projdist.cli.oldmap import oldmap_command
 from projdist.cli.optimize import optimize_command
 from projdist.cli.options import (
@@ -346,6 +347,7 @@ def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None
 app.command("correct", cls=Command, context_settings={"ignore_unknown_options": False})(correct_command)
 app.command("optimize", cls=Command, context_settings={"ignore_unknown_options": False})(optimize_command)
 app.command("ldp", cls=Command, context_settings={"ignore_unknown_options": False})(ldp_command)
+app.command("mosaic", cls=Command, context_settings={"ignore_unknown_options": False})(mosaic_command)
 app.command("recommend", cls=Command, context_settings={"ignore_unknown_options": False})(recommend_command)
 app.command("oldmap", cls=Command, context_settings={"ignore_unknown_options": False})(oldmap_command)
 app.command("clouds", cls=Command, context_settings={"ignore_unknown_options": False})(clouds_command)

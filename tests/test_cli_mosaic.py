@@ -1,0 +1,116 @@
+"""The command `mosaic`: formats, the report, and what is refused."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
+from typer.testing import CliRunner
+
+from projdist.cli.app import app
+from projdist.mosaics import mosaic, read_correspondences
+
+KEYS = {"frames", "matrices", "rms_pixels", "left_out", "resultant_length"}
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["mosaic", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture
+def points(tmp_path):
+    """Three images."""
+    rng = np.random.default_rng(1)
+    return write_csv(tmp_path / "points.csv", common_points(affine_maps(rng, count=3), SIZES[:3], rng, noise=0.3))
+
+
+def test_json_and_report(points, tmp_path):
+    """What the library answers, printed and written; a file is not replaced unasked."""
+    report = tmp_path / "report.json"
+    words = ["--correspondences", str(points), "--report", str(report), "--format", "json"]
+    code, out, err = run(*words)
+    assert (code, err) == (0, "")
+    expected = mosaic(read_correspondences(points)).to_dict()
+    assert json.loads(out) == json.loads(report.read_text()) == expected
+    assert set(expected) >= KEYS
+    code, out, err = run(*words)
+    assert (code, out) == (2, "")
+    assert "It exists; --overwrite replaces it." in err
+    assert run(*words, "--overwrite", "--frame", "first", "--weights", "1,2,3")[0] == 0
+    assert json.loads(report.read_text())["matrices"][0] == np.eye(3).tolist()
+
+
+def test_table(points):
+    """Dist_F of each image in each frame, the reference images, the sums."""
+    code, out, err = run("--correspondences", str(points), "--rotation", "log", "--tolerance", "5")
+    assert (code, err) == (0, "")
+    for words in ("3 images, affine", "first (0)", "last (2)", "central (", "best (", "mdt", "all", "pixels RMS"):
+        assert words in out
+    assert "| image |" in run("--correspondences", str(points), "--format", "markdown")[1]
+
+
+def test_csv(points):
+    """A row an image."""
+    rows = list(csv.DictReader(io.StringIO(run("--correspondences", str(points), "-f", "csv")[1])))
+    assert list(rows[0]) == ["image", "first", "last", "central", "best", "mdt"]
+    assert [row["image"] for row in rows] == ["0", "1", "2"]
+    assert float(rows[0]["first"]) == 0
+
+
+def test_homographies_and_sizes(tmp_path):
+    """Homographies, with sizes that the file does not have."""
+    path = write_csv(
+        tmp_path / "h.csv", common_points(homographies(np.random.default_rng(2), count=3), SIZES[:3]), 1, False
+    )
+    words = ["--correspondences", str(path), "--model", "homography"]
+    code, out, err = run(*words, "--sizes", "300x200", "-f", "json")
+    assert (code, err) == (0, "")
+    assert json.loads(out)["sizes"] == [[300, 200]] * 3
+    assert run(*words)[0] == 2
+
+
+def test_left_out_is_said(tmp_path, points):
+    """An image that nothing connects is named on standard error, and its row is empty."""
+    text = points.read_text().replace(")]", "), (200, 300)]")
+    points.write_text(text)
+    code, out, err = run("--correspondences", str(points))
+    assert (code, err) == (0, "projdist: Left out: 3. Nothing connects them with the other images.\n")
+    assert "3 images, affine" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["--model", "similarity"], 2, "Invalid model 'similarity'. It must be affine or homography."),
+        (["--model", "homography"], 2, "It has rows of the model affine; it must have some of the model homography."),
+        (["--frame", "3"], 2, "Invalid frame '3'. It must be mdt, first, last, central, best, or the number"),
+        (["--rotation", "none"], 2, "Invalid rotation 'none'. It must be chordal or log."),
+        (["--tolerance", "0"], 2, "Invalid tolerance '0'. It must be a number of pixels within"),
+        (["--sizes", "300"], 2, "Invalid sizes '300'. They must be WIDTHxHEIGHT"),
+        (["--sizes", "300x200,300x200"], 2, "Its images must be numbers from 0 to 1"),
+        (["--weights", "1,2"], 2, "Invalid weights '1,2'. There must be 3, one an image."),
+        (["--weights", "1,-2,1"], 2, "Invalid weight '-2'"),
+        (["--format", "xml"], 2, "Invalid format 'xml'"),
+        (["--report", "/nowhere/at/all.json"], 2, "There is no directory"),
+        (["--tolerance", "0.001"], 1, "Invalid correspondences. No two images match: 0 and 1, "),
+    ],
+)
+def test_refused(points, words, code, message):
+    """Wrong usage ends with 2, what cannot be registered with 1; either in one line."""
+    result = run("--correspondences", str(points), *words)
+    assert result[:2] == (code, "")
+    assert message in result[2]
+    assert result[2].count("\n") == 1
+
+
+def test_no_file():
+    """Without a file there is nothing to do."""
+    assert run()[0] == 2
+    code, out, err = run("--correspondences", "none.csv")
+    assert (code, out) == (2, "")
+    assert err.startswith("projdist: Invalid correspondences 'none.csv'. The file cannot be read as text")
