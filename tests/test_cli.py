@@ -24,9 +24,10 @@ from projdist.cli.formats import Format, render_comparison, render_factors
 from projdist.indices import INDICES
 
 FORMATS = [form.value for form in Format]
-COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "clouds", "list"]
-COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "oldmap", "list"]
-COMMANDS = ["compare", "factors", "tissot", "heatmap", "correct", "optimize", "ldp", "mosaic", "list"]
+COMMANDS = [
+    *("compare", "factors", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
+    *("mosaic", "clouds", "oldmap", "list"),
+]
 QUICK = ["--tolerance", "1e-3"]
 
 COMPARE_KEYS = [

@@ -192,7 +192,21 @@ def markdown_text(columns: dict[str, list[str]]) -> str:
 
 _TEXT = (
     *("projection", "map", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text"),
-    *("code", "method", "keeps", "area of use", "feature", "note", "group", "normalisation", "scale", "source", "cloud", "frame", "is"),
+    *(
+        "code",
+        "method",
+        "keeps",
+        "area of use",
+        "feature",
+        "note",
+        "group",
+        "normalisation",
+        "scale",
+        "source",
+        "cloud",
+        "frame",
+        "is",
+    ),
 )
 
 

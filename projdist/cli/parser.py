@@ -45,9 +45,7 @@ class Commands(TyperGroup):
 
 
 class Command(TyperCommand):
-    """A command. What looks like an option and is none reaches the arguments, and is refused there if no number."""
-
-    ignore_unknown_options = True
+    """A command. Where unknown options reach the arguments, they are refused there if they are no number."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words behind the command."""

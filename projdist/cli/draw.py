@@ -1,0 +1,160 @@
+"""The commands that draw maps, or write them as layers and rasters: `tissot` and `heatmap`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from projdist.cli.errors import refuse, report
+from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
+from projdist.cli.options import (
+    DpiOption,
+    OverwriteOption,
+    Projections,
+    RegionOption,
+    SizeOption,
+    file_of_kind,
+    levels_of,
+    measure_names,
+    number,
+    region_of,
+    size_of,
+    step_of,
+)
+from projdist.cli.output import drawing, emit
+from projdist.projections import Projection, ProjectionError
+from projdist.regions import GLOBE, Box, Place
+from projdist.results import summarize
+
+
+def tissot_command(
+    projections: Projections,
+    output: Annotated[
+        str,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or layer of polygons: .gpkg, .geojson."
+        ),
+    ] = "tissot.png",
+    region: RegionOption = "globe",
+    step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses.")] = None,
+    size: SizeOption = None,
+    dpi: DpiOption = "150",
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Draw Tissot's indicatrices."""
+    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
+
+    path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
+    if path.suffix.lower() in LAYER_SUFFIXES:
+        check_layer_options(path, {"--size": size, "--dpi": dpi if dpi != "150" else None})
+        write_layer(projections, path, region=region_of(region), step=step_of(step), overwrite=overwrite)
+        return
+    dots, spacing = number("dpi", dpi, 10, 1200), step_of(step)
+    inches = size_of(size, dots)
+    maps, area, figures, problems = _maps(projections, region)
+    with drawing(path):
+        figure = plots.tissot_figure(maps, region=area, step=spacing, size=inches, dpi=dots, airy_kavrayskiy=figures)
+        plots.save(figure, path, dpi=dots, overwrite=overwrite)
+    emit(f"{path}\n", None)
+    report(problems)
+
+
+def heatmap_command(
+    projections: Projections,
+    measure: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--measure",
+            "-m",
+            help="See 'projdist list measures'; fisher if none. A raster may have several, with commas.",
+        ),
+    ] = None,
+    output: Annotated[
+        str,
+        typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or GeoTIFF: .tif."),
+    ] = "heatmap.png",
+    region: RegionOption = "globe",
+    step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between graticule lines.")] = None,
+    levels: Annotated[str | None, typer.Option(help="Number of isolines, or values in any order, as 1,1.5,2.")] = None,
+    cmap: Annotated[str | None, typer.Option(help="Name of a matplotlib colour map.")] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(help="Inches of a picture, as 10,6; pixels of a raster: of its longer side, or as 1000,500."),
+    ] = None,
+    dpi: DpiOption = "150",
+    resolution: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Side of a raster's pixels in the unit of its CRS.")
+    ] = None,
+    grid: Annotated[
+        str, typer.Option(metavar="map|lonlat", help="CRS of a raster: the map's own, or longitude and latitude.")
+    ] = "map",
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Draw a measure as a field of colour with isolines, or write measures as a GeoTIFF."""
+    from projdist import plots  # as above
+
+    names = measure_names(measure or ["fisher"])
+    path = file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), overwrite)
+    if path.suffix.lower() in RASTER_SUFFIXES:
+        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--dpi": dpi if dpi != "150" else None}
+        check_layer_options(path, drawn)
+        write_raster(
+            projections,
+            names,
+            path,
+            region=region_of(region),
+            grid=grid,
+            size=size,
+            resolution=resolution,
+            overwrite=overwrite,
+        )
+        return
+    if resolution is not None or grid != "map":
+        option = "--grid" if resolution is None else "--resolution"
+        refuse(f"Invalid option '{option}' for '{path}'. It is for rasters, whose suffix is .tif.")
+    if len(names) > 1:
+        refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
+    dots, spacing, isolines = number("dpi", dpi, 10, 1200), step_of(step), levels_of(levels)
+    inches = size_of(size, dots)
+    maps, area, figures, problems = _maps(projections, region)
+    with drawing(path):
+        figure = plots.heatmap_figure(
+            maps,
+            measure=names[0],
+            region=area,
+            step=spacing,
+            levels=isolines,
+            cmap=cmap,
+            size=inches,
+            dpi=dots,
+            airy_kavrayskiy=figures,
+        )
+        plots.save(figure, path, dpi=dots, overwrite=overwrite)
+    emit(f"{path}\n", None)
+    report(problems)
+
+
+def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None, list[float], list[str]]:
+    """The projections that can be measured, what to draw, their Airy-Kavrayskiy figures over it, and the failures.
+
+    The region is None for the globe: a CRS then shows its area of use.
+    """
+    area = region_of(region)
+    maps: list[Projection] = []
+    figures: list[float] = []
+    problems: list[str] = []
+    for text in given:
+        try:
+            projection = Projection.from_user_input(text)
+            drawn = area
+            if area == GLOBE and projection.area_of_use is not None:
+                drawn = Box(*projection.area_of_use)
+            # Titles show three decimals.
+            figures.append(summarize(projection, drawn, tolerance=1e-5).airy_kavrayskiy)
+            maps.append(projection)
+        except ProjectionError as error:
+            problems.append(str(error))
+    if not maps:
+        report(problems)
+    return maps, None if area == GLOBE else area, figures, problems

@@ -1,0 +1,79 @@
+"""The command `factors`."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from projdist.cli.errors import fail, refuse, report
+from projdist.cli.formats import render_factors
+from projdist.cli.options import (
+    FormatOption,
+    MeasuresOption,
+    OverwriteOption,
+    format_of,
+    measure_names,
+    printed_or_file,
+)
+from projdist.cli.output import emit
+from projdist.cli.points import read_points
+from projdist.cli.tables import is_table_file, measure_file, write_table
+from projdist.projections import Projection, ProjectionError
+from projdist.results import factors
+
+
+def factors_command(
+    projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
+    coordinates: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="LON LAT...", help="Degrees; - reads lines of 'lon lat [text]' from stdin."),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE[#LAYER]", help="Points to add columns to: CSV with lon and lat, or any that GDAL reads."
+        ),
+    ] = None,
+    measure: MeasuresOption = None,
+    prefix: Annotated[str, typer.Option(metavar="TEXT", help="What the columns added to FILE begin with.")] = "",
+    format: FormatOption = "table",
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="File to write instead of printing; with --at, and always for the last three, its suffix tells what "
+            "it is: .csv, .parquet, .gpkg or .geojson.",
+        ),
+    ] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Scales, angles and other measures of a projection at points."""
+    path, form, names = printed_or_file(output, overwrite), format_of(format), measure_names(measure)
+    if (coordinates is None) == (at is None):
+        refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
+    try:
+        measured = Projection.from_user_input(projection)
+    except ProjectionError as error:
+        fail(str(error))
+        raise typer.Exit(1) from error
+    if at is not None:
+        measure_file(measured, projection, at, names, prefix, form, path, overwrite)
+        return
+    try:
+        points = read_points(coordinates or [], sys.stdin)
+    except ValueError as error:
+        refuse(str(error), error)
+    result = factors(measured, points.lon, points.lat, measures=names).to_dict()
+    result["projection"] = projection
+    if any(points.text):
+        for row, text in zip(result["results"], points.text, strict=True):
+            row["text"] = text
+    if path is not None and is_table_file(path):
+        write_table(measured, result["results"], path, overwrite)
+    else:
+        emit(render_factors(result, measured.name, form), path, overwrite)
+    report(points.problems)
