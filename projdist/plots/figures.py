@@ -214,7 +214,12 @@ def _layout(
     if not one_scale:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
     count = len(maps)
-    options = [_grid(shapes, columns, size, foot) for columns in range(1, min(count, _COLUMNS) + 1)]
+    # The fewest columns for each number of rows: four maps are two and two, not three and one.
+    options = [
+        _grid(shapes, columns, size, foot)
+        for columns in range(1, min(count, _COLUMNS) + 1)
+        if -(-count // -(-count // columns)) == columns
+    ]
     # The largest maps, in a figure that is not much higher than wide.
     grid = max(options, key=lambda option: option.scale * min(1.0, 1.1 * option.width / option.height))
     if not grid.scale > 0:
