@@ -9,6 +9,7 @@ polynomial over the polygon is one along the chain, and exact.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ Side = Callable[[FloatArray], FloatArray]
 # Gauss points along an edge. The integrand is a polynomial of degree 2 p - 1 on the square, for which p points are
 # exact; on edges so short, in halves of the square's side, fewer are to 1e-15.
 _POINTS = ((0.004, 3), (0.06, 6), (np.inf, 2 * ORDER))
+_gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 
 class Clip(NamedTuple):
@@ -156,7 +158,7 @@ def weights(part: Clip, to_r: Side, to_s: Side, to_lat: Side) -> FloatArray:
 
 def _along(edges: FloatArray, s0: FloatArray, s1: FloatArray, to_r: Side, to_lat: Side, points: int) -> FloatArray:
     """Integrals (p, p) over s of the primitives in r of products of Legendre polynomials."""
-    nodes, gauss = np.polynomial.legendre.leggauss(points)
+    nodes, gauss = _gauss(points)
     share = 0.5 * (1.0 + nodes)
     s = s0[:, None] + (s1 - s0)[:, None] * share
     lon0, lat0, lon1, lat1 = (edges[:, k, None] for k in range(4))
