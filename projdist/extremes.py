@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import FloatArray, IntArray
 from projdist.cubature import Samples
 from projdist.derivatives import jacobian
 from projdist.hessians import hessian
@@ -84,8 +84,9 @@ def find_extremes(projection: Projection, region: Place, samples: Samples, goals
     found = [_best_node(samples, one) for one in values]
     if not isinstance(region, PointSet):
         search = _Search(projection, region, samples, goals)
+        numbers = range(len(goals))
         # Where samples show that there is no bound, a search would only climb towards the singularity.
-        found = search.unbounded(found)
+        found = search.unbounded(numbers, found)
         on = [number for number, one in enumerate(found) if one.value < np.inf]
         if on:
             best = search.climb(on, values)
@@ -93,7 +94,7 @@ def find_extremes(projection: Projection, region: Place, samples: Samples, goals
                 best = [max(pair, key=_value) for pair in zip(best, search.along_edges(on), strict=True)]
             for number, one in zip(on, best, strict=True):
                 found[number] = one
-        found = search.unbounded(found)
+        found = search.unbounded(numbers, found)
     return [_signed(goal, one) for goal, one in zip(goals, found, strict=True)]
 
 
@@ -164,15 +165,26 @@ class _Search:
         """
         panels = [self._best_panels(values[number]) for number in numbers]
         owner, panel = np.repeat(numbers, [len(own) for own in panels]), np.concatenate(panels)
+        groups = [np.flatnonzero(owner == number) for number in numbers]
         nodes = np.stack([self.samples.u[panel], self.samples.v[panel]], axis=-1).reshape(len(panel), -1, 2)
-        top = [values[i][k].argmax() for i, k in zip(owner, panel, strict=True)]
-        place, step = nodes[np.arange(len(panel)), top], np.ptp(nodes, axis=1) / 4
+        first = [values[i][k].argmax() for i, k in zip(owner, panel, strict=True)]
+        place, step = nodes[np.arange(len(panel)), first], np.ptp(nodes, axis=1) / 4
         patch, best = self.samples.patch[panel], np.full(len(panel), -np.inf)
         low, high = _limits(self.region, patch)
+
+        def tops() -> list[Extreme]:
+            winners = [_foremost(best, group)[0] for group in groups]
+            points = self.region.chart(patch[winners], *place[winners].T)
+            return [Extreme(*map(float, one)) for one in zip(best[winners], points.lon, points.lat, strict=True)]
+
         on = np.arange(len(panel))
         for turn in range(_ROUNDS):
-            if turn == _TRIAL:  # the step is a hundredth of the panel
-                on = np.concatenate([_foremost(best, owner == number) for number in numbers])
+            if turn == _TRIAL:  # the step is a hundredth of the panel; what climbs to a singularity has shown it
+                endless = [one.value == np.inf for one in self.unbounded(numbers, tops())]
+                finalists = [_foremost(best, group) for group, ends in zip(groups, endless, strict=True) if not ends]
+                on = np.concatenate([on[:0], *finalists])
+            if not on.size:
+                break
             around = np.clip(place[on, None] + step[on, None] * _OFFSETS, low[on, None], high[on, None])
             points = self.region.chart(patch[on, None], around[..., 0], around[..., 1])
             found = _defined(self._own(owner[on], points.lon, points.lat))
@@ -184,9 +196,7 @@ class _Search:
             best[on[better]] = reached[better]
             place[on[better]] = around[better, index[better]]
             step = _SHRINK * step
-        winners = [_foremost(best, owner == number)[0] for number in numbers]
-        points = self.region.chart(patch[winners], *place[winners].T)
-        return [Extreme(*map(float, one)) for one in zip(best[winners], points.lon, points.lat, strict=True)]
+        return tops()
 
     def _best_panels(self, values: FloatArray) -> IntArray:
         """The best, and the best of those that are not tiny: beside a singularity samples may mislead."""
@@ -209,7 +219,7 @@ class _Search:
         chosen = np.unique(np.clip(near, 0, lon.shape[1] - 1))
         ends = self._each(numbers, lon[:, chosen], lat[:, chosen]).max(axis=1)
         best = chosen[np.argsort(-ends)[:, :_BEST_EDGES]].ravel()
-        owner = np.repeat(numbers, len(best) // len(numbers))
+        owner = np.repeat(numbers, best.size // len(numbers))
         (lon0, lon1), (lat0, lat1) = lon[:, best, None], lat[:, best, None]
         middle, width = np.full((best.size, 1), 0.5), 0.5
         for _ in range(_NARROWINGS):
@@ -219,17 +229,17 @@ class _Search:
             index = np.argmax(values, axis=1)[:, None]
             middle, width = np.take_along_axis(share, index, axis=1), 0.25 * width
         at = [np.take_along_axis(each, index, axis=1)[:, 0] for each in (values, lons, lats)]
-        winners = [_foremost(at[0], owner == number)[0] for number in numbers]
+        winners = [_foremost(at[0], np.flatnonzero(owner == number))[0] for number in numbers]
         return [Extreme(*map(float, one)) for one in zip(*(each[winners] for each in at), strict=True)]
 
     # ---- towards singular points ------------------------------------------------------------
 
-    def unbounded(self, found: Sequence[Extreme]) -> list[Extreme]:
-        """The same, infinite where a goal grows without bound, no less in every step, on the way to its place.
+    def unbounded(self, numbers: Sequence[int], found: Sequence[Extreme]) -> list[Extreme]:
+        """Values found for some goals, infinite where a goal grows without bound on the way to its place.
 
-        The way is that from the middle of the nearest panel that is broad.
+        The way is that from the middle of the nearest panel that is broad; in every step it grows no less.
         """
-        doubtful = [k for k, one in enumerate(found) if np.isfinite(one.value) and not self.goals[k].bounded]
+        doubtful = [k for k, one in enumerate(found) if np.isfinite(one.value) and not self.goals[numbers[k]].bounded]
         result = list(found)
         if not doubtful:
             return result
@@ -242,7 +252,7 @@ class _Search:
         distance = np.sin(np.radians(north) / 2) ** 2 + cosines * np.sin(np.radians(east) / 2) ** 2
         nearest = np.argmin(distance, axis=1)[:, None]
         east, north = (np.take_along_axis(way, nearest, axis=1) for way in (east, north))
-        values = self._own(np.array(doubtful), lon + _APPROACH * east, lat + _APPROACH * north)
+        values = self._own(np.array(numbers)[doubtful], lon + _APPROACH * east, lat + _APPROACH * north)
         gains = np.diff(values)
         grows = (gains > _GROWTH * np.abs(values[:, 1:])).all(axis=1)
         grows &= (gains[:, 1:] > _SLOWING * gains[:, :-1]).all(axis=1)
@@ -251,9 +261,8 @@ class _Search:
         return result
 
 
-def _foremost(values: FloatArray, chosen: BoolArray) -> IntArray:
-    """The places of the largest of the values chosen, the best first."""
-    index = np.flatnonzero(chosen)
+def _foremost(values: FloatArray, index: IntArray) -> IntArray:
+    """Those of an index with the largest values, the best first."""
     return index[np.argsort(-values[index], kind="stable")[:_FINALISTS]]
 
 
