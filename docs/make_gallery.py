@@ -20,7 +20,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from PIL import Image
 
-from projdist import Summary, compare, correct, get_region, ldp, plots, summarize
+from projdist import Summary, compare, correct, get_region, ldp, plots, recommend, summarize
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -326,6 +326,21 @@ def draw_regions() -> None:
     write_png(figure, IMAGES / "readme-africa.png")
 
 
+def draw_recommendation() -> None:
+    """The README's picture of existing CRSs beside the best custom projection."""
+    found = recommend("box:5.9,47.3,15.0,55.1", limit=3, custom=True)
+    maps = {one.code: one for one in found.results} | {found.custom[0].proj: found.custom[0]}
+    figure = plots.heatmap_figure(
+        list(maps),
+        region=found.region,
+        titles=[*(one.code for one in found.results), f"custom {found.custom[0].family}"],
+        airy_kavrayskiy=[one.value for one in maps.values()],
+        size=(9.0, 3.9),
+        dpi=DPI,
+    )
+    write_png(figure, IMAGES / "readme-recommend.png")
+
+
 def draw_ldp() -> None:
     """The README's picture of a low-distortion projection."""
     found = ldp("box:-104.2,38.9,-103.2,39.6", height=1610.0, geodetic="EPSG:6318")
@@ -387,6 +402,7 @@ def main(names: list[str]) -> None:
         draw_readme()
         draw_correction()
         draw_regions()
+        draw_recommendation()
         draw_ldp()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")
 
