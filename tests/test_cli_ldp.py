@@ -105,7 +105,7 @@ def test_colours_on_given_axes(heights: Path) -> None:
     [
         ([], "Invalid heights. There must be either --heights FILE or --height METRES."),
         (["--height", "1", "--heights", "x.csv"], "Invalid heights. There must be either"),
-        (["--heights", "none.csv"], "Invalid heights 'none.csv'. The file cannot be read"),
+        (["--heights", "none.csv"], "Invalid heights 'none.csv'. It cannot be read"),
         (["--height", "x"], "Invalid height 'x'"),
         (["--height", "1", "--round-axis", "2"], "Invalid rounding of the axis '2'"),
         (["--height", "1", "--round-axis", "1.2.3'"], "Invalid rounding of the axis"),

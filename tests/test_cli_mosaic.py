@@ -113,4 +113,4 @@ def test_no_file():
     assert run()[0] == 2
     code, out, err = run("--correspondences", "none.csv")
     assert (code, out) == (2, "")
-    assert err.startswith("projdist: Invalid correspondences 'none.csv'. The file cannot be read as text")
+    assert err.startswith("projdist: Invalid correspondences 'none.csv'. It cannot be read as text")

@@ -32,10 +32,10 @@ def test_tables(tmp_path: Path, text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "The file is empty"),
+        ("", "It is empty"),
         ("lon,lat,name\n1,2,a\n", "Its header must name columns lon, lat and h"),
-        ("lon,lat,h\n1,2,a\n", "Row 2 must have a longitude, a latitude and a height"),
-        ("lon,lat,h\n1,2\n", "Row 2 must have"),
+        ("lon,lat,h\n1,2,a\n", "Line 2 must have a longitude, a latitude and a height"),
+        ("lon,lat,h\n1,2\n", "Line 2 must have"),
         ("lon,lat,h\n", "There must be points"),
         ("lon,lat,h\n1,95,3\n", "There must be points, with longitudes and latitudes in degrees"),
     ],
@@ -50,7 +50,7 @@ def test_refused_tables(tmp_path: Path, text: str, message: str) -> None:
 
 def test_missing_files(tmp_path: Path) -> None:
     """A file that is not there, or is no text."""
-    with pytest.raises(ValueError, match="The file cannot be read as text: No such file"):
+    with pytest.raises(ValueError, match="It cannot be read as text: No such file"):
         read_heights(tmp_path / "none.csv")
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ValueError, match="cannot be read as text"):

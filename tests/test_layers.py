@@ -15,6 +15,7 @@ LAYERS = [
     "_typing",
     "files",
     "hints",
+    "texttables",
     "answer",
     "ellipsoid",
     "sphere",

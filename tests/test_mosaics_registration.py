@@ -255,7 +255,7 @@ def test_arguments_are_checked(tmp_path):
     """Files, models, sizes, names and tolerances that cannot be."""
     points = common_points(affine_maps(np.random.default_rng(8)))
     with pytest.raises(
-        ValueError, match=r"^Invalid correspondences '.*none.csv'\. The file cannot be read as text: No su"
+        ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"
     ):
         read_correspondences(tmp_path / "none.csv")
     for call in (lambda: read_correspondences("x", model="similar"), lambda: register(points, model="similar")):

@@ -13,6 +13,7 @@ import numpy as np
 
 from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.mosaics.projective import check_model
+from projdist.texttables import read_text
 
 __all__ = ["Correspondences", "parse_sizes", "read_correspondences"]
 
@@ -81,11 +82,7 @@ def read_correspondences(
     ValueError.
     """
     path, model = Path(path), check_model(model)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"Invalid correspondences '{path}'. The file cannot be read as text: {reason}.") from error
+    text = read_text(path, f"Invalid correspondences '{path}'.")
     rows, stated, models = [], None, set()
     for number, line in enumerate(text.splitlines(), start=1):
         if line.lstrip().startswith("#"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.frames import check_degrees
 from projdist.projections import Projection
+from projdist.texttables import is_number, numbered_rows
 
 __all__ = ["ControlPoints", "read_control_points"]
 
@@ -109,19 +109,9 @@ def read_control_points(path: str | os.PathLike[str], *, crs: Any = None) -> Con
 
 def _table(path: Path, text: str) -> tuple[list[str], bool, list[tuple[int, list[str]]]]:
     """What the columns are, whether the truth is named in degrees, and the rows with the numbers of their lines."""
-    try:
-        content = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"{text} It cannot be read as text: {reason}.") from error
-    numbered = enumerate(content.splitlines(), start=1)
-    lines = [(number, line) for number, line in numbered if line.strip() and not line.lstrip().startswith("#")]
-    if not lines:
-        raise ValueError(f"{text} It is empty.")
-    separator = next((mark for mark in ";\t," if mark in lines[0][1]), None)
-    rows = [(number, _cells(line, separator)) for number, line in lines]
+    rows = numbered_rows(path, text)
     first = rows[0][1]
-    if _is_number(first[-1]):
+    if is_number(first[-1]):
         if len(first) not in (4, 5):
             raise ValueError(
                 f"{text} Without a header it must have 4 columns, {', '.join(_NUMBERS)}, or 5, an id first; it has "
@@ -129,10 +119,6 @@ def _table(path: Path, text: str) -> tuple[list[str], bool, list[tuple[int, list
             )
         return ["id", *_NUMBERS][-len(first) :], False, rows
     return *_header(first, text), rows[1:]
-
-
-def _cells(line: str, separator: str | None) -> list[str]:
-    return next(csv.reader([line], delimiter=separator, skipinitialspace=True)) if separator else line.split()
 
 
 def _header(words: list[str], text: str) -> tuple[list[str], bool]:
@@ -148,11 +134,3 @@ def _header(words: list[str], text: str) -> tuple[list[str], bool]:
         raise ValueError(f"{text} Its header must name x_old, y_old, x_new and y_new; it has no {', '.join(missing)}.")
     is_degrees = any(found[place].startswith("lon") for place, column in ours.items() if column == "x_new")
     return [ours.get(place, f"other {place}") for place in range(len(found))], is_degrees
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -19,6 +19,7 @@ from projdist._typing import FloatArray
 from projdist.files import replacing
 from projdist.hints import listed
 from projdist.pointclouds.ply import CloudError, Ply, read_ply
+from projdist.texttables import is_number
 
 __all__ = ["SUFFIXES", "CloudFile", "read_cloud"]
 
@@ -106,7 +107,7 @@ class _Table:
         numbers = []
         for number, row in enumerate(self.rows, start=1):
             cells = [row[column].strip() if column < len(row) else "?" for column in columns]
-            if not all(cell == "" or _is_number(cell) for cell in cells):
+            if not all(cell == "" or is_number(cell) for cell in cells):
                 raise CloudError(f"Row {number} must have {len(columns)} numbers for its point.")
             point = [float(cell or "nan") for cell in cells]
             numbers.append(point if not any(map(math.isnan, point)) else [math.nan] * len(columns))
@@ -136,8 +137,8 @@ def _read_csv(data: bytes) -> _Table:
     comments, lines = _split_comments(lines)
     rows = list(csv.reader(lines, delimiter=separator, strict=True))
     header = [cell.strip().lower() for cell in rows[0]]
-    if any(map(_is_number, header)):
-        ids = 0 if not _is_number(header[0]) else None
+    if any(map(is_number, header)):
+        ids = 0 if not is_number(header[0]) else None
         axes = [k for k in range(len(header)) if k != ids]
         return _Table("".join(f"{line}\n" for line in comments), rows, separator, axes, [], ids)
     ids = next((header.index(name) for name in _IDS if name in header), None)
@@ -167,14 +168,6 @@ def _split_comments(lines: list[str]) -> tuple[list[str], list[str]]:
     """The comments at the beginning, and the rest."""
     first = next(k for k, line in enumerate(lines) if not line.startswith("#"))
     return lines[:first], lines[first:]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 _READERS: dict[str, Callable[[bytes], _Table | Ply]] = {".csv": _read_csv, ".xyz": _read_xyz, ".ply": read_ply}

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.texttables import read_text
 
 _COLUMNS = {
     "lon": ("lon", "longitude", "long", "lng"),
@@ -89,11 +90,7 @@ class PointSet:
 def read_csv(path: Path, name: str, column: str = "weight") -> PointSet:
     """The points of a table with a header: lon, lat, perhaps weight (or that column), height; raises ValueError."""
     text = f"Invalid points file '{path}'."
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, ValueError) as error:  # a ValueError for what is not UTF-8
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"{text} It cannot be read: {reason}.") from error
+    lines = read_text(path, text).splitlines()
     if not lines:
         raise ValueError(f"{text} It is empty; it must have a header with lon and lat, and points.")
     separator = max(",;\t", key=lines[0].count)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.projections import unprojected
+from projdist.texttables import is_number, numbered_rows
 
 __all__ = ["read_heights"]
 
@@ -36,26 +36,18 @@ def read_heights(path: str | os.PathLike[str]) -> FloatArray:
 
 
 def _read_table(path: Path) -> FloatArray:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"Invalid heights '{path}'. The file cannot be read as text: {reason}.") from error
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    if not lines:
-        raise ValueError(f"Invalid heights '{path}'. The file is empty.")
-    separator = next((mark for mark in ",;\t" if mark in lines[0]), None)
-    rows = list(csv.reader(lines, delimiter=separator)) if separator else [line.split() for line in lines]
-    columns = _columns(path, rows[0])
-    first = 0 if _is_number(rows[0][columns[0]]) else 1
+    rows = numbered_rows(path, f"Invalid heights '{path}'.")
+    columns = _columns(path, rows[0][1])
+    if not is_number(rows[0][1][columns[0]]):
+        rows = rows[1:]
     points = []
-    for number, row in enumerate(rows[first:], start=first + 1):
+    for number, row in rows:
         try:
             point = [float(row[column]) for column in columns]
         except (ValueError, IndexError):
             point = [np.nan]
         if not np.isfinite(point).all():
-            raise ValueError(f"Invalid heights '{path}'. Row {number} must have a longitude, a latitude and a height.")
+            raise ValueError(f"Invalid heights '{path}'. Line {number} must have a longitude, a latitude and a height.")
         points.append(point)
     return np.array(points).reshape(-1, 3)
 
@@ -63,21 +55,13 @@ def _read_table(path: Path) -> FloatArray:
 def _columns(path: Path, header: list[str]) -> list[int]:
     """Where longitude, latitude and height stand."""
     names = [name.strip().lower() for name in header]
-    if len(header) >= 3 and all(map(_is_number, header[:3])):
+    if len(header) >= 3 and all(map(is_number, header[:3])):
         return [0, 1, 2]
     found = [next((names.index(name) for name in allowed if name in names), None) for allowed in _NAMES]
     columns = [column for column in found if column is not None]
     if len(columns) < 3:
         raise ValueError(f"Invalid heights '{path}'. Its header must name columns lon, lat and h.")
     return columns
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _read_raster(path: Path) -> FloatArray:
