@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from mosaic_pictures import cut, maps, save
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
 from typer.testing import CliRunner
 
@@ -106,6 +107,40 @@ def test_refused(points, words, code, message):
     assert result[:2] == (code, "")
     assert message in result[2]
     assert result[2].count("\n") == 1
+
+
+def test_images(tmp_path):
+    """Points are found in images, which are called by their files; what matches nothing is named."""
+    H = maps(np.random.default_rng(3))[[0, 1, 3]]
+    noise = np.random.default_rng(1).integers(0, 255, (200, 200, 3), np.uint8)
+    sheets = [str(path) for path in save(tmp_path, [*cut(H), noise])]
+    code, out, err = run(*sheets, "-f", "json")
+    assert (code, err) == (0, "projdist: Left out: sheet3.png. Nothing connects them with the other images.\n")
+    found = json.loads(out)
+    assert found["images"] == ["sheet0.png", "sheet1.png", "sheet2.png", "sheet3.png"]
+    assert found["left_out"] == ["sheet3.png"]
+    table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 3)))
+    code, out, err = run(*sheets[:3], "--correspondences", str(table))
+    assert (code, err) == (0, "")
+    assert "first (sheet0.png)" in out
+
+
+def test_images_refused(tmp_path, points):
+    """Wrong images end with 2, those without anything in common with 1; either in one line."""
+    rng = np.random.default_rng(1)
+    sheets = [str(path) for path in save(tmp_path, rng.integers(0, 255, (2, 200, 200, 3), np.uint8))]
+    for words, code, message in (
+        ([sheets[0]], 2, "Invalid images. There must be two or more, not 1."),
+        ([*sheets, str(points)], 2, f"Invalid image '{points}'. It cannot be read"),
+        ([*sheets, "--sizes", "20x20"], 2, "Invalid sizes '20x20'. The images have their own."),
+        ([*sheets, "--frame", "2"], 2, "Invalid frame '2'."),
+        ([*sheets, "--correspondences", str(points)], 2, "Invalid images. There are 2; the correspondences are of 3."),
+        (sheets, 1, "Invalid images. No two of them have anything in common."),
+    ):
+        result = run(*words)
+        assert result[:2] == (code, "")
+        assert message in result[2]
+        assert result[2].count("\n") == 1
 
 
 def test_no_file():

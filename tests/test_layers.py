@@ -98,7 +98,8 @@ HOMES = {
     },
     "shapely": {"rings", "geodata", "regions", "features", "plots.basemap", "plots.domain", "plots.land", "gis.layers"},
     "matplotlib": {"plots"},
-    "PIL": {"plots.scans"},
+    "PIL": {"plots.scans", "mosaics.images"},
+    "cv2": {"mosaics.libraries"},
     "typer": {"cli"},
     "rich": {"cli"},
 }
@@ -197,6 +198,7 @@ def test_no_other_libraries(name: str) -> None:
 def test_import_loads_nothing_slow() -> None:
     """`import projdist` is quick: no matplotlib, scipy, shapely, typer, and nothing of the extra gis."""
     slow = {"matplotlib", "scipy", "shapely", "typer", "rich", "pandas", "geopandas", "pyogrio", "pyarrow", "rasterio"}
+    slow |= {"cv2", "PIL"}
     assert loaded_by("import projdist") & slow == set()
 
 

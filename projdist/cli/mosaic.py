@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -10,7 +11,20 @@ from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, number, output_file
 from projdist.cli.output import emit
-from projdist.mosaics import FRAMES, MODELS, Mosaic, check_frame, mosaic, parse_sizes, read_correspondences
+from projdist.mosaics import (
+    FRAMES,
+    MODELS,
+    Correspondences,
+    Mosaic,
+    Picture,
+    check_frame,
+    correspondences_of,
+    match,
+    mosaic,
+    open_pictures,
+    parse_sizes,
+    read_correspondences,
+)
 from projdist.rigid import ROTATIONS
 
 _FIGURES = {
@@ -20,14 +34,24 @@ _FIGURES = {
 
 
 def mosaic_command(
+    images: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="IMAGE...", help="Overlapping pictures or map sheets, in any format that Pillow reads."),
+    ] = None,
     correspondences: Annotated[
-        str, typer.Option(metavar="FILE", help="Points in common: CSV with model,i,j,xi,yi,xj,yj in pixels.")
-    ],
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Points in common, in place of those that are found in the images: CSV with model,i,j,xi,yi,xj,yj in "
+            "pixels.",
+        ),
+    ] = None,
     sizes: Annotated[
         str | None,
         typer.Option(
             metavar="WxH,...",
-            help="Pixels of the images, one for all or one each; else a comment line of FILE has them.",
+            help="Pixels of the images where there are none, one for all or one each; else a comment line of FILE has "
+            "them.",
         ),
     ] = None,
     model: Annotated[str, typer.Option(metavar="|".join(MODELS), help="The maps of the images.")] = "affine",
@@ -54,14 +78,18 @@ def mosaic_command(
     }
     path = None if report is None else output_file(report, overwrite)
     try:
-        points = read_correspondences(correspondences, model=model, sizes=None if sizes is None else parse_sizes(sizes))
-        options["frame"] = check_frame(frame, len(points.sizes))
-        if weights is not None and len(options["weights"]) != len(points.sizes):
-            raise ValueError(f"Invalid weights '{weights}'. There must be {len(points.sizes)}, one an image.")
+        pictures = open_pictures(images or [])
+        given = _given(pictures, correspondences, sizes, options["model"])
+        count = len(pictures) if given is None else len(given.sizes)
+        options["frame"] = check_frame(frame, count)
+        if weights is not None and len(options["weights"]) != count:
+            raise ValueError(f"Invalid weights '{weights}'. There must be {count}, one an image.")
     except ValueError as error:
         refuse(str(error), error)
     try:
-        found = mosaic(points, **options)
+        found = mosaic(match(pictures) if given is None else given, **options)
+    except ImportError as error:
+        refuse(str(error), error)
     except ValueError as error:
         fail(str(error))
         raise typer.Exit(1) from error
@@ -70,6 +98,21 @@ def mosaic_command(
     emit(_text(found, form), None)
     for note in found.notes:
         fail(note)
+
+
+def _given(
+    pictures: Sequence[Picture], correspondences: str | None, sizes: str | None, model: str
+) -> Correspondences | None:
+    """The points of a file, or None where they are to be found in the pictures."""
+    if pictures and sizes is not None:
+        raise ValueError(f"Invalid sizes '{sizes}'. The images have their own.")
+    if correspondences is None:
+        if len(pictures) < 2:
+            raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
+        return None
+    if pictures:
+        return correspondences_of(pictures, correspondences, model=model)
+    return read_correspondences(correspondences, model=model, sizes=None if sizes is None else parse_sizes(sizes))
 
 
 def _text(found: Mosaic, form: Format) -> str:

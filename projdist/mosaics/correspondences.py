@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from projdist._typing import AnyArray, FloatArray, IntArray
+from projdist.mosaics.images import Picture
 from projdist.mosaics.projective import check_model
 from projdist.texttables import read_text
 
-__all__ = ["Correspondences", "parse_sizes", "read_correspondences"]
+__all__ = ["Correspondences", "correspondences_of", "parse_sizes", "read_correspondences"]
 
 _COLUMNS = ("model", "i", "j", "xi", "yi", "xj", "yj")
 _CODES = {"0": "affine", "1": "homography", "affine": "affine", "homography": "homography"}
@@ -23,6 +24,7 @@ _CODES = {"0": "affine", "1": "homography", "affine": "affine", "homography": "h
 _SIZES = re.compile(r"sizes\s*\(?\s*([wh])\s*x\s*([wh])\s*\)?\s*:(.*)", re.IGNORECASE)
 _PAIR = re.compile(r"(\d+)\s*[,x]\s*(\d+)")
 _LARGEST = 1e7  # pixels
+_SAME_SHAPE = 0.01  # of a ratio: a reduced image has whole pixels
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,17 @@ class Correspondences:
         if wrong.any():
             raise ValueError(f"Invalid correspondence {int(np.flatnonzero(wrong)[0]) + 1}. {reason}")
 
+    def resized(self, sizes: Sequence[Sequence[float]], names: Sequence[str]) -> Correspondences:
+        """The same points in images of other sizes, which have names; raises ValueError where shapes differ."""
+        new = np.array(sizes, dtype=float)
+        if len(new) != len(self.sizes):
+            raise ValueError(f"Invalid images. There are {len(new)}; the correspondences are of {len(self.sizes)}.")
+        ratio = new / self.sizes
+        for name, (across, down) in zip(names, ratio, strict=True):
+            if abs(across / down - 1.0) > _SAME_SHAPE:
+                raise ValueError(f"Invalid image '{name}'. Its shape is not that of the correspondences.")
+        return Correspondences(self.i, self.j, self.xi * ratio[self.i], self.xj * ratio[self.j], new, tuple(names))
+
     def name(self, image: int) -> str:
         """What an image is called: its name, or its number."""
         return str(image) if self.names is None else self.names[image]
@@ -81,7 +94,35 @@ def read_correspondences(
     image; without them a comment line must have them, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises
     ValueError.
     """
-    path, model = Path(path), check_model(model)
+    table, stated = _read(Path(path), check_model(model))
+    i, j = table[:, 0].astype(int), table[:, 1].astype(int)
+    given = stated if sizes is None else [(float(w), float(h)) for w, h in sizes]
+    if given is None:
+        raise ValueError(
+            f"Invalid correspondences '{path}'. The sizes of the images must be given, or stand in a comment line, as "
+            "'# image sizes h x w: [(600, 800), (600, 800)]'."
+        )
+    if len(given) == 1 and sizes is not None:
+        given = given * (len(names) if names is not None else int(max(i.max(), j.max())) + 1)
+    return Correspondences(i, j, table[:, 2:4], table[:, 4:6], np.array(given), None if names is None else tuple(names))
+
+
+def correspondences_of(
+    pictures: Sequence[Picture], path: str | os.PathLike[str], *, model: str = "affine"
+) -> Correspondences:
+    """The rows of such a file that are of these pictures, in their order.
+
+    Where a comment line has other sizes, the points are those of reduced or enlarged images. Raises ValueError.
+    """
+    table, stated = _read(Path(path), check_model(model))
+    sizes, names = [picture.size for picture in pictures], tuple(picture.name for picture in pictures)
+    i, j = table[:, 0].astype(int), table[:, 1].astype(int)
+    points = Correspondences(i, j, table[:, 2:4], table[:, 4:6], np.array(stated or sizes))
+    return points.resized(sizes, names)
+
+
+def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]] | None]:
+    """The rows of a file, without the model, and the sizes of its comment line."""
     text = read_text(path, f"Invalid correspondences '{path}'.")
     rows, stated, models = [], None, set()
     for number, line in enumerate(text.splitlines(), start=1):
@@ -103,17 +144,7 @@ def read_correspondences(
     if not rows:
         has = f"It has rows of the model {models.pop()}" if models else "It has no rows"
         raise ValueError(f"Invalid correspondences '{path}'. {has}; it must have some of the model {model}.")
-    table = np.array(rows)
-    i, j = table[:, 0].astype(int), table[:, 1].astype(int)
-    given = stated if sizes is None else [(float(w), float(h)) for w, h in sizes]
-    if given is None:
-        raise ValueError(
-            f"Invalid correspondences '{path}'. The sizes of the images must be given, or stand in a comment line, as "
-            "'# image sizes h x w: [(600, 800), (600, 800)]'."
-        )
-    if len(given) == 1 and sizes is not None:
-        given = given * (len(names) if names is not None else int(max(i.max(), j.max())) + 1)
-    return Correspondences(i, j, table[:, 2:4], table[:, 4:6], np.array(given), None if names is None else tuple(names))
+    return np.array(rows), stated
 
 
 def _stated_sizes(line: str) -> list[tuple[float, float]] | None:
