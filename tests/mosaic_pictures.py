@@ -38,12 +38,9 @@ def maps(rng, spread=0.03, tilt=0.0):
     return H
 
 
-def cut(H, gains=None):
+def cut(H):
     """The pictures of the relief."""
-    pictures = [sampled(relief(), one, WIDTH, HEIGHT) for one in H]
-    if gains is not None:
-        pictures = [np.clip(gain * one, 0, 255).astype(np.uint8) for gain, one in zip(gains, pictures, strict=True)]
-    return pictures
+    return [sampled(relief(), one, WIDTH, HEIGHT) for one in H]
 
 
 def save(folder, pictures, suffix=".png"):

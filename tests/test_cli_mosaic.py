@@ -6,12 +6,22 @@ import json
 
 import numpy as np
 import pytest
+import rasterio
 from mosaic_pictures import cut, maps, save
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
+from PIL import Image
 from typer.testing import CliRunner
 
 from projdist.cli.app import app
-from projdist.mosaics import mosaic, read_correspondences
+from projdist.gis import save_geotiff
+from projdist.mosaics import (
+    MeanGeoreference,
+    mosaic,
+    read_correspondences,
+    read_world_file,
+    world_file,
+    write_world_file,
+)
 
 KEYS = {"frames", "matrices", "rms_pixels", "left_out", "resultant_length"}
 
@@ -123,6 +133,63 @@ def test_images(tmp_path):
     code, out, err = run(*sheets[:3], "--correspondences", str(table))
     assert (code, err) == (0, "")
     assert "first (sheet0.png)" in out
+
+
+def test_picture(tmp_path):
+    """A mosaic of sheets with world files is drawn with one of its own, or as a GeoTIFF, and is told in the report."""
+    H = maps(np.random.default_rng(3))[:2]
+    sheets = save(tmp_path, cut(H))
+    for sheet, one in zip(sheets, H, strict=True):
+        write_world_file(world_file(sheet), np.diag([5.0, -5.0, 1.0]) @ one)
+    table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 2)))
+    words = [*map(str, sheets), "--correspondences", str(table)]
+    picture, report = tmp_path / "m.png", tmp_path / "report.json"
+    code, out, err = run(*words, "-o", str(picture), "--report", str(report), "--crop", "--blend", "feather")
+    assert (code, err) == (0, "")
+    assert f"Picture: {picture}, " in out.replace("\n", "")
+    assert "Georeference: the mean of 2 sheets by least squares of their corners" in out
+    written = json.loads(report.read_text())["picture"]
+    assert (written["file"], written["georeference"]["sheets"]) == (str(picture), 2)
+    with Image.open(picture) as image:
+        assert image.size == (written["width"], written["height"])
+    known = np.diag([5.0, -5.0, 1.0]) @ H[0] @ np.linalg.inv(written["matrices"][0])
+    assert np.abs(read_world_file(picture).matrix - known).max() < 1e-6
+    assert run(*words, "-o", str(tmp_path / "m.tif"))[0] == 0
+    with rasterio.open(tmp_path / "m.tif") as image:
+        assert np.abs(np.array(image.transform)[[0, 4]] - [5.0, -5.0]).max() < 0.5
+    picture.unlink()
+    for more, message in (
+        (["-o", str(picture)], "m.pgw'. It exists; --overwrite replaces it."),
+        (["-o", str(sheets[0]), "--overwrite"], "It is one of the images."),
+        (["-o", str(tmp_path / "m.gif")], "Its suffix must be .png, .jpg, .jpeg, .tif or .tiff."),
+        (["-o", str(tmp_path / "n.jpg"), "--blend", "soft"], "Invalid blend 'soft'. It must be"),
+        (["-o", str(tmp_path / "n.jpg"), "--exposure", "auto"], "Invalid exposure 'auto'. It must be"),
+        (["--crop"], "Invalid option '--crop'. It needs a mosaic to draw: -o FILE."),
+        (["--pixels", "10"], "Invalid pixels '10'."),
+    ):
+        result = run(*words, *more)
+        assert result[:2] == (2, "")
+        assert message in result[2]
+    assert not picture.exists()
+    code, out, err = run(*words, "-o", str(tmp_path / "small.jpg"), "--pixels", "1e4")
+    assert code == 0
+    assert "The canvas would have" in err
+    code, out, err = run("--correspondences", str(table), "-o", str(picture))
+    assert (code, "A mosaic is drawn from images, and there are none." in err) == (2, True)
+
+
+def test_sheets_in_two_crss(tmp_path):
+    """Sheets that are in different CRSs make a mosaic that is in none, which is said."""
+    H = maps(np.random.default_rng(3))[:2]
+    sheets = [tmp_path / "a.tif", tmp_path / "b.tif"]
+    for sheet, pixels, code in zip(sheets, cut(H), (2056, 21781), strict=True):
+        place = MeanGeoreference(np.diag([5.0, -5.0, 1.0]), rasterio.CRS.from_epsg(code).to_wkt(), 0.0, 1)
+        save_geotiff(np.dstack([pixels, np.full(pixels.shape[:2], 255, np.uint8)]), sheet, place)
+    table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 2)))
+    code, _, err = run(*map(str, sheets), "--correspondences", str(table), "-o", str(tmp_path / "m.png"))
+    assert code == 0
+    assert err == "projdist: Invalid georeferences. The sheets are in different CRSs. The mosaic has none.\n"
+    assert not (tmp_path / "m.pgw").exists()
 
 
 def test_images_refused(tmp_path, points):

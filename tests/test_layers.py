@@ -98,7 +98,7 @@ HOMES = {
     },
     "shapely": {"rings", "geodata", "regions", "features", "plots.basemap", "plots.domain", "plots.land", "gis.layers"},
     "matplotlib": {"plots"},
-    "PIL": {"plots.scans", "mosaics.images"},
+    "PIL": {"plots.scans", "mosaics.images", "mosaics.saving"},
     "cv2": {"mosaics.libraries"},
     "typer": {"cli"},
     "rich": {"cli"},

@@ -9,9 +9,12 @@ import typer
 
 from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
+from projdist.cli.mosaic_pictures import MosaicFile, picture_text
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, number, output_file
 from projdist.cli.output import emit
 from projdist.mosaics import (
+    BLENDS,
+    EXPOSURES,
     FRAMES,
     MODELS,
     Correspondences,
@@ -64,6 +67,24 @@ def mosaic_command(
     ] = "chordal",
     tolerance: Annotated[str, typer.Option(metavar="PIXELS", help="Points farther off are wrong.")] = "4",
     weights: Annotated[str | None, typer.Option(metavar="NUMBERS", help="Weights of the images, with commas.")] = None,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="The mosaic to draw: .png, .tif, or .jpg."),
+    ] = None,
+    blend: Annotated[
+        str | None,
+        typer.Option(
+            metavar="|".join(BLENDS),
+            help="How images overlap: by bands of frequencies along seams where they differ least, by weights that "
+            "fall to their rims, or later ones on earlier ones. multiband if not given.",
+        ),
+    ] = None,
+    exposure: Annotated[
+        str | None,
+        typer.Option(metavar="|".join(EXPOSURES), help="Make the images equally bright (gain), or leave them."),
+    ] = None,
+    crop: Annotated[bool, typer.Option("--crop", help="Crop the mosaic to the largest box without gaps.")] = False,
+    pixels: Annotated[str, typer.Option(metavar="NUMBER", help="The most pixels of the mosaic.")] = "1e8",
     format: FormatOption = "table",
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Report to write, JSON.")] = None,
     overwrite: OverwriteOption = False,
@@ -74,8 +95,13 @@ def mosaic_command(
         "model": choice("model", model, list(MODELS)),
         "rotation": choice("rotation", rotation, list(ROTATIONS)),
         "tolerance": number("tolerance", tolerance, 1e-3, 1e4, " of pixels"),
+        "most_pixels": number("pixels", pixels, 1e3, 4e8),
         "weights": None if weights is None else [number("weight", word, 0.0, 1e12) for word in weights.split(",")],
     }
+    drawn = {"blend": blend, "exposure": exposure, "crop": crop or None}
+    for name, value in drawn.items():
+        if value is not None and output is None:
+            refuse(f"Invalid option '--{name}'. It needs a mosaic to draw: -o FILE.")
     path = None if report is None else output_file(report, overwrite)
     try:
         pictures = open_pictures(images or [])
@@ -86,6 +112,10 @@ def mosaic_command(
             raise ValueError(f"Invalid weights '{weights}'. There must be {count}, one an image.")
     except ValueError as error:
         refuse(str(error), error)
+    target = None
+    if output is not None:
+        words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0]}
+        target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
     try:
         found = mosaic(match(pictures) if given is None else given, **options)
     except ImportError as error:
@@ -93,9 +123,12 @@ def mosaic_command(
     except ValueError as error:
         fail(str(error))
         raise typer.Exit(1) from error
+    result = found.to_dict()
+    if target is not None:
+        result["picture"] = target.save(found)
     if path is not None:
-        emit(json_text(found.to_dict()), path, overwrite)
-    emit(_text(found, form), None)
+        emit(json_text(result), path, overwrite)
+    emit(_text(found, result, form), None)
     for note in found.notes:
         fail(note)
 
@@ -115,8 +148,7 @@ def _given(
     return read_correspondences(correspondences, model=model, sizes=None if sizes is None else parse_sizes(sizes))
 
 
-def _text(found: Mosaic, form: Format) -> str:
-    result = found.to_dict()
+def _text(found: Mosaic, result: dict[str, Any], form: Format) -> str:
     if form is Format.JSON:
         return json_text(result)
     rows = [
@@ -140,6 +172,8 @@ def _text(found: Mosaic, form: Format) -> str:
         f"Frame {result['frame']}: {canvas['width']} x {canvas['height']} pixels; the points fit to "
         f"{result['rms_pixels']:.3g} pixels RMS; mean resultant length {result['resultant_length']:.4f}.\n"
     )
+    if "picture" in result:
+        figures += picture_text(result["picture"])
     if form is Format.MARKDOWN:
         return f"{markdown_text(columns)}\n{about}{figures}"
     return table_text(columns, f"{len(found.images)} images, {result['model']}") + about + figures

@@ -1,4 +1,4 @@
-"""Distortion for GIS programs: rasters of measures, layers of indicatrices, tables of points.
+"""Distortion for GIS programs: rasters of measures, layers of indicatrices, tables of points, mosaics of map sheets.
 
 The home of rasterio, geopandas and pyogrio, which come with `pip install 'projdist[gis]'` and are
 imported where they are used. `region` is None (the area of use of a CRS, else the globe) or
@@ -11,6 +11,7 @@ from projdist.gis.layers import LAYER_SUFFIXES, indicatrices, save_layer
 from projdist.gis.libraries import check_libraries
 from projdist.gis.points import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
 from projdist.gis.rasters import RASTER_SUFFIXES, Raster, raster, save_raster
+from projdist.gis.sheets import georeference_of, save_geotiff
 from projdist.gis.weights import weighted
 
 __all__ = [
@@ -21,11 +22,13 @@ __all__ = [
     "Raster",
     "check_libraries",
     "frame_of",
+    "georeference_of",
     "indicatrices",
     "plain_table",
     "raster",
     "read_data",
     "read_points",
+    "save_geotiff",
     "save_layer",
     "save_points",
     "save_raster",

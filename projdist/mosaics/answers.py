@@ -41,7 +41,8 @@ class Canvas(NamedTuple):
 class Mosaic(Answer):
     """Images brought into a common frame, and what other frames would be worth.
 
-    `frame`: that of the mosaic, `frame_name` as it was asked for. `common`: the frames to choose from.
+    `frame`: that of the mosaic, `frame_name` as it was asked for. `common`: the frames to choose from. `most_pixels`:
+    of the canvas.
     """
 
     points: Correspondences
@@ -49,6 +50,7 @@ class Mosaic(Answer):
     common: CommonFrames
     frame_name: str
     frame: Frame
+    most_pixels: float = _MOST_PIXELS
 
     @property
     def frames(self) -> dict[str, Frame | None]:
@@ -77,8 +79,9 @@ class Mosaic(Answer):
         left = f"Left out: {', '.join(names)}. Nothing connects them with the other images." if names else ""
         return [note for note in (left, self.common.rotation.note, self.canvas().note) if note]
 
-    def canvas(self, *, most_pixels: float = _MOST_PIXELS) -> Canvas:
+    def canvas(self, *, most_pixels: float | None = None) -> Canvas:
         """The picture that holds all images, of so many pixels at most."""
+        most_pixels = self.most_pixels if most_pixels is None else most_pixels
         y = np.einsum("kij,kmj->kmi", self.matrices, homogeneous(corners(self.registration.sizes)))
         places = (y[..., :2] / y[..., 2:]).reshape(-1, 2)
         low, extent = places.min(axis=0), np.ptp(places, axis=0)
@@ -158,13 +161,14 @@ def mosaic(
     weights: ArrayLike | None = None,
     rotation: str = "chordal",
     tolerance: float = 4.0,
+    most_pixels: float = _MOST_PIXELS,
 ) -> Mosaic:
     """Bring images into a common frame by the points that they have in common.
 
     `model`: affine maps, or homographies. `frame`: "mdt", in which the images are distorted least, or the plane of an
     image: "first", "last", "central", "best" of all, or a number. `weights`: of the images, equal ones if not given.
-    `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as for `register`. Raises ValueError for frames
-    in which an image reaches infinity, and as `register` does.
+    `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as for `register`. `most_pixels`: of the
+    canvas. Raises ValueError for frames in which an image reaches infinity, and as `register` does.
     """
     frame = check_frame(frame, len(points.sizes))
     if rotation not in ROTATIONS:
@@ -181,4 +185,4 @@ def mosaic(
         raise ValueError(f"Invalid frame '{frame}'. Nothing connects image {points.name(frame)} with the others.")
     if chosen is None:
         raise ValueError(f"Invalid frame '{frame}'. Its plane sends other images through infinity; mdt does not.")
-    return Mosaic(points, found, common, str(frame), chosen)
+    return Mosaic(points, found, common, str(frame), chosen, most_pixels)

@@ -32,11 +32,11 @@ class Pixels(NamedTuple):
 
 
 class Picture:
-    """An image: its `name`, its `size` in pixels, width and height, and whether it `is_grey`; read when it is needed.
+    """An image: its `name`, its `size` in pixels, width and height, whether it `is_grey`; read when it is needed.
 
     `source`: a file in any format that Pillow reads, or an array (height, width) or (height, width, 3 or 4) of uint8.
-    A file is turned upright as its EXIF data say, and 16 bits a colour become 8. Raises ValueError, in one line, for
-    what cannot be read.
+    A file is turned upright as its EXIF data say (`is_turned`), and 16 bits a colour become 8. Raises ValueError, in
+    one line, for what cannot be read.
     """
 
     def __init__(self, source: str | os.PathLike[str] | AnyArray, name: str | None = None) -> None:
@@ -44,12 +44,14 @@ class Picture:
         self.name = name or ("image" if self.path is None else self.path.name)
         with self._opened(source) as image:
             self.size: tuple[int, int] = image.size
+            orientation = image.getexif().get(_ORIENTATION, 1)
+            self.is_turned = orientation != 1
             self.is_grey = image.mode in _GREY
             if image.mode == "F":
                 raise ValueError(
                     f"{self._invalid} Its pixels are floating-point numbers; they must be of 8 or 16 bits."
                 )
-            if image.getexif().get(_ORIENTATION) in _SIDEWAYS:
+            if orientation in _SIDEWAYS:
                 self.size = self.size[::-1]
         if max(self.size) > _LONGEST_SIDE:
             raise ValueError(

@@ -1,0 +1,132 @@
+"""The pictures of the command `mosaic`: the mosaic, and where on the Earth it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from projdist.cli.errors import cannot_write, fail, refuse
+from projdist.cli.options import choice, file_of_kind, output_file
+from projdist.mosaics import (
+    BLENDS,
+    EXPOSURES,
+    PICTURE_SUFFIXES,
+    Georeference,
+    MeanGeoreference,
+    Mosaic,
+    Picture,
+    Rendered,
+    mean_georeference,
+    read_world_file,
+    render,
+    save_mosaic,
+    world_file,
+    write_world_file,
+)
+
+_GEOTIFF = (".tif", ".tiff")
+
+
+class MosaicFile:
+    """Where a mosaic goes, and how it is drawn; a wrong word ends the command with 2."""
+
+    def __init__(
+        self, output: str, pictures: Sequence[Picture], *, blend: str, exposure: str, crop: bool, overwrite: bool
+    ) -> None:
+        if not pictures:
+            refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
+        self.path = file_of_kind(output, PICTURE_SUFFIXES, overwrite, "picture file")
+        if any(one.path is not None and self.path.exists() and self.path.samefile(one.path) for one in pictures):
+            refuse(f"Invalid output '{output}'. It is one of the images.")
+        self._options: dict[str, Any] = {
+            "blend": choice("blend", blend, list(BLENDS)),
+            "exposure": choice("exposure", exposure, list(EXPOSURES)),
+            "crop": crop,
+        }
+        self._pictures, self._overwrite = pictures, overwrite
+        try:
+            self._sheets = [_georeference(picture) for picture in pictures]
+        except ValueError as error:
+            refuse(str(error), error)
+        self._world = None
+        if any(self._sheets):
+            if self.path.suffix.lower() in _GEOTIFF:
+                _gis(self.path)
+            else:
+                self._world = output_file(str(world_file(self.path)), overwrite)
+
+    def save(self, found: Mosaic) -> dict[str, Any]:
+        """Draw the mosaic and write it; what was written, for the report."""
+        try:
+            drawn = render(found, self._pictures, **self._options)
+        except (ValueError, ImportError) as error:
+            refuse(str(error), error)
+        except MemoryError as error:
+            refuse(f"Invalid picture '{self.path}'. It needs more memory than there is: take fewer --pixels.", error)
+        place = self._place(found, drawn)
+        try:
+            self._write(drawn, place)
+        except (ValueError, FileExistsError) as error:
+            refuse(str(error), error)
+        except OSError as error:
+            cannot_write(self.path, error)
+        return {
+            "file": str(self.path),
+            "width": drawn.canvas.width,
+            "height": drawn.canvas.height,
+            "matrices": drawn.canvas.matrices.tolist(),
+            "georeference": None if place is None else {**place._asdict(), "matrix": place.matrix.tolist()},
+        }
+
+    def _place(self, found: Mosaic, drawn: Rendered) -> MeanGeoreference | None:
+        sheets = [self._sheets[image] for image in found.images]
+        try:
+            return mean_georeference(drawn.canvas, found.registration.sizes, sheets)
+        except ValueError as error:
+            fail(f"{error} The mosaic has none.")
+            return None
+
+    def _write(self, drawn: Rendered, place: MeanGeoreference | None) -> None:
+        if place is not None and self._world is None:
+            _gis(self.path).save_geotiff(drawn.bands, self.path, place, overwrite=self._overwrite)
+            return
+        save_mosaic(drawn, self.path, overwrite=self._overwrite)
+        if place is not None and self._world is not None:
+            write_world_file(self._world, place.matrix, overwrite=self._overwrite)
+
+
+def picture_text(written: dict[str, Any]) -> str:
+    """Lines on what was written."""
+    text = f"Picture: {written['file']}, {written['width']} x {written['height']} pixels.\n"
+    place = written["georeference"]
+    if place is None:
+        return text
+    return text + (
+        f"Georeference: the mean of {place['sheets']} sheets by least squares of their corners, which are "
+        f"{place['rms']:.4g} off (RMS, in the coordinates' unit).\n"
+    )
+
+
+def _georeference(picture: Picture) -> Georeference | None:
+    """Where a sheet lies: what its world file says, and, with rasterio, GDAL."""
+    if picture.path is None or picture.is_turned:
+        return None
+    own = read_world_file(picture.path)
+    from projdist import gis  # what it needs is slow to load, and may be missing
+
+    try:
+        return gis.georeference_of(picture.path) or own
+    except ImportError:
+        return own
+
+
+def _gis(path: Path) -> Any:
+    """The package `gis`, or the end of the command where a GeoTIFF cannot be written."""
+    from projdist import gis  # as above
+
+    try:
+        gis.check_libraries(path)
+    except ImportError as error:
+        refuse(str(error), error)
+    return gis
