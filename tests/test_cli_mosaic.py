@@ -178,6 +178,19 @@ def test_picture(tmp_path):
     assert (code, "A mosaic is drawn from images, and there are none." in err) == (2, True)
 
 
+def test_compare(points, tmp_path):
+    """The frames side by side, of images or of their rims."""
+    figure = tmp_path / "frames.png"
+    words = ["--correspondences", str(points), "--compare", str(figure)]
+    code, out, err = run(*words)
+    assert (code, err) == (0, "")
+    assert f"Frames: {figure}" in out.replace("\n", "")
+    with Image.open(figure) as image:
+        assert min(image.size) > 500
+    assert "It exists; --overwrite replaces it." in run(*words)[2]
+    assert "Its suffix must be .png, .svg or .pdf." in run(*words[:-1], str(tmp_path / "frames.gif"))[2]
+
+
 def test_sheets_in_two_crss(tmp_path):
     """Sheets that are in different CRSs make a mosaic that is in none, which is said."""
     H = maps(np.random.default_rng(3))[:2]

@@ -9,9 +9,10 @@ import typer
 
 from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
-from projdist.cli.mosaic_pictures import MosaicFile, picture_text
+from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, picture_text
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, number, output_file
 from projdist.cli.output import emit
+from projdist.cli.pictures import PictureFile
 from projdist.mosaics import (
     BLENDS,
     EXPOSURES,
@@ -85,6 +86,10 @@ def mosaic_command(
     ] = None,
     crop: Annotated[bool, typer.Option("--crop", help="Crop the mosaic to the largest box without gaps.")] = False,
     pixels: Annotated[str, typer.Option(metavar="NUMBER", help="The most pixels of the mosaic.")] = "1e8",
+    compare: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Figure to draw of all frames side by side: .png, .svg or .pdf."),
+    ] = None,
     format: FormatOption = "table",
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Report to write, JSON.")] = None,
     overwrite: OverwriteOption = False,
@@ -116,6 +121,7 @@ def mosaic_command(
     if output is not None:
         words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0]}
         target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
+    figure = None if compare is None else PictureFile(compare, size=None, dpi="150", overwrite=overwrite)
     try:
         found = mosaic(match(pictures) if given is None else given, **options)
     except ImportError as error:
@@ -126,6 +132,9 @@ def mosaic_command(
     result = found.to_dict()
     if target is not None:
         result["picture"] = target.save(found)
+    if figure is not None:
+        draw_frames(found, pictures, figure)
+        result["compare"] = str(figure.path)
     if path is not None:
         emit(json_text(result), path, overwrite)
     emit(_text(found, result, form), None)
@@ -174,6 +183,8 @@ def _text(found: Mosaic, result: dict[str, Any], form: Format) -> str:
     )
     if "picture" in result:
         figures += picture_text(result["picture"])
+    if "compare" in result:
+        figures += f"Frames: {result['compare']}\n"
     if form is Format.MARKDOWN:
         return f"{markdown_text(columns)}\n{about}{figures}"
     return table_text(columns, f"{len(found.images)} images, {result['model']}") + about + figures

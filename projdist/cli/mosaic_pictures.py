@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from projdist.cli.errors import cannot_write, fail, refuse
 from projdist.cli.options import choice, file_of_kind, output_file
+from projdist.cli.pictures import PictureFile
 from projdist.mosaics import (
     BLENDS,
     EXPOSURES,
@@ -94,6 +96,16 @@ class MosaicFile:
         save_mosaic(drawn, self.path, overwrite=self._overwrite)
         if place is not None and self._world is not None:
             write_world_file(self._world, place.matrix, overwrite=self._overwrite)
+
+
+def draw_frames(found: Mosaic, pictures: Sequence[Picture], target: PictureFile) -> None:
+    """Draw the frames side by side: of images, or, where there are none, of their rims."""
+    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
+
+    try:
+        target.save(functools.partial(plots.mosaic_figure, found, pictures or None))
+    except ImportError as error:
+        refuse(str(error), error)
 
 
 def picture_text(written: dict[str, Any]) -> str:

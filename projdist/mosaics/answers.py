@@ -14,7 +14,7 @@ from projdist.mdt import check_weights
 from projdist.mosaics.correspondences import Correspondences
 from projdist.mosaics.frames import CommonFrames, Frame, common_frames, frame_of_image
 from projdist.mosaics.homographies import corners
-from projdist.mosaics.projective import homogeneous
+from projdist.mosaics.projective import places
 from projdist.mosaics.registration import Registration, register
 from projdist.rigid import ROTATIONS
 
@@ -82,9 +82,8 @@ class Mosaic(Answer):
     def canvas(self, *, most_pixels: float | None = None) -> Canvas:
         """The picture that holds all images, of so many pixels at most."""
         most_pixels = self.most_pixels if most_pixels is None else most_pixels
-        y = np.einsum("kij,kmj->kmi", self.matrices, homogeneous(corners(self.registration.sizes)))
-        places = (y[..., :2] / y[..., 2:]).reshape(-1, 2)
-        low, extent = places.min(axis=0), np.ptp(places, axis=0)
+        rims = places(self.matrices, corners(self.registration.sizes)).reshape(-1, 2)
+        low, extent = rims.min(axis=0), np.ptp(rims, axis=0)
         scale = min(1.0, float(np.sqrt(most_pixels / np.prod(extent))))
         to_canvas = np.diag([scale, scale, 1.0])
         to_canvas[:2, 2] = -scale * low

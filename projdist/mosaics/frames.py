@@ -9,6 +9,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.mdt import mdt
 from projdist.mosaics.homographies import behind, corners, field_of, least_distorting
+from projdist.mosaics.projective import places
 from projdist.mosaics.registration import Registration
 from projdist.rigid import Rotation, axes_shift, mean_rotation
 
@@ -68,7 +69,7 @@ def common_frames(found: Registration, weights: FloatArray, rotation: str) -> Co
 
 
 def _central(found: Registration, mean: Frame) -> int:
-    middles = _images(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
+    middles = places(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
     return found.images[int(np.hypot(*(middles - middles.mean(axis=0)).T).argmin())]
 
 
@@ -84,7 +85,7 @@ def _mdt_frame(found: Registration, weights: FloatArray, rotation: str) -> tuple
     G = np.eye(3)
     G[:2, :2] = turn.q @ np.linalg.inv(T)
     H = G @ H
-    shift = axes_shift(_images(H, corners(found.sizes)).reshape(-1, 2))
+    shift = axes_shift(places(H, corners(found.sizes)).reshape(-1, 2))
     H[:, :2] += shift[:, None] * H[:, 2:]
     return _measured(found, None, H, weights), turn
 
@@ -103,9 +104,3 @@ def _measured(found: Registration, reference: int | None, H: FloatArray, weights
     # With equal weights the figure of affine maps is the plain sum.
     figure = float(weights @ squares) * (len(squares) if found.model == "affine" else 1.0)
     return Frame(reference, H, np.sqrt(squares), figure)
-
-
-def _images(H: FloatArray, x: FloatArray) -> FloatArray:
-    """Where maps (n, 3, 3) take points (n, m, 2)."""
-    y = np.einsum("kij,kmj->kmi", H[:, :, :2], x) + H[:, None, :, 2]
-    return np.asarray(y[..., :2] / y[..., 2:])

@@ -13,7 +13,7 @@ from projdist._typing import FloatArray
 from projdist.files import replacing
 from projdist.mosaics.answers import Canvas
 from projdist.mosaics.homographies import corners
-from projdist.mosaics.projective import homogeneous
+from projdist.mosaics.projective import places
 
 __all__ = ["Georeference", "MeanGeoreference", "mean_georeference", "read_world_file", "world_file", "write_world_file"]
 
@@ -54,10 +54,9 @@ def mean_georeference(
     names = {sheet.crs for sheet in given if sheet.crs}
     if len(names) > 1:
         raise ValueError("Invalid georeferences. The sheets are in different CRSs.")
-    places = homogeneous(corners(sizes[known]))
-    y = np.einsum("kij,knj->kni", canvas.matrices[known], places)
-    here = (y[..., :2] / y[..., 2:]).reshape(-1, 2)
-    there = np.concatenate([x @ sheet.matrix[:2].T for x, sheet in zip(places, given, strict=True)])
+    rims = corners(sizes[known])
+    here = places(canvas.matrices[known], rims).reshape(-1, 2)
+    there = places(np.stack([sheet.matrix for sheet in given]), rims).reshape(-1, 2)
     # Coordinates of a CRS are large: from their means.
     middle, target = here.mean(axis=0), there.mean(axis=0)
     A = np.linalg.lstsq(here - middle, there - target, rcond=None)[0].T

@@ -12,7 +12,7 @@ from projdist._typing import FloatArray
 from projdist.mosaics.homographies import corners
 from projdist.mosaics.images import Picture, Pixels
 from projdist.mosaics.libraries import opencv
-from projdist.mosaics.projective import homogeneous, jacobians
+from projdist.mosaics.projective import jacobians, places
 
 __all__ = ["Box", "Piece", "Store", "bounds", "common_box", "shift", "warped"]
 
@@ -59,17 +59,16 @@ def _filled(pixels: Pixels) -> Pixels:
         return pixels
     cv2 = opencv()
     nearest = cv2.distanceTransformWithLabels(255 - pixels.mask, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)[1]
-    places = np.zeros(nearest.max() + 1, int)
-    places[nearest[seen]] = np.flatnonzero(seen)
-    return Pixels(pixels.colours.reshape(-1, 3)[places[nearest]], pixels.mask)
+    numbers = np.zeros(nearest.max() + 1, int)
+    numbers[nearest[seen]] = np.flatnonzero(seen)
+    return Pixels(pixels.colours.reshape(-1, 3)[numbers[nearest]], pixels.mask)
 
 
 def bounds(H: FloatArray, size: FloatArray) -> Box:
     """The box that an image has on the canvas."""
-    y = homogeneous(corners(size[None])[0]) @ H.T
-    places = y[:, :2] / y[:, 2:]
-    left, top = np.floor(places.min(axis=0) + 1e-6).astype(int).tolist()
-    right, bottom = np.ceil(places.max(axis=0) - 1e-6).astype(int).tolist()
+    rim = places(H[None], corners(size[None]))[0]
+    left, top = np.floor(rim.min(axis=0) + 1e-6).astype(int).tolist()
+    right, bottom = np.ceil(rim.max(axis=0) - 1e-6).astype(int).tolist()
     return left, top, right, bottom
 
 

@@ -62,6 +62,12 @@ def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
     return normalised(H.reshape(*x.shape[:-2], 3, 3), x)
 
 
+def places(H: FloatArray, x: FloatArray) -> FloatArray:
+    """Where maps (N, 3, 3) take points (N, n, 2)."""
+    y = np.einsum("kij,kmj->kmi", H[:, :, :2], x) + H[:, None, :, 2]
+    return np.asarray(y[..., :2] / y[..., 2:])
+
+
 def jacobians(H: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Of maps (N, 3, 3) at points (N, n, 2): the images (N, n, 2) and the Jacobians (N, n, 2, 2)."""
     y = np.einsum("kij,knj->kni", H, homogeneous(x))

@@ -206,14 +206,21 @@ def _layout(
     maps: Sequence[_Map], size: tuple[float, float] | None, dpi: float, *, foot: float, one_scale: bool
 ) -> tuple[Figure, list[Axes]]:
     """A figure with room at its foot, and axes in the shape of each map."""
-    if size is not None and not (np.isfinite(size).all() and min(size) > 0):
-        raise ValueError(f"Invalid size '{size}'. It must be a width and a height in inches, both positive.")
     extents = np.array([one.surface.extent for one in maps])
     shapes = extents[:, [1, 3]] - extents[:, [0, 2]]
     shapes = shapes + 0.02 * shapes.max(axis=1, keepdims=True)
     if not one_scale:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
-    count = len(maps)
+    return arranged(shapes, size, dpi, foot=foot)
+
+
+def arranged(
+    shapes: FloatArray, size: tuple[float, float] | None, dpi: float, *, foot: float
+) -> tuple[Figure, list[Axes]]:
+    """A figure with room at its foot, and axes of `shapes`, widths and heights (n, 2), as large as they can be."""
+    if size is not None and not (np.isfinite(size).all() and min(size) > 0):
+        raise ValueError(f"Invalid size '{size}'. It must be a width and a height in inches, both positive.")
+    count = len(shapes)
     # The fewest columns for each number of rows: four maps are two and two, not three and one.
     options = [
         _grid(shapes, columns, size, foot)

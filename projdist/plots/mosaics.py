@@ -1,0 +1,98 @@
+"""The frames that the images of a mosaic can be brought into, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from projdist._typing import FloatArray
+from projdist.mosaics import Canvas, Mosaic, Picture, Rendered, render
+from projdist.mosaics.homographies import corners
+from projdist.mosaics.projective import places
+from projdist.plots.basemap import draw_title
+from projdist.plots.figures import arranged
+
+_FOOT = 0.2  # inches
+_PIXELS = 8e5  # of a panel
+_FLAT = (12.0, 1.0)  # the shape of an empty one
+_FACE, _EDGE, _RIM = "#4a7ba630", "#1f3b57", "#c2402899"
+_NUMBERS = 60  # images that have room for them
+_FIGURES = {"affine": "Sum of Dist_F² = {:.4g}", "homography": "Mean of Dist_F² = {:.4g}"}
+_TITLES = {"first": "First", "last": "Last", "central": "Central", "best": "Best image's plane", "mdt": "MDT"}
+
+
+def mosaic_figure(
+    found: Mosaic,
+    pictures: Sequence[Picture] | None = None,
+    *,
+    frames: Sequence[str] = ("first", "last", "central", "best", "mdt"),
+    size: tuple[float, float] | None = None,
+    dpi: float = 150.0,
+) -> Figure:
+    """A mosaic in several frames, each with its figure of distortion, each as large as it can be.
+
+    With `pictures` it is drawn, with the images' rims; without them only these are. A frame in which an image reaches
+    infinity has only a title. Raises ValueError, and ImportError where pictures are to be drawn without OpenCV.
+    """
+    if not frames or any(name not in found.frames for name in frames):
+        raise ValueError(f"Invalid frames '{', '.join(frames)}'. They must be of {', '.join(found.frames)}.")
+    panels = [_drawn(found, name, pictures) for name in frames]
+    sides = [_FLAT if panel is None else (_canvas(panel).width, _canvas(panel).height) for panel in panels]
+    shapes = np.array(sides, dtype=float)
+    figure, axes = arranged(shapes / shapes.max(axis=1, keepdims=True), size, dpi, foot=_FOOT)
+    for ax, name, panel in zip(axes, frames, panels, strict=True):
+        ax.set_axis_off()
+        if panel is None:
+            draw_title(ax, _TITLES[name], "Impossible: the plane sends an image to infinity")
+        else:
+            _draw(ax, found, name, panel)
+    return figure
+
+
+def _drawn(found: Mosaic, name: str, pictures: Sequence[Picture] | None) -> Rendered | Canvas | None:
+    """What a panel shows: the mosaic, or only its canvas; None where the frame is impossible."""
+    frame = found.frames[name]
+    if frame is None:
+        return None
+    there = replace(found, frame=frame, frame_name=name)
+    return there.canvas(most_pixels=_PIXELS) if pictures is None else render(there, pictures, most_pixels=_PIXELS)
+
+
+def _canvas(panel: Rendered | Canvas) -> Canvas:
+    return panel.canvas if isinstance(panel, Rendered) else panel
+
+
+def _draw(ax: Axes, found: Mosaic, name: str, panel: Rendered | Canvas) -> None:
+    canvas, frame = _canvas(panel), found.frames[name]
+    rims = places(canvas.matrices, corners(found.registration.sizes))
+    ax.set_xlim(0.0, canvas.width)
+    ax.set_ylim(canvas.height, 0.0)
+    if isinstance(panel, Rendered):
+        ax.imshow(panel.pixels, extent=(0.0, canvas.width, canvas.height, 0.0), aspect="auto", zorder=0.5)
+        closed = np.concatenate([rims, rims[:, :1]], axis=1)
+        ax.add_collection(LineCollection(list(closed), colors=_RIM, linewidths=0.5, zorder=1.0), autolim=False)
+    else:
+        ax.add_collection(
+            PolyCollection(list(rims), facecolors=_FACE, edgecolors=_EDGE, linewidths=0.6, zorder=1.0), autolim=False
+        )
+        _draw_numbers(ax, found, rims)
+    figure = np.nan if frame is None else frame.figure
+    draw_title(ax, _title(found, name), _FIGURES[found.registration.model].format(figure))
+
+
+def _draw_numbers(ax: Axes, found: Mosaic, rims: FloatArray) -> None:
+    if len(rims) <= _NUMBERS:
+        for image, (x, y) in zip(found.images, rims.mean(axis=1), strict=True):
+            ax.text(x, y, str(image), ha="center", va="center", fontsize=7, color=_EDGE)
+
+
+def _title(found: Mosaic, name: str) -> str:
+    """The frame, and the image whose plane it is."""
+    frame = found.frames[name]
+    reference = None if frame is None else frame.reference
+    return _TITLES[name] if reference is None else f"{_TITLES[name]} ({found.points.name(reference)})"
