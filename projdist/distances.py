@@ -12,7 +12,7 @@ cuts and with poles at infinity, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -27,7 +27,14 @@ from projdist.regions import Place, PointSet, get_region
 from projdist.scatter import GOLDEN, Points, Scatter
 from projdist.sphere import chord_angle, unit_vectors
 
-__all__ = ["DISTANCE_MEASURES", "FiniteDistortion", "distance_distortion", "great_circle_bending"]
+__all__ = [
+    "DISTANCE_MEASURES",
+    "FiniteDistortion",
+    "best_scale_of_distances",
+    "distance_distortion",
+    "distance_distortions",
+    "great_circle_bending",
+]
 
 DistanceMeasure = Callable[[FloatArray, FloatArray], float]
 MapDistance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
@@ -117,6 +124,27 @@ def canters(ratio: FloatArray, weight: FloatArray) -> float:
     return (1.0 + index) / (1.0 - index) if index < 1.0 else np.inf
 
 
+_THINNED = 61  # of the pairs, for a search; a prime, as pairs come in rows
+_REACH, _HALVINGS = 4.0, 32  # of ln scale to either side of the geometric mean
+
+
+def best_scale_of_distances(ratio: FloatArray, weight: FloatArray) -> float:
+    """The logarithm of the scale that makes the indices of Peters and of Canters least.
+
+    Of every 61st pair: where the indices are least, what is lost by that is of second order.
+    """
+    logarithm, weight = np.log(ratio[::_THINNED]), weight[::_THINNED]
+    # The index is the mean of |tanh(ln(r) / 2)|; its slope is negative below the best scale, and positive above it.
+    middle = -_mean(logarithm, weight) / float(weight.sum())
+    low, high = middle - _REACH, middle + _REACH
+    for _ in range(_HALVINGS):
+        scale = 0.5 * (low + high)
+        half = 0.5 * (logarithm + scale)
+        rises = _mean(np.sign(half) / np.cosh(half) ** 2, weight) > 0.0
+        low, high = (low, scale) if rises else (scale, high)
+    return 0.5 * (low + high)
+
+
 def _mean(values: FloatArray, weight: FloatArray) -> float:
     # Not a product of vectors, for which BLAS wakes threads that a quarter of a million numbers do not pay for.
     return float(np.sum(weight * values))
@@ -149,16 +177,32 @@ def distance_distortion(
     >>> round(distance_distortion("laea").value, 3)
     0.343
     """
-    name, function = _named(measure)
+    (found,) = distance_distortions(
+        projection, region, [measure], map_distance=map_distance, tolerance=tolerance, seed=seed
+    )
+    return found
+
+
+def distance_distortions(
+    projection: Any,
+    region: str | Place = "globe",
+    measures: Sequence[str | DistanceMeasure] = tuple(DISTANCE_MEASURES),
+    *,
+    map_distance: MapDistance | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    seed: int = 0,
+) -> list[FiniteDistortion]:
+    """The same for several measures, of the same pairs; the first tells whether there must be more of these."""
+    names, functions = zip(*map(_named, measures), strict=True)
     distance = map_distance or _straight
     ask = _Question.of(projection, region)
     if isinstance(ask.region, PointSet) and ask.region.lon.size <= _EXACT:
         points = Points(ask.region.lon, ask.region.lat, ask.region.weight)
-        found = _over_pairs(ask.projection, function, distance, points, points)
-        return ask.answer(name, found.value, 0.0, found.pairs, found.coverage)
-    return ask.estimate(
-        name,
-        lambda one, other, rng: _over_pairs(ask.projection, function, distance, one, other, rng),
+        found = _over_pairs(ask.projection, functions, distance, points, points)
+        return ask.answers(names, found, np.zeros(len(names)))
+    return ask.estimates(
+        names,
+        lambda one, other, rng: _over_pairs(ask.projection, functions, distance, one, other, rng),
         _SIZES[ask.projection.ellipsoid.is_sphere],
         tolerance,
         seed,
@@ -176,22 +220,22 @@ def _named(measure: str | DistanceMeasure) -> tuple[str, DistanceMeasure]:
 
 
 class _Found(NamedTuple):
-    """A figure of one draw, the number of its pairs, and the share of what was drawn that is on the map."""
+    """Figures (m,) of one draw, the number of its pairs, and the share of what was drawn that is on the map."""
 
-    value: float
+    values: FloatArray
     pairs: int
     coverage: float
 
 
 def _over_pairs(
     projection: Projection,
-    function: DistanceMeasure,
+    functions: Sequence[DistanceMeasure],
     distance: MapDistance,
     one: Points,
     other: Points,
     rng: np.random.Generator | None = None,
 ) -> _Found:
-    """The measure over pairs of a point of one set and a point of another."""
+    """The measures over pairs of a point of one set and a point of another."""
     on, (x, y) = _on_map(projection, one)
     to, (to_x, to_y) = _on_map(projection, other)
     coverage = (on.weight.sum() + to.weight.sum()) / (one.weight.sum() + other.weight.sum())
@@ -207,10 +251,11 @@ def _over_pairs(
     if not counts.all():
         ratio, weight = ratio[counts], weight[counts]
     if not weight.sum() > 0.0:
-        return _Found(np.nan, 0, float(coverage))
+        return _Found(np.full(len(functions), np.nan), 0, float(coverage))
+    weight = weight / weight.sum()
     with np.errstate(divide="ignore", invalid="ignore"):  # where a map lays two points on one
-        value = function(ratio, weight / weight.sum())
-    return _Found(value if np.isfinite(value) else np.nan, ratio.size, float(coverage))
+        values = np.array([function(ratio, weight) for function in functions])
+    return _Found(np.where(np.isfinite(values), values, np.nan), ratio.size, float(coverage))
 
 
 def _straight(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) -> FloatArray:
@@ -260,13 +305,14 @@ def great_circle_bending(
     great circle that a map tears counts as it lies. The error is as in `distance_distortion`.
     """
     ask = _Question.of(projection, region)
-    return ask.estimate(
-        "bending",
+    (found,) = ask.estimates(
+        ["bending"],
         lambda one, other, rng: _over_geodesics(ask.projection, one, other, rng),
         _BENDING_SIZES,
         tolerance,
         seed,
     )
+    return found
 
 
 def _over_geodesics(projection: Projection, one: Points, other: Points, rng: np.random.Generator) -> _Found:
@@ -288,9 +334,10 @@ def _over_geodesics(projection: Projection, one: Points, other: Points, rng: np.
     figures = away.mean(axis=1)
     counts = np.isfinite(figures)
     if not weight[counts].sum() > 0.0:
-        return _Found(np.nan, 0, 0.0)
+        return _Found(np.array([np.nan]), 0, 0.0)
     kept = weight[counts] / weight[counts].sum()
-    return _Found(_mean(figures[counts], kept), int(counts.sum()), float(weight[counts].sum() / weight.sum()))
+    value = np.array([_mean(figures[counts], kept)])
+    return _Found(value, int(counts.sum()), float(weight[counts].sum() / weight.sum()))
 
 
 def _along(
@@ -324,27 +371,32 @@ class _Question:
         projection = Projection.from_user_input(projection)
         return _Question(projection, given or projection.label, get_region(region))
 
-    def answer(self, measure: str, value: float, error: float, pairs: int, coverage: float) -> FiniteDistortion:
-        """The answer to it."""
-        return FiniteDistortion(self.projection, self.given, self.region, measure, value, error, pairs, coverage)
+    def answers(self, measures: Sequence[str], found: _Found, errors: FloatArray) -> list[FiniteDistortion]:
+        """The answers to it."""
+        return [
+            FiniteDistortion(
+                self.projection, self.given, self.region, measure, value, error, found.pairs, found.coverage
+            )
+            for measure, value, error in zip(measures, found.values.tolist(), errors.tolist(), strict=True)
+        ]
 
-    def estimate(
+    def estimates(
         self,
-        measure: str,
-        figure: Callable[[Points, Points, np.random.Generator], _Found],
+        measures: Sequence[str],
+        figures: Callable[[Points, Points, np.random.Generator], _Found],
         sizes: tuple[int, ...],
         tolerance: float,
         seed: int,
-    ) -> FiniteDistortion:
-        """The mean of a figure of two sets of points over draws, and its standard error."""
+    ) -> list[FiniteDistortion]:
+        """The means of figures of two sets of points over draws, and their standard errors."""
         if not tolerance > 0.0:
             raise ValueError(f"Invalid tolerance '{tolerance:g}'. It must be positive.")
         rng = np.random.default_rng(seed)
         scatter = Scatter(self.region, self.projection.ellipsoid)
         for size in sizes:
-            found = [figure(scatter.draw(size, rng), scatter.draw(size, rng), rng) for _ in range(_DRAWS)]
+            found = [figures(scatter.draw(size, rng), scatter.draw(size, rng), rng) for _ in range(_DRAWS)]
             values, pairs, coverages = (np.array(column) for column in zip(*found, strict=True))
-            value, error = float(values.mean()), float(values.std(ddof=1) / np.sqrt(_DRAWS))
-            if not error > tolerance * abs(value):
+            means, errors = values.mean(axis=0), values.std(axis=0, ddof=1) / np.sqrt(_DRAWS)
+            if not errors[0] > tolerance * abs(means[0]):
                 break
-        return self.answer(measure, value, error, int(pairs.sum()), float(coverages.mean()))
+        return self.answers(measures, _Found(means, int(pairs.sum()), float(coverages.mean())), errors)

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 
 import pytest
 from typer.testing import CliRunner
@@ -45,6 +46,17 @@ def test_tables_have_symbols(form: str) -> None:
     assert all(head in text for head in (" I ", " Dab ", " Dab best ", " Dan "))
     assert " I best " not in text
     assert "Best: an index at the scale that makes it best." in text
+
+
+def test_a_row_of_goldberg_and_gott() -> None:
+    """Six figures and their score; errors above the last digit stand in brackets."""
+    code, out, _ = run("compare", "eqc", "--indices", "goldberg-gott", *COARSE, "-f", "markdown")
+    assert code == 0
+    head, _, row = (line.strip("| ").split(" | ") for line in out.splitlines()[:3])
+    assert head[-7:] == [*"IAFSDB", "score"]
+    # D of the plate carree, .449 in the literature, with a standard error of 5e-5.
+    assert re.fullmatch(r"0\.44[89]\d{2}\(\d\)", row[-3])
+    assert "In brackets: the error" in out
 
 
 def test_sorted_by_an_index() -> None:

@@ -15,7 +15,9 @@ import scipy.integrate
 import scipy.optimize
 from scipy.special import ellipe
 
+from projdist import Projection, distance_distortion
 from projdist.indices import GROUPS, INDICES, NORMALISERS, get_indices, goldberg_gott_score, indices
+from projdist.projections import compose
 
 HALF_PI = math.pi / 2
 # The cubature resolves means to 1e-6 and says so; roots of small means lose no more than that here.
@@ -207,7 +209,7 @@ def test_the_registry_is_complete():
 
 def test_names_symbols_and_groups():
     """Indices are chosen by any of them, each once."""
-    assert [index.symbol for index in get_indices("goldberg-gott")] == ["I", "A", "F", "S", "B"]
+    assert [index.symbol for index in get_indices("goldberg-gott")] == [*"IAFSDB", "score"]
     assert [index.name for index in get_indices(["I", "isotropy", "canters"])] == [
         "isotropy",
         "canters_ab",
@@ -227,6 +229,55 @@ def test_the_score():
     assert goldberg_gott_score(winkel) == pytest.approx(4.563, abs=slack)
     with pytest.raises(ValueError, match="D is missing"):
         goldberg_gott_score({"I": 1, "A": 1, "F": 1, "S": 1, "B": 1})
+
+
+def test_the_score_of_a_map():
+    """It is that of its figures, with an error that all of theirs may make; without one of them there is none."""
+    found = indices("plate-carree", names="goldberg-gott")
+    values = {symbol: found[symbol].value for symbol in "IAFSDB"}
+    assert found["score"].value == goldberg_gott_score(values)
+    up = {symbol: values[symbol] + found[symbol].error for symbol in "IAFSDB"}
+    assert found["score"].error == pytest.approx(goldberg_gott_score(up) - found["score"].value, rel=1e-3)
+    # Half of a globe has no cuts of its own.
+    assert math.isnan(indices("plate-carree", "box:-180,0,180,90", "score")["score"].value)
+
+
+# ---- finite distances -----------------------------------------------------------------------
+
+
+def test_distances_are_those_of_the_library():
+    """D is `distance_distortion`, and scale-free; Peters' and Canters' indices of a scaled small map are elementary."""
+    library = distance_distortion("mollweide").value
+    assert indices("mollweide", names="D")["D"].value == pytest.approx(library, rel=1e-12)
+    local = Projection.from_user_input("+proj=aeqd +lon_0=10 +lat_0=20 +R=6371008.7714")
+    twice = compose(local, 2.0 * np.eye(2), "twice as large")
+    found = indices(twice, "cap:10,20,20", ["D", "finite"], tolerance=1e-4)
+    small = 4e-6  # (20 km / R)^2
+    assert found["D"].value == pytest.approx(0, abs=small)
+    assert found["DI"].value == pytest.approx(1 / 3, abs=small)
+    assert found["K1"].value == pytest.approx(2, abs=4 * small)
+    assert found["DI"].best == pytest.approx(0, abs=small)
+    assert found["K1"].best == pytest.approx(1, abs=4 * small)
+    assert found["DI"].best_scale == found["K1"].best_scale == pytest.approx(0.5, abs=small)
+    assert found["bend"].value == pytest.approx(0, abs=small)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mercator", "robinson"])
+def test_the_best_scale_of_distances(name):
+    """No other scale betters Peters' index of the same pairs by more than its standard error."""
+    found = indices(name, names="DI")["DI"]
+
+    def at(scale):
+        def measure(ratio, weight):
+            return float(weight @ (np.abs(scale * ratio - 1) / (scale * ratio + 1)))
+
+        return distance_distortion(name, measure=measure).value
+
+    assert found.value == pytest.approx(at(1.0), rel=1e-12)
+    assert found.best == pytest.approx(at(found.best_scale), rel=1e-12)
+    search = scipy.optimize.minimize_scalar(at, bounds=(0.6, 1.2), method="bounded", options={"xatol": 1e-4})
+    assert search.fun == pytest.approx(found.best, abs=found.best_error)
 
 
 def test_frames_and_json():

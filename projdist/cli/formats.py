@@ -82,6 +82,8 @@ def render_comparison(
     columns |= _index_columns(rows, indices)
     if any(index.best_scale is not None for index in indices):
         notes.append("Best: an index at the scale that makes it best.")
+    if indices:
+        notes.append(_ERRORS_OF_INDICES)
     if any(row["indices"][index.name]["value"] is None for row in rows for index in indices):
         notes.append("-: the index diverges, has no bound, or is none of the region's.")
     if any(row["coverage"] < 0.9999995 for row in rows):
@@ -112,9 +114,16 @@ def _index_columns(rows: Sequence[dict[str, Any]], indices: Sequence[Index]) -> 
     return columns
 
 
+_LAST_OF_INDICES = 1e-5
+_ERRORS_OF_INDICES = "In brackets: the error, of the last digit; without them it is below 0.00001."
+
+
 def _rounded_index(value: float | None, error: float | None) -> str:
-    """Five decimals at most, as published ones have two to four."""
-    return rounded(value, max(error or 0.0, 1e-5))
+    """Five decimals at most, as published ones have two to four; a larger error in brackets, of the last digit."""
+    if value is None or error is None or not error > _LAST_OF_INDICES:
+        return rounded(value, _LAST_OF_INDICES)
+    decimals = max(0, math.ceil(-math.log10(error)))
+    return f"{value:.{decimals}f}({math.ceil(error * 10**decimals)})"
 
 
 def render_factors(result: dict[str, Any], name: str, form: Format) -> str:

@@ -142,7 +142,7 @@ def _integrand(term: Scales, scale: float) -> Integrand:
 
 
 def _value(index: Index, field: Field, tolerance: float) -> IndexValue:
-    nominal = index.value(field, 1.0)
+    nominal = field.once(index.value)
     if index.best_scale is None:
         return IndexValue(*nominal, *nominal, 1.0)
     scale = index.best_scale(field) if np.isfinite(nominal.value) else np.nan

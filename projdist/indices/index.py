@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from projdist.regions import Place
 
 __all__ = ["Estimate", "Field", "Index", "Scales"]
 
+T = TypeVar("T")
 Scales = Callable[[FloatArray, FloatArray], FloatArray]
 """A function of the principal scales a >= b."""
 
@@ -45,6 +46,13 @@ class Field:
     projection: Projection
     region: Place
     samples: Samples
+    known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def once(self, figure: Callable[[Field, float], T], scale: float = 1.0) -> T:
+        """What a figure of the field at a scale is, computed when it is first asked for."""
+        if (figure, scale) not in self.known:
+            self.known[figure, scale] = figure(self, scale)
+        return self.known[figure, scale]
 
     @functools.cached_property
     def scales(self) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from projdist import hints
-from projdist.indices import boundary, terms
+from projdist.indices import boundary, finite, score, terms
 from projdist.indices.index import Index
 
 __all__ = ["GROUPS", "INDICES", "get_index", "get_indices"]
@@ -13,10 +13,21 @@ __all__ = ["GROUPS", "INDICES", "get_index", "get_indices"]
 _AIRY = "Airy 1861, Explanation of a projection by balance of errors, Philosophical Magazine 22:409"
 _GOTT = "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297"
 _CANTERS = "Canters & Decleir 1989, The World in Perspective"
+_CANTERS_2002 = "Canters 2002, Small-scale Map Projection Design"
+_GGV = "Gott, Goldberg & Vanderbei 2021, Flat Maps that improve on the Winkel Tripel, arXiv 2102.08176"
 _CAPEK = "Capek 2001, Which is the best projection for the world map?, Proceedings of the 20th ICC, Beijing"
 _OZERI = "Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications"
 _KAVRAYSKIY = "Kavrayskiy 1934, Matematicheskaya kartografiya"
 _KUNIMUNE = "Kunimune, Map-Projections, output/parameters.txt"
+
+_SCORED = {
+    "I": terms.rms_of(terms.log_shape_squared),
+    "A": terms.deviation_of_log_area,
+    "F": terms.second_order("flexion"),
+    "S": terms.second_order("skewness"),
+    "D": finite.spread,
+    "B": boundary.boundary_cuts,
+}
 
 INDICES: dict[str, Index] = {
     index.name: index
@@ -234,7 +245,7 @@ INDICES: dict[str, Index] = {
             "Root of the mean of ln^2(a/b).",
             "by true area",
             _GOTT,
-            terms.rms_of(terms.log_shape_squared),
+            _SCORED["I"],
             terms=(terms.log_shape_squared,),
         ),
         Index(
@@ -244,7 +255,7 @@ INDICES: dict[str, Index] = {
             "Standard deviation of ln(ab).",
             "by true area",
             _GOTT,
-            terms.deviation_of_log_area,
+            _SCORED["A"],
             terms=(terms.log_area_squared,),
         ),
         *(
@@ -255,10 +266,19 @@ INDICES: dict[str, Index] = {
                 f"Mean over all places and directions of |{product}| / |v|^2 along great circles.",
                 "per radian, by true area",
                 _GOTT,
-                terms.second_order(name),
+                _SCORED[name[0].upper()],
                 second_order=(name,),
             )
             for name, product in (("flexion", "v x w"), ("skewness", "v . w"))
+        ),
+        Index(
+            "distances",
+            "D",
+            "goldberg-gott",
+            "Standard deviation of ln(distance on the map / on the globe) over all pairs of points.",
+            "by true area; straight lines on the map as it lies, across its cuts, too; the error is a standard error",
+            "Gott, Mugnolo & Colley 2007, Map projections minimizing distance errors, Cartographica 42:219",
+            _SCORED["D"],
         ),
         Index(
             "boundary_cuts",
@@ -267,7 +287,47 @@ INDICES: dict[str, Index] = {
             "Length of the lines along which the globe is cut to be laid flat, over 4 pi; of the globe only.",
             "a cut from pole to pole is 0.25",
             _GOTT,
-            boundary.boundary_cuts,
+            _SCORED["B"],
+        ),
+        Index(
+            "goldberg_gott_score",
+            "score",
+            "goldberg-gott",
+            "Sum over I, A, F, S, D, B of (X / X of the plate carree)^2; of the globe only.",
+            "by the plate carree's row as it was printed, .51 .41 .64 .60 .449 .25, rounded",
+            _GGV,
+            score.score_of(_SCORED),
+            terms=(terms.log_shape_squared, terms.log_area_squared),
+            second_order=("flexion", "skewness"),
+        ),
+        Index(
+            "peters_distance",
+            "DI",
+            "finite",
+            "Mean of |map - globe| / (map + globe) of the distances of all pairs of points.",
+            "by true area, as D; from 0 to 1",
+            "Peters 1984, Distance-related Maps, The American Cartographer 11:119",
+            finite.distance_index,
+            finite.best_for_distances,
+        ),
+        Index(
+            "canters_finite",
+            "K1",
+            "finite",
+            "Mean finite scale factor (1 + DI) / (1 - DI), of all pairs of points.",
+            "by true area, as D; Canters' own figures are of distances on land that he chose otherwise",
+            _CANTERS_2002,
+            finite.finite_scale_factor,
+            finite.best_for_distances,
+        ),
+        Index(
+            "great_circle_bending",
+            "bend",
+            "finite",
+            "Mean distance of great circles from the straight lines between their ends, in lengths of these.",
+            "by true area, of all pairs of points; in short arcs of length L it is F L / 12",
+            "the finite form of the flexion of Goldberg & Gott 2007",
+            finite.bending,
         ),
     )
 }
