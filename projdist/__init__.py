@@ -23,6 +23,7 @@ from projdist.rigid import Rotation, axes_shift, mean_rotation
 from projdist.distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
 from projdist.results import Comparison, Factors, Failure, MeasureSummary, Summary, compare, factors, summarize
 from projdist.indices import INDICES, IndexSummary, IndexValue, goldberg_gott_score, indices
+from projdist.published import PublishedRow, PublishedTable, tables
 from projdist.correction import Correction, correct
 from projdist.local_corrections import LocalCorrections, local_corrections
 from projdist.objectives import OBJECTIVES, Objective, get_objective
@@ -72,6 +73,8 @@ __all__ = [
     "PointSet",
     "Projection",
     "ProjectionError",
+    "PublishedRow",
+    "PublishedTable",
     "Quality",
     "Recommendation",
     "Region",
@@ -114,5 +117,6 @@ __all__ = [
     "sample",
     "spd",
     "summarize",
+    "tables",
     "worldmaps",
 ]

@@ -17,43 +17,32 @@ from projdist import (
 )
 from projdist.projections import compose
 from projdist.projections.geodesy import geodesic_lengths, geodesic_points
+from projdist.published import printed
 from projdist.sphere import chord_angle, unit_vectors
 
 _SIGMAS = 4.0  # standard errors: one in 16,000 is further off
 _PRINTED = 5e-4  # half a unit of what is printed with three decimals
 
-# Gott, Mugnolo & Colley 2007 (arXiv astro-ph/0608500), abstract: standard deviations of ln(d_map / d_globe), each from
-# a sample whose error bar is below 0.0005.
-GOTT_MUGNOLO_COLLEY = {"laea": 0.343, "mercator": 0.444, "mollweide": 0.390}
-# Goldberg & Gott 2007 (arXiv astro-ph/0608501), table: D. Left out: the Winkel tripel's .374, which computes to .383,
-# Mercator's .440, of which the other paper has .444, and the polyconic's .364, which computes to .367.
-GOLDBERG_GOTT = {
-    "+proj=aeqd +lat_0=90 +R=1": 0.356,
-    "+proj=stere +lat_0=90 +R=1": 0.714,
-    "+proj=eck4 +R=1": 0.390,
-    "+proj=eqc +R=1": 0.449,
-    "+proj=gall +R=1": 0.420,
-    "+proj=hammer +R=1": 0.388,
-    "+proj=kav7 +R=1": 0.405,
-    "+proj=moll +R=1": 0.390,
-    "+proj=sinu +R=1": 0.407,
-}
 
-
-@pytest.mark.parametrize("name", GOTT_MUGNOLO_COLLEY)
-def test_published_sigma(name):
-    """The figures of the measure's authors, within the rounding and the error bars that they state, and ours."""
-    found = distance_distortion(name)
+@pytest.mark.parametrize("row", printed("gott-mugnolo-colley"), ids=lambda row: row.projection)
+def test_published_sigma(row):
+    """The figures of the measure's authors, within their rounding and error bars, of 0.0005, and ours."""
+    found = distance_distortion(row.definition)
     assert found.error < 1e-4
-    assert abs(found.value - GOTT_MUGNOLO_COLLEY[name]) < _PRINTED + 5e-4 + _SIGMAS * found.error
+    assert abs(found.value - row.value) < _PRINTED + 5e-4 + _SIGMAS * found.error
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", GOLDBERG_GOTT)
-def test_published_table(name):
-    """A later table of the same measure, which was printed from samples of an error that is not stated."""
-    found = distance_distortion(name)
-    assert abs(found.value - GOLDBERG_GOTT[name]) < 1.5e-3
+@pytest.mark.parametrize("name", ["laea", "mercator"])
+def test_more_pairs_have_smaller_errors(name):
+    """Four times the pairs, of twice the points: errors fall as those of random points do or faster, by 1 / sqrt(2)."""
+    few, many = ([distance_distortion(name, tolerance=t, seed=seed) for seed in range(4)] for t in (1.0, 1e-9))
+    assert many[0].pairs == 4 * few[0].pairs
+    rms = [np.sqrt(np.mean([one.error**2 for one in found])) for found in (few, many)]
+    # The spread of sixteen draws is good to 1/5.5, of four times as many to 1/11, and so is the other.
+    assert rms[1] < rms[0] / np.sqrt(2) * 1.2
+    for one, other in zip(few, many, strict=True):
+        assert abs(one.value - other.value) < _SIGMAS * np.hypot(one.error, other.error)
 
 
 # ---- closed forms and quadratures -----------------------------------------------------------

@@ -56,6 +56,7 @@ LAYERS = [
     "frames",
     "results",
     "indices",
+    "published",
     "correction",
     "local_corrections",
     "objectives",

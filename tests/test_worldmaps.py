@@ -2,12 +2,11 @@
 
 import math
 import pickle
-from functools import partial
 
 import numpy as np
 import pytest
 
-from projdist import SPHERE, Box, Projection, ProjectionError, distance_distortion, factors, sample, summarize
+from projdist import SPHERE, Box, Projection, ProjectionError, distance_distortion, factors, sample
 from projdist.measures import principal_scales
 from projdist.worldmaps import WORLD_MAPS, distance_around_edge
 
@@ -132,29 +131,6 @@ def test_gott(name, published):
     """Gott, Mugnolo & Colley 2007, abstract: rounded, and good to 0.0005."""
     found = distance_distortion(name)
     assert abs(found.value - published) < 1e-3 + 4 * found.error
-
-
-@pytest.mark.slow
-def test_double_sided_score():
-    """Gott, Goldberg & Vanderbei 2021: 0.881, the sum of squares of figures over those of the plate carree.
-
-    These are .51 .41 .64 .60 .449, rounded; half a unit of the flexion's .64 alone is 0.008 of the score.
-    """
-    measures = ["log_anisotropy", "log_areal_scale", "flexion", "skewness"]
-    found = summarize("double-sided-equidistant", measures=measures, tolerance=1e-5).measures
-    area = found["log_areal_scale"]
-    distances = distance_distortion(
-        "double-sided-equidistant", map_distance=partial(distance_around_edge, edge=np.pi / 2 * SPHERE.a)
-    )
-    figures = [
-        found["log_anisotropy"].rms,
-        np.sqrt(area.rms**2 - area.mean**2),
-        found["flexion"].mean,
-        found["skewness"].mean,
-        distances.value,
-    ]
-    score = np.sum((np.array(figures) / [0.51, 0.41, 0.64, 0.60, 0.449]) ** 2)
-    assert score == pytest.approx(0.881, abs=0.01)
 
 
 # ---- distances around the edge --------------------------------------------------------------

@@ -23,6 +23,7 @@ from projdist.cli.oldmap import oldmap_command
 from projdist.cli.optimize import optimize_command
 from projdist.cli.output import emit
 from projdist.cli.parser import Command, Commands
+from projdist.cli.published import tables_command
 from projdist.cli.recommend import recommend_command
 
 app = typer.Typer(
@@ -67,6 +68,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "mosaic": mosaic_command,
     "clouds": clouds_command,
     "oldmap": oldmap_command,
+    "tables": tables_command,
     "list": list_command,
 }
 for _name, _function in _COMMANDS.items():

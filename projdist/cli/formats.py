@@ -212,6 +212,8 @@ _TEXT = (
         "normalisation",
         "scale",
         "source",
+        "comes out",
+        "convention",
         "cloud",
         "frame",
         "is",
