@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 DEMO := robinson mollweide winkel-tripel equal-earth mercator
 
-.PHONY: demo test test-slow lint types notebooks gallery benchmarks clean
+.PHONY: demo test test-slow lint types notebooks gallery world-maps benchmarks clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -32,6 +32,9 @@ notebooks: .venv/installed-notebook
 
 gallery: .venv/installed
 	$(BIN)/python docs/make_gallery.py
+
+world-maps: .venv/installed
+	$(BIN)/python docs/make_world_maps.py
 
 benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/run.py
