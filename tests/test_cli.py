@@ -866,7 +866,7 @@ def test_output_to_a_device() -> None:
     [
         ("projections", [*projection_names()]),
         ("measures", [*MEASURES, "scale@AZIMUTH"]),
-        ("criteria", [*CRITERIA, "pNN"]),
+        ("criteria", [*CRITERIA, "pNN", *INDICES]),
         ("indices", [*INDICES]),
     ],
     ids=["projections", "measures", "criteria", "indices"],

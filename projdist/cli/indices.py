@@ -14,6 +14,7 @@ IndicesOption = Annotated[
     list[str] | None,
     typer.Option(
         "--indices",
+        "--measures",
         metavar="NAME",
         help=f"Published indices of the map: {', '.join(GROUPS)}, all, or names (see 'projdist list indices'); may be "
         "repeated, or with commas.",

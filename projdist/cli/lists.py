@@ -47,11 +47,12 @@ def _measure_rows() -> list[dict[str, str]]:
 
 
 def _criterion_rows() -> list[dict[str, str]]:
-    rows = [
-        {"name": name, "description": (criterion.__doc__ or "").partition("\n")[0]}
-        for name, criterion in CRITERIA.items()
-    ]
-    return [*rows, {"name": "pNN", "description": "Weighted percentile."}]
+    """Statistics of a measure, and the published indices."""
+    statistics = {name: (criterion.__doc__ or "").partition("\n")[0] for name, criterion in CRITERIA.items()}
+    statistics["pNN"] = "Weighted percentile."
+    rows = [{"name": name, "group": "statistics", "definition": text} for name, text in statistics.items()]
+    indices = _index_rows()
+    return [dict.fromkeys(indices[0], "") | row for row in rows] + indices
 
 
 def _index_rows() -> list[dict[str, str]]:
