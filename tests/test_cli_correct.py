@@ -99,6 +99,7 @@ def test_options(words, determinant, vertical):
     assert bool(M[0, 1] == 0.0) == vertical
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [[], ["--local", "300"]])
 def test_pictures(words, tmp_path):
     """Before and after, or the field of local corrections, as a picture."""

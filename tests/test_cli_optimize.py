@@ -33,6 +33,7 @@ def run(*words: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
+@pytest.mark.slow
 def test_json() -> None:
     """What the library answers."""
     code, out, err = run("lcc", SQUARE, "--round", "0.5", "--format", "json")

@@ -535,10 +535,9 @@ ROUNDING = 1e-12  # of sums over 10^5 nodes, on either side
 TOLERANCES = [1e-4, 1e-6, 1e-8]
 
 
-def is_slow(case, tolerance):
+def is_slow(case):
     """Whether a singular point or a seam off the panels' sides makes a case cost a good part of a second."""
-    heavy = case in TORN or case.id.endswith(("-equatorial", "-oblique")) or case.id == "stere-polar"
-    return heavy and tolerance != 1e-6
+    return case in TORN or case.id.endswith(("-equatorial", "-oblique")) or case.id == "stere-polar"
 
 
 def cases_with_tolerances():
@@ -546,7 +545,7 @@ def cases_with_tolerances():
     params = []
     for case in SMOOTH + TORN:
         for tolerance in TOLERANCES:
-            marks = [pytest.mark.slow] if is_slow(case, tolerance) else []
+            marks = [pytest.mark.slow] if is_slow(case) else []
             params.append(pytest.param(case, tolerance, id=f"{case.id}-{tolerance:g}", marks=marks))
     return params
 
@@ -572,7 +571,7 @@ def test_estimates_meet_the_tolerance(case, tolerance):
 @pytest.mark.parametrize(
     "case",
     [
-        pytest.param(case, id=case.id, marks=[pytest.mark.slow] if is_slow(case, DEFAULT_TOLERANCE) else [])
+        pytest.param(case, id=case.id, marks=[pytest.mark.slow] if is_slow(case) else [])
         for case in SMOOTH + TORN
     ],
 )
@@ -777,6 +776,7 @@ def test_seams_beside_the_first_panels(name: str, meridian: float) -> None:
     assert error < 2e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("west", [178.5, 179.0, 179.7])
 @pytest.mark.parametrize(("name", "good"), [("sinu", 1e-8), ("igh", 1e-6)])
 def test_boxes_whose_edge_is_beside_a_seam(name: str, good: float, west: float) -> None:

@@ -74,6 +74,7 @@ def test_a_stretch(factor):
         assert abs(found.value - truth) < _SIGMAS * found.error + 2e-6  # (20 km / R)^2 / 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_a_scale(scale):
     """Distances twice too long, or half as long: a finite scale factor of 2, an index of 1/3, and no spread."""

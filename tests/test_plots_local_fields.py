@@ -55,6 +55,7 @@ def test_colours_are_scales():
     assert scale.label == "Scale of the local correction"
 
 
+@pytest.mark.slow
 def test_colours_of_equal_area_maps():
     """Where the scale is the same everywhere the colours are the stretches."""
     _, scale = drawn("moll")

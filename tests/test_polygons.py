@@ -114,6 +114,7 @@ def test_a_star_on_a_grid():
 MAPS = ["robin", "moll", "merc", "wintri", "laea", "EPSG:3857", "igh", "+proj=moll +lon_0=11"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["country:CA", "country:FJ", "country:AQ"])
 @pytest.mark.parametrize("projection", MAPS)
 def test_refinement(projection, name):

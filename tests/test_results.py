@@ -97,6 +97,7 @@ def mean_id(key):
     return "-".join(key)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", MEANS, ids=mean_id)
 def test_mean_and_rms(key):
     """Means and RMS agree with closed forms within three times their errors; what diverges is NaN."""

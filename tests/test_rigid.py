@@ -55,6 +55,7 @@ def test_mean_angle(method):
     assert -angle(found.q) % 360 == pytest.approx({"log": 178 + 1 / 3, "chordal": 178.3}[method], abs=0.05)
 
 
+@pytest.mark.slow
 @CASES
 def test_it_is_a_rotation_that_costs_nothing(seed, n):
     """q is orthogonal of determinant 1, stands outside, and leaves each Dist_F as it is."""

@@ -50,6 +50,7 @@ def test_means_are_by_area(region, ellipsoid):
     assert abs(np.mean(means) - truth) < _SIGMAS * error
 
 
+@pytest.mark.slow
 def test_polygons_are_strewn_by_area():
     """The middle of a polygon, as Gauss's rule on triangles in longitude and latitude has it."""
     x, w = np.polynomial.legendre.leggauss(20)

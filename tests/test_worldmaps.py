@@ -136,6 +136,7 @@ def test_gott(name, published):
 # ---- distances around the edge --------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_ways_over_the_edge():
     """They are the shortest of all ways over twenty thousand points of the edge; on one side they are straight."""
     radius = np.sqrt(RNG.uniform(0, 1, (2, 300)))

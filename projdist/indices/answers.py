@@ -88,8 +88,8 @@ def indices(
     `names` are those of indices and groups (`INDICES`, `GROUPS`), their symbols, or "all". Raises ProjectionError, and
     ValueError for an unknown region or index.
 
-    >>> round(indices("lambert-azimuthal-equal-area", names="I")["I"].value, 5)
-    1.41421
+    >>> round(indices("plate-carree", names="I")["I"].value, 5)
+    0.52124
     """
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
