@@ -15,11 +15,13 @@ __all__ = ["Pair", "estimate"]
 _BATCH, _BATCHES = 100, 20  # of samples: with three in ten points right, one of 500 samples of four is
 _SURE = 0.999  # probability of a sample without a wrong point
 _ROUNDS = 20  # of refitting
+_HOPELESS = 10.0  # tolerances, in the median after a linear fit: that is not one map, and takes long to refit
 # More points agree by chance the more there are: of right pairs more than 8 + 0.3 n do (M. Brown & D. G. Lowe 2007,
 # "Automatic panoramic image stitching using invariant features", section 3.2).
 _CHANCE = (8.0, 0.3)
 _VAGUE = 0.2  # deviation of a scale
 _POINT = 1e-6  # spread of points that lie on a line to rounding
+_LINE = "the points lie on a line"
 
 
 class Pair(NamedTuple):
@@ -41,7 +43,11 @@ def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> Pa
     none = np.zeros(len(xi), dtype=bool)
     if len(xi) < least:
         return Pair(none, None, f"{len(xi)} points; it takes {least}")
-    S = _refined(fit(xi, xj, model), xi, xj, np.ones(len(xi), dtype=bool), model)
+    if _spread(xi, xj) <= _POINT:
+        return Pair(none, None, _LINE)
+    linear = fit(xi, xj, model)
+    hopeful = _is_map(linear) and np.median(transfer_errors(linear, xi, xj)) < _HOPELESS * tolerance
+    S = _refined(linear, xi, xj, np.ones(len(xi), dtype=bool), model) if hopeful else None
     agree = none if S is None else transfer_errors(S, xi, xj) <= tolerance
     if not agree.all():
         S, agree = _sampled(xi, xj, model, tolerance)
@@ -53,13 +59,17 @@ def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> Pa
         if not agree.sum() > _CHANCE[0] + _CHANCE[1] * len(xi):
             return Pair(none, None, f"{agree.sum()} of {len(xi)} points agree, no more than by chance")
     if S is None or not _is_determined(S, xi[agree], xj[agree]):
-        return Pair(none, None, "the points lie on a line")
+        return Pair(none, None, _LINE)
     return Pair(agree, S, "")
+
+
+def _is_map(S: FloatArray) -> bool:
+    return bool(np.isfinite(S).all() and np.linalg.det(S) != 0)
 
 
 def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, model: str) -> FloatArray | None:
     """The map with the least symmetric transfer error of some points; None where they do not determine it."""
-    if not np.isfinite(S).all() or np.linalg.det(S) == 0:
+    if not _is_map(S):
         return None
     try:
         # The plane is that of image j, the first.
@@ -90,5 +100,9 @@ def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tu
 def _is_determined(S: FloatArray, xi: FloatArray, xj: FloatArray) -> bool:
     """Whether the scale across the line that fits the points best is known: its deviation is noise over spread."""
     noise = np.sqrt(np.mean(transfer_errors(S, xi, xj) ** 2))
-    spread = min(np.linalg.svd(x - x.mean(axis=0), compute_uv=False)[-1] for x in (xi, xj))
-    return bool(spread > max(noise / _VAGUE, _POINT))
+    return bool(_spread(xi, xj) > max(noise / _VAGUE, _POINT))
+
+
+def _spread(xi: FloatArray, xj: FloatArray) -> float:
+    """Of the points about the line that fits them best, in the image where it is less."""
+    return min(float(np.linalg.svd(x - x.mean(axis=0), compute_uv=False)[-1]) for x in (xi, xj))
