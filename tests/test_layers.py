@@ -213,7 +213,7 @@ sys.argv = ['projdist', *{arguments!r}]
 with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
     projdist.cli.main()
 """
-    assert loaded_by(code) & {"matplotlib", "scipy", "shapely"} == set()
+    assert loaded_by(code) & {"matplotlib", "scipy", "shapely", "cv2", "PIL"} == set()
 
 
 def test_a_comparison_loads_no_matplotlib() -> None:

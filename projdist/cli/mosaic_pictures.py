@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from projdist.cli.errors import cannot_write, fail, refuse
 from projdist.cli.options import choice, file_of_kind, output_file
 from projdist.cli.pictures import PictureFile
@@ -62,8 +64,11 @@ class MosaicFile:
         """Draw the mosaic and write it; what was written, for the report."""
         try:
             drawn = render(found, self._pictures, **self._options)
-        except (ValueError, ImportError) as error:
+        except ImportError as error:
             refuse(str(error), error)
+        except ValueError as error:
+            fail(str(error))
+            raise typer.Exit(1) from error
         except MemoryError as error:
             refuse(f"Invalid picture '{self.path}'. It needs more memory than there is: take fewer --pixels.", error)
         place = self._place(found, drawn)
