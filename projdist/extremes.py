@@ -20,6 +20,7 @@ from projdist.measures import Measure
 from projdist.projections import Projection
 from projdist.regions import Place, PointSet, Region
 from projdist.regions.chains import divided
+from projdist.spectral import NODES, ORDER
 
 __all__ = ["Extreme", "Goal", "find_extremes", "measure_at"]
 
@@ -161,14 +162,15 @@ class _Search:
     def climb(self, numbers: Sequence[int], values: Sequence[FloatArray]) -> list[Extreme]:
         """The largest values of some goals: a grid of five by five points about each of their starts shrinks.
 
-        It shrinks around its best point within the region. Starts are the best nodes of the best panels by `values`.
+        It shrinks around its best point within the region. Starts are the best places of the best panels, by `values`
+        carried on to the panels' sides.
         """
-        panels = [self._best_panels(values[number]) for number in numbers]
-        owner, panel = np.repeat(numbers, [len(own) for own in panels]), np.concatenate(panels)
+        starts = [self._starts(values[number]) for number in numbers]
+        owner = np.repeat(numbers, [len(own) for own, _ in starts])
+        panel, first = (np.concatenate(parts) for parts in zip(*starts, strict=True))
         groups = [np.flatnonzero(owner == number) for number in numbers]
-        nodes = np.stack([self.samples.u[panel], self.samples.v[panel]], axis=-1).reshape(len(panel), -1, 2)
-        first = [values[i][k].argmax() for i, k in zip(owner, panel, strict=True)]
-        place, step = nodes[np.arange(len(panel)), first], np.ptp(nodes, axis=1) / 4
+        places = np.stack([_to_sides(self.samples.u[panel]), _to_sides(self.samples.v[panel])], axis=-1)
+        place, step = places[np.arange(len(panel)), first], np.ptp(places, axis=1) / 4
         patch, best = self.samples.patch[panel], np.full(len(panel), -np.inf)
         low, high = _limits(self.region, patch)
 
@@ -198,12 +200,17 @@ class _Search:
             step = _SHRINK * step
         return tops()
 
-    def _best_panels(self, values: FloatArray) -> IntArray:
-        """The best, and the best of those that are not tiny: beside a singularity samples may mislead."""
+    def _starts(self, values: FloatArray) -> tuple[IntArray, IntArray]:
+        """The best panels, and the best of those that are not tiny: beside a singularity samples may mislead.
+
+        With the number of the best place in each, of those that `_to_sides` gives.
+        """
+        estimates = _to_sides(values)
         areas = self.samples.weight.sum(axis=(1, 2))
         coarse = areas > _FINE * areas.sum()
-        order = np.argsort(-values.max(axis=(1, 2)))
-        return np.unique(np.concatenate([order[:_STARTS], order[coarse[order]][:_STARTS]]))
+        order = np.argsort(-estimates.max(axis=1))
+        panels = np.unique(np.concatenate([order[:_STARTS], order[coarse[order]][:_STARTS]]))
+        return panels, estimates[panels].argmax(axis=1)
 
     # ---- along edges ------------------------------------------------------------------------
 
@@ -259,6 +266,32 @@ class _Search:
         for k in np.array(doubtful)[grows]:
             result[k] = result[k]._replace(value=np.inf)
         return result
+
+
+def _carrying_on() -> FloatArray:
+    """The matrix (p + 2, p) to values at -1, the nodes and 1, on parabolas through the three nodes nearest the ends.
+
+    Unlike the polynomial through all nodes, they do not feel kinks and singular points on the panel's other side.
+    """
+    ends = np.polynomial.polynomial.polyvander(NODES[-3:], 2)
+    end = np.zeros((1, ORDER))
+    end[0, -3:] = np.linalg.solve(ends.T, np.ones(3))
+    return np.concatenate([end[:, ::-1], np.eye(ORDER), end])
+
+
+_CARRY_ON = _carrying_on()
+
+
+def _to_sides(values: FloatArray) -> FloatArray:
+    """Values at the nodes (n, p, p) of panels with estimates on their sides and at their corners: (n, (p + 2)^2).
+
+    Those are -inf in panels where any value is not finite.
+    """
+    finite = np.isfinite(values).all(axis=(1, 2))
+    result = np.full((len(values), ORDER + 2, ORDER + 2), -np.inf)
+    result[:, 1:-1, 1:-1] = values
+    result[finite] = _CARRY_ON @ values[finite] @ _CARRY_ON.T
+    return result.reshape(len(values), -1)
 
 
 def _foremost(values: FloatArray, index: IntArray) -> IntArray:

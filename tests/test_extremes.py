@@ -51,19 +51,68 @@ def test_rim_of_a_cap(centre):
     assert math.acos(cos) == pytest.approx(angle, abs=1e-7)
 
 
+def transverse_mercator_scale(lon, lat, k_0=0.9996):
+    """Its scale, lon degrees from the central meridian, on WGS 84: the series of Snyder 1987, 8-11.
+
+    The next term is of the order of A^8: 1e-10 three degrees off.
+    """
+    phi, e2 = math.radians(lat), WGS84.f * (2 - WGS84.f)
+    second = e2 / (1 - e2)
+    T, C, A = math.tan(phi) ** 2, second * math.cos(phi) ** 2, math.radians(lon) * math.cos(phi)
+    fourth = (5 - 4 * T + 42 * C + 13 * C**2 - 28 * second) * A**4 / 24
+    return k_0 * (1 + (1 + C) * A**2 / 2 + fourth + (61 - 148 * T + 16 * T**2) * A**6 / 720)
+
+
 def test_side_of_a_zone():
     """In UTM's zone the scale is largest where its edge meets the equator: 1.000981 (Snyder 1987, 8-11)."""
     found = maximum("EPSG:32631", "box:0,0,6,84", "k")
-    e2 = WGS84.f * (2 - WGS84.f)
-    second = e2 / (1 - e2)
-    A = math.radians(3)
-    # At the equator T = 0 and C = e'^2; the next term of the series is A^8, 1e-13.
-    series = (
-        1 + (1 + second) * A**2 / 2 + (5 + 42 * second + 13 * second**2 - 28 * second) * A**4 / 24 + 61 * A**6 / 720
-    )
-    assert found.value == pytest.approx(0.9996 * series, abs=1e-9)
+    assert found.value == pytest.approx(transverse_mercator_scale(3, 0), abs=1e-9)
     assert abs(found.lon - 3) == pytest.approx(3, abs=1e-6)
     assert found.lat == pytest.approx(0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("k_0", "region", "lon", "lat"),
+    [
+        (0.9996, "box:-2.413,-60.23,2.413,-15.62", 2.413, -15.62),
+        (0.9996, "box:-2.31,-60,2.31,60", 2.31, 0),
+        (0.9996, "box:-2.336,4.34,2.336,64.08", 2.336, 4.34),
+        (0.9996, "box:-3.017,39.69,3.017,80", 3.017, 39.69),
+        (0.99992365, "box:-1,-80,1,80", 1, 0),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_sides_against_the_middle(k_0, region, lon, lat):
+    """A side where the scale is too large counts more than the central meridian, all of it nearly as much too small."""
+    found = maximum(f"+proj=tmerc +k_0={k_0} +ellps=WGS84", region, "scale_error_ppm")
+    assert found.value == pytest.approx(1e6 * (transverse_mercator_scale(lon, lat, k_0) - 1), abs=1e-3)
+    assert (abs(found.lon), found.lat) == pytest.approx((lon, lat), abs=0.01)
+
+
+def test_side_against_between_parallels():
+    """Albers's map between close parallels on the ellipsoid: the side beyond them, not the middle, errs most."""
+    first, second, south, north = -46.632, -45.022, -46.974, -44.82
+    found = maximum(f"+proj=aea +lat_1={first} +lat_2={second} +ellps=WGS84", f"box:-20,{south},11,{north}", "a")
+    e = math.sqrt(WGS84.f * (2 - WGS84.f))
+
+    def m2_and_q(lat):
+        sine = math.sin(math.radians(lat))
+        w = 1 - (e * sine) ** 2
+        q = (1 - e * e) * (sine / w + math.atanh(e * sine) / e)
+        return math.cos(math.radians(lat)) ** 2 / w, q
+
+    (m1, q1), (m2, q2) = m2_and_q(first), m2_and_q(second)
+    n = (m1 - m2) / (q2 - q1)  # Snyder 1987, 14-14 to 14-16
+    C = m1 + n * q1
+
+    def k(lat):
+        m, q = m2_and_q(lat)
+        return math.sqrt((C - n * q) / m)
+
+    # An equal-area map has a = max(k, 1 / k).
+    expected = max(max(k(lat), 1 / k(lat)) for lat in np.linspace(south, north, 2001))
+    assert expected == k(south)
+    assert found.value == pytest.approx(expected, abs=1e-10)
 
 
 def polygon(*corners):
