@@ -32,7 +32,6 @@ _LEAST_COVERED = 0.99  # of the region: less is no map of it
 _RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
 _RESOLVED = 0.01  # of a mean; worse, it diverges
 _EVALUATIONS = 200_000
-_FLAT = 170.0  # degrees of angular deformation
 
 
 @dataclass(frozen=True)
@@ -251,12 +250,9 @@ class _Measurement:
     def _largest(self) -> dict[Measure, float]:
         """The largest values of what is searched."""
         measures = [one for part in self.parts for one, kept in _SEARCHED[part].items() if kept not in self.task.keeps]
-        values = {one: one(self.first.jacobian) for one in measures}
-        # Beyond, omega is that of a pole line, 180 degrees and attained only in the limit.
-        known = {one: top for one in measures if one is _OMEGA and (top := float(np.nanmax(values[one]))) > _FLAT}
-        goals = [Goal(one, values[one]) for one in measures if one not in known]
+        goals = [Goal(one, one(self.first.jacobian)) for one in measures]
         found = find_extremes(self.projection, self.task.region, self.first, goals)
-        return known | {goal.measure: extreme.value for goal, extreme in zip(goals, found, strict=True)}
+        return {goal.measure: extreme.value for goal, extreme in zip(goals, found, strict=True)}
 
     def _mean(self, one: Measure) -> float:
         """The mean over the area; NaN where it diverges."""
