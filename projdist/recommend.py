@@ -210,7 +210,8 @@ class _Map:
     members: list[Finding]
     share: float
     weight: float  # what its figure counts
-    key: float = np.inf  # what it counts by its figure in full
+    level: float  # its Airy-Kavrayskiy error by its trial
+    key: tuple[float, float] = (np.inf, np.inf)  # what it counts by its figure in full, then by its level
     result: Distortion | None = None
 
     @property
@@ -218,9 +219,9 @@ class _Map:
         return self.members[0]
 
     @property
-    def trial(self) -> float:
-        """What it counts by its trial."""
-        return self.weight * _number(self.first.value)
+    def trial(self) -> tuple[float, float]:
+        """What it counts by its trial: by the figure, then by its level."""
+        return self.weight * _number(self.first.value), self.weight * self.level
 
 
 class _Search:
@@ -299,12 +300,20 @@ class _Search:
         """The different maps among findings."""
         maps = []
         holding = {code for code, share in self.shares.items() if share >= _HOLDS}
-        for group in grouped(findings):
+        for group in grouped(findings, self._size):
             members = by_usage(group, self.records, holding)
             share = self.shares[members[0].code]
             counts = self.area == "preferred" and share < _HOLDS
-            maps.append(_Map(members, share, 1.0 / share if counts else 1.0))
+            maps.append(_Map(members, share, 1.0 / share if counts else 1.0, self._level(members[0])))
         return maps
+
+    def _level(self, one: Finding) -> float:
+        """The Airy-Kavrayskiy error by the trial."""
+        return _number(_LEVEL(one.jacobian, self.probe.weight))
+
+    def _size(self, one: Finding) -> float:
+        """The figure by the trial, or the level where that is no more than rounding."""
+        return self.ranking.told(one.value) or self._level(one)
 
     def _custom(
         self, executor: Executor | None, progress: Callable[[int], None] | None
@@ -313,34 +322,58 @@ class _Search:
         tasks = [Design(name, self.region, self.probe, self.ranking.name, self.purpose) for name in self.families]
         found = run_all(executor, design, tasks, progress)
         custom = [one for one in found if isinstance(one, Custom)]
-        custom.sort(key=lambda one: (max(_number(one.value), self.ranking.exact), one.distortion.airy_kavrayskiy))
+        custom.sort(key=lambda one: (self.ranking.told(_number(one.value)), one.distortion.airy_kavrayskiy))
         return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
 
     def _best(self, maps: list[_Map], executor: Executor | None, before: int, total: int) -> list[_Map]:
         """The best maps in order: figures in full until no other can be among them, then all that is told of them."""
-        margin = _MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN
+        margins = [_MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN, _MEAN_MARGIN]
         wanted = len(maps) if self.limit is None else min(self.limit, len(maps))
-        waiting = sorted(maps, key=lambda one: one.trial)
+        waiting = sorted(maps, key=lambda one: self._told(*one.trial))
         done: list[_Map] = []
         while waiting:
-            bar = done[wanted - 1].key if len(done) >= wanted else np.inf
-            chosen = [one for one in waiting if margin * one.trial <= bar][: max(wanted - len(done), _WAVE)]
+            bar = done[wanted - 1].key if len(done) >= wanted else (np.inf, np.inf)
+            chosen = [one for one in waiting if self._may_reach(bar, one, margins)][: max(wanted - len(done), _WAVE)]
             if not chosen:
                 break
-            for one, figure in zip(chosen, self._run(settle, chosen, executor), strict=True):
-                waiting.remove(one)
-                if isinstance(figure, Rejected):
-                    self.rejected.append(figure)
-                    continue
-                one.key = one.weight * _number(figure)
-                done.append(one)
-                if np.isfinite(one.key):
-                    margin = min(margin, _SAFETY * one.key / one.trial)
-            done.sort(key=lambda one: one.key)
+            waiting = [one for one in waiting if one not in chosen]
+            settled = self._settled(chosen, executor)
+            margins = [min(pair) for pair in zip(margins, self._margins(settled), strict=True)]
+            done = sorted(done + settled, key=lambda one: one.key)
         best = done[:wanted]
         for one, result in zip(best, self._run(measure, best, executor, self._report(before, total)), strict=True):
             one.result = result
         return best
+
+    def _told(self, figure: float, level: float) -> tuple[float, float]:
+        """What maps are ordered by: figures that are no more than rounding are a tie, and the levels decide."""
+        return self.ranking.told(figure), level
+
+    def _may_reach(self, bar: tuple[float, float], one: _Map, margins: Sequence[float]) -> bool:
+        """Whether a map may come before the bar, or to it; by its level only among figures that vanish."""
+        figure, level = (margin * value for margin, value in zip(margins, one.trial, strict=True))
+        told = self.ranking.told(figure)
+        return told < bar[0] or (told == bar[0] and (told > 0.0 or level <= bar[1]))
+
+    def _settled(self, maps: list[_Map], executor: Executor | None) -> list[_Map]:
+        """The maps that have a figure in full, with their keys; where that vanishes, with their levels in full."""
+        settled = []
+        for one, figure in zip(maps, self._run(settle, maps, executor), strict=True):
+            if isinstance(figure, Rejected):
+                self.rejected.append(figure)
+                continue
+            one.key = self._told(one.weight * _number(figure), one.trial[1])
+            settled.append(one)
+        tied = [one for one in settled if one.key[0] == 0.0]
+        for one, level in zip(tied, self._run(settle, tied, executor, ranking=_LEVEL), strict=True):
+            one.key = 0.0, one.weight * _number(level)
+        return settled
+
+    def _margins(self, settled: list[_Map]) -> list[float]:
+        """How far below their trials measurements may be, by those in full: of figures, and of levels."""
+        pairs = [[(one.key[0], one.trial[0]) for one in settled if 0.0 < one.key[0] < np.inf]]
+        pairs += [[(one.key[1], one.trial[1]) for one in settled if one.key[0] == 0.0 and one.key[1] < np.inf]]
+        return [min((_SAFETY * full / trial for full, trial in kind if trial > 0.0), default=np.inf) for kind in pairs]
 
     def _run(
         self,
@@ -348,8 +381,9 @@ class _Search:
         maps: list[_Map],
         executor: Executor | None,
         progress: Callable[[int], None] | None = None,
+        ranking: Ranking | None = None,
     ) -> list[Any]:
-        """A measurement of each map."""
+        """A measurement of each map, for the figure of the search or another."""
         tasks = [
             Full(
                 one.first.code,
@@ -357,8 +391,8 @@ class _Search:
                 self.region,
                 self.probe,
                 one.first.keeps,
-                _LEVEL(one.first.jacobian, self.probe.weight),
-                self.ranking.name,
+                one.level,
+                (ranking or self.ranking).name,
                 self.uninterrupted,
             )
             for one in maps

@@ -49,6 +49,10 @@ class Ranking:
         """What a map has at most that keeps true, to 0.1 ppm, what the figure is of."""
         return _EXACT * (1e6 if "ppm" in self.name else np.degrees(1.0) if "omega" in self.name else 1.0)
 
+    def told(self, value: float) -> float:
+        """A value to order maps by: 0 for all that are no more than `exact`, whose order would be that of rounding."""
+        return value if value > self.exact else 0.0
+
     def __call__(self, J: FloatArray, weights: FloatArray) -> float:
         """The figure of Jacobians (n, 2, 2) with weights (n,)."""
         return self.figure(J, weights)

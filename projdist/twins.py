@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,13 +21,23 @@ _ALIKE = 1e-7  # of J: the same map by another method or with other parameters
 _NEAR = 1e-4  # of the trials' figures: no more can differ in maps that are alike
 
 
-def grouped(findings: list[Finding]) -> list[list[Finding]]:
-    """Findings grouped by what they draw, under whatever datum."""
+Size = Callable[[Finding], float]
+
+
+def _value(one: Finding) -> float:
+    return one.value
+
+
+def grouped(findings: list[Finding], size: Size = _value) -> list[list[Finding]]:
+    """Findings grouped by what they draw, under whatever datum; `size` is the figure that must agree in a group.
+
+    It must be more than rounding: figures that vanish agree with none.
+    """
     by_conversion: dict[Any, list[Finding]] = {}
     for finding in findings:
         by_conversion.setdefault((finding.conversion, finding.keeps), []).append(finding)
-    parts = [part for group in by_conversion.values() for part in _close(group)]
-    return _merged(sorted(parts, key=lambda group: group[0].value))
+    parts = [part for group in by_conversion.values() for part in _close(group, size)]
+    return _merged(sorted(parts, key=lambda group: size(group[0])), size)
 
 
 def by_usage(group: list[Finding], records: Mapping[str, CrsRecord], holding: Container[str]) -> list[Finding]:
@@ -70,24 +80,24 @@ def _size(record: CrsRecord) -> float:
     return float(((east - west) % 360.0 or 360.0) * (np.sin(np.radians(north)) - np.sin(np.radians(south))))
 
 
-def _close(group: list[Finding]) -> list[list[Finding]]:
+def _close(group: list[Finding], size: Size) -> list[list[Finding]]:
     """Findings of one conversion in groups whose figures agree, whatever the ellipsoid."""
     parts: list[list[Finding]] = []
-    for finding in sorted(group, key=lambda one: one.value):
-        if parts and finding.value <= (1.0 + _CLOSE) * parts[-1][0].value:
+    for finding in sorted(group, key=size):
+        if parts and size(finding) <= (1.0 + _CLOSE) * size(parts[-1][0]):
             parts[-1].append(finding)
         else:
             parts.append([finding])
     return parts
 
 
-def _merged(groups: list[list[Finding]]) -> list[list[Finding]]:
-    """Groups, sorted by value, with those joined whose maps are alike at every node."""
+def _merged(groups: list[list[Finding]], size: Size) -> list[list[Finding]]:
+    """Groups, sorted by size, with those joined whose maps are alike at every node."""
     merged: list[list[Finding]] = []
     for group in groups:
         one = group[0]
         for other in reversed(merged):
-            if not other[0].value >= (1.0 - _NEAR) * one.value:
+            if not size(other[0]) >= (1.0 - _NEAR) * size(one):
                 merged.append(group)
                 break
             if _alike(other[0], one):

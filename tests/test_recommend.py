@@ -12,6 +12,7 @@ import projdist
 from projdist.projections import ProjectionError
 from projdist.projections import database as crs_database
 from projdist.recommend import recommend
+from projdist.suitability import RANKINGS
 
 GERMANY = "box:5.9,47.3,15.0,55.1"
 ISLAND = "box:-7.2,61.3,-6.2,62.5"  # the Faroe Islands: few candidates
@@ -309,3 +310,34 @@ def test_the_world():
     world = recommend("globe", purpose="equal-area", authorities=["EPSG"], limit=1)
     assert world.results[0].method == "Equal Earth"
     assert world.results[0].share > 0.99
+
+
+# ---- figures that vanish ---------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("criterion", ["max_omega", "mean_omega"])
+def test_angles_of_conformal_maps(criterion):
+    """All have none, so that the order is that by the Airy-Kavrayskiy error, and maps are told apart as by it."""
+    found, usual = (
+        recommend("country:DE", purpose="conformal", criterion=name, limit=6) for name in (criterion, "airy_kavrayskiy")
+    )
+    assert [one.code for one in found.results] == [one.code for one in usual.results]
+    assert found.maps == usual.maps
+
+
+@pytest.mark.slow
+def test_areas_of_equal_area_maps():
+    """The continent's map is before those of the world, whose errors of areas are as much rounding as its own."""
+    found = recommend(GERMANY, criterion="max_areal_error_ppm", limit=5)
+    assert found.results[0].code == "EPSG:3035"
+    levels = [one.distortion.airy_kavrayskiy / one.share for one in found.results]
+    assert levels == sorted(levels)
+
+
+def test_rounding_is_no_figure():
+    """What keeps true to 0.1 ppm counts as nothing, in each unit."""
+    told = {name: RANKINGS[name].told for name in ("max_areal_error_ppm", "max_omega", "airy_kavrayskiy")}
+    assert [told["max_areal_error_ppm"](value) for value in (0.09, 0.2)] == [0.0, 0.2]
+    assert [told["max_omega"](value) for value in (5e-6, 6e-6)] == [0.0, 6e-6]  # 1e-7 radians are 5.73e-6 degrees
+    assert [told["airy_kavrayskiy"](value) for value in (9e-8, 2e-7)] == [0.0, 2e-7]
