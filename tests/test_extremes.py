@@ -244,7 +244,6 @@ def test_bounded_at_a_singular_point():
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "projection",
     [
