@@ -134,6 +134,33 @@ def test_half_a_bar() -> None:
     assert figure.axes[1].get_xticklabels()[0].get_text() == "1"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [None, (4.0, 3.0), (3.0, 6.0)])
+@pytest.mark.parametrize("region", ["country:CL", "box:7,45,8,60"])
+def test_titles_of_narrow_maps_are_apart(region: str, size: tuple[float, float] | None) -> None:
+    """As matplotlib draws them, no title or line below it covers another, or reaches the picture's edge."""
+    codes = ["EPSG:5361", "EPSG:5362", "EPSG:5343", "EPSG:27707"]
+    titles = codes[:3] if size is None else [*codes[:3], "EPSG:27707 with a longer name"]
+    figure = plots.heatmap_figure(
+        codes[: len(titles)], region=region, titles=titles, airy_kavrayskiy=[0.003922] * len(titles), size=size
+    )
+    figure.canvas.draw()
+    lines = [
+        text
+        for ax in figure.axes[:-1]
+        for text in (ax.title, *ax.texts)
+        if text.get_text() in titles or "Airy" in text.get_text()
+    ]
+    assert len(lines) == 2 * len(titles)
+    boxes = [line.get_window_extent() for line in lines]
+    for index, one in enumerate(boxes):
+        assert 0.0 < one.x0 < one.x1 < figure.bbox.width
+        # Boxes of lines above each other hold their descenders, and may touch.
+        assert not any(one.overlaps(other) for other in boxes[index + 2 :])
+    if size is None:
+        assert {line.get_fontsize() for line in lines} == {10.5, 8.0}
+
+
 PICTURES = {
     "tissot-robin": lambda: plots.tissot_figure(["robin"]),
     "heatmap-igh": lambda: plots.heatmap_figure(["igh"], measure="omega"),

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
+from matplotlib.textpath import TextPath
 from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray, IntArray
@@ -17,6 +21,9 @@ from projdist.plots.lines import graticule, graticule_steps, project_lines
 from projdist.plots.surface import Surface
 
 SEA, LAND, COAST, GRATICULE, OUTLINE = "#f1f5f9", "#dedacf", "#77736a", "#b4bec9", "#333333"
+
+_TITLE, _BELOW = 10.5, 8.0  # points
+_BELOW_LABEL = "below the title"
 
 
 def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
@@ -123,7 +130,7 @@ def airy_kavrayskiy_line(figure: float | None) -> str:
 
 def draw_title(ax: Axes, title: str, below: str) -> None:
     """The name of the map, and a line below it."""
-    ax.set_title(title, fontsize=10.5, pad=16 if below else 6, color="#111111")
+    ax.set_title(title, fontsize=_TITLE, pad=16 if below else 6, color="#111111")
     if below:
         ax.annotate(
             below,
@@ -133,6 +140,33 @@ def draw_title(ax: Axes, title: str, below: str) -> None:
             textcoords="offset points",
             ha="center",
             va="bottom",
-            fontsize=8,
+            fontsize=_BELOW,
             color="#555555",
+            label=_BELOW_LABEL,
         )
+
+
+def title_width(title: str, below: str) -> float:
+    """The width in inches of what `draw_title` writes."""
+    return max(_width(text, size) for text, size in ((title, _TITLE), (below, _BELOW)))
+
+
+def _width(text: str, points: float) -> float:
+    return float(TextPath((0.0, 0.0), text, size=points).get_extents().width) / 72.0 if text.strip() else 0.0
+
+
+def fit_titles(axes: Sequence[Axes], room: float) -> None:
+    """Make titles, and the lines below them, as small as the widest of each needs in `room`, in inches."""
+    titles = [ax.title for ax in axes]
+    below = [text for ax in axes for text in ax.texts if text.get_label() == _BELOW_LABEL]
+    # A line below a title is never the larger of the two.
+    _shrink(below, min(_shrink(titles, _TITLE, room), _BELOW), room)
+
+
+def _shrink(texts: Sequence[Text], points: float, room: float) -> float:
+    """Give texts one size with which all fit, `points` at most; returns it."""
+    widest = max((_width(text.get_text(), points) for text in texts), default=0.0)
+    size = points * min(1.0, room / widest) if widest else points
+    for text in texts:
+        text.set_fontsize(size)
+    return size

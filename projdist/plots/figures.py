@@ -17,6 +17,7 @@ from projdist._typing import FloatArray
 from projdist.files import replacing
 from projdist.local_corrections import LocalCorrections
 from projdist.measures import get_measure
+from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles, title_width
 from projdist.plots.colours import colour_scale
 from projdist.plots.fields import field
 from projdist.plots.ground import draw_ground_map, prepare_ground
@@ -39,6 +40,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 _GAP, _TITLE, _FOOT, _BAR = 0.15, 0.5, 0.3, 0.75  # inches
 _COLUMNS = 5
+_LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 
 
 def tissot_figure(
@@ -54,9 +56,10 @@ def tissot_figure(
     """Tissot's indicatrices of one or more projections, all panels in one scale and with equal circles."""
     maps = _maps(projections, region, titles, airy_kavrayskiy)
     radius, panels = fit([tissot_points(one.surface, step) for one in maps])
-    figure, axes = _layout(maps, size, dpi, foot=_FOOT, one_scale=True)
+    figure, axes, room = _layout(maps, size, dpi, foot=_FOOT, one_scale=True)
     for ax, one, panel in zip(axes, maps, panels, strict=True):
         draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy)
+    fit_titles(axes, room)
     text = f"Ellipses: circles on the ground with a radius of {_length(radius)}"
     figure.text(0.5, 0.08 / figure.get_figheight(), text, ha="center", va="bottom", fontsize=7.5, color="#555555")
     return figure
@@ -88,9 +91,10 @@ def heatmap_figure(
         cmap=cmap,
         limits=limits,
     )
-    figure, axes = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
+    figure, axes, room = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
     for ax, one, value in zip(axes, maps, values, strict=True):
         draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy)
+    fit_titles(axes, room)
     draw_colourbar(figure, scale, cax=_bar_axes(figure))
     return figure
 
@@ -108,8 +112,9 @@ def local_figure(
     """The local corrections of a projection over caps of `radius_km`, as `local_field` draws them; and their values."""
     maps = _maps([projection], region, None if title is None else [title], None)
     local = prepare_local_field(maps[0].surface, radius_km, step)
-    figure, axes = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
+    figure, axes, room = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
     draw_local_field(axes[0], local, title)
+    fit_titles(axes, room)
     draw_colourbar(figure, local.scale, cax=_bar_axes(figure))
     return figure, local.corrections
 
@@ -119,8 +124,9 @@ def ldp_figure(
 ) -> Figure:
     """The distortion of a low-distortion projection at the heights of the ground, as `ground_map` draws it."""
     prepared = prepare_ground(found)
-    figure, axes = _layout([_Map(prepared.surface, title, None)], size, dpi, foot=_BAR, one_scale=False)
+    figure, axes, room = _layout([_Map(prepared.surface, title, None)], size, dpi, foot=_BAR, one_scale=False)
     draw_ground_map(axes[0], prepared, title)
+    fit_titles(axes, room)
     draw_colourbar(figure, prepared.scale, cax=_bar_axes(figure))
     return figure
 
@@ -146,6 +152,12 @@ class _Map:
     surface: Surface
     title: str | None
     airy_kavrayskiy: float | None
+
+    @property
+    def title_width(self) -> float:
+        """In inches, at the usual size."""
+        name = self.surface.domain.projection.name if self.title is None else self.title
+        return title_width(name, airy_kavrayskiy_line(self.airy_kavrayskiy))
 
 
 def _maps(
@@ -186,8 +198,13 @@ class _Grid:
     scale: float
     rows: FloatArray
 
+    @property
+    def pitch(self) -> float:
+        """The width of a column in inches."""
+        return (self.width - _GAP) / self.columns
 
-def _grid(shapes: FloatArray, columns: int, size: tuple[float, float] | None, foot: float) -> _Grid:
+
+def _grid(shapes: FloatArray, columns: int, size: tuple[float, float] | None, foot: float, title_width: float) -> _Grid:
     """The arrangement of maps of `shapes`, (n, 2), in a number of columns, as large as it can be."""
     count = len(shapes)
     rows = np.array([shapes[k : k + columns, 1].max() for k in range(0, count, columns)])
@@ -196,7 +213,8 @@ def _grid(shapes: FloatArray, columns: int, size: tuple[float, float] | None, fo
     height = size[1] if size else (9.0 if count == 1 else 3.0 + 3.0 * rows.size)
     scale = min((width - _GAP * (columns + 1)) / (columns * shapes[:, 0].max()), (height - fixed) / rows.sum())
     if not size:
-        width = max(columns * (shapes[:, 0].max() * scale + _GAP) + _GAP, 4.5)
+        pitch = max(shapes[:, 0].max() * scale, min(title_width, (width - _GAP) / columns - _GAP)) + _GAP
+        width = max(columns * pitch + _GAP, 4.5)
         height = fixed + scale * rows.sum()
     spare = (height - fixed - scale * rows.sum()) / rows.size
     return _Grid(columns, width, height, scale, scale * rows + spare + _TITLE + _GAP)
@@ -204,48 +222,54 @@ def _grid(shapes: FloatArray, columns: int, size: tuple[float, float] | None, fo
 
 def _layout(
     maps: Sequence[_Map], size: tuple[float, float] | None, dpi: float, *, foot: float, one_scale: bool
-) -> tuple[Figure, list[Axes]]:
-    """A figure with room at its foot, and axes in the shape of each map."""
+) -> tuple[Figure, list[Axes], float]:
+    """A figure with room at its foot, axes in the shape of each map, and the room for their titles in inches."""
     extents = np.array([one.surface.extent for one in maps])
     shapes = extents[:, [1, 3]] - extents[:, [0, 2]]
     shapes = shapes + 0.02 * shapes.max(axis=1, keepdims=True)
     if not one_scale:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
-    return arranged(shapes, size, dpi, foot=foot)
+    return arranged(shapes, size, dpi, foot=foot, title_width=max(one.title_width for one in maps))
 
 
 def arranged(
-    shapes: FloatArray, size: tuple[float, float] | None, dpi: float, *, foot: float
-) -> tuple[Figure, list[Axes]]:
-    """A figure with room at its foot, and axes of `shapes`, widths and heights (n, 2), as large as they can be."""
+    shapes: FloatArray, size: tuple[float, float] | None, dpi: float, *, foot: float, title_width: float
+) -> tuple[Figure, list[Axes], float]:
+    """A figure with room at its foot, and axes of `shapes`, widths and heights (n, 2), as large as they can be.
+
+    Columns are as wide as `title_width` where the figure has room for it; last returned is the room for titles in
+    inches.
+    """
     if size is not None and not (np.isfinite(size).all() and min(size) > 0):
         raise ValueError(f"Invalid size '{size}'. It must be a width and a height in inches, both positive.")
     count = len(shapes)
     # The fewest columns for each number of rows: four maps are two and two, not three and one.
     options = [
-        _grid(shapes, columns, size, foot)
+        _grid(shapes, columns, size, foot, title_width)
         for columns in range(1, min(count, _COLUMNS) + 1)
         if -(-count // -(-count // columns)) == columns
     ]
+    readable = [
+        option for option in options if option.scale > 0 and option.pitch - _GAP >= _LEAST_TEXT * title_width - 1e-9
+    ]
     # The largest maps, in a figure that is not much higher than wide.
-    grid = max(options, key=lambda option: option.scale * min(1.0, 1.1 * option.width / option.height))
+    grid = max(readable or options, key=lambda option: option.scale * min(1.0, 1.1 * option.width / option.height))
     if not grid.scale > 0:
         width, height = size or (grid.width, grid.height)
         maps_text = "a map" if count == 1 else f"{count} maps"
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {maps_text}.")
     figure = Figure(figsize=(grid.width, grid.height), dpi=dpi)
     FigureCanvasAgg(figure)
-    pitch = (grid.width - _GAP) / grid.columns
     axes = []
     for index, (w, h) in enumerate(shapes * grid.scale):
         row, column = divmod(index, grid.columns)
         in_row = min(grid.columns, count - row * grid.columns)
-        left = 0.5 * (grid.width - in_row * pitch) + (column + 0.5) * pitch - 0.5 * w
+        left = 0.5 * (grid.width - in_row * grid.pitch) + (column + 0.5) * grid.pitch - 0.5 * w
         middle = grid.height - grid.rows[:row].sum() - 0.5 * (grid.rows[row] + _TITLE)
         axes.append(
             figure.add_axes((left / grid.width, (middle - 0.5 * h) / grid.height, w / grid.width, h / grid.height))
         )
-    return figure, axes
+    return figure, axes, grid.pitch - _GAP
 
 
 def _bar_axes(figure: Figure) -> Axes:

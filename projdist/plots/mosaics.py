@@ -14,7 +14,7 @@ from projdist._typing import FloatArray
 from projdist.mosaics import Canvas, Mosaic, Picture, Rendered, render
 from projdist.mosaics.homographies import corners
 from projdist.mosaics.projective import places
-from projdist.plots.basemap import draw_title
+from projdist.plots.basemap import draw_title, fit_titles, title_width
 from projdist.plots.figures import arranged
 
 _FOOT = 0.2  # inches
@@ -44,13 +44,15 @@ def mosaic_figure(
     panels = [_drawn(found, name, pictures) for name in frames]
     sides = [_FLAT if panel is None else (_canvas(panel).width, _canvas(panel).height) for panel in panels]
     shapes = np.array(sides, dtype=float)
-    figure, axes = arranged(shapes / shapes.max(axis=1, keepdims=True), size, dpi, foot=_FOOT)
-    for ax, name, panel in zip(axes, frames, panels, strict=True):
+    words = [_words(found, name) for name in frames]
+    widest = max(title_width(*pair) for pair in words)
+    figure, axes, room = arranged(shapes / shapes.max(axis=1, keepdims=True), size, dpi, foot=_FOOT, title_width=widest)
+    for ax, panel, (title, below) in zip(axes, panels, words, strict=True):
         ax.set_axis_off()
-        if panel is None:
-            draw_title(ax, _TITLES[name], "Impossible: the plane sends an image to infinity")
-        else:
-            _draw(ax, found, name, panel)
+        if panel is not None:
+            _draw(ax, found, panel)
+        draw_title(ax, title, below)
+    fit_titles(axes, room)
     return figure
 
 
@@ -67,8 +69,8 @@ def _canvas(panel: Rendered | Canvas) -> Canvas:
     return panel.canvas if isinstance(panel, Rendered) else panel
 
 
-def _draw(ax: Axes, found: Mosaic, name: str, panel: Rendered | Canvas) -> None:
-    canvas, frame = _canvas(panel), found.frames[name]
+def _draw(ax: Axes, found: Mosaic, panel: Rendered | Canvas) -> None:
+    canvas = _canvas(panel)
     rims = places(canvas.matrices, corners(found.registration.sizes))
     ax.set_xlim(0.0, canvas.width)
     ax.set_ylim(canvas.height, 0.0)
@@ -81,8 +83,6 @@ def _draw(ax: Axes, found: Mosaic, name: str, panel: Rendered | Canvas) -> None:
             PolyCollection(list(rims), facecolors=_FACE, edgecolors=_EDGE, linewidths=0.6, zorder=1.0), autolim=False
         )
         _draw_numbers(ax, found, rims)
-    figure = np.nan if frame is None else frame.figure
-    draw_title(ax, _title(found, name), _FIGURES[found.registration.model].format(figure))
 
 
 def _draw_numbers(ax: Axes, found: Mosaic, rims: FloatArray) -> None:
@@ -91,8 +91,10 @@ def _draw_numbers(ax: Axes, found: Mosaic, rims: FloatArray) -> None:
             ax.text(x, y, str(image), ha="center", va="center", fontsize=7, color=_EDGE)
 
 
-def _title(found: Mosaic, name: str) -> str:
-    """The frame, and the image whose plane it is."""
+def _words(found: Mosaic, name: str) -> tuple[str, str]:
+    """The frame, with the image whose plane it is, and its figure."""
     frame = found.frames[name]
-    reference = None if frame is None else frame.reference
-    return _TITLES[name] if reference is None else f"{_TITLES[name]} ({found.points.name(reference)})"
+    if frame is None:
+        return _TITLES[name], "Impossible: the plane sends an image to infinity"
+    title = _TITLES[name] if frame.reference is None else f"{_TITLES[name]} ({found.points.name(frame.reference)})"
+    return title, _FIGURES[found.registration.model].format(frame.figure)
