@@ -29,9 +29,6 @@ _FAMILIES = {
     "equidistant": ("aeqd", "eqdc", "eqc"),
     "compromise": ("wintri", "airy"),
 }
-# What vanishes for all members of a family that keeps something: among them the Airy-Kavrayskiy error decides.
-_VANISHES = {"omega": "conformal", "areal": "equal-area"}
-
 _LEVEL = RANKINGS["airy_kavrayskiy"]
 
 
@@ -107,7 +104,7 @@ def families_for(region: Region, purpose: str) -> list[str]:
 def design(task: Design) -> Custom | Rejected:
     """The best member of a family, measured in full."""
     try:
-        projection, parameters = best_member(task.family, task.region, OBJECTIVES[_searched(task)], WGS84)
+        projection, parameters = best_member(task.family, task.region, OBJECTIVES[task.ranking], WGS84)
         proj = projection.definition
         J = jacobian(projection, task.probe.lon, task.probe.lat)
     except ProjectionError as error:
@@ -120,9 +117,3 @@ def design(task: Design) -> Custom | Rejected:
     if isinstance(found, Rejected):
         return found
     return Custom(task.family, projection.name, proj, parameters, getattr(found, task.ranking), found, keeps)
-
-
-def _searched(task: Design) -> str:
-    """The figure to search by: the ranking's, or the Airy-Kavrayskiy error where that vanishes for the whole family."""
-    kept = next((kept for word, kept in _VANISHES.items() if word in task.ranking), "")
-    return "airy_kavrayskiy" if task.family in _FAMILIES.get(kept, ()) else task.ranking

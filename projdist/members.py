@@ -15,12 +15,12 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.ellipsoid import SPHERE, WGS84, Ellipsoid
 from projdist.families import Family, ellipsoid_text
-from projdist.measures import principal_scales
+from projdist.measures import get_measure, principal_scales
 from projdist.nodes import Nodes, nodes_of
 from projdist.objectives import Objective
 from projdist.projections import Projection, ProjectionError, compose, number_text, with_parameters
 from projdist.regions import Place
-from projdist.search import descend, descend_lattice, minimise
+from projdist.search import descend, descend_lattice, lattice, minimise
 
 __all__ = ["DECIMALS", "Members", "Rounded"]
 
@@ -28,6 +28,7 @@ DECIMALS = 7
 """What is not rounded has so many: a centimetre."""
 
 _COARSE, _FINE = 300, 2000  # nodes of the global search, and of the last descent
+_SOME, _MOST = 5, 0.75  # members that tell what all have, and the share of nodes at which they do
 _LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # what a point that the map does not show counts for: distortion by e^10
 _OFF_THE_MAP, _NOTHING = 1e9, -1e3  # the same for maxima, in any unit; and a term that is none
 _SCALE_DECIMALS = 10  # less than any criterion can tell
@@ -149,23 +150,47 @@ class Members:
 
     # ---- the search
 
+    def vanishes(self) -> bool:
+        """Whether the objective is one that all members leave next to nothing of: some of them, at most of the nodes.
+
+        Not at all: next to poles and edges of maps rounding is larger.
+        """
+        if not self.objective.exact:
+            return False
+        nodes = nodes_of(self.region, self.base.ellipsoid, _COARSE)
+        places = self.low + (self.high - self.low) * lattice(self.low.size, _SOME)
+        return all(self._leaves(self.named(place), nodes) <= self.objective.exact for place in places)
+
+    def _leaves(self, values: Mapping[str, float], nodes: Nodes) -> float:
+        """What most of the nodes have no more of, in the objective's measure; infinite where the map shows none."""
+        a, b, w, _ = self.scales(values, nodes)
+        if not w.any():
+            return float("inf")
+        J = self.best_scale(a, b, w) * np.stack([a, b], axis=-1)[w > 0, :, None] * np.eye(2)
+        return float(np.quantile(np.abs(get_measure(self.objective.measure)(J)), _MOST))
+
     def searched(self) -> tuple[dict[str, float], float, Nodes, int]:
         """The free parameters of the best member, its value at nodes, these nodes, and the evaluations it took."""
         edges = self.objective.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
-
-        def at(nodes: Nodes) -> Any:
-            return lambda x: self.terms(self.named(x), nodes)
-
-        first = minimise(at(coarse), self.low, self.high, worst=edges)
-        last = descend(at(fine), first.place, self.low, self.high, worst=edges)
-        best = self.named(last.place)
+        first = minimise(self._at(coarse), self.low, self.high, worst=edges)
+        best, least, evaluations = self.descended(self.named(first.place), fine)
         if not self.scales(best, fine)[2].any():
             raise ProjectionError(
                 f"Invalid family '{self.family.name}' for {self.region.name}. It shows no part of it."
             )
-        return best, self.value(best, fine), fine, first.evaluations + last.evaluations
+        return best, least, fine, first.evaluations + evaluations
+
+    def descended(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
+        """The free parameters of the best member near a start, its value at nodes, and the evaluations it took."""
+        place = np.array([start[name] for name in self.variables])
+        last = descend(self._at(nodes), place, self.low, self.high, worst=self.objective.is_maximum)
+        best = self.named(last.place)
+        return best, self.value(best, nodes), last.evaluations
+
+    def _at(self, nodes: Nodes) -> Any:
+        return lambda x: self.terms(self.named(x), nodes)
 
     def written(self, values: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float]:
         """Free parameters to the decimals that are stated, and the best scale then."""

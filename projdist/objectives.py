@@ -25,6 +25,10 @@ from projdist.measures import Measure, principal_scales
 
 __all__ = ["OBJECTIVES", "Objective", "get_objective"]
 
+# Of the distortion these know a part, which vanishes for whole families; 0.1 ppm, in each unit.
+_PARTIAL = ("omega", "angular_distortion", "log_areal_scale", "areal_error_ppm")
+_EXACT = {"": 1e-7, "ppm": 0.1, "deg": float(np.degrees(1e-7))}
+
 Scales = Callable[[FloatArray, FloatArray, FloatArray], float]
 Terms = Callable[[FloatArray, FloatArray, FloatArray, float], FloatArray]
 Extremes = Callable[[FloatArray, FloatArray, bool], FloatArray]
@@ -53,6 +57,14 @@ class Objective:
     def __post_init__(self) -> None:
         if self.is_maximum != (self.extremes is not None):
             raise ValueError(f"Invalid objective '{self.name}'. It must have extremes where its statistic is max.")
+
+    @property
+    def exact(self) -> float:
+        """What a map has at most that keeps angles, or areas, where the figure is of them only; else 0: none has none.
+
+        As `projdist.suitability` has it: to 0.1 ppm.
+        """
+        return _EXACT[self.unit] if self.measure in _PARTIAL else 0.0
 
     @property
     def is_maximum(self) -> bool:

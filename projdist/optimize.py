@@ -8,25 +8,27 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from projdist.answer import Answer, plain
 from projdist.ellipsoid import SPHERE, WGS84, Ellipsoid
-from projdist.families import Extent, extent_of, get_family, sensible_families, usual_crs
+from projdist.families import Extent, Family, extent_of, get_family, sensible_families, usual_crs
 from projdist.members import DECIMALS, Members, Rounded
-from projdist.objectives import Objective, get_objective
+from projdist.objectives import OBJECTIVES, Objective, get_objective
 from projdist.projections import Projection, ProjectionError, crs_wkt, defined_by, with_parameters, wkt_of
 from projdist.regions import Place, get_region
-from projdist.results import Failure, summarize
+from projdist.results import Failure, MeasureSummary, Summary, summarize
 
 __all__ = ["Baseline", "Optimum", "best_member", "optimize"]
 
 _ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
 _RELATIVE = 1e-5  # the cubature's tolerance, of the value found
 _TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM
+_DECIDES = OBJECTIVES["airy_kavrayskiy"]
+_NOTE = "{} vanishes for all of {}: the least Airy-Kavrayskiy error has decided."
 _WHOLE = 0.9999  # of the region: less is a map of a part
 
 
@@ -35,15 +37,16 @@ _WHOLE = 0.9999  # of the region: less is a map of a part
 
 @dataclass(frozen=True)
 class Baseline:
-    """What one would have taken without a search, and its value of the criterion."""
+    """What one would have taken without a search, its value of the criterion, and its Airy-Kavrayskiy error."""
 
     name: str
     definition: str
     value: float
+    airy_kavrayskiy: float
 
     def to_dict(self) -> dict[str, Any]:
         """The fields by name."""
-        return {"name": self.name, "definition": self.definition, "value": self.value}
+        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,7 @@ class Optimum(Answer):
     that ended at a limit. `scale` is what the family's own map is multiplied with where it has no parameter
     for that. `roundings` tell how flat the optimum is, `baselines` what it is worth. `others` are the
     optima of the families that came second and worse, with `auto`. `wkt` is WKT2, or None with a reason.
+    `note` says that the Airy-Kavrayskiy error has decided, where the criterion vanishes for the whole family.
     """
 
     family: str
@@ -77,6 +81,7 @@ class Optimum(Answer):
     others: tuple[Optimum, ...]
     failures: tuple[Failure, ...]
     evaluations: int
+    note: str | None = None
 
     @property
     def proj(self) -> str:
@@ -106,6 +111,7 @@ class Optimum(Answer):
             "others": [{"family": o.family, "value": plain(o.value), "proj": o.proj} for o in self.others],
             "failures": [failure.to_dict() for failure in self.failures],
             "evaluations": self.evaluations,
+            "note": self.note,
         }
 
     def _table(self) -> list[dict[str, Any]]:
@@ -155,8 +161,8 @@ def optimize(
     failures: list[Failure] = []
     for name in names:
         try:
-            members = Members(get_family(name, extent), area, objective, free, surface)
-            found.append(_optimum(members, extent, round_to))
+            members = _members(get_family(name, extent), area, objective, free, surface)
+            found.append(_optimum(members, objective, extent, round_to))
         except ProjectionError as error:
             if family != "auto":
                 raise
@@ -164,7 +170,9 @@ def optimize(
     if not found:
         raise ProjectionError(f"Invalid region '{area.name}'. No family of projections shows it: {failures[0].error}")
     # A map that leaves out a part of the region is no better for it.
-    best, *others = sorted(found, key=lambda one: (one.coverage < _WHOLE, one.value))
+    best, *others = sorted(
+        found, key=lambda one: (one.coverage < _WHOLE, 0.0 if one.note else one.value, one.airy_kavrayskiy)
+    )
     return replace(best, baselines=best.baselines + own, others=tuple(others), failures=tuple(failures))
 
 
@@ -172,10 +180,18 @@ def best_member(
     family: str, region: Place, objective: Objective, ellipsoid: Ellipsoid
 ) -> tuple[Projection, dict[str, float]]:
     """The best member of a family, and its free parameters; nothing more is measured. Raises ProjectionError."""
-    members = Members(get_family(family, extent_of(region)), region, objective, None, ellipsoid)
+    members = _members(get_family(family, extent_of(region)), region, objective, None, ellipsoid)
     best, _, fine, _ = members.searched()
     chosen, scale = members.written(best, fine)
     return members.member(chosen, scale), members.shown(chosen, scale)
+
+
+def _members(
+    family: Family, region: Place, objective: Objective, free: Sequence[str] | None, ellipsoid: Ellipsoid | None
+) -> Members:
+    """The members of a family, with the Airy-Kavrayskiy error for an objective that vanishes for all of them."""
+    members = Members(family, region, objective, free, ellipsoid)
+    return Members(family, region, _DECIDES, free, ellipsoid) if members.vanishes() else members
 
 
 def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
@@ -191,8 +207,8 @@ def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
         raise ValueError(f"Invalid ellipsoid '{given}'. It must be sphere or one of PROJ's, as GRS80.") from error
 
 
-def _optimum(members: Members, extent: Extent, round_to: float | None) -> Optimum:
-    """The best member, and what is to be known of it."""
+def _optimum(members: Members, objective: Objective, extent: Extent, round_to: float | None) -> Optimum:
+    """The best member, and what is to be known of it; `objective` is what was asked for."""
     best, least, fine, evaluations = members.searched()
     roundings = members.roundings(best, least, fine)
     rounded = best if round_to is None else members.rounded(best, round_to, least, fine).parameters
@@ -200,13 +216,13 @@ def _optimum(members: Members, extent: Extent, round_to: float | None) -> Optimu
     if round_to is not None and members.frees_scale:
         scale = float(np.round(scale / _ROUND_SCALE) * _ROUND_SCALE)
     projection = members.member(chosen, scale)
-    value, error, ak, coverage = _measured(projection, members.region, members.objective, least)
+    value, error, ak, coverage = _measured(projection, members.region, objective, least)
     wkt, reason = _wkt(members, projection, chosen, scale)
     return Optimum(
         family=members.family.name,
         region=members.region,
-        criterion=members.objective.name,
-        unit=members.objective.unit,
+        criterion=objective.name,
+        unit=objective.unit,
         parameters=members.shown(chosen, scale),
         scale=1.0 if members.family.scale else scale,
         value=value,
@@ -219,10 +235,11 @@ def _optimum(members: Members, extent: Extent, round_to: float | None) -> Optimu
         at_limit=_at_limit(members, best),
         round_to=round_to,
         roundings=roundings,
-        baselines=_baselines(members, extent),
+        baselines=_baselines(members, objective, extent),
         others=(),
         failures=(),
         evaluations=evaluations,
+        note=None if members.objective is objective else _NOTE.format(objective.name, members.family.name),
     )
 
 
@@ -246,7 +263,7 @@ def _wkt(
     return wkt_of(with_parameters(members.base, members.parameters(values)), scale * np.eye(2), name)
 
 
-def _baselines(members: Members, extent: Extent) -> tuple[Baseline, ...]:
+def _baselines(members: Members, objective: Objective, extent: Extent) -> tuple[Baseline, ...]:
     """The rule of thumb of the family, and the UTM zone of the region's middle."""
     found = []
     if members.family.rule is not None:
@@ -258,18 +275,18 @@ def _baselines(members: Members, extent: Extent) -> tuple[Baseline, ...]:
     baselines = []
     for name, definition in found:
         with contextlib.suppress(ProjectionError):
-            baselines.append(_baseline(definition, members.region, members.objective, name))
+            baselines.append(_baseline(definition, members.region, objective, name))
     return tuple(one for one in baselines if np.isfinite(one.value))
 
 
 def _baseline(given: Any, region: Place, objective: Objective, name: str = "") -> Baseline:
     """A projection that must show the region, by the criterion."""
     projection = Projection.from_user_input(given)
-    value, _, _, coverage = _measured(projection, region, objective, 0.1)
+    value, _, ak, coverage = _measured(projection, region, objective, 0.1)
     if coverage < _WHOLE:
         shown = f"It shows {100 * coverage:.3g} % of {region.name}."
         raise ProjectionError(f"Invalid projection '{projection.label}' to compare with. {shown}")
-    return Baseline(name or projection.name, projection.definition, value)
+    return Baseline(name or projection.name, projection.definition, value, ak)
 
 
 def _measured(
@@ -280,8 +297,14 @@ def _measured(
         tolerance = float(np.clip(_RELATIVE * about, 1e-12, 1e-5))
         summary = summarize(projection, region, tolerance=tolerance)
         return getattr(summary, objective.name), summary.error_estimate, summary.airy_kavrayskiy, summary.coverage
-    summary = summarize(projection, region, measures=[objective.measure], tolerance=1e-6)
-    (statistics,) = summary.measures.values()
+    summary, statistics = _statistics(projection, region, objective)
     value = getattr(statistics, objective.statistic)
     error = 0.0 if objective.is_maximum else getattr(statistics, f"{objective.statistic}_error")
     return value, error, summary.airy_kavrayskiy, summary.coverage
+
+
+def _statistics(projection: Projection, region: Place, objective: Objective) -> tuple[Summary, MeasureSummary]:
+    """A projection's summary, and the statistics of an objective's measure in it."""
+    summary = summarize(projection, region, measures=[objective.measure], tolerance=1e-6)
+    (statistics,) = summary.measures.values()
+    return summary, statistics

@@ -135,3 +135,12 @@ def test_failures() -> None:
     code, _, err = run("+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000", "box:-5,-5,5,5")
     assert code == 1
     assert "It shows no part of it" in err
+
+
+@pytest.mark.slow
+def test_a_criterion_that_vanishes() -> None:
+    """It is said, and what is compared is the error that has decided."""
+    code, out, err = run("lcc", SQUARE, "--criterion", "max_omega")
+    assert (code, err) == (0, "")
+    assert "max_omega vanishes for all of lcc: the least Airy-Kavrayskiy error has decided." in out
+    assert "airy_kavrayskiy" in out

@@ -6,12 +6,14 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pyproj import CRS
+from pyproj import CRS, Proj
 from scipy.integrate import solve_bvp
 
 from projdist import Projection, ProjectionError, optimize, summarize
 from projdist.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.families import extent_of, get_family, sensible_families
+from projdist.members import Members
+from projdist.objectives import OBJECTIVES
 from projdist.regions import get_region
 
 SQUARE = "box:5,47,15,55"
@@ -278,6 +280,44 @@ def test_extents() -> None:
     assert strip.azimuth == pytest.approx(0.0, abs=1e-6)
     assert strip.radius == pytest.approx(20.1, abs=0.1)
     assert extent_of(get_region("globe")).radius == 180.0
+
+
+# ---- what vanishes ---------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("family", "region", "criterion"),
+    [
+        ("lcc", "box:5,45,10,50", "max_omega"),
+        ("lcc", "box:5,45,10,50", "mean_omega"),
+        ("laea", "box:5,45,10,50", "max_areal_error_ppm"),
+        ("+proj=stere +lat_0={46..49} +lon_0=7.5 +ellps=GRS80", "box:5,45,10,50", "angular_distortion"),
+    ],
+)
+def test_criteria_that_vanish(family: str, region: str, criterion: str) -> None:
+    """Of maps that are all true the one of the least Airy-Kavrayskiy error is chosen, and it is said."""
+    found, usual = optimize(family, region, criterion=criterion), optimize(family, region)
+    assert found.parameters == usual.parameters
+    assert found.airy_kavrayskiy == pytest.approx(usual.airy_kavrayskiy, abs=1e-6)
+    assert found.value < 1e-5
+    assert found.note == f"{criterion} vanishes for all of {family}: the least Airy-Kavrayskiy error has decided."
+    assert found.to_dict()["note"] == found.note
+    assert usual.note is None
+
+
+def test_members_that_keep_nothing() -> None:
+    """Near poles and antipodes rounding hides no property; maps that keep another are not taken for true."""
+    place = get_region("globe")
+    for family, criterion, vanishes in (
+        ("merc", "max_omega", True),
+        ("laea", "mean_areal_error_ppm", True),
+        ("cea", "max_omega", False),
+        ("merc", "max_areal_error_ppm", False),
+        ("merc", "max_scale_error_ppm", False),
+    ):
+        members = Members(get_family(family, extent_of(place)), place, OBJECTIVES[criterion], None, None)
+        assert members.vanishes() == vanishes, (family, criterion)
 
 
 # ---- what is refused -------------------------------------------------------------------------

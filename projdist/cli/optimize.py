@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import operator
 from typing import Annotated
 
 import typer
@@ -114,19 +115,22 @@ def _report(found: Optimum) -> str:
         *(f"{name:8} {number_text(value)}" for name, value in found.parameters.items()),
         f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}",
         f"{found.criterion} {_shown(found.value)}{unit}" if found.criterion != "airy_kavrayskiy" else "",
+        found.note or "",
         *(f"{name} is at the end of its range." for name in found.at_limit),
         f"Covers {100 * found.coverage:.4g} % of the region." if found.coverage < 0.9999995 else "",
     ]
     text = title + "\n".join(line for line in lines if line) + "\n\n"
-    compared = [("this", found.value, found.proj), *((b.name, b.value, b.definition) for b in found.baselines)]
-    compared += [(other.family, other.value, other.proj) for other in found.others]
+    # Where the criterion vanishes there is only rounding to compare.
+    name, unit = ("airy_kavrayskiy", "") if found.note else (found.criterion, unit)
+    figure = operator.attrgetter("airy_kavrayskiy" if found.note else "value")
+    this = figure(found)
+    compared = [("this", this, found.proj), *((b.name, figure(b), b.definition) for b in found.baselines)]
+    compared += [(other.family, figure(other), other.proj) for other in found.others]
     text += table_text(
         {
             "map": [name for name, _, _ in compared],
-            f"{found.criterion}{unit}": [_shown(value) for _, value, _ in compared],
-            "against this": [
-                f"{100 * (value / found.value - 1):+.2f} %" if found.value else "-" for _, value, _ in compared
-            ],
+            f"{name}{unit}": [_shown(value) for _, value, _ in compared],
+            "against this": [f"{100 * (value / this - 1):+.2f} %" if this else "-" for _, value, _ in compared],
             "definition": [definition for _, _, definition in compared],
         },
         "",
