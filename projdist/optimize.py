@@ -29,6 +29,7 @@ _RELATIVE = 1e-5  # the cubature's tolerance, of the value found
 _TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM
 _DECIDES = OBJECTIVES["airy_kavrayskiy"]
 _NOTE = "{} vanishes for all of {}: the least Airy-Kavrayskiy error has decided."
+_USUAL = 2.0  # a scale, or one over it, that hides no distortion without a bound
 _WHOLE = 0.9999  # of the region: less is a map of a part
 
 
@@ -168,7 +169,7 @@ def optimize(
                 raise
             failures.append(Failure(name, str(error)))
     if not found:
-        raise ProjectionError(f"Invalid region '{area.name}'. No family of projections shows it: {failures[0].error}")
+        raise ProjectionError(f"Invalid region '{area.name}'. No family of projections serves it: {failures[0].error}")
     # A map that leaves out a part of the region is no better for it.
     best, *others = sorted(
         found, key=lambda one: (one.coverage < _WHOLE, 0.0 if one.note else one.value, one.airy_kavrayskiy)
@@ -217,6 +218,7 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
         scale = float(np.round(scale / _ROUND_SCALE) * _ROUND_SCALE)
     projection = members.member(chosen, scale)
     value, error, ak, coverage = _measured(projection, members.region, objective, least)
+    _check_finite(members, chosen, scale, objective, value)
     wkt, reason = _wkt(members, projection, chosen, scale)
     return Optimum(
         family=members.family.name,
@@ -241,6 +243,19 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
         evaluations=evaluations,
         note=None if members.objective is objective else _NOTE.format(objective.name, members.family.name),
     )
+
+
+def _check_finite(
+    members: Members, chosen: Mapping[str, float], scale: float, objective: Objective, value: float
+) -> None:
+    """Raise ProjectionError for a criterion that is infinite, or would be were the map not shrunk to nothing."""
+    if np.isfinite(value) and objective.is_maximum and not 1.0 / _USUAL <= scale <= _USUAL:
+        value = _measured(members.member(chosen, 1.0), members.region, objective, 1.0)[0]
+    if not np.isfinite(value):
+        family, place = members.family.name, members.region.name
+        raise ProjectionError(
+            f"Invalid criterion '{objective.name}' for {family} over {place}. It is not finite there."
+        )
 
 
 def _at_limit(members: Members, values: Mapping[str, float]) -> tuple[str, ...]:

@@ -144,3 +144,10 @@ def test_a_criterion_that_vanishes() -> None:
     assert (code, err) == (0, "")
     assert "max_omega vanishes for all of lcc: the least Airy-Kavrayskiy error has decided." in out
     assert "airy_kavrayskiy" in out
+
+
+def test_no_bound() -> None:
+    """One line, and exit code 1."""
+    code, out, err = run("merc", "globe", "--criterion", "max_scale_error_ppm")
+    assert (code, out) == (1, "")
+    assert err == "projdist: Invalid criterion 'max_scale_error_ppm' for merc over globe. It is not finite there.\n"

@@ -282,7 +282,7 @@ def test_extents() -> None:
     assert extent_of(get_region("globe")).radius == 180.0
 
 
-# ---- what vanishes ---------------------------------------------------------------------------
+# ---- what vanishes, and what has no bound -----------------------------------------------------
 
 
 @pytest.mark.slow
@@ -318,6 +318,14 @@ def test_members_that_keep_nothing() -> None:
     ):
         members = Members(get_family(family, extent_of(place)), place, OBJECTIVES[criterion], None, None)
         assert members.vanishes() == vanishes, (family, criterion)
+
+
+@pytest.mark.slow
+def test_no_bound() -> None:
+    """Mercator's scale at the poles is infinite, whatever it is multiplied by."""
+    message = "Invalid criterion 'max_scale_error_ppm' for merc over globe"
+    with pytest.raises(ProjectionError, match=message):
+        optimize("merc", criterion="max_scale_error_ppm")
 
 
 # ---- what is refused -------------------------------------------------------------------------
