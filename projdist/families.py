@@ -19,6 +19,7 @@ __all__ = ["FAMILIES", "Extent", "Family", "extent_of", "get_family", "sensible_
 Limits = tuple[float, float]
 _MOST = 89.5  # degrees: a cone that touches nearer to a pole is a plane for every purpose
 _OVER = 20.0  # degrees by which a centre may be sought beyond a pole, so that the pole itself is no edge
+_BESIDE = 2.0  # radii of the region from its middle within which a centre is sought
 _STEEPEST = 89.9999  # degrees of azimuth: PROJ's omerc breaks down at 90; 4 m on a line of 2500 km
 _LINE = 45.0  # degrees of azimuth: where the region's long axis is steeper, an oblique line moves east and west
 _WORLD = 100.0  # degrees: regions that reach farther from their middle need world maps
@@ -150,9 +151,14 @@ def _azimuthal(name: str, e: Extent) -> Family:
 
 
 def _centre_limits(e: Extent, longitude: str) -> dict[str, Limits]:
-    south = -90.0 - _OVER if e.south <= -_MOST else e.south
-    north = 90.0 + _OVER if e.north >= _MOST else e.north
-    return {"lat_0": (south, north), longitude: (e.west, e.east)}
+    """A centre within the region, or beside it: that of a map for an arc of land is where the arc bends around."""
+    side = _BESIDE * e.radius
+    across = side / max(np.cos(np.radians(e.lat)), 0.1)
+    west, east = min(e.west, e.lon - across), max(e.east, e.lon + across)
+    if east - west > 360.0:
+        west, east = e.lon - 180.0, e.lon + 180.0
+    south, north = min(e.south, e.lat - side), max(e.north, e.lat + side)
+    return {"lat_0": (max(south, -90.0 - _OVER), min(north, 90.0 + _OVER)), longitude: (west, east)}
 
 
 def _cylinder(name: str, e: Extent) -> Family:

@@ -328,6 +328,27 @@ def test_no_bound() -> None:
         optimize("merc", criterion="max_scale_error_ppm")
 
 
+# ---- where the optimum lies ------------------------------------------------------------------
+
+
+def test_centres_beside_a_region() -> None:
+    """A strip's centre may lie off its coasts, as that of an arc of land does; the globe has no place beside it."""
+    limits = get_family("stere", extent_of(get_region("box:-75,-56,-67,-17"))).limits
+    assert limits["lon_0"][0] < -100.0 < -40.0 < limits["lon_0"][1]
+    assert limits["lat_0"][0] >= -110.0
+    world = get_family("laea", extent_of(get_region("globe"))).limits
+    assert world["lon_0"][1] - world["lon_0"][0] == pytest.approx(360.0)
+
+
+@pytest.mark.slow
+def test_the_best_stereographic_map_of_chile() -> None:
+    """It is centred on the other coast; the same is found from ranges that are far wider."""
+    found = optimize("stere", "country:CL")
+    wide = optimize("+proj=stere +ellps=WGS84 +lat_0={-60..-10} +lon_0={-110..-30} +k_0={0.9..1.1}", "country:CL")
+    assert found.at_limit == ()
+    assert found.value == pytest.approx(wide.value, rel=1e-6)
+
+
 # ---- what is refused -------------------------------------------------------------------------
 
 
