@@ -74,6 +74,10 @@ class Nodes:
         shown[doubtful] = np.isfinite(projection(self.lon[doubtful], self.lat[doubtful])[0])
         return J, shown
 
+    def joined(self, lon: float, lat: float) -> Nodes:
+        """These nodes and one of no weight."""
+        return nodes_at(np.append(self.lon, lon), np.append(self.lat, lat), np.append(self.weight, 0.0), self.ellipsoid)
+
     def meridional_scale(self, projection: Projection) -> FloatArray:
         """The scale along the meridian, at half the cost; on a conformal map it is that in all directions."""
         x, y = projection(self.stencil_lon[4:], self.stencil_lat[4:])

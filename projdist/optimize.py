@@ -17,6 +17,7 @@ from projdist.answer import Answer, plain
 from projdist.ellipsoid import SPHERE, WGS84, Ellipsoid
 from projdist.families import Extent, Family, extent_of, get_family, sensible_families, usual_crs
 from projdist.members import DECIMALS, Members, Rounded
+from projdist.nodes import Nodes
 from projdist.objectives import OBJECTIVES, Objective, get_objective
 from projdist.projections import Projection, ProjectionError, crs_wkt, defined_by, with_parameters, wkt_of
 from projdist.regions import Place, get_region
@@ -27,6 +28,7 @@ __all__ = ["Baseline", "Optimum", "best_member", "optimize"]
 _ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
 _RELATIVE = 1e-5  # the cubature's tolerance, of the value found
 _TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM
+_EXCHANGES, _EXCEEDS = 6, 1e-5  # rounds for places that the nodes lack, and by what part the maximum is larger there
 _DECIDES = OBJECTIVES["airy_kavrayskiy"]
 _NOTE = "{} vanishes for all of {}: the least Airy-Kavrayskiy error has decided."
 _USUAL = 2.0  # a scale, or one over it, that hides no distortion without a bound
@@ -182,7 +184,7 @@ def best_member(
 ) -> tuple[Projection, dict[str, float]]:
     """The best member of a family, and its free parameters; nothing more is measured. Raises ProjectionError."""
     members = _members(get_family(family, extent_of(region)), region, objective, None, ellipsoid)
-    best, _, fine, _ = members.searched()
+    best, _, fine, _ = _searched(members)
     chosen, scale = members.written(best, fine)
     return members.member(chosen, scale), members.shown(chosen, scale)
 
@@ -193,6 +195,27 @@ def _members(
     """The members of a family, with the Airy-Kavrayskiy error for an objective that vanishes for all of them."""
     members = Members(family, region, objective, free, ellipsoid)
     return Members(family, region, _DECIDES, free, ellipsoid) if members.vanishes() else members
+
+
+def _searched(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
+    """`Members.searched`; where it is a maximum that counts, with the places that its nodes lack among them.
+
+    Where the best map's true maximum is more than that at the nodes, its place becomes a node, and the search goes on
+    from there (E. Remez, 1934): the corners of polygons that matter are few, and not known before.
+    """
+    best, least, fine, evaluations = members.searched()
+    for _ in range(_EXCHANGES if members.objective.is_maximum else 0):
+        chosen, scale = members.written(best, fine)
+        worst = _statistics(members.member(chosen, scale), members.region, members.objective)[1]
+        if not least * (1.0 + _EXCEEDS) < worst.max < np.inf:
+            break
+        fine = fine.joined(*worst.max_at)
+        before = least
+        best, least, more = members.descended(best, fine)
+        evaluations += more
+        if least <= before:  # the map is torn there
+            break
+    return best, least, fine, evaluations
 
 
 def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
@@ -210,7 +233,7 @@ def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
 
 def _optimum(members: Members, objective: Objective, extent: Extent, round_to: float | None) -> Optimum:
     """The best member, and what is to be known of it; `objective` is what was asked for."""
-    best, least, fine, evaluations = members.searched()
+    best, least, fine, evaluations = _searched(members)
     roundings = members.roundings(best, least, fine)
     rounded = best if round_to is None else members.rounded(best, round_to, least, fine).parameters
     chosen, scale = members.written(rounded, fine)

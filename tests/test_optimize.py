@@ -349,6 +349,25 @@ def test_the_best_stereographic_map_of_chile() -> None:
     assert found.value == pytest.approx(wide.value, rel=1e-6)
 
 
+@pytest.mark.slow
+def test_minimax_over_polygons() -> None:
+    """By PROJ's own factors at every vertex: as many are the worst as there are parameters and one, and none near is
+    better (the alternation theorem)."""
+    found = optimize("aea", "country:US", criterion="max_omega")
+    lon, lat = found.region.edges[:, :2].T
+
+    def omega(lat_1: float, lat_2: float) -> np.ndarray:
+        return Proj(proj="aea", ellps="WGS84", lat_1=lat_1, lat_2=lat_2).get_factors(lon, lat).angular_distortion
+
+    best = omega(**found.parameters)
+    assert found.value == pytest.approx(best.max(), rel=1e-5)
+    worst = np.flatnonzero(best > (1.0 - 1e-4) * best.max())
+    assert len({(round(lat[k]), round(lon[k])) for k in worst}) >= 3
+    for east, north in ((0.01, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.0, -0.01), (0.01, 0.03), (-0.01, -0.03)):
+        moved = omega(found.parameters["lat_1"] + east, found.parameters["lat_2"] + north)
+        assert moved.max() > best.max()
+
+
 # ---- what is refused -------------------------------------------------------------------------
 
 
