@@ -570,10 +570,7 @@ def test_estimates_meet_the_tolerance(case, tolerance):
 
 @pytest.mark.parametrize(
     "case",
-    [
-        pytest.param(case, id=case.id, marks=[pytest.mark.slow] if is_slow(case) else [])
-        for case in SMOOTH + TORN
-    ],
+    [pytest.param(case, id=case.id, marks=[pytest.mark.slow] if is_slow(case) else []) for case in SMOOTH + TORN],
 )
 def test_accuracy_by_default(case):
     """Without a tolerance smooth maps are right to 1e-8, interrupted and oblique ones to 1e-6 (PROJ's floors apart)."""

@@ -254,9 +254,7 @@ def test_the_table_is_checked(tmp_path, text, message):
 def test_arguments_are_checked(tmp_path):
     """Files, models, sizes, names and tolerances that cannot be."""
     points = common_points(affine_maps(np.random.default_rng(8)))
-    with pytest.raises(
-        ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"
-    ):
+    with pytest.raises(ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"):
         read_correspondences(tmp_path / "none.csv")
     for call in (lambda: read_correspondences("x", model="similar"), lambda: register(points, model="similar")):
         with pytest.raises(ValueError, match=r"^Invalid model 'similar'\. It must be affine or homography\.$"):
