@@ -32,7 +32,7 @@ STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
 _MARKING = 0.05  # share of the error that may wait for another generation
 _TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: pieces that may go without second derivatives: if stuck, at once
-_NOISE = 1e-7  # of the semi-major axis; iterative projections in PROJ stop at that
+_NOISE = 3e-7  # of the semi-major axis; iterative projections in PROJ stop at a third of that
 # Four points on each side of [-1, 1]^2, just within.
 _BORDER = (1.0 - 1e-9) * np.array(
     [(u, v) for t in (-1.0, -0.5, 0.0, 0.5) for u, v in ((t, -1.0), (1.0, t), (-t, 1.0), (-1.0, -t))]
@@ -322,7 +322,9 @@ class Mesh:
         settled = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
         np.logical_and.at(stuck, parent, settled & ~panels.undecided[children])
         # Rounding is small in large panels: there it is a singularity that the nodes had missed.
-        stuck &= (panels.area[chosen] < _SMALL * self.region_area) | (before < _COARSE * panels.area[chosen])
+        # Integrands come in any unit; as for goals, their size counts where their mean is above 1.
+        level = max(self.region_area, abs(float(panels.integrals[panels.alive, goal.column].sum()))) / self.region_area
+        stuck &= (panels.area[chosen] < _SMALL * self.region_area) | (before < _COARSE * level * panels.area[chosen])
         strikes = panels.strikes[chosen] + np.where(was_cut, 1, _STRIKES)
         panels.strikes[children] = np.where(stuck, strikes, 0)[parent]
         # Noise in x and y makes twice as much in J when a panel is halved: take the whole ones back.
