@@ -6,12 +6,13 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pyproj import CRS
+from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
 
 from projdist import LDP, PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
-from projdist.ellipsoid import Ellipsoid
+from projdist.ellipsoid import WGS84, Ellipsoid
 from projdist.surveying import LDP_CRITERIA, LDP_FAMILIES
+from projdist.surveying.criteria import Goal
 
 GRS80 = Ellipsoid(6378137.0, 1 / 298.257222101)
 AREA = "box:-122,43.8,-121.4,44.4"
@@ -50,6 +51,19 @@ def order(found: LDP, criterion: str, ppm: np.ndarray, weight: np.ndarray) -> tu
     return LDP_CRITERIA[criterion][1](ppm, weight, found.target_ppm)
 
 
+@pytest.mark.parametrize("round_k", [1e-6, 7e-6, 5e-5])
+@pytest.mark.parametrize("criterion", LDP_CRITERIA)
+def test_best_rounded_scale(criterion: str, round_k: float) -> None:
+    """No other multiple is better; some steps are wider than the range of k_0 that holds a point."""
+    rng = np.random.default_rng(5)
+    multiples = round_k * np.arange(np.floor(0.9995 / round_k), np.ceil(1.0005 / round_k))
+    for _ in range(10):
+        q, weight = 1.0 + 1e-6 * rng.uniform(-150, 150, 60), rng.dirichlet(np.ones(60))
+        goal = Goal(criterion, 20.0, round_k)
+        least = min(goal.order(1e6 * (k * q - 1.0), weight) for k in multiples)
+        assert goal.rounded_scale(q, weight)[1] == pytest.approx(least, rel=1e-9)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("criterion", LDP_CRITERIA)
 @pytest.mark.parametrize("family", LDP_FAMILIES)
@@ -68,6 +82,41 @@ def test_no_other_scale_or_axis_near_is_better(family: str, criterion: str) -> N
             theirs = order(found, criterion, ppm, found.weight)
             # The axis moves with its own best scale: with ours it can only be worse.
             assert theirs >= mine
+
+
+def fjord(seed: int) -> np.ndarray:
+    """150 points of steep ground in a box of one degree, longitude, latitude and height."""
+    rng = np.random.default_rng(seed)
+    lon, lat = rng.uniform(6, 7, 150), rng.uniform(60.5, 61.5, 150)
+    relief = 900 * np.sin(7 * lon + 3 * np.sin(5 * lat)) * np.cos(9 * lat + lon) + rng.normal(0, 120, 150)
+    return np.column_stack([lon, lat, 45 + np.clip(relief, 0, None)])
+
+
+def best_count(family: str, points: np.ndarray) -> int:
+    """The most points within 20 ppm: every minute of the axis, every 1e-6 of k_0.
+
+    The scale factors are pyproj's.
+    """
+    lon, lat, height = points.T
+    name, first, last = {"tmerc": ("lon_0", 5 * 60, 8 * 60), "lcc": ("lat_1", 60 * 60 - 30, 62 * 60 + 30)}[family]
+    k_0 = 1.0 + 1e-6 * np.arange(-200, 200)
+    most = 0
+    for minute in range(first, last + 1):
+        other = f" +lat_0={minute / 60!r} +lon_0=6.5" if family == "lcc" else ""
+        map_ = Proj(f"+proj={family} +ellps=WGS84 +{name}={minute / 60!r}{other}")
+        q = map_.get_factors(lon, lat).meridional_scale * elevation_factor(lat, height, WGS84)
+        most = max(most, int((np.abs(np.outer(k_0, q) - 1.0) <= 20e-6).sum(axis=1).max()))
+    return most
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["tmerc", "lcc"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_scale_and_axis_at_all_hold_more_points(family: str, seed: int) -> None:
+    """The share has many tops, which descents from a few starts miss: trying everything finds no better one."""
+    points = fjord(seed)
+    found = ldp("box:6,60.5,7,61.5", heights=points, families=[family])
+    assert round(150 * found.statistics.within[20.0]) == best_count(family, points)
 
 
 @pytest.mark.slow

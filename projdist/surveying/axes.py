@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from projdist._typing import FloatArray
@@ -14,8 +16,14 @@ from projdist.surveying.ground import Ground, elevation_factor
 
 __all__ = ["Axis", "best_place"]
 
-_STARTS, _LATTICE = 3, 24  # of the descents to whole numbers; places tried before
-_COARSE = (64.0, 8.0, 1.0)  # steps of the axis, in units of its rounding
+_STARTS, _LATTICE = 8, 64  # of the descents to whole numbers; places tried before
+_SMOOTH = 24  # places tried for the least RMS or maximum
+_COARSE = ((64.0, 5), (8.0, 3), (1.0, 3))  # steps of the axis, in units of its rounding; the ends that are gone on from
+_SCANNED, _FINER, _KEPT = (
+    400,
+    8.0,
+    10,
+)  # places of a scan of one parameter, its next step, and places that it goes on from
 
 
 class Axis:
@@ -78,7 +86,7 @@ class Axis:
 
 
 def best_place(axis: Axis, goal: Goal, few: Ground, ground: Ground) -> FloatArray:
-    """The best multiples of the axis's unit: from several starts, by ever smaller steps, the last on all points."""
+    """The best multiples of the axis's unit, searched on few points and in the end on all."""
 
     def value(steps: FloatArray, at: Ground) -> Order:
         q = axis.factors(steps * axis.unit, at)
@@ -86,17 +94,58 @@ def best_place(axis: Axis, goal: Goal, few: Ground, ground: Ground) -> FloatArra
             return np.inf, np.inf
         return goal.rounded_scale(q, at.nodes.weight)[1]
 
-    def descended(steps: FloatArray, coarse: float, at: Ground) -> FloatArray:
-        return coarse * descend_lattice(lambda multiple: value(coarse * multiple, at), np.round(steps / coarse))[0]
+    def on_few(steps: FloatArray) -> Order:
+        return value(steps, few)
 
-    starts = [np.round(start / axis.unit) for start in _starts(axis, goal, few)]
-    found = []
-    for steps in sorted(starts, key=lambda steps: value(steps, few))[:_STARTS]:
-        for coarse in _COARSE:
-            steps = descended(steps, coarse, few)
-        found.append(steps)
-    best = min(found, key=lambda steps: value(steps, few))
-    return axis.unit * (best if few is ground else descended(best, 1.0, ground))
+    found = _scanned(axis, on_few) if axis.low.size == 1 else _descended(axis, goal, few, on_few)
+    if few is ground:
+        return axis.unit * found[0]
+    best = min(found, key=lambda steps: value(steps, ground))
+    return axis.unit * descend_lattice(lambda steps: value(steps, ground), best)[0]
+
+
+def _scanned(axis: Axis, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
+    """The best multiples of the unit in the range of one parameter, best first.
+
+    A share has many tops, one a few units wide: all multiples are tried where they are few, else ever finer ones near
+    the best.
+    """
+    low, high = np.ceil(axis.low[0] / axis.unit), np.floor(axis.high[0] / axis.unit)
+    stride = 1.0
+    while (high - low) / stride >= _SCANNED:
+        stride *= _FINER
+    places = np.arange(low, high + 1.0, stride)
+    known: dict[float, Order] = {}
+    while True:
+        for place in np.unique(np.clip(places, low, high)):
+            if place not in known:
+                known[place] = value(np.array([place]))
+        kept = sorted(known, key=known.__getitem__)[:_KEPT]
+        if stride == 1.0:
+            return [np.array([place]) for place in kept]
+        stride /= _FINER
+        places = np.add.outer(kept, stride * np.arange(-_FINER, _FINER + 1.0))
+
+
+def _descended(axis: Axis, goal: Goal, ground: Ground, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
+    """The ends of descents by ever smaller steps from the best of several starts, best first."""
+    known: dict[tuple[float, ...], Order] = {}
+
+    def once(steps: FloatArray) -> Order:
+        place = tuple(steps.tolist())
+        if place not in known:
+            known[place] = value(steps)
+        return known[place]
+
+    def descended(steps: FloatArray, coarse: float) -> FloatArray:
+        return coarse * descend_lattice(lambda multiple: once(coarse * multiple), np.round(steps / coarse))[0]
+
+    places = sorted((np.round(start / axis.unit) for start in _starts(axis, goal, ground)), key=once)[:_STARTS]
+    for coarse, kept in _COARSE:
+        ends = [descended(steps, coarse) for steps in places]
+        # Descents often meet.
+        places = sorted({tuple(end.tolist()): end for end in ends}.values(), key=once)[:kept]
+    return places
 
 
 def _starts(axis: Axis, goal: Goal, ground: Ground) -> list[FloatArray]:
@@ -111,7 +160,7 @@ def _starts(axis: Axis, goal: Goal, ground: Ground) -> list[FloatArray]:
         q = np.log(axis.factors(place, ground))
         return np.nan_to_num(np.stack([q, -q]), nan=1.0)
 
-    starts = [minimise(squares, axis.low, axis.high, worst=False, count=_LATTICE).place]
+    starts = [minimise(squares, axis.low, axis.high, worst=False, count=_SMOOTH).place]
     if goal.criterion == "minimax":
-        starts.append(minimise(extremes, axis.low, axis.high, worst=True, count=_LATTICE).place)
+        starts.append(minimise(extremes, axis.low, axis.high, worst=True, count=_SMOOTH).place)
     return starts + list(axis.low + lattice(axis.low.size, _LATTICE) * (axis.high - axis.low))

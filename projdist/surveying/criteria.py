@@ -12,34 +12,41 @@ from projdist._typing import FloatArray
 __all__ = ["LDP_CRITERIA", "Factors", "Goal", "Order", "rms_scale"]
 
 Factors = FloatArray  # combined factors with k_0 = 1
-Best = Callable[[Factors, FloatArray, float], float]
+Best = Callable[[Factors, FloatArray, float, float], float]
 Order = tuple[float, float]
 Ordering = Callable[[FloatArray, FloatArray, float], Order]
 
 
-def rms_scale(q: Factors, w: FloatArray, target: float = 0.0) -> float:
+def rms_scale(q: Factors, w: FloatArray) -> float:
     """The k_0 of least RMS distortion."""
     return float(np.sum(w * q) / np.sum(w * q * q))
 
 
-def _middle_scale(q: Factors, w: FloatArray, target: float) -> float:
-    return float(2.0 / (q.max() + q.min()))
+def _least_square(q: Factors, w: FloatArray, target: float, unit: float) -> float:
+    return rms_scale(q, w) / unit
 
 
-def _crowded_scale(q: Factors, w: FloatArray, target: float) -> float:
-    """The k_0 with the most weight of points within the target; of all that have as much the one of least RMS.
+def _middle(q: Factors, w: FloatArray, target: float, unit: float) -> float:
+    return float(2.0 / (q.max() + q.min())) / unit
 
-    A point is within it for k_0 from (1 - t) / q to (1 + t) / q: where most of these intervals overlap is found in one
-    walk along their ends.
+
+def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
+    """The multiple with the most weight of points within the target; of all that have as much that of least RMS.
+
+    A point is within it for k_0 from (1 - t) / q to (1 + t) / q: where most of these ranges of whole multiples overlap
+    is found in one walk along their ends.
     """
-    ends = np.concatenate([(1.0 - 1e-6 * target) / q, (1.0 + 1e-6 * target) / q])
-    order = np.argsort(ends)
-    inside = np.cumsum(np.concatenate([w, -w])[order])
+    usual = rms_scale(q, w) / unit
+    first, beyond = np.ceil((1.0 - 1e-6 * target) / q / unit), np.floor((1.0 + 1e-6 * target) / q / unit) + 1.0
+    held = first < beyond
+    if not held.any():
+        return usual
+    ends, place = np.unique(np.concatenate([first[held], beyond[held]]), return_inverse=True)
+    inside = np.cumsum(np.bincount(place, np.concatenate([w[held], -w[held]])))
     # Rounding of the sums makes shares that are the same differ by 1e-13.
-    most = inside > inside.max() - 1e-12
-    first = int(np.argmax(most))
-    last = first + int(np.argmin(most[first:]))
-    return float(np.clip(rms_scale(q, w), ends[order[first]], ends[order[last]]))
+    most = np.flatnonzero(inside > inside.max() - 1e-12)
+    nearest = np.clip(np.round(usual), ends[most], ends[most + 1] - 1.0)
+    return float(nearest[np.argmin(np.abs(nearest - usual))])
 
 
 def _rms(ppm: FloatArray, w: FloatArray) -> float:
@@ -60,9 +67,9 @@ def _rms_order(ppm: FloatArray, w: FloatArray, target: float) -> Order:
 
 
 LDP_CRITERIA: dict[str, tuple[Best, Ordering]] = {
-    "share": (_crowded_scale, _share_order),
-    "minimax": (_middle_scale, _minimax_order),
-    "rms": (rms_scale, _rms_order),
+    "share": (_crowded, _share_order),
+    "minimax": (_middle, _minimax_order),
+    "rms": (_least_square, _rms_order),
 }
 
 
@@ -78,9 +85,10 @@ class Goal(NamedTuple):
         return LDP_CRITERIA[self.criterion][1](ppm, weight, self.target)
 
     def rounded_scale(self, q: Factors, weight: FloatArray) -> tuple[float, Order]:
-        """The multiple of `round_k` next to the best scale that is best itself, and how good it is."""
-        scale = LDP_CRITERIA[self.criterion][0](q, weight, self.target)
-        options = (np.floor(scale / self.round_k) + np.arange(2)) * self.round_k
+        """The best multiple of `round_k`, and how good it is."""
+        multiple = LDP_CRITERIA[self.criterion][0](q, weight, self.target, self.round_k)
+        # The largest and the mean of squares are convex in k_0: the best multiple is next to the best of all.
+        options = np.unique([np.floor(multiple), np.ceil(multiple)]) * self.round_k
         orders = [self.order(1e6 * (k * q - 1.0), weight) for k in options]
-        best = int(orders[1] < orders[0])
+        best = min(range(len(orders)), key=lambda index: orders[index])
         return float(options[best]), orders[best]
