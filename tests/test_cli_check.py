@@ -135,7 +135,16 @@ def test_layer(suffix, data, tmp_path, frame):
     code, out, err = run(data / "data.geojson", *IN_UTM, "-o", path)
     assert (code, out) == (2, "")
     assert err == f"projdist: Invalid output '{path}'. It exists; --overwrite replaces it.\n"
-    code, _, err = run(path, *IN_UTM, "-o", tmp_path / "again.gpkg")
+    # A file of a check can be checked again, its errors are replaced; one column alone is the user's.
+    again = tmp_path / f"again{suffix}"
+    assert run(path, "--crs", "EPSG:3857", *QUICK, "-o", again)[::2] == (0, "")
+    second = geopandas.read_file(again)
+    truth = projdist.check(frame, "EPSG:3857", purpose=None).features
+    assert list(second.columns) == list(layer.columns)
+    assert second["length_error"][:2].tolist() == pytest.approx(truth["length_error"][:2].tolist())
+    own = tmp_path / f"own{suffix}"
+    frame.assign(area_km2=1.0).to_file(own)
+    code, _, err = run(own, *IN_UTM, "-o", tmp_path / "refused.gpkg")
     assert code == 2
     assert err.endswith("They have a column 'area_km2' already; rename it.\n")
 
@@ -163,6 +172,8 @@ def test_recommended(data):
         ),
         (["data.geojson", *IN_UTM, "--fail-above", "1 percent"], 2, "Invalid limit '1 percent'. It must be a share"),
         (["data.geojson", *IN_UTM, "--fail-above", "-1%"], 2, "Invalid limit '-1%'. It must be a share"),
+        (["data.geojson", *IN_UTM, "--fail-above", "1e400"], 2, "Invalid limit '1e400'. It must be a share"),
+        (["data.geojson", *IN_UTM, "--purpose", "nope"], 2, "Invalid purpose 'nope'. It must be any, equal-area"),
         (["data.geojson", *IN_UTM, "--fail-above-bearing", "x"], 2, "Invalid bearing 'x'. It must be a number of degr"),
         (["data.geojson", *IN_UTM, "--fail-on", "all"], 2, "Invalid thing to fail on 'all'. It must be worst or over"),
         (

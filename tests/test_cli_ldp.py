@@ -113,6 +113,9 @@ def test_colours_on_given_axes(heights: Path) -> None:
         (["--height", "1", "--target-ppm", "0"], "Invalid target '0'"),
         (["--height", "1", "--families", "merc"], "Invalid families 'merc'"),
         (["--height", "1", "--criterion", "x"], "Invalid criterion 'x'"),
+        (["--height", "1", "--size", "10"], "Invalid option '--size'. It needs a picture to draw to: -o FILE."),
+        (["--height", "1", "--dpi", "100"], "Invalid option '--dpi'. It needs a picture"),
+        (["--height", "1", "--size", "10", "-o", "x.png"], "Invalid size '10'. It must be WIDTH,HEIGHT in inches"),
         (["--height", "1", "-o", "x.gif"], "Invalid picture file 'x.gif'"),
     ],
 )

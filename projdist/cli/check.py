@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -16,7 +17,7 @@ from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
 from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number
 from projdist.cli.output import drawing, emit
 from projdist.projections import ProjectionError
-from projdist.suitability import PURPOSES
+from projdist.suitability import PURPOSES, get_purpose
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -63,6 +64,10 @@ def check_command(
     limit = None if fail_above is None else _share(fail_above)
     turn = None if fail_above_bearing is None else number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
     choice("thing to fail on", fail_on, list(FAIL_ON))
+    try:
+        get_purpose(purpose)
+    except ValueError as error:
+        refuse(str(error), error)
     path = None if output is None else file_of_kind(output, LAYER_SUFFIXES, overwrite)
     if path is not None:
         check_libraries(path)
@@ -103,22 +108,24 @@ def _count(text: str) -> int:
 def _share(text: str) -> float:
     """The share of 1%, 0.01 or 500ppm."""
     match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*(%|ppm|)\s*", text, re.IGNORECASE)
-    if match is None:
+    share = float(match[1]) * _UNITS[match[2].lower()] if match else math.nan
+    if not math.isfinite(share):
         refuse(f"Invalid limit '{text}'. It must be a share, as 1%, 0.01 or 500ppm.")
-    return float(match[1]) * _UNITS[match[2].lower()]
+    return share
 
 
 def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
-    """Write the data with their errors as columns."""
+    """Write the data with their errors as columns, in place of those of an earlier check."""
     from projdist import gis
 
     columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
-    present = {str(name).lower() for name in frame.columns}
-    for name in columns:
-        if name in present:
-            refuse(f"Invalid data for '{path}'. They have a column '{name}' already; rename it.")
+    present = {str(name).lower(): name for name in frame.columns}
+    taken = [present[name] for name in columns if name in present]
+    # All of them together are of an earlier check; a few are the user's own.
+    if 0 < len(taken) < len(columns):
+        refuse(f"Invalid data for '{path}'. They have a column '{taken[0]}' already; rename it.")
     with drawing(path):
-        gis.save_layer(frame.assign(**columns), path, overwrite=overwrite)
+        gis.save_layer(frame.drop(columns=taken).assign(**columns), path, overwrite=overwrite)
 
 
 # ---- formats --------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ import typer
 from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import area_text, json_text, rounded, table_text
 from projdist.cli.options import (
+    DpiOption,
     OverwriteOption,
     SizeOption,
     choice,
@@ -18,7 +19,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import drawing, emit
-from projdist.cli.pictures import PictureFile
+from projdist.cli.pictures import PictureFile, picture_of
 from projdist.correction import CONSTRAINTS, Correction, correct
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import Place
@@ -56,18 +57,13 @@ def correct_command(
     ] = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses or caps.")] = None,
     size: SizeOption = None,
-    dpi: Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")] = None,
+    dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
     form, area = _Form(choice("format", format, list(_Form))), None if region is None else region_of(region)
     choice("constraint", constraint, list(CONSTRAINTS))
-    for name, value in {"step": step, "size": size, "dpi": dpi}.items():
-        if value is not None and output is None:
-            refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
-    picture = (
-        None if output is None else PictureFile(output, size=size, dpi=dpi or "150", step=step, overwrite=overwrite)
-    )
+    picture = picture_of(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
     try:
         measured = Projection.from_user_input(projection)
         if local is not None:

@@ -14,10 +14,10 @@ from projdist.cli.options import (
     Projections,
     RegionOption,
     SizeOption,
+    dots_of,
     file_of_kind,
     levels_of,
     measure_names,
-    number,
     region_of,
     size_of,
     step_of,
@@ -39,7 +39,7 @@ def tissot_command(
     region: RegionOption = "globe",
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses.")] = None,
     size: SizeOption = None,
-    dpi: DpiOption = "150",
+    dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Draw Tissot's indicatrices."""
@@ -47,10 +47,10 @@ def tissot_command(
 
     path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
     if path.suffix.lower() in LAYER_SUFFIXES:
-        check_layer_options(path, {"--size": size, "--dpi": dpi if dpi != "150" else None})
+        check_layer_options(path, {"--size": size, "--dpi": dpi})
         write_layer(projections, path, region=region_of(region), step=step_of(step), overwrite=overwrite)
         return
-    dots, spacing = number("dpi", dpi, 10, 1200), step_of(step)
+    dots, spacing = dots_of(dpi), step_of(step)
     inches = size_of(size, dots)
     maps, area, figures, problems = _maps(projections, region)
     with drawing(path):
@@ -82,7 +82,7 @@ def heatmap_command(
         str | None,
         typer.Option(help="Inches of a picture, as 10,6; pixels of a raster: of its longer side, or as 1000,500."),
     ] = None,
-    dpi: DpiOption = "150",
+    dpi: DpiOption = None,
     resolution: Annotated[
         str | None, typer.Option(metavar="NUMBER", help="Side of a raster's pixels in the unit of its CRS.")
     ] = None,
@@ -97,7 +97,7 @@ def heatmap_command(
     names = measure_names(measure or ["fisher"])
     path = file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), overwrite)
     if path.suffix.lower() in RASTER_SUFFIXES:
-        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--dpi": dpi if dpi != "150" else None}
+        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--dpi": dpi}
         check_layer_options(path, drawn)
         write_raster(
             projections,
@@ -115,7 +115,7 @@ def heatmap_command(
         refuse(f"Invalid option '{option}' for '{path}'. It is for rasters, whose suffix is .tif.")
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
-    dots, spacing, isolines = number("dpi", dpi, 10, 1200), step_of(step), levels_of(levels)
+    dots, spacing, isolines = dots_of(dpi), step_of(step), levels_of(levels)
     inches = size_of(size, dots)
     maps, area, figures, problems = _maps(projections, region)
     with drawing(path):

@@ -21,7 +21,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import emit
-from projdist.cli.pictures import PictureFile
+from projdist.cli.pictures import PictureFile, picture_of
 from projdist.projections import ProjectionError, number_text
 from projdist.regions import PointSet
 from projdist.surveying import LDP, LDP_CRITERIA, LDP_FAMILIES, HeightStatistics, ldp, read_heights
@@ -70,7 +70,7 @@ def ldp_command(
         str | None, typer.Option("--output", "-o", metavar="FILE", help="Map of the ppm: .png, .svg or .pdf.")
     ] = None,
     size: SizeOption = None,
-    dpi: DpiOption = "150",
+    dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
@@ -78,7 +78,7 @@ def ldp_command(
     own = isinstance(area, PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
-    picture = None if output is None else PictureFile(output, size=size, dpi=dpi, overwrite=overwrite)
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite)
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],
         "criterion": criterion,

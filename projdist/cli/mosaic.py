@@ -121,7 +121,7 @@ def mosaic_command(
     if output is not None:
         words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0]}
         target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
-    figure = None if compare is None else PictureFile(compare, size=None, dpi="150", overwrite=overwrite)
+    figure = None if compare is None else PictureFile(compare, size=None, dpi=None, overwrite=overwrite)
     try:
         found = mosaic(match(pictures) if given is None else given, **options)
     except ImportError as error:

@@ -9,9 +9,9 @@ import typer
 
 from projdist.cli.errors import fail, refuse
 from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
-from projdist.cli.options import FormatOption, OverwriteOption, SizeOption, choice, format_of, number
+from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, choice, format_of, number
 from projdist.cli.output import emit
-from projdist.cli.pictures import PictureFile
+from projdist.cli.pictures import PictureFile, picture_of
 from projdist.oldmaps import MODELS, OldMap, old_map, read_control_points
 from projdist.projections import ProjectionError
 
@@ -56,7 +56,7 @@ def oldmap_command(
         str | None, typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf.")
     ] = None,
     size: SizeOption = None,
-    dpi: Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")] = None,
+    dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Measure the distortion of an old map by control points."""
@@ -64,17 +64,8 @@ def oldmap_command(
     choice("model", model, list(MODELS))
     choice("measure", measure, list(DRAWN_MEASURES))
     panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
-    drawn = {
-        "image": image,
-        "draw": draw,
-        "size": size,
-        "dpi": dpi,
-        "measure": None if measure == "fisher" else measure,
-    }
-    for name, value in drawn.items():
-        if value is not None and output is None:
-            refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
-    picture = None if output is None else PictureFile(output, size=size, dpi=dpi or "150", overwrite=overwrite)
+    drawn: dict[str, Any] = {"image": image, "draw": draw, "measure": None if measure == "fisher" else measure}
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, **drawn)
     try:
         found = old_map(
             read_control_points(points, crs=crs),

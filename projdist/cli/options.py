@@ -50,7 +50,7 @@ MeasuresOption = Annotated[
     typer.Option("--measure", "-m", help="A measure (see 'projdist list measures'); may be repeated, or with commas."),
 ]
 SizeOption = Annotated[str | None, typer.Option(help="Width and height of the picture in inches, as 10,6.")]
-DpiOption = Annotated[str, typer.Option(metavar="NUMBER", help="Dots per inch.")]
+DpiOption = Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")]
 
 _MOST_PIXELS = 4e8  # 1.6 GB of memory
 _MOST_LEVELS = 100
@@ -151,6 +151,11 @@ def file_of_kind(text: str, suffixes: tuple[str, ...], overwrite: bool, kind: st
 def step_of(text: str | None) -> float | None:
     """Degrees between ellipses or lines."""
     return None if text is None else number("step", text, 1e-5, 90, " of degrees")
+
+
+def dots_of(text: str | None) -> float:
+    """Dots per inch."""
+    return 150.0 if text is None else number("dpi", text, 10, 1200)
 
 
 def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:

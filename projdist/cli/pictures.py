@@ -6,18 +6,21 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from projdist.cli.options import file_of_kind, number, size_of, step_of
+from projdist.cli.errors import refuse
+from projdist.cli.options import dots_of, file_of_kind, size_of, step_of
 from projdist.cli.output import drawing
 
 
 class PictureFile:
     """Where a picture goes, and how it is drawn; a wrong word ends the command with 2."""
 
-    def __init__(self, output: str, *, size: str | None, dpi: str, step: str | None = None, overwrite: bool) -> None:
+    def __init__(
+        self, output: str, *, size: str | None, dpi: str | None, step: str | None = None, overwrite: bool
+    ) -> None:
         from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
         self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
-        self.dots, self.step = number("dpi", dpi, 10, 1200), step_of(step)
+        self.dots, self.step = dots_of(dpi), step_of(step)
         self.size, self.overwrite = size_of(size, self.dots), overwrite
 
     def save(self, draw: Callable[..., Any]) -> None:
@@ -27,3 +30,18 @@ class PictureFile:
         with drawing(self.path):
             figure = draw(size=self.size, dpi=self.dots)
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
+
+
+def picture_of(
+    output: str | None, *, size: str | None, dpi: str | None, step: str | None = None, overwrite: bool, **others: Any
+) -> PictureFile | None:
+    """The picture of a command that draws one only where it is asked to; else options of pictures are refused.
+
+    `others` are such options that the command has beside these, None where they are not given.
+    """
+    if output is not None:
+        return PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
+    for name, value in (others | {"step": step, "size": size, "dpi": dpi}).items():
+        if value is not None:
+            refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
+    return None

@@ -27,7 +27,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import emit
-from projdist.cli.pictures import PictureFile
+from projdist.cli.pictures import PictureFile, picture_of
 from projdist.executors import check_executor, open_executor
 from projdist.projections.database import OF_A_SPHERE
 from projdist.recommend import Recommendation, recommend
@@ -71,7 +71,7 @@ def recommend_command(
         typer.Option("--output", "-o", metavar="FILE", help="Heat maps of the best: .png, .svg or .pdf."),
     ] = None,
     size: SizeOption = None,
-    dpi: DpiOption = "150",
+    dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Find the best existing CRSs for a region, by measuring every candidate."""
@@ -81,7 +81,7 @@ def recommend_command(
         refuse(f"Invalid limit '{limit}'. It must be a whole number.")
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
-    picture = None if output is None else PictureFile(output, size=size, dpi=dpi, overwrite=overwrite)
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite)
     with _usage(), _executor(executor) as workers, _bar() as progress:
         result = recommend(
             area,
