@@ -19,11 +19,8 @@ __all__ = ["Axis", "best_place"]
 _STARTS, _LATTICE = 8, 64  # of the descents to whole numbers; places tried before
 _SMOOTH = 24  # places tried for the least RMS or maximum
 _COARSE = ((64.0, 5), (8.0, 3), (1.0, 3))  # steps of the axis, in units of its rounding; the ends that are gone on from
-_SCANNED, _FINER, _KEPT = (
-    400,
-    8.0,
-    10,
-)  # places of a scan of one parameter, its next step, and places that it goes on from
+_SCANNED, _KEPT = 400, 8  # places of a scan of one parameter, and those that it goes on from
+_FINER = 8.0  # its next step
 
 
 class Axis:

@@ -44,7 +44,7 @@ def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
     ends, place = np.unique(np.concatenate([first[held], beyond[held]]), return_inverse=True)
     inside = np.cumsum(np.bincount(place, np.concatenate([w[held], -w[held]])))
     # Rounding of the sums makes shares that are the same differ by 1e-13.
-    most = np.flatnonzero(inside > inside.max() - 1e-12)
+    most = np.flatnonzero(inside[:-1] > inside[:-1].max() - 1e-12)
     nearest = np.clip(np.round(usual), ends[most], ends[most + 1] - 1.0)
     return float(nearest[np.argmin(np.abs(nearest - usual))])
 
