@@ -64,6 +64,7 @@ def mean_scale_error():
     return 1e6 * np.average(np.abs(scales - 1).max(axis=-1), weights=M * parallel)
 
 
+@pytest.mark.slow
 def test_mean_beside_noise(mean_scale_error):
     """PROJ's Van der Grinten map rounds by kilometres beside its centre: its mean is found where cells are larger."""
     found = measured("ESRI:54029", "box:-20,-20,20,20")

@@ -935,6 +935,7 @@ def check_picture(path: Path, size: tuple[float, float] | None = None, dpi: floa
             assert [float(x) for x in box[1].split()][2:] == [72 * x for x in size]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["PNG", "svg", "pdf"])
 @pytest.mark.parametrize("command", ["tissot", "heatmap"])
 def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:

@@ -110,6 +110,7 @@ def test_pictures(words, tmp_path):
     assert imread(path).shape[:2] == (200, 250)
 
 
+@pytest.mark.slow
 def test_local_json(tmp_path):
     """The values of a drawn field as JSON."""
     words = [*SEA, "--local", "300", "--step", "5", "--format", "json", "-o", str(tmp_path / "x.svg")]

@@ -37,6 +37,7 @@ def heights(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_json() -> None:
     """What the library answers."""
     code, out, err = run(SEA, "--height", "250", *QUICK, "--format", "json")
@@ -74,6 +75,7 @@ def test_other_forms(heights: Path) -> None:
     assert list(rows[0]) == ["lon", "lat", "height", "ppm"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["level", "points"])
 def test_pictures(tmp_path: Path, heights: Path, kind: str) -> None:
     """A field of colour for level ground, dots for points."""

@@ -119,6 +119,7 @@ def test_refused(points, words, code, message):
     assert result[2].count("\n") == 1
 
 
+@pytest.mark.slow
 def test_images(tmp_path):
     """Points are found in images, which are called by their files; what matches nothing is named."""
     H = maps(np.random.default_rng(3))[[0, 1, 3]]

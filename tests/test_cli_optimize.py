@@ -146,6 +146,7 @@ def test_a_criterion_that_vanishes() -> None:
     assert "airy_kavrayskiy" in out
 
 
+@pytest.mark.slow
 def test_no_bound() -> None:
     """One line, and exit code 1."""
     code, out, err = run("merc", "globe", "--criterion", "max_scale_error_ppm")

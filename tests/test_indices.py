@@ -226,6 +226,7 @@ def test_the_score():
         goldberg_gott_score({"I": 1, "A": 1, "F": 1, "S": 1, "B": 1})
 
 
+@pytest.mark.slow
 def test_the_score_of_a_map():
     """It is that of its figures, with an error that all of theirs may make; without one of them there is none."""
     found = indices("plate-carree", names="goldberg-gott")
@@ -240,6 +241,7 @@ def test_the_score_of_a_map():
 # ---- finite distances -----------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_distances_are_those_of_the_library():
     """D is `distance_distortion`, and scale-free; Peters' and Canters' indices of a scaled small map are elementary."""
     library = distance_distortion("mollweide").value

@@ -1,6 +1,7 @@
 """The direction of imports, read from the modules themselves; and what an import must not load."""
 
 import ast
+import functools
 import graphlib
 import subprocess
 import sys
@@ -120,6 +121,7 @@ PACKAGES = {name.split(".")[0] for name in MODULES if "." in name}
 EDGES = {"__init__", "plots", "cli", "cli.app", "__main__"}
 
 
+@functools.cache
 def imports(name: str) -> set[str]:
     """Dotted names of all that a module imports, wherever in it; of our own the modules only."""
     found: set[str] = set()
