@@ -120,8 +120,8 @@ def _signed(goal: Goal, found: Extreme) -> Extreme:
 
 
 _LONGEST = 1.0  # degrees of an edge between stations
-_STATIONS = 4000  # at first; around the best of them all
-_BEST_STATIONS, _BEST_EDGES = 6, 8
+_STATIONS = 4000  # at first; around those that let hope for more, all
+_HOPEFUL, _BEST_EDGES = 300, 8  # at most
 _FRACTIONS = np.linspace(-1.0, 1.0, 9)
 _NARROWINGS = 14  # by a factor of four: to the rounding of a smooth maximum
 
@@ -215,14 +215,14 @@ class _Search:
     # ---- along edges ------------------------------------------------------------------------
 
     def along_edges(self, numbers: Sequence[int]) -> list[Extreme]:
-        """The largest values of some goals at so many vertices, at all near the best of these, then along edges."""
+        """The largest values of some goals: at so many vertices, at all beside which there may be more, along edges."""
         edges = self.region.edges
         pieces = np.ceil(np.abs(edges[:, 2:] - edges[:, :2]).max(axis=1) / _LONGEST).clip(1).astype(int)
         lon, lat = divided(edges, pieces)
         stride = math.ceil(lon.shape[1] / _STATIONS)
         chosen = np.arange(0, lon.shape[1], stride)
         rough = self._each(numbers, lon[0, chosen], lat[0, chosen])
-        near = chosen[np.argsort(-rough)[:, :_BEST_STATIONS], None] + np.arange(-stride, stride + 1)
+        near = chosen[_hopeful(rough)][:, None] + np.arange(-stride, stride + 1)
         chosen = np.unique(np.clip(near, 0, lon.shape[1] - 1))
         ends = self._each(numbers, lon[:, chosen], lat[:, chosen]).max(axis=1)
         best = chosen[np.argsort(-ends)[:, :_BEST_EDGES]].ravel()
@@ -292,6 +292,14 @@ def _to_sides(values: FloatArray) -> FloatArray:
     result[:, 1:-1, 1:-1] = values
     result[finite] = _CARRY_ON @ values[finite] @ _CARRY_ON.T
     return result.reshape(len(values), -1)
+
+
+def _hopeful(values: FloatArray) -> IntArray:
+    """Stations from which the step to the next one, taken again, leads to the best value of a goal (k, n) or more."""
+    steps = np.abs(np.diff(np.nan_to_num(values, neginf=0.0), axis=1))
+    hopes = values + np.maximum(np.pad(steps, ((0, 0), (1, 0))), np.pad(steps, ((0, 0), (0, 1))))
+    order = np.argsort(-hopes)[:, :_HOPEFUL]
+    return np.unique(order[np.take_along_axis(hopes, order, axis=1) >= values.max(axis=1, keepdims=True)])
 
 
 def _foremost(values: FloatArray, index: IntArray) -> IntArray:

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pyproj
 import pytest
 from scipy.special import erf
 
@@ -163,6 +164,18 @@ def test_maximum_of_a_country(code):
     region = get_region(f"country:{code}")
     lat = np.abs(region.edges[:, 1]).max()
     assert maximum(f"+proj=merc +R={R}", region, "k").value == pytest.approx(1 / math.cos(math.radians(lat)), rel=1e-8)
+
+
+@pytest.mark.slow
+def test_vertices_of_many_islands_compete():
+    """Where islands have nearly the same distortion, no vertex has more than the largest, by PROJ's factors."""
+    definition = "+proj=aea +ellps=WGS84 +lat_0=49 +lon_0=-112 +lat_1=29.8031 +lat_2=67.2169"
+    region = get_region("country:US")
+    at_vertices = pyproj.Proj(definition).get_factors(region.edges[:, 0], region.edges[:, 1])
+    found = summarize(definition, region, measures=["omega", "a"]).measures
+    # PROJ's factors are good to 1e-8; between the vertices of a degree and less there is hardly more.
+    assert found["omega"].max == pytest.approx(at_vertices.angular_distortion.max(), rel=1e-6)
+    assert found["a"].max == pytest.approx(at_vertices.tissot_semimajor.max(), rel=1e-6)
 
 
 # ---- inside ---------------------------------------------------------------------------------
