@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from projdist import recommend
 from projdist.cli.app import app
+from projdist.cli.recommend import _drawable
 
 ISLAND = "box:-7.2,61.3,-6.2,62.5"
 QUICK = ["--authority", "EPSG", "--limit", "3"]
@@ -107,6 +108,15 @@ def test_options():
     options = {"purpose": "conformal", "criterion": "max_omega", "datum": "ETRS89", "area": "intersects"}
     expected = recommend(ISLAND, authorities=["EPSG"], limit=3, deprecated=True, **options)
     assert json.loads(out) == expected.to_dict()
+
+
+@pytest.mark.slow
+def test_what_is_drawn():
+    """A map cut at 180 degrees is a result for Fiji, and none to draw."""
+    fiji = recommend("box:177,-20,-178,-15", authorities=["EPSG", "ESRI"], limit=5)
+    torn = [one for one in fiji.results if one.distortion.cut_km]
+    assert torn
+    assert _drawable(fiji) == tuple(one for one in fiji.results if one not in torn)
 
 
 @pytest.mark.slow

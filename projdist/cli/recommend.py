@@ -30,7 +30,7 @@ from projdist.cli.output import emit
 from projdist.cli.pictures import PictureFile, picture_of
 from projdist.executors import check_executor, open_executor
 from projdist.projections.database import OF_A_SPHERE
-from projdist.recommend import Recommendation, recommend
+from projdist.recommend import Candidate, Recommendation, recommend
 from projdist.suitability import PURPOSES, RANKINGS
 
 _DRAWN = 4  # maps in the picture
@@ -152,7 +152,7 @@ def _draw(result: Recommendation, picture: PictureFile) -> None:
     from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
 
     custom = result.custom[:1]
-    best = result.results[: _DRAWN - len(custom)]
+    best = _drawable(result)[: _DRAWN - len(custom)]
     distortions = [*(one.distortion for one in best), *(one.distortion for one in custom)]
     picture.save(
         functools.partial(
@@ -164,6 +164,13 @@ def _draw(result: Recommendation, picture: PictureFile) -> None:
             airy_kavrayskiy=[distortion.airy_kavrayskiy for distortion in distortions],
         )
     )
+
+
+def _drawable(result: Recommendation) -> tuple[Candidate, ...]:
+    """Results that do not tear a region that does not go round the Earth: its parts would be specks far apart."""
+    west, _, east, _ = result.region.bounds
+    whole = tuple(one for one in result.results if east - west >= 360.0 or not one.distortion.cut_km)
+    return whole or result.results
 
 
 # ---- formats --------------------------------------------------------------------------------
