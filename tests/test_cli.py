@@ -20,7 +20,7 @@ from typer.testing import CliRunner, Result
 
 from projdist import CRITERIA, MEASURES, __version__, factors, projection_names, summarize
 from projdist.cli.app import app
-from projdist.cli.formats import Format, render_comparison, render_factors
+from projdist.cli.formats import Format, render_comparison, render_factors, rounded
 from projdist.indices import INDICES
 
 FORMATS = [form.value for form in Format]
@@ -243,6 +243,12 @@ def test_compare_table_has_no_digits_that_the_error_makes_doubtful() -> None:
     (line,) = [line for line in run_ok("compare", "moll", "--tolerance", "1e-2").splitlines() if "moll" in line]
     decimals = len(re.findall(r"0\.(\d+) ", line)[0])
     assert 10.0**-decimals > 0.5 * found["error_estimate"]
+
+
+def test_doubtful_figures_are_no_zeros() -> None:
+    """What is above its error has its first digit; what is not has none."""
+    assert [rounded(0.031, 0.016), rounded(0.0049, 0.0012), rounded(0.31, 0.16)] == ["0.03", "0.005", "0.3"]
+    assert [rounded(1e-12, 1e-9), rounded(0.01, 0.016)] == ["0.000000000", "0.0"]
 
 
 def test_compare_table_tells_coverage() -> None:

@@ -321,7 +321,10 @@ def rounded(value: float | None, error: float | None) -> str:
         return "-"
     wanted = max(6, 3 - math.floor(math.log10(abs(value)))) if value else 6
     good = math.floor(-math.log10(error)) if error else wanted
-    return f"{value:.{max(0, min(wanted, good, _MOST_DECIMALS))}f}"
+    decimals = max(0, min(wanted, good, _MOST_DECIMALS))
+    if error and abs(value) > error and round(value, decimals) == 0.0:
+        decimals += 1  # its first digit is doubtful, and says more than a zero
+    return f"{value:.{decimals}f}"
 
 
 def _size(error: float | None) -> str:
