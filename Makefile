@@ -5,7 +5,11 @@ PYTHON ?= python3
 BIN := .venv/bin
 DEMO := robinson mollweide winkel-tripel equal-earth mercator
 
-.PHONY: demo test test-slow lint types notebooks gallery world-maps benchmarks clean
+# The oldest versions have wheels for this Python, and not for newer ones.
+OLDEST_PYTHON ?= python3.11
+OLD := .venv-oldest
+
+.PHONY: demo test test-slow test-oldest test-wheel coverage lint types notebooks gallery world-maps benchmarks clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -15,10 +19,21 @@ demo: .venv/installed
 	@echo "Pictures: $(CURDIR)/demo/tissot.png $(CURDIR)/demo/omega.png"
 
 test: .venv/installed-test
-	$(BIN)/python -m pytest -m "not slow" -n auto
+	$(BIN)/python -m pytest -m "not slow" -n auto --dist worksteal
 
 test-slow: .venv/installed-test
-	$(BIN)/python -m pytest -m slow -n auto
+	$(BIN)/python -m pytest -m slow -n auto --dist worksteal
+
+# What the fast tests do not run, line by line and branch by branch.
+coverage: .venv/installed-test
+	$(BIN)/python -m pytest -m "not slow" -n auto --cov --cov-report=term
+
+# Old libraries use what newer ones of those that they use will drop.
+test-oldest: $(OLD)/installed
+	$(OLD)/bin/python -m pytest -m "not slow" -n auto --dist worksteal -W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning
+
+test-wheel:
+	PYTHON=$(PYTHON) .ci/test-wheel
 
 lint: .venv/installed-test
 	$(BIN)/ruff check .
@@ -42,7 +57,7 @@ benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/recommend.py
 
 clean:
-	rm -rf .venv demo
+	rm -rf .venv $(OLD) demo
 
 .venv/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "projdist needs Python 3.11 or newer.")'
@@ -55,6 +70,13 @@ clean:
 .venv/installed-test: .venv/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
 	@touch $@ .venv/installed
+
+$(OLD)/installed: pyproject.toml .ci/oldest.py
+	rm -rf $(OLD)
+	$(OLDEST_PYTHON) -m venv $(OLD)
+	$(OLDEST_PYTHON) .ci/oldest.py > $(OLD)/constraints.txt
+	$(OLD)/bin/python -m pip install --quiet --disable-pip-version-check -c $(OLD)/constraints.txt -e '.[test]'
+	@touch $@
 
 .venv/installed-notebook: .venv/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[notebook]'

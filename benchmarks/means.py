@@ -24,7 +24,7 @@ import numpy as np
 from pyriemann.geometry.mean import mean_riemann
 
 from projdist import mdt
-from projdist.spd import factor_distance
+from projdist.matrices.spd import factor_distance
 
 RUNS, TURN, LONGEST = 7, 0.02, 10.0
 SMALL = 100_000  # bytes

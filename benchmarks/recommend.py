@@ -27,9 +27,9 @@ RUNS = 5
 
 SETUP = """
 import json, os, sys, time
-from projdist.probe import shares_within
+from projdist.decisions.recommendation.trial_nodes import shares_within
 from projdist.projections.database import crs_records, reasons_against
-from projdist.recommend import recommend
+from projdist.decisions.recommendation.search import recommend
 from projdist.regions import get_region
 from pyproj import CRS, Transformer
 from pyproj.exceptions import ProjError

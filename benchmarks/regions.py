@@ -9,11 +9,11 @@ import numpy as np
 import shapely
 from pyproj import Geod, Proj
 
-from projdist import geodata
+from projdist.answers.summaries import summarize
+from projdist.earth import natural_earth as geodata
 from projdist.projections import Projection
 from projdist.regions import get_region
 from projdist.regions.polygons import Polygons
-from projdist.results import summarize
 
 R = 6371008.7714
 RUNS = 5

@@ -9,16 +9,16 @@ from collections.abc import Callable
 import numpy as np
 from pyproj import Proj
 
-from projdist.derivatives import derivatives
-from projdist.measures import principal_scales
+from projdist.answers.summaries import summarize
+from projdist.field.at_points import derivatives
+from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
-from projdist.results import summarize
 
 R = 6371008.7714
 RUNS = 5
 WINKEL = 50.4597762521898  # pyproj loses PROJ's default for +proj=wintri
 
-# Raw Airy-Kavrayskiy errors over the globe by quadrature of closed forms (tests/test_cubature.py). None: Robinson's
+# Raw Airy-Kavrayskiy errors over the globe by quadrature of closed forms (tests/closed_errors.py). None: Robinson's
 # table has no closed form, so that projdist at 1e-10 stands in for both sides.
 TRUTHS = {
     "merc": 0.7371453308191,
@@ -156,7 +156,7 @@ def points() -> None:
 
 def rasters() -> None:
     try:
-        from projdist.rasters import jacobian_grid
+        from projdist.field.on_grids import jacobian_grid
     except ImportError:
         print("\nNo rasters: this projdist has no jacobian_grid.")
         return

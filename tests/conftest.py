@@ -1,6 +1,8 @@
 """What all tests share."""
 
 import functools
+import gc
+import importlib.util
 import os
 from collections.abc import Iterator
 
@@ -9,12 +11,35 @@ import typer.main
 import typer.testing
 from hypothesis import settings
 
+EXTRAS = ("geopandas", "pandas", "rasterio")
+
 # Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # The same examples every time, and no deadline: a busy machine is no failure.
 settings.register_profile("projdist", derandomize=True, deadline=None, max_examples=25)
 settings.load_profile("projdist")
+
+
+def pytest_collection() -> None:
+    """What is made while tests are collected stays: looking for garbage among it takes a third of that time."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Nor is it looked through in every test."""
+    gc.freeze()
+    gc.enable()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Examples of docstrings that import an extra are skipped without it, as tests are."""
+    for item in items:
+        if isinstance(item, pytest.DoctestItem):
+            text = "".join(example.source for example in item.dtest.examples) if item.dtest else ""
+            missing = [name for name in EXTRAS if f"import {name}" in text and importlib.util.find_spec(name) is None]
+            if missing:
+                item.add_marker(pytest.mark.skip(reason=f"needs {missing[0]}"))
 
 
 @pytest.fixture(scope="session", autouse=True)

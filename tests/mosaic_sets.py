@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from projdist.mosaics import Correspondences
+from projdist.applications.mosaics import Correspondences
 
 SIZES = np.array([[300.0, 200.0]] * 6)
 

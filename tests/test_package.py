@@ -4,22 +4,26 @@ import ast
 import importlib.metadata
 import inspect
 import pickle
+import re
+import runpy
 import tomllib
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 import projdist
 
 ROOT = Path(__file__).parent.parent
-PACKAGE = ROOT / "projdist"
+PACKAGE = Path(projdist.__file__).parent
 LIBRARY = sorted(path for path in PACKAGE.rglob("*.py") if "cli" not in path.relative_to(PACKAGE).parts)
 
-LONGEST_DOCSTRING = 40
+LONGEST_DOCSTRING = 70  # with the sections of numpydoc
+EXTRAS = ["gis", "dask", "mosaic"]  # what users install; the others are the developers'
 
 
 def index_imports() -> list[str]:
-    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    tree = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
     return [
         alias.asname or alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names
     ]
@@ -34,15 +38,16 @@ def is_class(name: str) -> bool:
 
 
 def test_index_is_what_it_imports() -> None:
-    """`__all__` names each import of `__init__` once, and nothing else."""
+    """`__all__` names each import of the face once, and nothing else; and `dir` shows that."""
     assert sorted(projdist.__all__) == sorted(index_imports())
     assert len(set(projdist.__all__)) == len(projdist.__all__)
+    assert dir(projdist) == sorted(projdist.__all__)
 
 
 def test_index_has_no_logic() -> None:
-    """`__init__.py` is a docstring, imports, and two assignments."""
+    """`__init__.py` is a docstring, imports, and two assignments: the version and the lazy face."""
     tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
-    kinds = [type(node) for node in tree.body if not isinstance(node, ast.ImportFrom)]
+    kinds = [type(node) for node in tree.body if not isinstance(node, ast.Import | ast.ImportFrom)]
     assert kinds == [ast.Expr, ast.Assign, ast.Assign]
 
 
@@ -68,6 +73,15 @@ def test_version() -> None:
     assert projdist.__version__ == stated == importlib.metadata.version("projdist")
 
 
+def test_the_oldest_versions_are_those_stated() -> None:
+    """Each dependency, of extras too, has a lower bound and nothing else, and `make test-oldest` takes that version."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    stated = [*project["dependencies"], *(text for name in EXTRAS for text in project["optional-dependencies"][name])]
+    wanted = {one.name: str(one.specifier) for one in map(Requirement, stated)}
+    taken = [Requirement(line) for line in runpy.run_path(str(ROOT / ".ci" / "oldest.py"))["oldest"]()]
+    assert {one.name: str(one.specifier).replace("==", ">=") for one in taken} == wanted
+
+
 def test_typed() -> None:
     """Type checkers are told that the package has types."""
     assert (PACKAGE / "py.typed").is_file()
@@ -85,10 +99,26 @@ def test_the_library_does_not_print(path: Path) -> None:
 
 @pytest.mark.parametrize("name", public_definitions())
 def test_docstring(name: str) -> None:
-    """Each public function and class says what it is, in at most forty lines."""
+    """Each public function and class says what it is, in at most seventy lines."""
     text = getattr(projdist, name).__doc__
     assert text
     assert len(inspect.cleandoc(text).splitlines()) <= LONGEST_DOCSTRING
+
+
+@pytest.mark.parametrize("name", [name for name in public_definitions() if not is_class(name)])
+def test_sections_of_numpydoc(name: str) -> None:
+    """Each names its parameters, what it returns and raises, and where it is from, and has an example."""
+    function = getattr(projdist, name)
+    sections = dict.fromkeys(("Parameters", "Returns", "Raises", "References", "Examples"), "")
+    parts = re.split(r"^(\w+)\n-+\n", inspect.cleandoc(function.__doc__ or ""), flags=re.MULTILINE)
+    sections |= dict(zip(parts[1::2], parts[2::2], strict=True))
+    parameters = inspect.signature(function).parameters
+    named = re.findall(r"^\*{0,2}(\w+(?:, \*{0,2}\w+)*)(?: : .*)?$", sections["Parameters"], flags=re.MULTILINE)
+    assert {one.strip("* ") for line in named for one in line.split(",")} == set(parameters)
+    assert {section for section in sections if not sections[section]} - (
+        {"Parameters"} if not parameters else set()
+    ) == set()
+    assert ">>>" in sections["Examples"]
 
 
 @pytest.mark.parametrize("name", [name for name in public_definitions() if is_class(name)])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
+import warnings
 from collections.abc import Callable
 from typing import Annotated
 
@@ -25,6 +27,7 @@ from projdist.cli.output import emit
 from projdist.cli.parser import Command, Commands
 from projdist.cli.published import tables_command
 from projdist.cli.recommend import recommend_command
+from projdist.support import orderly_end
 
 app = typer.Typer(
     name="projdist",
@@ -86,4 +89,22 @@ def main() -> None:
         elif isinstance(stream, io.TextIOWrapper):
             # Bytes that are no text of the locale's encoding are shown as escapes, and stop nothing.
             stream.reconfigure(errors="backslashreplace")
-    app()
+    if not sys.warnoptions:  # of somebody who wants to see them
+        warnings.simplefilter("ignore")  # what libraries warn of is for programmers; our own notices are said
+        _part_from_libraries()
+    with orderly_end():
+        app()
+
+
+def _part_from_libraries() -> None:
+    """Leave the standard error to Python: what C libraries write there, as libtiff of a broken picture, is lost."""
+    stream = sys.stderr
+    named = any(name in word for word in sys.argv for name in ("/dev/stderr", "/fd/2"))  # it is to be written to
+    if named or not isinstance(stream, io.TextIOWrapper):
+        return
+    stream.flush()
+    own = os.dup(stream.fileno())
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+    sys.stderr = open(own, "w", buffering=1, encoding=stream.encoding, errors=stream.errors)  # noqa: SIM115

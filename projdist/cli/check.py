@@ -10,14 +10,13 @@ from typing import Annotated, Any
 
 import typer
 
-from projdist.check import FAIL_ON, OUTSIDE, TORN, Check, check
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, area_text, csv_text, json_text, markdown_text, table_text
+from projdist.cli.formats import Format, area_text, csv_text, json_text, markdown_text, notes_text, table_text
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
 from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number
-from projdist.cli.output import drawing, emit
+from projdist.cli.output import drawing, emit, wrote
+from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
 from projdist.projections import ProjectionError
-from projdist.suitability import PURPOSES, get_purpose
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -45,7 +44,12 @@ def check_command(
         str, typer.Option(metavar="|".join(FAIL_ON), help="Any feature's error, or that of the totals.")
     ] = "worst",
     worst: Annotated[str, typer.Option(metavar="NUMBER", help="How many of the worst features to print.")] = "5",
-    id: Annotated[str | None, typer.Option("--id", metavar="COLUMN", help="The column with the names.")] = None,
+    id: Annotated[
+        str | None,
+        typer.Option(
+            "--id", metavar="COLUMN", help="The column with the names; else the usual one, or the only one of texts."
+        ),
+    ] = None,
     purpose: Annotated[
         str, typer.Option(metavar="|".join(PURPOSES), help="What the recommended CRS shall keep.")
     ] = "any",
@@ -83,7 +87,7 @@ def check_command(
         refuse(str(error), error)
     if path is not None:
         _save(result, frame, path, overwrite)
-    emit(_text(result, data, count, form), None)
+    emit(_text(result, data, count, form) + (wrote(path) if path is not None and form is Format.TABLE else ""), None)
     if result.above(limit, bearing=turn, on=fail_on):
         fail(_reason(result, fail_on, fail_above, fail_above_bearing))
         raise typer.Exit(ABOVE)
@@ -137,7 +141,8 @@ def _text(result: Check, data: str, count: int, form: Format) -> str:
         return json_text({"data": data} | result.to_dict() | {"worst": result.rows(result.worst(count))})
     if form is Format.CSV:
         return csv_text(result.rows(range(len(result.features["note"]))), list(result.features))
-    maps = [result, *([result.recommended] if result.recommended else [])]
+    other = None if _is_best(result) else result.recommended
+    maps = [result, *([other] if other else [])]
     totals = [one.overall for one in maps]
     summary = {
         "map": [one.projection.label for one in maps],
@@ -151,6 +156,7 @@ def _text(result: Check, data: str, count: int, form: Format) -> str:
         "length RMS": [_error(one.rms_length_error) for one in totals],
         "bearing RMS": [_degrees(one.bearing_error) for one in totals],
         "bearing worst": [_degrees(one.worst_bearing_error) for one in totals],
+        "bearing largest": [_degrees(one.largest_bearing_error) for one in totals],
     }
     rows = result.rows(result.worst(count))
     features = {
@@ -160,12 +166,14 @@ def _text(result: Check, data: str, count: int, form: Format) -> str:
         "area error": [_error(row["area_error"]) for row in rows],
         "length error": [_error(row["length_error"]) for row in rows],
         "bearing RMS": [_degrees(row["bearing_error"]) for row in rows],
-        "bearing most": [_degrees(row["largest_bearing_error"]) for row in rows],
+        "bearing largest": [_degrees(row["largest_bearing_error"]) for row in rows],
         "note": [row["note"] for row in rows],
     }
     total = result.overall
     ground = (
-        f"{area_text(total.area_km2)}, {total.length_km:,.6g} km" if total.area_km2 else f"{total.length_km:,.6g} km"
+        f"{area_text(total.area_km2)}, {total.length_km:,.6g} km"
+        if _known(total.area_km2)
+        else f"{total.length_km:,.6g} km"
     )
     title = f"{data} ({result.data_crs}): {total.measured} of {len(result.features['note'])} features, {ground}"
     notes = _notes(result)
@@ -173,16 +181,18 @@ def _text(result: Check, data: str, count: int, form: Format) -> str:
         worst = "\n" + markdown_text(features) if rows else ""
         return markdown_text(summary) + worst + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
     worst = table_text(features, "The worst features") if rows else ""
-    return table_text(summary, title, keys=2) + worst + "\n".join(notes) + "\n"
+    return table_text(summary, title) + worst + notes_text(notes)
 
 
 def _notes(result: Check) -> list[str]:
     """What the columns mean, and what was not measured."""
     notes = [
-        "Ratios and errors: the map over the ellipsoid, along the same lines; RMS: of the features; bearings: degrees, "
-        "grid less true, as RMS along the lines."
+        "Ratios and errors: the map over the ellipsoid, along the same lines; worst: of the worst feature; RMS: of the "
+        "features. Bearings: degrees, grid less true; RMS: along the lines; largest: anywhere on them."
     ]
-    if result.recommended:
+    if _is_best(result):
+        notes.append(f"The recommended CRS for the box about the data is this one, {result.projection.label}.")
+    elif result.recommended:
         notes.append("The second line: the recommended CRS for the box about the data, with the same data in it.")
     undrawn = result.rows(result.undrawn())
     for text in (OUTSIDE, TORN):
@@ -197,6 +207,11 @@ def _notes(result: Check) -> list[str]:
         if text not in ("", OUTSIDE, TORN)
     ]
     return notes + list(result.notes)
+
+
+def _is_best(result: Check) -> bool:
+    """Whether the CRS that is checked is the recommended one."""
+    return result.recommended is not None and result.recommended.projection.definition == result.projection.definition
 
 
 def _known(value: float | None) -> bool:

@@ -8,12 +8,12 @@ from typing import Annotated
 
 import typer
 
+from projdist.applications.pointclouds import CORRESPONDENCES, FITS, CloudFile, Registration, read_cloud, register
 from projdist.cli.errors import cannot_write, fail, refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
+from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, table_text
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of
-from projdist.cli.output import emit
-from projdist.files import refuse_existing
-from projdist.pointclouds import CORRESPONDENCES, FITS, CloudFile, Registration, read_cloud, register
+from projdist.cli.output import emit, wrote
+from projdist.support import refuse_existing
 
 
 def clouds_command(
@@ -163,14 +163,15 @@ def _text(found: Registration, form: Format, output: str | None) -> str:
         "is": [one["cloud"] or "the mean of all" for one in answer["frames"].values()],
         "sum of Dist_F^2": [f"{one['sum']:.6g}" for one in answer["frames"].values()],
     }
-    draw = markdown_text if form is Format.MARKDOWN else lambda table: table_text(table, "")
     title = (
         f"{len(rows)} clouds in {answer['dimension']} dimensions, by {found.correspond} ({found.method}), in the frame "
-        f"{found.frame if found.reference is None else found.names[found.reference]}: rms {found.rms_total:.4g}\n"
+        f"{found.frame if found.reference is None else found.names[found.reference]}: rms {found.rms_total:.4g}"
     )
-    notes = (
-        "Dist_F: distortion of a cloud's matrix, 0 for a rotation; as frame: the sum of Dist_F^2 if all were brought\n"
+    note = (
+        "Dist_F: distortion of a cloud's matrix, 0 for a rotation; as frame: the sum of Dist_F^2 if all were brought "
         "to that cloud; rms: distance from the points' mean places in the frame. Matrices: --format json.\n"
     )
-    written = f"Moved clouds: {output}\n" if output is not None else ""
-    return title + draw(columns) + draw(frames) + notes + written
+    if form is Format.MARKDOWN:
+        return f"{title}\n{markdown_text(columns)}{markdown_text(frames)}{note}"
+    written = wrote(*([] if output is None else [Path(output)]))
+    return table_text(columns, title) + table_text(frames, "") + notes_text([note]) + written

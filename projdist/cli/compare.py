@@ -6,25 +6,26 @@ from typing import Annotated, Any
 
 import typer
 
+from projdist.answers import compare
 from projdist.cli.errors import refuse, report
-from projdist.cli.formats import STATISTICS, render_comparison
-from projdist.cli.indices import IndicesOption, add_indices, chosen_indices
+from projdist.cli.formats import STATISTICS, Format, render_comparison
+from projdist.cli.indices import IndicesOption, chosen_indices
 from projdist.cli.options import (
-    FormatOption,
+    FileFormatOption,
     MeasuresOption,
     OutputOption,
     OverwriteOption,
     Projections,
     RegionOption,
     WeightOption,
-    format_of,
+    format_for,
     measure_names,
     number,
     printed_or_file,
     region_of,
 )
 from projdist.cli.output import emit
-from projdist.results import DEFAULT_TOLERANCE, compare
+from projdist.field import DEFAULT_TOLERANCE
 
 
 def compare_command(
@@ -39,21 +40,23 @@ def compare_command(
     tolerance: Annotated[
         str, typer.Option(metavar="NUMBER", help="Largest error of the Airy-Kavrayskiy figures.")
     ] = f"{DEFAULT_TOLERANCE:g}",
-    format: FormatOption = "table",
+    format: FileFormatOption = None,
     output: OutputOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Compare projections over a region: Airy-Kavrayskiy errors, statistics of measures, published indices."""
-    path, form, names = printed_or_file(output, overwrite), format_of(format), measure_names(measure)
+    path, names = printed_or_file(output, overwrite), measure_names(measure)
+    form = Format(format_for(format, path))
     published = chosen_indices(indices)
     column = _sort_column(sort, names, [index.name for index in published])
     # Rounding alone is of the order of 1e-15.
     largest = number("tolerance", tolerance, 1e-15, 1.0)
     area = region_of(region, weight)
-    result = compare(projections, area, measures=names, tolerance=largest).to_dict()
-    add_indices(result["results"], area, published, largest)
+    result = compare(
+        projections, area, measures=names, indices=[index.name for index in published], tolerance=largest
+    ).to_dict()
     result["results"] = _sorted(result["results"], column, projections)
-    emit(render_comparison(result, names, published, sort, largest, form), path, overwrite)
+    emit(render_comparison(result, names, published, sort, largest, form, path), path, overwrite)
     report([failure["error"] for failure in result["failures"]])
 
 

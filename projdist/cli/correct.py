@@ -8,19 +8,12 @@ from typing import Annotated
 
 import typer
 
+from projdist.answers import CONSTRAINTS, Correction, correct
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import area_text, json_text, rounded, table_text
-from projdist.cli.options import (
-    DpiOption,
-    OverwriteOption,
-    SizeOption,
-    choice,
-    number,
-    region_of,
-)
-from projdist.cli.output import drawing, emit
+from projdist.cli.formats import area_text, json_text, notes_text, rounded, table_text
+from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, choice, number, region_of
+from projdist.cli.output import drawing, emit, wrote
 from projdist.cli.pictures import PictureFile, picture_of
-from projdist.correction import CONSTRAINTS, Correction, correct
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import Place
 
@@ -77,7 +70,7 @@ def correct_command(
     text = _text(result, projection, form)
     if picture is not None:
         _draw(result, picture)
-        text += f"Picture: {picture.path}\n" if form is _Form.TABLE else ""
+        text += wrote(picture.path) if form is _Form.TABLE else ""
     emit(text, None)
 
 
@@ -120,7 +113,7 @@ def _draw_local(
                 projection, radius_km, region=region, step=picture.step, size=picture.size, dpi=picture.dots
             )
         picture.save(lambda **_: figure)
-    emit(json_text(field.to_dict()) if picture is None or form is _Form.JSON else f"{picture.path}\n", None)
+    emit(json_text(field.to_dict()) if picture is None or form is _Form.JSON else wrote(picture.path), None)
 
 
 def _text(result: Correction, given: str, form: _Form) -> str:
@@ -148,7 +141,7 @@ def _report(result: Correction) -> str:
     }
     error = result.error_estimate
     columns = {"map": list(errors), "Airy-Kavrayskiy": [rounded(value, error) for value in errors.values()]}
-    title = f"{result.projection.name} over {result.region.name} ({area_text(result.region.area_km2)})\n"
+    title = f"{result.projection.name} over {result.region.name} ({area_text(result.region.area_km2)})"
     (xx, xy), (yx, yy) = result.matrix
     lines = [
         f"The error of these figures is about {error:.0e}.",
@@ -162,5 +155,5 @@ def _report(result: Correction) -> str:
         f"PROJ: {result.pipeline}" if result.pipeline else "PROJ: none; a function has no pipeline.",
         "WKT2: see --format wkt" if result.wkt else f"WKT2: none; {result.wkt_reason}",
     ]
-    body = "\n".join(line for index, line in enumerate(lines) if line or index == 6)
-    return title + table_text(columns, "") + body + "\n"
+    shown = (line for index, line in enumerate(lines) if line or index == 6)
+    return table_text(columns, title) + notes_text(shown)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from projdist.answers import summarize
 from projdist.cli.errors import refuse, report
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.options import (
@@ -22,10 +23,9 @@ from projdist.cli.options import (
     size_of,
     step_of,
 )
-from projdist.cli.output import drawing, emit
+from projdist.cli.output import drawing, emit, wrote
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import GLOBE, Box, Place
-from projdist.results import summarize
 
 
 def tissot_command(
@@ -56,7 +56,7 @@ def tissot_command(
     with drawing(path):
         figure = plots.tissot_figure(maps, region=area, step=spacing, size=inches, dpi=dots, airy_kavrayskiy=figures)
         plots.save(figure, path, dpi=dots, overwrite=overwrite)
-    emit(f"{path}\n", None)
+    emit(wrote(path), None)
     report(problems)
 
 
@@ -131,7 +131,7 @@ def heatmap_command(
             airy_kavrayskiy=figures,
         )
         plots.save(figure, path, dpi=dots, overwrite=overwrite)
-    emit(f"{path}\n", None)
+    emit(wrote(path), None)
     report(problems)
 
 

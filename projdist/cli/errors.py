@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 
+from projdist.cli.terminal import folded, width_of
+from projdist.projections import GridError
+from projdist.support import Notice
+
 
 def fail(message: str) -> None:
-    """Say what went wrong, in one line; what cannot be printed is an escape."""
+    """Say what went wrong, in one line, or more in a narrow terminal; what cannot be printed is an escape."""
     line = " ".join(message.split())
     shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
-    sys.stderr.write(f"projdist: {shown}\n")
+    sys.stderr.write(f"{folded(f'projdist: {shown}', width_of(sys.stderr))}\n")
 
 
 def refuse(message: str, error: Exception | None = None) -> NoReturn:
-    """Say what was wrong in the usage, and end with 2."""
+    """Say what was wrong in the usage, and end with 2; with 1 where it was a grid that cannot be had."""
     fail(message)
-    raise typer.Exit(2) from error
+    raise typer.Exit(1 if isinstance(error, GridError) else 2) from error
 
 
 def cannot_write(output: Path | None, error: OSError) -> NoReturn:
@@ -33,3 +40,19 @@ def report(problems: list[str]) -> None:
         fail(problem)
     if problems:
         raise typer.Exit(1)
+
+
+@contextlib.contextmanager
+def notices_said() -> Iterator[None]:
+    """Say each of the library's notices once, in one line; other warnings are not for people who run a command."""
+    said: set[str] = set()
+
+    def say(message: Warning | str, *_: Any, **__: Any) -> None:
+        if str(message) not in said:
+            said.add(str(message))
+            fail(str(message))
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", category=Notice)
+        warnings.showwarning = say
+        yield

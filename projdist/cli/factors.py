@@ -7,21 +7,22 @@ from typing import Annotated
 
 import typer
 
+from projdist.answers import factors
 from projdist.cli.errors import fail, refuse, report
-from projdist.cli.formats import render_factors
+from projdist.cli.formats import Format, render_factors
 from projdist.cli.options import (
-    FormatOption,
+    FileFormatOption,
     MeasuresOption,
     OverwriteOption,
+    format_for,
     format_of,
     measure_names,
     printed_or_file,
 )
 from projdist.cli.output import emit
 from projdist.cli.points import read_points
-from projdist.cli.tables import is_table_file, measure_file, write_table
+from projdist.cli.tables import TABLE_SUFFIXES, is_table_file, measure_file, write_table
 from projdist.projections import Projection, ProjectionError
-from projdist.results import factors
 
 
 def factors_command(
@@ -38,7 +39,7 @@ def factors_command(
     ] = None,
     measure: MeasuresOption = None,
     prefix: Annotated[str, typer.Option(metavar="TEXT", help="What the columns added to FILE begin with.")] = "",
-    format: FormatOption = "table",
+    format: FileFormatOption = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -52,7 +53,9 @@ def factors_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Scales, angles and other measures of a projection at points."""
-    path, form, names = printed_or_file(output, overwrite), format_of(format), measure_names(measure)
+    path, names = printed_or_file(output, overwrite), measure_names(measure)
+    # The points of a file have formats of their own.
+    form = Format(format_for(format, path, others=TABLE_SUFFIXES)) if at is None else format_of(format or Format.TABLE)
     if (coordinates is None) == (at is None):
         refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
     try:
@@ -67,13 +70,13 @@ def factors_command(
         points = read_points(coordinates or [], sys.stdin)
     except ValueError as error:
         refuse(str(error), error)
-    result = factors(measured, points.lon, points.lat, measures=names).to_dict()
-    result["projection"] = projection
+    found = factors(measured, points.lon, points.lat, measures=names)
+    result = found.to_dict() | {"projection": projection}
     if any(points.text):
         for row, text in zip(result["results"], points.text, strict=True):
             row["text"] = text
     if path is not None and is_table_file(path):
         write_table(measured, result["results"], path, overwrite)
     else:
-        emit(render_factors(result, measured.name, form), path, overwrite)
+        emit(render_factors(result, ["lon", "lat", *found.columns()], form, path), path, overwrite)
     report(points.problems)

@@ -7,9 +7,8 @@ import enum
 import io
 import json
 import math
-import shutil
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from projdist.files import replacing
-from projdist.indices import Index
+from projdist.answers import Index
+from projdist.cli.terminal import folded, takes_escapes, width_of
+from projdist.support import replacing
 
 
 class Format(enum.StrEnum):
@@ -35,9 +35,9 @@ class Format(enum.StrEnum):
 STATISTICS = ("mean", "rms", "median", "p95", "max", "min")
 _ERRORS = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
 _CONVENTION = (
-    "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area; with a half under the root, as in\n"
-    "much of the literature, it is 1/sqrt(2) of that. Scaled: after the best uniform scale; affine: after the best\n"
-    "linear map (MDT). Smaller is better, * is the best of its column."
+    "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area. Smaller is better, * is the best.",
+    "With a half under the root, as in much of the literature, it is 1/sqrt(2) of that.",
+    "Scaled: after the best uniform scale; affine: after the best linear map (MDT).",
 )
 
 
@@ -58,8 +58,9 @@ def render_comparison(
     sort: str,
     tolerance: float,
     form: Format,
+    output: Path | None = None,
 ) -> str:
-    """A comparison, in any format."""
+    """A comparison, in any format, to print or for a file."""
     if form is Format.JSON:
         return json_text(result)
     if form is Format.CSV:
@@ -75,10 +76,11 @@ def render_comparison(
         "error": [_size(row["error_estimate"]) for row in rows],
     }
     weighed = "points" in result["region"]
-    notes = [_CONVENTION.replace("by true area", "by the points' weights") if weighed else _CONVENTION]
+    notes = [text.replace("by true area", "by the points' weights") if weighed else text for text in _CONVENTION]
     for name in measures:
         for statistic in STATISTICS:
-            columns[f"{name} {statistic}"] = [_significant(row[name][statistic]) for row in rows]
+            figures = [(row[name][statistic], row[name].get(f"{statistic}_error")) for row in rows]
+            columns[f"{name} {statistic}"] = [certain(*figure) for figure in figures]
     columns |= _index_columns(rows, indices)
     if any(index.best_scale is not None for index in indices):
         notes.append("Best: an index at the scale that makes it best.")
@@ -86,6 +88,7 @@ def render_comparison(
         notes.append(_ERRORS_OF_INDICES)
     if any(row["indices"][index.name]["value"] is None for row in rows for index in indices):
         notes.append("-: the index diverges, has no bound, or is none of the region's.")
+    notes += _published_over(result.get("published_over", {}), indices)
     if any(row["coverage"] < 0.9999995 for row in rows):
         columns["covers"] = [f"{100 * row['coverage']:.4g} %" for row in rows]
         notes.append("Covers: the share of the region that can be projected; the figures are of that share.")
@@ -100,7 +103,7 @@ def render_comparison(
     title = f"{region['name']} ({size}), by {sort}"
     if form is Format.MARKDOWN:
         return markdown_text(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
-    return table_text(columns, title) + "\n".join(notes) + "\n"
+    return table_text(columns, title, output=output) + notes_text(notes, output)
 
 
 def _index_columns(rows: Sequence[dict[str, Any]], indices: Sequence[Index]) -> dict[str, list[str]]:
@@ -112,6 +115,18 @@ def _index_columns(rows: Sequence[dict[str, Any]], indices: Sequence[Index]) -> 
         if index.best_scale is not None:
             columns[f"{index.symbol} best"] = [_rounded_index(value["best"], value["best_error"]) for value in values]
     return columns
+
+
+def _published_over(parts: dict[str, str], indices: Sequence[Index]) -> list[str]:
+    """Of what part of the globe the published figures of indices are, where it is not all of it."""
+    symbols: dict[str, list[str]] = {}
+    for index in indices:
+        if index.name in parts:
+            symbols.setdefault(parts[index.name], []).append(index.symbol)
+    return [
+        f"{', '.join(names)}: most published figures come out over {part} only, and these here are of the whole region."
+        for part, names in symbols.items()
+    ]
 
 
 _LAST_OF_INDICES = 1e-5
@@ -126,29 +141,30 @@ def _rounded_index(value: float | None, error: float | None) -> str:
     return f"{value:.{decimals}f}({math.ceil(error * 10**decimals)})"
 
 
-def render_factors(result: dict[str, Any], name: str, form: Format) -> str:
-    """Factors at points, in any format; `name` stands for a definition too long for a title."""
+def render_factors(result: dict[str, Any], header: list[str], form: Format, output: Path | None = None) -> str:
+    """Factors at points, in any format, to print or for a file; the header is for CSV without points."""
     rows = result["results"]
     if form is Format.JSON:
         return json_text(result)
     if form is Format.CSV:
-        return csv_text(rows, ["lon", "lat"])
+        return csv_text(rows, header)
     if not rows:
         return "No point could be read.\n"
     columns = {column: [_cell(column, row[column]) for row in rows] for column in rows[0]}
     if form is Format.MARKDOWN:
         return markdown_text(columns)
-    return table_text(columns, label_of(result["projection"], name), keys=2)
+    keys = 2 if list(columns)[:2] == ["lon", "lat"] else 1
+    return table_text(columns, _title_of(result["projection"], result["name"], result["definition"]), keys, output)
 
 
-def render_list(rows: list[dict[str, str]], form: Format) -> str:
-    """A listing, in any format."""
+def render_list(rows: list[dict[str, str]], form: Format, output: Path | None = None) -> str:
+    """A listing, in any format, to print or for a file."""
     if form is Format.JSON:
         return json_text(rows)
     if form is Format.CSV:
         return csv_text(rows, [])
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    return markdown_text(columns) if form is Format.MARKDOWN else table_text(columns, "")
+    return markdown_text(columns) if form is Format.MARKDOWN else table_text(columns, "", output=output)
 
 
 # ---- formats --------------------------------------------------------------------------------
@@ -193,19 +209,34 @@ def markdown_text(columns: dict[str, list[str]]) -> str:
     """A table in Markdown."""
 
     def line(cells: Sequence[str]) -> str:
-        return "| " + " | ".join(" ".join(_escapedmarkdown_text(cell).split()) for cell in cells) + " |\n"
+        return "| " + " | ".join(" ".join(_escaped_for_markdown(cell).split()) for cell in cells) + " |\n"
 
     rule = ["---" if name in _TEXT else "---:" for name in columns]
     return line(list(columns)) + line(rule) + "".join(line(row) for row in zip(*columns.values(), strict=True))
 
 
 _TEXT = (
-    *("projection", "map", "name", "kind", "needs", "definition", "symbol", "unit", "description", "quality", "text"),
+    *(
+        "projection",
+        "map",
+        "name",
+        "kind",
+        "needs",
+        "definition",
+        "commands",
+        "symbol",
+        "unit",
+        "description",
+        "quality",
+        "text",
+    ),
     *(
         "code",
         "method",
         "keeps",
         "area of use",
+        "made for",
+        "zone",
         "feature",
         "note",
         "group",
@@ -215,17 +246,24 @@ _TEXT = (
         "comes out",
         "convention",
         "cloud",
+        "image",
         "frame",
         "is",
     ),
 )
 
 
-def _escapedmarkdown_text(cell: str) -> str:
+def _escaped_for_markdown(cell: str) -> str:
     return cell.replace("\\", "\\\\").replace("|", "\\|").replace("*", "\\*")
 
 
 _LONGEST_LABEL = 60
+
+
+def _title_of(given: str, name: str, definition: str) -> str:
+    """A projection as it was given, with what that means, which names the figure of the Earth: `krovak (+proj=...)`."""
+    label, meant = label_of(given, name), label_of(definition, name)
+    return label if label == meant else f"{label} ({meant})"
 
 
 def label_of(given: str, name: str) -> str:
@@ -233,59 +271,85 @@ def label_of(given: str, name: str) -> str:
     return given if len(given) <= _LONGEST_LABEL and "\n" not in given else name
 
 
-def table_text(columns: dict[str, list[str]], title: str, keys: int = 1) -> str:
+def table_text(columns: dict[str, list[str]], title: str, keys: int = 1, output: Path | None = None) -> str:
     """A table; columns that the terminal has no room for go to further tables, which repeat the first `keys`.
 
     Figures are never cut off. What goes to a file or a pipe has all the room that it needs.
     """
-    terminal = sys.stdout.isatty()
-    # A pipe has room enough, and yet keeps the descriptions of lists readable.
-    room = shutil.get_terminal_size().columns if terminal else 200
-    unicode = (sys.stdout.encoding or "").lower().startswith("utf")
+    room = _room(output)
+    styled = output is None and takes_escapes(sys.stdout)
+    unicode = output is not None or (sys.stdout.encoding or "").lower().startswith("utf")
+    narrowest = _narrowest(columns, keys, room)
     stream = io.StringIO()
-    for block in _blocks(columns, keys, room) if terminal else [columns]:
-        table = Table(title=escape(title) or None, title_justify="left", box=box.HEAVY_HEAD if unicode else box.ASCII)
+    for block in [columns] if room is None else _blocks(columns, keys, room, narrowest):
+        table = Table(box=box.HEAVY_HEAD if unicode else box.ASCII)
         for name, cells in block.items():
-            text = name in _TEXT
             table.add_column(
                 name,
-                justify="left" if text else "right",
+                justify="left" if name in _TEXT else "right",
                 overflow="fold",
-                no_wrap=not text,
-                min_width=min(_width(name, cells), _NARROWEST) if text else _width(name, cells),
+                no_wrap=not _folds(name, cells),
+                min_width=_least(name, cells, narrowest) - _BORDER,
             )
         for row in zip(*block.values(), strict=True):
             table.add_row(*(_bold_best(cell) for cell in row))
-        needed = sum(_least(name, cells) for name, cells in block.items()) + 1
-        console = Console(file=stream, force_terminal=terminal, width=max(room, needed))
+        needed = 1 + sum(_least(name, cells, narrowest) for name, cells in block.items())
+        console = Console(file=stream, force_terminal=styled, width=max(room or _READABLE, needed))
         console.print(table)
-    return "\n".join(line.rstrip() for line in stream.getvalue().split("\n"))
+    return notes_text([title] if title else [], output) + "\n".join(
+        line.rstrip() for line in stream.getvalue().split("\n")
+    )
 
 
-_NARROWEST = 24  # characters; texts wider than that are folded where there is no room
+def notes_text(lines: Iterable[str], output: Path | None = None) -> str:
+    """Lines of words, which a terminal has in lines that fit."""
+    return "".join(f"{folded(line, _room(output))}\n" for line in lines)
 
 
-def _width(name: str, cells: list[str]) -> int:
-    return max(cell_len(name), *map(cell_len, cells))
+def _room(output: Path | None) -> int | None:
+    """Columns of the terminal that is printed to; None without one."""
+    return None if output is not None else width_of(sys.stdout)
 
 
-def _least(name: str, cells: list[str]) -> int:
+_BORDER = 3  # of a column, with its padding
+_READABLE = 200  # columns: a pipe has room enough, and yet keeps the descriptions of lists readable
+_NARROWEST = (24, 16, 8)  # characters; texts wider than that are folded where there is no room
+_LONGEST_FIGURE = 24  # as 0.99941 .. 1.00026
+
+
+def _folds(name: str, cells: list[str]) -> bool:
+    """Whether a column is of texts, which may be folded."""
+    return name in _TEXT or max(map(cell_len, cells)) > _LONGEST_FIGURE
+
+
+def _narrowest(columns: dict[str, list[str]], keys: int, room: int | None) -> int:
+    """How narrow texts may be: not more than lets each column stand beside the keys."""
+    names = list(columns)
+    for narrowest in _NARROWEST:
+        least = [_least(name, columns[name], narrowest) for name in names]
+        if room is None or 1 + sum(least[:keys]) + max(least[keys:], default=0) <= room:
+            return narrowest
+    return _NARROWEST[-1]
+
+
+def _least(name: str, cells: list[str], narrowest: int) -> int:
     """Characters that a column needs, with its border and padding."""
-    return 3 + (min(_width(name, cells), _NARROWEST) if name in _TEXT else _width(name, cells))
+    width = max(cell_len(name), *map(cell_len, cells))
+    return _BORDER + (min(width, narrowest) if _folds(name, cells) else width)
 
 
-def _blocks(columns: dict[str, list[str]], keys: int, room: int) -> Iterator[dict[str, list[str]]]:
+def _blocks(columns: dict[str, list[str]], keys: int, room: int, narrowest: int) -> Iterator[dict[str, list[str]]]:
     """Columns in groups that fit into `room` characters; each group begins with the first `keys`."""
     names = list(columns)
-    first = 1 + sum(_least(name, columns[name]) for name in names[:keys])
+    least = {name: _least(name, columns[name], narrowest) for name in names}
+    first = 1 + sum(least[name] for name in names[:keys])
     group, used = names[:keys], first
     for name in names[keys:]:
-        width = _least(name, columns[name])
-        if used + width > room and len(group) > keys:
+        if used + least[name] > room and len(group) > keys:
             yield {column: columns[column] for column in group}
             group, used = names[:keys], first
         group.append(name)
-        used += width
+        used += least[name]
     yield {column: columns[column] for column in group}
 
 
@@ -331,8 +395,20 @@ def _size(error: float | None) -> str:
     return "-" if error is None else f"{error:.0e}"
 
 
-def _significant(value: float | None) -> str:
-    return "-" if value is None else f"{value:.5g}"
+_DIGITS = 5
+
+
+def certain(value: float | None, error: float | None = None) -> str:
+    """Five significant digits at most, and none that the error makes doubtful; 0 for what is no more than its error."""
+    if value is None:
+        return "-"
+    if not error or not value:
+        return f"{value:.{_DIGITS}g}"
+    if abs(value) <= error:
+        return "0"
+    before = math.floor(math.log10(abs(value))) + 1
+    good = before + math.floor(-math.log10(error))
+    return f"{value:.{max(1, min(_DIGITS, good))}g}"
 
 
 _DECIMALS = {"lon": 8, "lat": 8, "x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}

@@ -11,7 +11,7 @@ import typer
 
 from projdist.cli.errors import fail, refuse
 from projdist.cli.options import choice, number
-from projdist.cli.output import drawing, emit
+from projdist.cli.output import drawing, emit, wrote
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import GLOBE, Place
 
@@ -64,7 +64,7 @@ def write_raster(
             _fail_with(error)
         gis.save_raster(found, path, overwrite=overwrite)
     note(found.note)
-    emit(f"{path}\n", None)
+    emit(wrote(path), None)
 
 
 def write_layer(given: Sequence[str], path: Path, *, region: Place, step: float | None, overwrite: bool) -> None:
@@ -81,7 +81,7 @@ def write_layer(given: Sequence[str], path: Path, *, region: Place, step: float 
         gis.save_layer(found, path, overwrite=overwrite)
     if found.crs is None:
         note(f"{projection.name} has no CRS; that of the layer is undefined, and its coordinates are metres.")
-    emit(f"{path}\n", None)
+    emit(wrote(path), None)
 
 
 def note(text: str) -> None:

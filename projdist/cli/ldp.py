@@ -11,20 +11,13 @@ from typing import Annotated, Any
 import typer
 
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import csv_text, json_text, table_text
-from projdist.cli.options import (
-    DpiOption,
-    OverwriteOption,
-    SizeOption,
-    choice,
-    number,
-    region_of,
-)
-from projdist.cli.output import emit
+from projdist.cli.formats import csv_text, json_text, notes_text, table_text
+from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, choice, number, region_of
+from projdist.cli.output import emit, wrote
 from projdist.cli.pictures import PictureFile, picture_of
+from projdist.decisions import LDP, LDP_CRITERIA, LDP_FAMILIES, HeightStatistics, ldp, read_heights
 from projdist.projections import ProjectionError, number_text
 from projdist.regions import PointSet
-from projdist.surveying import LDP, LDP_CRITERIA, LDP_FAMILIES, HeightStatistics, ldp, read_heights
 
 
 class _Form(enum.StrEnum):
@@ -103,7 +96,7 @@ def ldp_command(
     text = _text(found, form)
     if picture is not None:
         _draw(found, picture)
-        text += f"Picture: {picture.path}\n" if form is _Form.TABLE else ""
+        text += wrote(picture.path) if form is _Form.TABLE else ""
     emit(text, None)
 
 
@@ -147,12 +140,13 @@ _ANGLES = ("lat_0", "lat_1", "lon_0", "lonc", "alpha")
 
 
 def _report(found: LDP) -> str:
-    title = (
-        f"{found.projection.name} for {found.region.name} ({found.region.area_km2:,.0f} km2), by {found.criterion}\n"
-    )
     lines = [
-        f"{key:6} {_degrees(value) if key in _ANGLES else number_text(value)}"
-        for key, value in found.parameters.items()
+        f"{found.projection.name} for {found.region.name} ({found.region.area_km2:,.0f} km2), by {found.criterion}",
+        *(
+            f"{key:6} {_degrees(value) if key in _ANGLES else number_text(value)}"
+            for key, value in found.parameters.items()
+        ),
+        "",
     ]
     maps = [(found.family, found.statistics), *((other.family, other.statistics) for other in found.others)]
     maps += found.baselines
@@ -162,10 +156,15 @@ def _report(found: LDP) -> str:
     for ppm in found.statistics.within:
         columns[f"within {ppm:g}"] = [_share(statistics, ppm) for _, statistics in maps]
     low, high = found.height.min(), found.height.max()
-    about = f"Heights are ellipsoidal, not orthometric: {low:,.1f} to {high:,.1f} m at {found.lon.size:,} points.\n"
+    notes = [
+        f"Heights are ellipsoidal, not orthometric: {low:,.1f} to {high:,.1f} m at {found.lon.size:,} points.",
+        *found.notes,
+        f"PROJ: {found.proj}",
+        *([f"PROJ, {found.simpler.family}: {found.simpler.proj}"] if found.simpler else []),
+    ]
     forms = [form for form, text in (("wkt", found.wkt), ("esri", found.esri)) if text]
-    more = f"WKT: see --format {' or '.join(forms)}\n" if forms else ""
-    return title + "\n".join(lines) + "\n\n" + table_text(columns, "") + about + f"PROJ: {found.proj}\n" + more
+    notes += [f"WKT: see --format {' or '.join(forms)}"] if forms else []
+    return notes_text(lines) + table_text(columns, "") + notes_text(notes)
 
 
 def _share(statistics: HeightStatistics, ppm: float) -> str:

@@ -6,22 +6,22 @@ from typing import Annotated
 
 import typer
 
-from projdist.catalogue import NAMES
+from projdist.answers import INDICES
 from projdist.cli.formats import render_list
 from projdist.cli.options import FormatOption, choice, format_of
 from projdist.cli.output import emit
-from projdist.criteria import CRITERIA
-from projdist.indices import INDICES
-from projdist.measures import MEASURES
-from projdist.projections import needed_parameters, projection_names
-from projdist.worldmaps import WORLD_MAPS
+from projdist.decisions import OBJECTIVES, RANKINGS
+from projdist.field import FIGURES
+from projdist.matrices import MEASURES
+from projdist.numerics import CRITERIA
+from projdist.projections import NAMES, WORLD_MAPS, needed_parameters, projection_names
 
 
 def list_command(
-    what: Annotated[str, typer.Argument(metavar="projections|measures|criteria|indices", help="What to list.")],
+    what: Annotated[str, typer.Argument(metavar="projections|measures|figures|criteria|indices", help="What to list.")],
     format: FormatOption = "table",
 ) -> None:
-    """List the projections, measures, criteria or published indices that there are."""
+    """List the projections, measures, figures, criteria or published indices that there are."""
     rows = _LISTS[choice("list", what, list(_LISTS))]()
     emit(render_list(rows, format_of(format)), None)
 
@@ -44,6 +44,21 @@ def _measure_rows() -> list[dict[str, str]]:
         for measure in MEASURES.values()
     ]
     return [*rows, {"name": "scale@AZIMUTH", "symbol": "", "unit": "", "description": "Scale in an azimuth, degrees."}]
+
+
+def _figure_rows() -> list[dict[str, str]]:
+    """What maps are ranked by and made better by, and which commands take it."""
+    takers = {"recommend": list(RANKINGS), "optimize": list(OBJECTIVES)}
+    return [
+        {
+            "name": figure.name,
+            "unit": figure.unit,
+            "definition": figure.description,
+            "commands": ", ".join(name for name, taken in takers.items() if figure.name in taken),
+            "source": figure.source,
+        }
+        for figure in FIGURES.values()
+    ]
 
 
 def _criterion_rows() -> list[dict[str, str]]:
@@ -73,6 +88,7 @@ def _index_rows() -> list[dict[str, str]]:
 _LISTS = {
     "projections": _projection_rows,
     "measures": _measure_rows,
+    "figures": _figure_rows,
     "criteria": _criterion_rows,
     "indices": _index_rows,
 }

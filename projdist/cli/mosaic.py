@@ -7,13 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
-from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, picture_text
-from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, number, output_file
-from projdist.cli.output import emit
-from projdist.cli.pictures import PictureFile
-from projdist.mosaics import (
+from projdist.applications.mosaics import (
     BLENDS,
     EXPOSURES,
     FRAMES,
@@ -29,7 +23,13 @@ from projdist.mosaics import (
     parse_sizes,
     read_correspondences,
 )
-from projdist.rigid import ROTATIONS
+from projdist.cli.errors import fail, refuse
+from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, table_text
+from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, picture_notes
+from projdist.cli.options import FormatOption, OverwriteOption, choice, format_for, format_of, number, printed_or_file
+from projdist.cli.output import emit, put, wrote
+from projdist.cli.pictures import PictureFile
+from projdist.matrices import ROTATIONS
 
 _FIGURES = {
     "affine": "Dist_F of each image in the plane of one of them and in that of the MDT; below, the sum of squares.",
@@ -107,7 +107,8 @@ def mosaic_command(
     for name, value in drawn.items():
         if value is not None and output is None:
             refuse(f"Invalid option '--{name}'. It needs a mosaic to draw: -o FILE.")
-    path = None if report is None else output_file(report, overwrite)
+    path = printed_or_file(report, overwrite)
+    format_for(None, path, [Format.JSON])
     try:
         pictures = open_pictures(images or [])
         given = _given(pictures, correspondences, sizes, options["model"])
@@ -136,8 +137,9 @@ def mosaic_command(
         draw_frames(found, pictures, figure)
         result["compare"] = str(figure.path)
     if path is not None:
-        emit(json_text(result), path, overwrite)
-    emit(_text(found, result, form), None)
+        put(json_text(result), path, overwrite)
+    written = [one.path for one in (target, figure) if one is not None] + ([] if path is None else [path])
+    emit(_text(found, result, form) + (wrote(*written) if form is Format.TABLE else ""), None)
     for note in found.notes:
         fail(note)
 
@@ -171,23 +173,21 @@ def _text(found: Mosaic, result: dict[str, Any], form: Format) -> str:
         reference = result["references"].get(frame)
         title = frame if reference is None else f"{frame} ({reference})"
         columns[title] = [*(_figure(row[frame]) for row in rows), _figure(figure)]
-    about = f"{_FIGURES[result['model']]}\n"
+    notes = [_FIGURES[result["model"]]]
     if result["impossible"]:
-        about += (
-            f"The planes of {len(result['impossible'])} of {len(found.images)} images send others through infinity.\n"
+        notes.append(
+            f"The planes of {len(result['impossible'])} of {len(found.images)} images send others through infinity."
         )
     canvas = result["canvas"]
-    figures = (
+    notes.append(
         f"Frame {result['frame']}: {canvas['width']} x {canvas['height']} pixels; the points fit to "
-        f"{result['rms_pixels']:.3g} pixels RMS; mean resultant length {result['resultant_length']:.4f}.\n"
+        f"{result['rms_pixels']:.3g} pixels RMS; mean resultant length {result['resultant_length']:.4f}."
     )
     if "picture" in result:
-        figures += picture_text(result["picture"])
-    if "compare" in result:
-        figures += f"Frames: {result['compare']}\n"
+        notes += picture_notes(result["picture"])
     if form is Format.MARKDOWN:
-        return f"{markdown_text(columns)}\n{about}{figures}"
-    return table_text(columns, f"{len(found.images)} images, {result['model']}") + about + figures
+        return "\n".join([markdown_text(columns), *notes, ""])
+    return table_text(columns, f"{len(found.images)} images, {result['model']}") + notes_text(notes)
 
 
 def _figure(value: float | None) -> str:

@@ -9,10 +9,7 @@ from typing import Any
 
 import typer
 
-from projdist.cli.errors import cannot_write, fail, refuse
-from projdist.cli.options import choice, file_of_kind, output_file
-from projdist.cli.pictures import PictureFile
-from projdist.mosaics import (
+from projdist.applications.mosaics import (
     BLENDS,
     EXPOSURES,
     PICTURE_SUFFIXES,
@@ -28,6 +25,9 @@ from projdist.mosaics import (
     world_file,
     write_world_file,
 )
+from projdist.cli.errors import cannot_write, fail, refuse
+from projdist.cli.options import choice, file_of_kind, output_file
+from projdist.cli.pictures import PictureFile
 
 _GEOTIFF = (".tif", ".tiff")
 
@@ -113,16 +113,16 @@ def draw_frames(found: Mosaic, pictures: Sequence[Picture], target: PictureFile)
         refuse(str(error), error)
 
 
-def picture_text(written: dict[str, Any]) -> str:
+def picture_notes(written: dict[str, Any]) -> list[str]:
     """Lines on what was written."""
-    text = f"Picture: {written['file']}, {written['width']} x {written['height']} pixels.\n"
+    notes = [f"The mosaic has {written['width']} x {written['height']} pixels."]
     place = written["georeference"]
-    if place is None:
-        return text
-    return text + (
-        f"Georeference: the mean of {place['sheets']} sheets by least squares of their corners, which are "
-        f"{place['rms']:.4g} off (RMS, in the coordinates' unit).\n"
-    )
+    if place is not None:
+        notes.append(
+            f"Georeference: the mean of {place['sheets']} sheets by least squares of their corners, which are "
+            f"{place['rms']:.4g} off (RMS, in the coordinates' unit)."
+        )
+    return notes
 
 
 def _georeference(picture: Picture) -> Georeference | None:

@@ -7,12 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
+from projdist.applications.oldmaps import MODELS, OldMap, old_map, read_control_points
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
+from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, table_text
 from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, choice, format_of, number
-from projdist.cli.output import emit
+from projdist.cli.output import emit, wrote
 from projdist.cli.pictures import PictureFile, picture_of
-from projdist.oldmaps import MODELS, OldMap, old_map, read_control_points
 from projdist.projections import ProjectionError
 
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
@@ -45,7 +45,8 @@ def oldmap_command(
     draw: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="|".join(PANELS), help="A panel; may be repeated, or with commas. The first four if none."
+            metavar="|".join(PANELS),
+            help="A panel; may be repeated, or with commas. The first four if none. Rotations count clockwise.",
         ),
     ] = None,
     measure: Annotated[
@@ -81,7 +82,7 @@ def oldmap_command(
     text = _text(found, points, form)
     if picture is not None:
         _draw(found, picture, panels=panels or PANELS[:4], measure=measure, image=image)
-        text += f"Picture: {picture.path}\n" if form is Format.TABLE else ""
+        text += wrote(picture.path) if form is Format.TABLE else ""
     emit(text, None)
 
 
@@ -99,10 +100,11 @@ def _text(found: OldMap, given: str, form: Format) -> str:
     if form is Format.CSV:
         return csv_text(data["points"], [])
     columns = _columns(data)
-    lines = "\n".join(_lines(data))
+    lines = _lines(data)
     if form is Format.MARKDOWN:
-        return f"{markdown_text(columns)}\n{lines}\n"
-    return table_text(columns, f"{given}: {len(found.points.old)} control points, {found.fit.model}") + lines + "\n"
+        return "\n".join([markdown_text(columns), *lines, ""])
+    title = f"{given}: {len(found.points.old)} control points, {found.fit.model}"
+    return table_text(columns, title) + notes_text(lines)
 
 
 _NAMES = {"mdt": "MDT", "affine": "affine, least squares", "helmert": "Helmert, least squares"}
@@ -120,7 +122,7 @@ def _columns(data: dict[str, Any]) -> dict[str, list[str]]:
     columns["stretch"] = [f"{row['stretch']:.5g}" for row in rows.values()]
     for name in ("stretch_azimuth", "shear", "rotation"):
         title = {"stretch_azimuth": "its azimuth"}.get(name, name)
-        columns[title] = ["-" if row[name] is None else f"{row[name]:.2f}" for row in rows.values()]
+        columns[title] = ["-" if row[name] is None else f"{round(row[name], 2) + 0.0:.2f}" for row in rows.values()]
     return columns
 
 
@@ -138,6 +140,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
     ]
     told = ", ".join(f"{name.replace('_', ' ')} {low} to {high}" for name, low, high in spreads)
     lines.append(f"After the MDT, on nine tenths of the area: {told} degrees.")
+    lines.append("Rotation: degrees by which the old map is turned clockwise, its vertical to the west of north.")
     folds = data["folds"]
     if folds["near"]:
         share = f"{100 * folds['share']:.3g} % of the area ({_short(folds['area'])} square units)"

@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import enum
+import math
 import operator
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import area_text, json_text, rounded, table_text
-from projdist.cli.options import OutputOption, OverwriteOption, choice, number, printed_or_file, region_of
+from projdist.cli.formats import area_text, json_text, notes_text, rounded, table_text
+from projdist.cli.options import (
+    OutputOption,
+    OverwriteOption,
+    file_format,
+    format_for,
+    number,
+    printed_or_file,
+    region_of,
+)
 from projdist.cli.output import emit
-from projdist.families import FAMILIES
-from projdist.objectives import OBJECTIVES, get_objective
-from projdist.optimize import Optimum, optimize
+from projdist.decisions import FAMILIES, OBJECTIVES, RANKINGS, Optimum, get_objective, optimize, recommend
 from projdist.projections import ProjectionError, number_text
-from projdist.recommend import recommend
 from projdist.regions import Place
-from projdist.suitability import RANKINGS
 
 _RECOMMENDED = "recommend"
+_LAST = 0.1  # digit of values above 1
 _DIGIT = 1e-5  # of a value: what figures of a table are shown to
 
 
@@ -61,12 +68,13 @@ def optimize_command(
             metavar="PROJECTION", help="A map to compare with, or 'recommend': the best existing CRS. May be repeated."
         ),
     ] = None,
-    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_Form), help="How to print.")] = "table",
+    format: Annotated[str | None, file_format(_Form, ".json, .wkt or .txt")] = None,
     output: OutputOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Find the parameters with which a family of projections distorts a region least."""
-    form, path = _Form(choice("format", format, list(_Form))), printed_or_file(output, overwrite)
+    path = printed_or_file(output, overwrite)
+    form = _Form(format_for(format, path, list(_Form)))
     step = None if round is None else number("rounding", round, 1e-9, 45.0, " of degrees")
     area = region_of(region)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
@@ -80,7 +88,7 @@ def optimize_command(
         raise typer.Exit(1) from error
     except ValueError as error:
         refuse(str(error), error)
-    emit(_text(found, form), path, overwrite)
+    emit(_text(found, form, path), path, overwrite)
 
 
 def _best_existing(region: Place, criterion: str) -> str:
@@ -89,51 +97,55 @@ def _best_existing(region: Place, criterion: str) -> str:
     if ranking not in RANKINGS and criterion in OBJECTIVES:
         names = ", ".join(name for name in OBJECTIVES if name in RANKINGS)
         raise ValueError(f"Invalid criterion '{criterion}' with --against {_RECOMMENDED}. It must be one of {names}.")
-    best = recommend(region, criterion=get_objective(ranking).name, limit=1).results
+    best = recommend(region, criterion=get_objective(ranking).figure.name, limit=1).results
     if not best:
         raise ValueError(f"Invalid option '--against {_RECOMMENDED}'. No CRS serves the region '{region.name}'.")
     return best[0].code
 
 
-def _text(found: Optimum, form: _Form) -> str:
+def _text(found: Optimum, form: _Form, output: Path | None) -> str:
     if form is _Form.JSON:
         return json_text(found.to_dict())
     if form is _Form.PROJ:
         return f"{found.proj}\n"
     if form is _Form.TABLE:
-        return _report(found)
+        return _report(found, output)
     if found.wkt is None:
         fail(f"Invalid format 'wkt' for {found.projection.name}. {found.wkt_reason}")
         raise typer.Exit(1)
     return f"{found.wkt}\n"
 
 
-def _report(found: Optimum) -> str:
-    title = f"{found.projection.name} for {found.region.name} ({area_text(found.region.area_km2)})\n"
+def _report(found: Optimum, output: Path | None) -> str:
     unit = f" {found.unit}" if found.unit else ""
     lines = [
+        f"{found.projection.name} for {found.region.name} ({area_text(found.region.area_km2)})",
         *(f"{name:8} {number_text(value)}" for name, value in found.parameters.items()),
         f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}",
-        f"{found.criterion} {_shown(found.value)}{unit}" if found.criterion != "airy_kavrayskiy" else "",
-        found.note or "",
+        f"{found.criterion} {_shown(found.value, found.error_estimate)}{unit}"
+        if found.criterion != "airy_kavrayskiy"
+        else "",
+        *found.remarks,
         *(f"{name} is at the end of its range." for name in found.at_limit),
         f"Covers {100 * found.coverage:.4g} % of the region." if found.coverage < 0.9999995 else "",
     ]
-    text = title + "\n".join(line for line in lines if line) + "\n\n"
+    text = notes_text([*filter(None, lines), ""], output)
     # Where the criterion vanishes there is only rounding to compare.
     name, unit = ("airy_kavrayskiy", "") if found.note else (found.criterion, unit)
     figure = operator.attrgetter("airy_kavrayskiy" if found.note else "value")
     this = figure(found)
-    compared = [("this", this, found.proj), *((b.name, figure(b), b.definition) for b in found.baselines)]
-    compared += [(other.family, figure(other), other.proj) for other in found.others]
+    compared: list[tuple[str, Any, str]] = [("this", found, found.proj)]
+    compared += [(b.name, b, b.definition) for b in found.baselines]
+    compared += [(other.family, other, other.proj) for other in found.others]
     text += table_text(
         {
             "map": [name for name, _, _ in compared],
-            f"{name}{unit}": [_shown(value) for _, value, _ in compared],
-            "against this": [f"{100 * (value / this - 1):+.2f} %" if this else "-" for _, value, _ in compared],
+            f"{name}{unit}": [_shown(figure(one), 0.0 if found.note else one.error_estimate) for _, one, _ in compared],
+            "against this": [f"{100 * (figure(one) / this - 1):+.2f} %" if this else "-" for _, one, _ in compared],
             "definition": [definition for _, _, definition in compared],
         },
         "",
+        output=output,
     )
     if found.roundings:
         text += table_text(
@@ -146,11 +158,19 @@ def _report(found: Optimum) -> str:
                 },
             },
             "",
+            output=output,
         )
-    text += "".join(f"{failure.given}: {failure.error}\n" for failure in found.failures)
-    text += f"\nPROJ: {found.proj}\n"
-    return text + ("WKT2: see --format wkt\n" if found.wkt else f"WKT2: none; {found.wkt_reason}\n")
+    notes = [
+        *(f"{failure.given}: {failure.error}" for failure in found.failures),
+        "",
+        f"PROJ: {found.proj}",
+        "WKT2: see --format wkt" if found.wkt else f"WKT2: none; {found.wkt_reason}",
+    ]
+    return text + notes_text(notes, output)
 
 
-def _shown(value: float) -> str:
-    return f"{value:,.1f}" if value >= 1.0 else rounded(value, _DIGIT * value)
+def _shown(value: float, error: float = 0.0) -> str:
+    """One decimal, or five digits of what is small, and none that the error makes doubtful."""
+    if value < 1.0:
+        return rounded(value, max(_DIGIT * value, error))
+    return f"{value:,.1f}" if error <= _LAST else f"{round(value, -math.ceil(math.log10(error))):,.0f}"

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from projdist.cli.errors import cannot_write, fail, refuse
 from projdist.cli.formats import Format
-from projdist.files import refuse_existing
-from projdist.measures import get_measure
+from projdist.matrices import get_measure
 from projdist.regions import Place, get_region, weighted_points
+from projdist.support import is_stream, refuse_existing
+
+
+def file_format(forms: Iterable[str], suffixes: str) -> Any:
+    """The option of a command that prints, or writes a file whose suffix tells its format."""
+    told = f"How to print, a table if not given; a file's suffix tells it: {suffixes}."
+    return typer.Option("--format", "-f", metavar="|".join(forms), help=told)
+
 
 Projections = Annotated[
     list[str],
@@ -28,7 +36,8 @@ RegionOption = Annotated[
         "-r",
         help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM, country:NAME, "
         "continent:NAME, crs:CODE (its area of use), file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for "
-        "edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and brackets.",
+        "edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and brackets; @main behind "
+        "a region is its main part.",
     ),
 ]
 WeightOption = Annotated[
@@ -41,6 +50,7 @@ WeightOption = Annotated[
     ),
 ]
 FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(Format), help="How to print.")]
+FileFormatOption = Annotated[str | None, file_format(Format, ".json, .csv, .md or .txt")]
 OutputOption = Annotated[
     str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
 ]
@@ -66,6 +76,28 @@ def choice(thing: str, text: str, allowed: list[str]) -> str:
 def format_of(text: str) -> Format:
     """The format of a name."""
     return Format(choice("format", text, list(Format)))
+
+
+_TOLD_BY = {".json": "json", ".csv": "csv", ".md": "markdown", ".wkt": "wkt"}
+_OF_ANY = (".txt", ".log", "")
+
+
+def format_for(
+    text: str | None, path: Path | None, forms: Sequence[str] = tuple(Format), others: Sequence[str] = ()
+) -> str:
+    """The format that is asked for, or else told by the suffix of the file to write; they must not contradict.
+
+    Files of `others`, suffixes too, hold what is no text.
+    """
+    stated = None if text is None else choice("format", text, list(forms))
+    suffix = "" if path is None or is_stream(path) else path.suffix.lower()
+    told = _TOLD_BY.get(suffix)
+    if suffix not in (*_OF_ANY, *others) and told not in forms:
+        allowed = [*(known for known, form in _TOLD_BY.items() if form in forms), *others, *filter(None, _OF_ANY)]
+        refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(allowed)}, or none.")
+    if told is not None and stated not in (None, told):
+        refuse(f"Invalid format '{stated}' for '{path}'. Its suffix tells the format, {told}.")
+    return told or stated or Format.TABLE
 
 
 def region_of(text: str, weight: str | None = None) -> Place:

@@ -9,10 +9,18 @@ from pathlib import Path
 
 from projdist.cli.errors import cannot_write, refuse
 from projdist.cli.formats import write
+from projdist.support import is_stream
 
 
 def emit(text: str, output: Path | None, overwrite: bool = False) -> None:
-    """Print text, or write it to a file; what cannot be written ends the command."""
+    """Print text, or write it to a file and say so; what cannot be written ends the command."""
+    put(text, output, overwrite)
+    if output is not None and not is_stream(output):
+        put(wrote(output), None)
+
+
+def put(text: str, output: Path | None, overwrite: bool = False) -> None:
+    """The same without a word."""
     try:
         write(text, output, overwrite)
     except FileExistsError as error:
@@ -21,6 +29,14 @@ def emit(text: str, output: Path | None, overwrite: bool = False) -> None:
         if output is None and error.errno == errno.EPIPE:
             raise  # typer knows how to end on a closed pipe
         cannot_write(output, error)
+
+
+def wrote(*paths: Path) -> str:
+    """The lines that say which files a command has written; folders of files, too.
+
+    They end a table, or are all that is printed; JSON, CSV and Markdown, which go elsewhere, have none.
+    """
+    return "".join(f"Wrote: {path}\n" for path in paths)
 
 
 @contextlib.contextmanager

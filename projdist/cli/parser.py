@@ -11,7 +11,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from projdist.cli.errors import refuse
+from projdist.cli.errors import notices_said, refuse
 
 # What typer raises for a wrong command line. It has its own click in some versions and imports it in others.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -46,6 +46,11 @@ class Commands(TyperGroup):
 
 class Command(TyperCommand):
     """A command. Where unknown options reach the arguments, they are refused there if they are no number."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; what the library warns of is said in one line each."""
+        with notices_said():
+            return super().invoke(ctx)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words behind the command."""

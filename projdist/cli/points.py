@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import csv
 import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
+
+import numpy as np
+
+from projdist.projections import MISSING, tell_of_missing
 
 
 class _Point(NamedTuple):
@@ -31,48 +37,129 @@ class Points:
 
 
 def read_points(words: Sequence[str], lines: Iterable[str]) -> Points:
-    """Points of LON LAT words, or, where the only word is `-`, of the lines.
+    """Points of LON LAT or LON,LAT words, or, where the only word is `-`, of the lines.
 
-    A line that cannot be read is a problem, not an error: the others go on. Raises ValueError for
-    words that are no points, and where there are no points at all.
+    Degrees may have minutes and seconds, and the letters N, S, E, W, which tell what is a latitude. A line
+    that cannot be read is a problem, not an error: the others go on. Raises ValueError for words that are no
+    points, and where there are no points at all.
     """
     points = Points()
     words = [word.strip() for word in words]
     if words == ["-"]:
-        for number, line in enumerate(lines, start=1):
-            _read_line(points, number, line.lstrip("\ufeff").strip())
+        _read_lines(points, lines)
+        tell_of_missing(np.array(points.lon), np.array(points.lat))
         if not points.lon and not points.problems:
             raise ValueError("Invalid standard input. It must have lines of 'lon lat [text]'; there were none.")
         return points
-    if len(words) % 2:
-        raise ValueError(f"Invalid coordinates '{' '.join(words)}'. They must be pairs of LON LAT, or - for stdin.")
-    for lon, lat in zip(words[::2], words[1::2], strict=True):
-        points.add(_point(lon, lat))
+    parts = [part for word in words for part in _pair(word) or [word] if part]
+    if len(parts) % 2:
+        raise ValueError(
+            f"Invalid coordinates '{_quoted(' '.join(words))}'. They must be pairs of LON LAT, or - for stdin."
+        )
+    for one, other in zip(parts[::2], parts[1::2], strict=True):
+        point = _point(one, other)
+        if math.isnan(point.lon) or math.isnan(point.lat):
+            name, word = ("longitude", one) if math.isnan(point.lon) else ("latitude", other)
+            raise ValueError(f"Invalid {name} '{word}'. It must be a number of degrees.")
+        points.add(point)
     return points
 
 
-def _read_line(points: Points, number: int, line: str) -> None:
-    if not line or line.startswith("#"):
+def _pair(word: str) -> list[str]:
+    """The two of a pair in one word, as `10,50` or `"50N 10E"`; none if it is not of two."""
+    parts = re.split(r"\s*,\s*|\s+", word)
+    return parts if len(parts) == 2 else []
+
+
+def _read_lines(points: Points, lines: Iterable[str]) -> None:
+    """The points of lines, the first of which may be a header."""
+    columns: dict[str, int] | None = None
+    first = True
+    for number, line in enumerate(lines, start=1):
+        text = line.lstrip("\ufeff").strip()
+        if not text or text.startswith("#"):
+            continue
+        if first and (columns := _header(text)):
+            first = False
+            continue
+        first = False
+        try:
+            _read_line(points, text, columns)
+        except ValueError as error:
+            points.problems.append(f"line {number}: {error}")
+
+
+_LON, _LAT = ("lon", "longitude", "long", "lng"), ("lat", "latitude")
+
+
+def _header(text: str) -> dict[str, int] | None:
+    """The numbers of the columns of longitudes and latitudes, where a line names them."""
+    cells = [cell.lower() for cell in _cells(text)]
+    found = {
+        key: next((cells.index(name) for name in names if name in cells), -1)
+        for key, names in (("lon", _LON), ("lat", _LAT))
+    }
+    return None if -1 in found.values() else found
+
+
+def _cells(text: str) -> list[str]:
+    separator = next((mark for mark in "\t;," if mark in text), None)
+    row = next(csv.reader([text], delimiter=separator, skipinitialspace=True)) if separator else text.split()
+    return [cell.strip() for cell in row]
+
+
+def _read_line(points: Points, line: str, columns: dict[str, int] | None) -> None:
+    """Add the point of a line; raises ValueError."""
+    if columns is not None:
+        cells = _cells(line)
+        if len(cells) <= max(columns.values()):
+            raise ValueError(f"Invalid point '{_quoted(line)}'. It has no cell for each of lon and lat.")
+        label = " ".join(cell for place, cell in enumerate(cells) if place not in columns.values())
+        lon, lat = (cells[columns[key]] for key in ("lon", "lat"))
+        points.add(_point(*("nan" if cell in MISSING else cell for cell in (lon, lat))), label)
         return
-    words = re.split(r"\s*,\s*|\s+", line, maxsplit=2)
-    try:
-        if len(words) < 2:
-            raise ValueError(f"Invalid point '{_quoted(line)}'. It must be 'lon lat [text]'.")
+    words = re.split(r"\s*[,;]\s*|\s+", line, maxsplit=2)
+    if len(words) < 2:
+        raise ValueError(f"Invalid point '{_quoted(line)}'. It must be 'lon lat [text]'.")
+    rest = re.split(r"\s*[,;]\s*|\s+", words[2]) if len(words) > 2 else []
+    if len(rest) == 1 and _angle(words[0]) is None and None not in (_angle(words[1]), _angle(rest[0])):
+        points.add(_point(words[1], rest[0]), words[0])  # its name comes first
+    else:
         points.add(_point(words[0], words[1]), words[2] if len(words) > 2 else "")
-    except ValueError as error:
-        points.problems.append(f"line {number}: {error}")
 
 
-def _point(lon: str, lat: str) -> _Point:
-    try:
-        point = _Point(float(lon), float(lat))
-    except ValueError as error:
-        text = _quoted(f"{lon} {lat}")
-        raise ValueError(f"Invalid point '{text}'. Longitude and latitude must be numbers of degrees.") from error
-    if not math.isfinite(point.lon) or abs(point.lon) > 720:
-        raise ValueError(f"Invalid longitude '{lon}'. It must be a number of degrees within -720 and 720.")
-    if not abs(point.lat) <= 90:
-        raise ValueError(f"Invalid latitude '{lat}'. It must lie within -90 and 90 degrees.")
+_FIGURE = r"(\d+(?:\.\d*)?|\.\d+)"
+_ANGLE = re.compile(rf"([+-]?){_FIGURE}(?:[d°](?:{_FIGURE}['′]?)?(?:{_FIGURE}(?:\"|″|''))?)?([nsew]?)", re.IGNORECASE)
+
+
+def _angle(word: str) -> tuple[float, str] | None:
+    """Degrees, and the letter behind them; None for a word that is no angle."""
+    with contextlib.suppress(ValueError):
+        return float(word), ""
+    match = _ANGLE.fullmatch(word)
+    if match is None or any(float(part or 0) >= 60 for part in match.group(3, 4)):
+        return None
+    value = float(match[2]) + float(match[3] or 0) / 60 + float(match[4] or 0) / 3600
+    letter = match[5].upper()
+    turned = (match[1] == "-") != (letter in ("S", "W"))
+    return (-value if turned else value), letter
+
+
+def _point(one: str, other: str) -> _Point:
+    """A point of longitude and latitude, or the other way round where letters say so; NaN is nowhere."""
+    east, north = _angle(one), _angle(other)
+    text = _quoted(f"{one} {other}")
+    if east is None or north is None:
+        raise ValueError(f"Invalid point '{text}'. Longitude and latitude must be numbers of degrees.")
+    if east[1] in ("N", "S") or north[1] in ("E", "W"):
+        east, north, one, other = north, east, other, one
+    if east[1] in ("N", "S") or north[1] in ("E", "W"):
+        raise ValueError(f"Invalid point '{text}'. One must be a longitude and one a latitude.")
+    point = _Point(east[0], north[0])
+    if math.isinf(point.lon) or abs(point.lon) > 720:
+        raise ValueError(f"Invalid longitude '{one}'. It must be a number of degrees within -720 and 720.")
+    if abs(point.lat) > 90:
+        raise ValueError(f"Invalid latitude '{other}'. It must lie within -90 and 90 degrees.")
     return point
 
 

@@ -2,39 +2,41 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from projdist.answers import TABLES, tables
 from projdist.cli.errors import refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, render_list, table_text
-from projdist.cli.options import FormatOption, OutputOption, OverwriteOption, format_of, printed_or_file
+from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, render_list, table_text
+from projdist.cli.options import FileFormatOption, OutputOption, OverwriteOption, format_for, printed_or_file
 from projdist.cli.output import emit
-from projdist.published import TABLES, tables
 
 
 def tables_command(
     name: Annotated[
         str | None, typer.Argument(metavar="[NAME]", help=f"{', '.join(TABLES)}; without it, the list of them.")
     ] = None,
-    format: FormatOption = "table",
+    format: FileFormatOption = None,
     output: OutputOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
-    path, form = printed_or_file(output, overwrite), format_of(format)
+    path = printed_or_file(output, overwrite)
+    form = Format(format_for(format, path))
     if name is None:
         rows = [{"name": table, "source": source} for table, source in TABLES.items()]
-        emit(render_list(rows, form), path, overwrite)
+        emit(render_list(rows, form, path), path, overwrite)
         return
     try:
         found = tables(name).to_dict()
     except ValueError as error:
         refuse(str(error), error)
-    emit(_rendered(found, form), path, overwrite)
+    emit(_rendered(found, form, path), path, overwrite)
 
 
-def _rendered(found: dict[str, Any], form: Format) -> str:
+def _rendered(found: dict[str, Any], form: Format, output: Path | None) -> str:
     rows = found["results"]
     if form is Format.JSON:
         return json_text(found)
@@ -60,10 +62,10 @@ def _rendered(found: dict[str, Any], form: Format) -> str:
         *(f"{convention}: {text}" for convention, text in explanations.items()),
         *sorted({f"Source: {row['source']} ({row['status']})." for row in rows}),
     ]
-    end = "\n".join(notes) + "\n"
     if form is Format.MARKDOWN:
-        return markdown_text(columns) + "\n" + end.replace("*", "\\*")
-    return table_text(columns, found["source"]) + end
+        return markdown_text(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
+    keys = list(columns).index("measure") + 1
+    return table_text(columns, found["source"], keys, output) + notes_text(notes, output)
 
 
 def _shown(value: float | None, row: dict[str, Any], sign: str = "") -> str:

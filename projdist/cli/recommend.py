@@ -12,26 +12,27 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from projdist.candidates import INTERRUPTED
 from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, table_text
-from projdist.cli.options import (
-    DpiOption,
-    FormatOption,
-    OverwriteOption,
-    SizeOption,
-    format_of,
-    number,
-    region_of,
-)
-from projdist.cli.output import emit
+from projdist.cli.formats import Format, certain, csv_text, json_text, markdown_text, notes_text, rounded, table_text
+from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, format_of, number, region_of
+from projdist.cli.output import emit, wrote
 from projdist.cli.pictures import PictureFile, picture_of
-from projdist.executors import check_executor, open_executor
-from projdist.projections.database import OF_A_SPHERE
-from projdist.recommend import Candidate, Recommendation, recommend
-from projdist.suitability import PURPOSES, RANKINGS
+from projdist.decisions import (
+    CLOSE,
+    ENGINEERING_PPM,
+    INTERRUPTED,
+    PURPOSES,
+    RANKINGS,
+    WIDE_FACTOR,
+    Candidate,
+    Recommendation,
+    ZoneSystem,
+    recommend,
+)
+from projdist.projections import OF_A_SPHERE
+from projdist.support import check_executor, open_executor
 
 _DRAWN = 4  # maps in the picture
 
@@ -103,7 +104,7 @@ def recommend_command(
     text = _text(result, form)
     if picture is not None:
         _draw(result, picture)
-        text += f"Picture: {picture.path}\n" if form is Format.TABLE else ""
+        text += wrote(picture.path) if form is Format.TABLE else ""
     emit(text, None)
 
 
@@ -141,10 +142,11 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    columns = (TextColumn("{task.completed:.0f}/{task.total:.0f} maps"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    columns = (MofNCompleteColumn(), TextColumn("maps"), BarColumn(), TimeRemainingColumn())
+    # Drawn when there is news, without a thread that would draw it: processes with threads are not forked.
+    with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as progress:
         task = progress.add_task("", total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
+        yield lambda done, total: progress.update(task, completed=done, total=total, refresh=True)
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:
@@ -191,10 +193,12 @@ def _text(result: Recommendation, form: Format) -> str:
         "code": [row["code"] for row in existing],
         "name": [row["name"] for row in existing],
         "method": [row["method"].replace("_", " ") for row in existing],
+        "ranks by": [_figure(row["ranked"]) for row in existing],
         **_figures(existing, result.criterion),
         **optional,
         "covers": [_percent(row["coverage"]) for row in existing],
         "in area": [_percent(row["share_in_area_of_use"]) for row in existing],
+        "made for": [_made_for(row) for row in existing],
         "area of use": [_short(row["area_of_use"]) for row in existing],
     }
     designed = {
@@ -205,33 +209,63 @@ def _text(result: Recommendation, form: Format) -> str:
     notes = _notes(result)
     if form is Format.MARKDOWN:
         tables = [markdown_text(columns), *([markdown_text(designed)] if custom else [])]
+        tables += [markdown_text(_zones(system, result.criterion)) for system in result.zones]
         return "\n".join(tables) + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
     title = f"{result.region.name} ({result.region.area_km2:,.0f} km2), {result.purpose}, by {result.criterion}"
     tables = [table_text(columns, title), *([table_text(designed, "")] if custom else [])]
-    return "".join(tables) + "\n".join(notes) + "\n"
+    tables += [table_text(_zones(system, result.criterion), _zones_title(system)) for system in result.zones]
+    return "".join(tables) + notes_text(notes)
 
 
 def _figures(rows: list[dict[str, Any]], criterion: str) -> dict[str, list[str]]:
     """The columns of figures."""
     return {
-        criterion: [_figure(row["value"]) for row in rows],
-        "ppm max": [_figure(row["max_scale_error_ppm"]) for row in rows],
+        criterion: [_figure(row["value"], row.get(f"{criterion}_error", 0.0)) for row in rows],
+        "ppm max": [_figure(row["max_scale_error_ppm"], row["max_scale_error_ppm_error"]) for row in rows],
         "ppm mean": [_figure(row["mean_scale_error_ppm"]) for row in rows],
-        "omega max": [_figure(row["max_omega"], 1e-6) for row in rows],
-        "areal scale": [_span(row["min_areal_scale"], row["max_areal_scale"]) for row in rows],
+        "omega max": [_figure(row["max_omega"], row["max_omega_error"], 1e-6) for row in rows],
+        "areal scale": [_span(row) for row in rows],
         "keeps": [row["keeps"] or "-" for row in rows],
     }
+
+
+def _zones(system: ZoneSystem, criterion: str) -> dict[str, list[str]]:
+    """The columns of a system of zones."""
+    figures = {
+        "in area": [_percent(zone.share) for zone in system.zones],
+        criterion: [_figure(zone.value) for zone in system.zones],
+        "ppm max": [_figure(zone.max_scale_error_ppm) for zone in system.zones],
+    }
+    return {"code": [zone.code for zone in system.zones], "zone": [zone.name for zone in system.zones]} | figures
+
+
+def _zones_title(system: ZoneSystem) -> str:
+    """How many zones there are, whose, and what they are off by at most."""
+    whose = "national zones" if system.national else "zones of the world"
+    return f"{len(system.zones)} {whose}, each in its part at most {_figure(system.max_scale_error_ppm)} ppm"
 
 
 def _notes(result: Recommendation) -> list[str]:
     """What the columns mean, which CRSs draw the same map, and how many are none."""
     notes = [
+        *result.notes,
         "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: to 0.1 ppm, as measured; "
-        "in area: the share of the region in the CRS's area of use."
+        "in area: the share of the region in the CRS's area of use.",
     ]
     if result.area == "preferred":
         notes.append(
-            "In the order, a figure counts over the share of the region in the area of use (--intersects: it does not)."
+            "Ranks by: the figure over the share of the region in the area of use (--intersects: the figure alone), "
+            f"and {WIDE_FACTOR:g} times that for maps of the world or a continent."
+        )
+    if result.area != "intersects":
+        notes.append(
+            f"Maps within {100 * CLOSE:g} % of the best of them are as good: of these national ones come first, then "
+            "those of a datum that is in force."
+        )
+    if result.zones:
+        notes.append(
+            f"Zones: no conformal map serves all of the region to {ENGINEERING_PPM:g} ppm; these do better, each in "
+            "its part."
         )
     notes += [
         f"{one.code} draws the same map as {', '.join(code for code, _ in one.same)}."
@@ -263,13 +297,13 @@ def _kind(reason: str) -> str:
     return "on a sphere" if reason.startswith(OF_A_SPHERE) else "that PROJ cannot compute"
 
 
-def _figure(value: float, rounding: float = 0.0) -> str:
-    """Five significant digits; what is below the rounding is 0."""
+def _figure(value: float, error: float = 0.0, rounding: float = 0.0) -> str:
+    """Five significant digits at most, as the error allows; what is below the rounding is 0."""
     if value != value:
         return "-"
     if value == float("inf"):
         return "inf"
-    return "0" if abs(value) < rounding else f"{value:.5g}"
+    return "0" if abs(value) < rounding else certain(value, error)
 
 
 def _loss(ratio: float | None) -> str:
@@ -277,13 +311,19 @@ def _loss(ratio: float | None) -> str:
     return "-" if ratio is None or not abs(ratio) < float("inf") else f"{100 * (ratio - 1):+.2f} %"
 
 
-def _span(least: float, most: float) -> str:
-    """`0.99920 .. 1.00426`."""
-    return f"{least:.5f} .. {'inf' if most == float('inf') else format(most, '.5f')}"
+def _span(row: dict[str, Any]) -> str:
+    """`0.99920 .. 1.00426`, with fewer decimals where the errors ask for it."""
+    ends = ((row[f"{end}_areal_scale"], row[f"{end}_areal_scale_error"]) for end in ("min", "max"))
+    return " .. ".join("inf" if value == float("inf") else rounded(value, max(error, 1e-5)) for value, error in ends)
 
 
 def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
+
+
+def _made_for(row: dict[str, Any]) -> str:
+    """Whose a map is, as far as that counts."""
+    return "national" if row["national"] else "continent or world" if row["wide"] else ""
 
 
 def _short(text: str) -> str:

@@ -9,22 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from projdist.answer import plain
+from projdist.answers import factors
 from projdist.cli.errors import refuse
 from projdist.cli.formats import Format, csv_text, render_factors
 from projdist.cli.layers import check_libraries
-from projdist.cli.output import drawing, emit
-from projdist.files import is_stream
-from projdist.frames import check_degrees, check_new_names
-from projdist.projections import Projection
-from projdist.results import factors
+from projdist.cli.output import drawing, emit, wrote
+from projdist.projections import Projection, check_degrees, check_new_names
+from projdist.support import is_stream, plain
 
-_SUFFIXES = (".csv", ".parquet", ".gpkg", ".geojson")
+TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")
+_SUFFIXES = (".csv", *TABLE_SUFFIXES)
 
 
 def is_table_file(path: Path) -> bool:
     """Whether a file, by its suffix, can hold nothing that is printed."""
-    return path.suffix.lower() in _SUFFIXES[1:] and not is_stream(path)
+    return path.suffix.lower() in TABLE_SUFFIXES and not is_stream(path)
 
 
 def measure_file(
@@ -47,27 +46,35 @@ def measure_file(
         form = Format.CSV
     try:
         if at.lower().endswith(".csv") and (path is None or not is_table_file(path)):
-            rows = _measured_csv(projection, at, measures, prefix, form)
+            header, rows = _measured_csv(projection, at, measures, prefix, form)
         else:
             frame = _measured_frame(projection, at, measures, prefix, path)
             if path is not None and is_table_file(path):
                 _write_frame(projection, frame, path, overwrite)
                 return
-            rows = _rows(projection, frame)
+            header, rows = _rows(projection, frame)
     except (ValueError, ImportError) as error:
         refuse(str(error), error)
-    text = csv_text(rows, ["lon", "lat"]) if to_file else _printed(given, projection, rows, form)
+    text = csv_text(rows, header) if to_file else _printed(given, projection, header, rows, form, path)
     emit(text, path, overwrite)
 
 
-def _printed(given: str, projection: Projection, rows: list[dict[str, Any]], form: Format) -> str:
-    return render_factors({"projection": given, "results": rows}, projection.name, form)
+def _printed(
+    given: str,
+    projection: Projection,
+    header: list[str],
+    rows: list[dict[str, Any]],
+    form: Format,
+    path: Path | None,
+) -> str:
+    named = {"projection": given, "name": projection.name, "definition": projection.definition}
+    return render_factors(named | {"results": rows}, header, form, path)
 
 
 def _measured_csv(
     projection: Projection, at: str, measures: Sequence[str], prefix: str, form: Format
-) -> list[dict[str, Any]]:
-    """The rows of a CSV file with columns added; the file's own stay the text that they are."""
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """The header and the rows of a CSV file with columns added; the file's own stay the text that they are."""
     header, rows = _read_csv(Path(at))
     for name in ("lon", "lat"):
         if header.count(name) != 1:
@@ -85,7 +92,7 @@ def _measured_csv(
     if form is not Format.CSV:
         for row, east, north in zip(table, lon.tolist(), lat.tolist(), strict=True):
             row.update(lon=east, lat=north)
-    return table
+    return [*header, *columns], table
 
 
 def _read_csv(path: Path) -> tuple[list[str], list[list[str]]]:
@@ -116,12 +123,13 @@ def _measured_frame(projection: Projection, at: str, measures: Sequence[str], pr
     return factors(projection, gis.read_points(at), measures=measures, prefix=prefix)
 
 
-def _rows(projection: Projection, frame: Any) -> list[dict[str, Any]]:
-    """A frame's rows without geometries, for printing."""
+def _rows(projection: Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
+    """A frame's columns and rows without geometries, for printing."""
     from projdist import gis
 
     table = gis.plain_table(projection, frame)
-    return [{name: _cell(value) for name, value in row.items()} for row in table.to_dict("records")]
+    rows = [{name: _cell(value) for name, value in row.items()} for row in table.to_dict("records")]
+    return [str(name) for name in table.columns], rows
 
 
 def _cell(value: Any) -> Any:
@@ -144,3 +152,4 @@ def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool
 
     with drawing(path):
         gis.save_points(projection, frame, path, overwrite=overwrite)
+    emit(wrote(path), None)

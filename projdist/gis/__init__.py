@@ -6,31 +6,6 @@ whatever `projdist.get_region` takes. Coordinates of rasters and layers are in t
 in the order in which GIS programs have them: easting first.
 """
 
-from projdist.gis.grids import GRIDS
-from projdist.gis.layers import LAYER_SUFFIXES, indicatrices, save_layer
-from projdist.gis.libraries import check_libraries
-from projdist.gis.points import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
-from projdist.gis.rasters import RASTER_SUFFIXES, Raster, raster, save_raster
-from projdist.gis.sheets import georeference_of, save_geotiff
-from projdist.gis.weights import weighted
+import lazy_loader
 
-__all__ = [
-    "GRIDS",
-    "LAYER_SUFFIXES",
-    "RASTER_SUFFIXES",
-    "TABLE_SUFFIXES",
-    "Raster",
-    "check_libraries",
-    "frame_of",
-    "georeference_of",
-    "indicatrices",
-    "plain_table",
-    "raster",
-    "read_data",
-    "read_points",
-    "save_geotiff",
-    "save_layer",
-    "save_points",
-    "save_raster",
-    "weighted",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,10 +8,9 @@ from typing import Protocol
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.plots.domain import normalised
-from projdist.plots.pictures import prepare
 from projdist.projections import Graticule, Plane, Projection, graticule_of
-from projdist.regions import GLOBE, Box, Place, get_region
+from projdist.regions import GLOBE, Box, Place, RegionLike, get_region
+from projdist.surfaces import normalised, surface_of
 
 GRIDS = ("map", "lonlat")
 """The map's own CRS, or longitude and latitude."""
@@ -106,7 +105,7 @@ def _check_number(values: float, what: str) -> None:
         raise ValueError(f"Invalid {what}. It makes {values:.3g} values; there must be 1 to {_MOST_VALUES:.0e}.")
 
 
-def drawn_region(projection: Projection, region: str | Place | None) -> Place:
+def drawn_region(projection: Projection, region: RegionLike | None) -> Place:
     """A region; None is the area of use of a CRS, else the globe."""
     if region is None:
         return Box(*projection.area_of_use) if projection.area_of_use else GLOBE
@@ -118,7 +117,7 @@ def drawn_region(projection: Projection, region: str | Place | None) -> Place:
 
 def plane_extent(projection: Projection, plane: Plane, region: Place) -> Extent:
     """The extent of a region on a map's plane; maps without end end where their pictures do."""
-    x0, x1, y0, y1 = prepare(projection, region).extent
+    x0, x1, y0, y1 = surface_of(projection, region).extent
     corners = np.array([[x0, x0, x1, x1], [y0, y1, y0, y1]])
     u, v = np.linalg.solve(plane.to_metres, corners)
     return float(u.min()), float(v.min()), float(u.max()), float(v.max())

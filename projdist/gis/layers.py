@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist.files import replacing
-from projdist.gis.libraries import needed_for, one_line
-from projdist.linear import decompose
-from projdist.plots.indicatrices import ellipses, fit
-from projdist.plots.pictures import prepare, tissot_points
-from projdist.projections import Projection, plane_of
-from projdist.regions import Place
-from projdist.results import factors
+from projdist.answers import factors
+from projdist.gis.libraries import needed_for
+from projdist.matrices import decompose
+from projdist.projections import Projection, ProjectionLike, plane_of
+from projdist.regions import RegionLike
+from projdist.support import one_line, replacing
+from projdist.surfaces import ellipses, fit, surface_of, tissot_points
 
 if TYPE_CHECKING:
     import geopandas
@@ -31,7 +30,11 @@ _NAMES = ("a", "b", "h", "k", "s", "omega")
 
 
 def indicatrices(
-    projection: Any, *, region: str | Place | None = None, step: float | None = None, radius: float | None = None
+    projection: ProjectionLike,
+    *,
+    region: RegionLike | None = None,
+    step: float | None = None,
+    radius: float | None = None,
 ) -> geopandas.GeoDataFrame:
     """Tissot's indicatrices as polygons, those that a picture of the map has.
 
@@ -44,7 +47,7 @@ def indicatrices(
         import geopandas
         import shapely
     projection = Projection.from_user_input(projection)
-    surface = prepare(projection, region)
+    surface = surface_of(projection, region)
     size, (panel,) = fit([tissot_points(surface, step)], radius)
     rings = ellipses(panel, size, _VERTICES)
     plane = plane_of(projection)

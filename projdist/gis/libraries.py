@@ -17,11 +17,6 @@ def needed_for(thing: str) -> Iterator[None]:
         raise ImportError(f"Invalid {thing}. It needs {library}: pip install 'projdist[gis]'.", name=library) from error
 
 
-def one_line(error: Exception) -> str:
-    """A library's message, without a full stop."""
-    return " ".join(str(error).split()).rstrip(".")
-
-
 def check_libraries(path: Path) -> None:
     """Import what a file of that suffix is written with, before the work; raises ImportError in one line."""
     suffix = path.suffix.lower()

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import os
-from collections.abc import Mapping, Sequence
+import re
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from projdist.files import replacing
-from projdist.frames import check_degrees, is_geographic, places
+import numpy as np
+
 from projdist.gis.layers import save_layer
-from projdist.gis.libraries import needed_for, one_line
-from projdist.projections import Projection, graticule_of
+from projdist.gis.libraries import needed_for
+from projdist.projections import Projection, ProjectionLike, check_degrees, crs_of, graticule_of, is_geographic, places
+from projdist.regions import crs_name
+from projdist.support import numbered_rows, one_line, replacing, tell
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_NAMED = 5  # features or texts in notices
+_HEAD = 65_536  # letters of a file in which its crs stands
 
 TABLE_SUFFIXES = (".csv", ".parquet", ".gpkg", ".geojson")
 
@@ -40,7 +49,7 @@ def read_data(path: str | os.PathLike[str]) -> Any:
 def _read(text: str, thing: str) -> Any:
     invalid = f"Invalid {thing} file '{text}'."
     with needed_for(f"{thing} file '{text}'"):
-        import geopandas
+        import geopandas  # noqa: F401 whether it is there
         import pyogrio
         import pyogrio.errors
     name, _, layer = (text, "", "") if Path(text).exists() else text.partition("#")
@@ -51,13 +60,81 @@ def _read(text: str, thing: str) -> Any:
     if name.lower().endswith(".csv"):
         return _read_csv(name, thing)
     try:
-        layers = [str(row[0]) for row in pyogrio.list_layers(name)]
-        if layer not in layers and (layer or len(layers) != 1):
-            shown = ", ".join(layers) or "none"
-            raise ValueError(f"{invalid} It must name a layer, as '{name}#LAYER'; it has {shown}.")
-        return geopandas.read_file(name, engine="pyogrio", layer=layer or layers[0])
+        with _warnings_told(name):
+            layers = [str(row[0]) for row in pyogrio.list_layers(name)]
+            if layer not in layers and (layer or len(layers) != 1):
+                shown = ", ".join(layers) or "none"
+                raise ValueError(f"{invalid} It must name a layer, as '{name}#LAYER'; it has {shown}.")
+            frame, lost = _read_layer(name, layer or layers[0])
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
         raise ValueError(f"{invalid} It cannot be read: {one_line(error)}.") from error
+    if lost:
+        shown = ", ".join(map(str, lost[:_NAMED])) + (", ..." if len(lost) > _NAMED else "")
+        tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {shown}.")
+    crs = _stated_crs(name)
+    if isinstance(crs, dict):
+        crs_of(crs_name(crs, invalid))  # GDAL passes over what is none
+    elif crs is not None:
+        tell(f"The member crs of '{name}' is no object, as GeoJSON wants it: the data are taken as {frame.crs.name}.")
+    return frame
+
+
+@contextlib.contextmanager
+def _warnings_told(name: str) -> Iterator[None]:
+    """What GDAL warns of while a file is read, as notices."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        yield
+    for text in list(dict.fromkeys(one_line(warning.message) for warning in caught))[:_NAMED]:
+        tell(f"Of '{name}' GDAL says: {text}.")
+
+
+def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:
+    """A layer as GDAL reads it.
+
+    Geometries that GEOS cannot make (a line of one point, rings that do not close) are missing; these features' numbers
+    are told, from 1.
+    """
+    import geopandas
+    import shapely
+
+    with np.errstate(invalid="ignore"):  # NaN among coordinates
+        try:
+            return geopandas.read_file(name, engine="pyogrio", layer=layer), []
+        except shapely.errors.GEOSException:
+            return _read_what_is_whole(name, layer)
+
+
+def _read_what_is_whole(name: str, layer: str) -> tuple[Any, list[int]]:
+    """A layer whose geometries are missing where GEOS cannot make them, and the numbers of these features, from 1."""
+    import geopandas
+    import pyogrio
+    import shapely
+
+    found, _, stored, columns = pyogrio.raw.read(name, layer=layer)
+    shapes = shapely.from_wkb(stored, on_invalid="ignore")
+    lost = [k + 1 for k, (shape, bytes_) in enumerate(zip(shapes, stored, strict=True)) if bytes_ and shape is None]
+    table = dict(zip(found["fields"], columns, strict=True))
+    return geopandas.GeoDataFrame(table, geometry=shapes, crs=found["crs"] or None), lost
+
+
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\]]')
+
+
+def _stated_crs(name: str) -> Any:
+    """The member crs of a GeoJSON file, if its beginning has one."""
+    if not name.lower().endswith((".geojson", ".json")):
+        return None
+    with open(name, encoding="utf-8-sig", errors="replace") as file:
+        text = file.read(_HEAD)
+    depth = 0
+    for token in _TOKEN.finditer(text):
+        depth += {"{": 1, "[": 1, "}": -1, "]": -1}.get(token[0], 0)
+        value = re.compile(r"\s*:\s*").match(text, token.end()) if depth == 1 and token[0] == '"crs"' else None
+        if value is not None:
+            with contextlib.suppress(ValueError):  # of a file that ends there, which GDAL refuses
+                return json.JSONDecoder().raw_decode(text, value.end())[0]
+    return None
 
 
 def _read_parquet(name: str, thing: str) -> Any:
@@ -66,22 +143,27 @@ def _read_parquet(name: str, thing: str) -> Any:
         import pandas as pd
         import pyarrow as pa
         import pyarrow.parquet
+        import shapely
     try:
         with pa.parquet.ParquetFile(name) as file:
             metadata = file.schema_arrow.metadata or {}
         return geopandas.read_parquet(name) if b"geo" in metadata else pd.read_parquet(name)
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, shapely.errors.GEOSException, OSError) as error:
         raise ValueError(f"Invalid {thing} file '{name}'. It cannot be read: {one_line(error)}.") from error
 
 
 def _read_csv(name: str, thing: str) -> Any:
     import pandas as pd
 
-    try:
-        texts = pd.read_csv(name, dtype=str, keep_default_na=False, encoding="utf-8-sig")
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, OSError) as error:
-        raise ValueError(f"Invalid {thing} file '{name}'. It cannot be read: {one_line(error)}.") from error
-
+    text = f"Invalid {thing} file '{name}'."
+    (_, header), *rows = numbered_rows(Path(name), text, comments=False)
+    twice = next((word for word in header if header.count(word) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{text} It has two columns '{twice}'.")
+    for number, row in rows:
+        if len(row) < len(header):
+            raise ValueError(f"{text} Line {number} has {len(row)} cells; it must have {len(header)}.")
+    texts = pd.DataFrame([row for _, row in rows], columns=header, dtype=str)
     return texts.apply(_numbers_where_meant)
 
 
@@ -97,7 +179,9 @@ def _numbers_where_meant(column: pd.Series) -> pd.Series:
         return column
 
 
-def save_points(projection: Projection, frame: Any, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
+def save_points(
+    projection: ProjectionLike, frame: Any, path: str | os.PathLike[str], *, overwrite: bool = True
+) -> Path:
     """Write a frame of points by the suffix of its file, whole or not at all.
 
     Points stay in their CRS, but for GeoJSON, which is in WGS 84, and CSV, whose `lon` and `lat` are on
@@ -120,7 +204,7 @@ def save_points(projection: Projection, frame: Any, path: str | os.PathLike[str]
         except pa.ArrowException as error:  # columns of several types
             raise ValueError(f"Invalid output '{path}'. It cannot hold the table: {one_line(error)}.") from error
         return path
-    layer = frame if is_geographic(frame) else _with_geometry(projection, frame)
+    layer = frame if is_geographic(frame) else _with_geometry(Projection.from_user_input(projection), frame)
     if suffix == ".geojson":
         try:
             layer = layer.to_crs("EPSG:4326")
@@ -138,11 +222,11 @@ def frame_of(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     return pd.DataFrame(list(rows))
 
 
-def plain_table(projection: Projection, frame: Any) -> pd.DataFrame:
+def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:
     """A frame without geometries: these as `lon` and `lat` on the datum of the map, unless it has such columns."""
     if not is_geographic(frame):
         return frame
-    lon, lat = places(projection, frame)
+    lon, lat = places(Projection.from_user_input(projection), frame)
     others = frame.drop(columns=frame.geometry.name)
     if {"lon", "lat"} & set(others.columns):
         return others

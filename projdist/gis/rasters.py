@@ -6,28 +6,17 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.derivatives import jacobian
-from projdist.extremes import measure_at
-from projdist.files import replacing
-from projdist.gis.grids import (
-    GRIDS,
-    Coordinates,
-    OnPlane,
-    Pixels,
-    drawn_region,
-    graticule_grid,
-    pixels,
-    plane_extent,
-)
+from projdist.field import jacobian, measure_at
+from projdist.gis.grids import GRIDS, Coordinates, OnPlane, Pixels, drawn_region, graticule_grid, pixels, plane_extent
 from projdist.gis.libraries import needed_for
-from projdist.measures import Measure, get_measure
-from projdist.projections import Plane, Projection, plane_of, same_map
-from projdist.regions import Place
+from projdist.matrices import Measure, get_measure
+from projdist.projections import Plane, Projection, ProjectionLike, plane_of, same_map
+from projdist.regions import Place, RegionLike
+from projdist.support import replacing
 
 RASTER_SUFFIXES = (".tif", ".tiff")
 
@@ -53,10 +42,10 @@ class Raster:
 
 
 def raster(
-    projection: Any,
+    projection: ProjectionLike,
     measures: Iterable[str | Measure] = ("fisher",),
     *,
-    region: str | Place | None = None,
+    region: RegionLike | None = None,
     grid: str = "map",
     size: int | tuple[int, int] | None = None,
     resolution: float | None = None,

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from projdist._typing import AnyArray
-from projdist.files import replacing
-from projdist.gis.libraries import needed_for, one_line
-from projdist.mosaics.georeference import Georeference, MeanGeoreference
+from projdist.applications.mosaics import Georeference, MeanGeoreference
+from projdist.gis.libraries import needed_for
+from projdist.support import one_line, replacing
 
 __all__ = ["georeference_of", "save_geotiff"]
 

@@ -2,33 +2,42 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
-from projdist.gis.libraries import needed_for, one_line
+from projdist._typing import BoolArray, FloatArray
+from projdist.gis.libraries import needed_for
 from projdist.projections import unprojected
-from projdist.regions import Place, PointSet, get_region
+from projdist.regions import PointSet, Region, RegionLike, get_region
+from projdist.support import one_line
 
 _MOST = 1_000_000  # cells that are points; more are added up in blocks
-_AT_ONCE = 50_000_000  # cells in memory; 400 MB
+_AT_ONCE = 4_000_000  # cells in memory: 32 MB, and about as much again six times
+_LOOK = 16  # cells on a side of what is looked at as a whole
+_BENT = 0.25  # of its size: no such piece of a map is so bent that it leaves the box of its corners by more
+
+ToLonLat = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def weighted(region: str | Place, path: str | os.PathLike[str], *, band: int = 1) -> PointSet:
+def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1) -> PointSet:
     """The cells of a raster whose middles are in a region, as points with the cells' values for weights.
 
-    The values are counts, as of people; a cell without data counts nothing. More than a million
-    cells are added up in square blocks. Raises ValueError for a file, a band or values that are none,
-    and where nothing is left, ImportError without rasterio.
+    The values are counts, as of people, with the band's scale and offset applied; a cell without
+    data counts nothing. Where the raster has more than a million cells over the region, those in the
+    region are added up in square blocks, each a point at its cells' centre of gravity; `coarse` are
+    the points of blocks twice as wide, by which `summarize` knows what that costs. Raises ValueError
+    for a file, a band or values that are none, and where nothing is left, ImportError without rasterio.
     """
     place = get_region(region)
-    name = f"{place.name} weighted by {Path(path).name}"
     text = f"Invalid weights '{path}'."
+    if isinstance(place, PointSet):
+        raise ValueError(f"{text} A raster weighs the area of a region, and {place.name} has points.")
     with needed_for(f"weights '{path}'"):
         import rasterio
         import rasterio.errors
@@ -38,60 +47,202 @@ def weighted(region: str | Place, path: str | os.PathLike[str], *, band: int = 1
                 raise ValueError(f"{text} It has {image.count} band(s), and no band {band}.")
             if image.crs is None:
                 raise ValueError(f"{text} It states no CRS.")
-            parts = [_cells(image, band, window) for window in _windows(image, place.bounds)]
-            crs = image.crs.to_wkt()
+            points = _Raster(image, band, text).points(place)
     except rasterio.errors.RasterioError as error:
         raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
-    x, y, weight = (np.concatenate(values) if values else np.empty(0) for values in zip(*parts, strict=True))
-    counted = weight != 0
-    lon, lat = unprojected(crs, x[counted], y[counted])
-    weight = weight[counted]
-    inside = np.isfinite(lon) & np.isfinite(lat)
-    inside[inside] = place.contains(lon[inside], lat[inside])
-    if not inside.any():
-        raise ValueError(f"{text} No cell with a value has its middle in {place.name}.")
-    return PointSet(lon[inside], lat[inside], weight[inside], name, notes=place.notes)
+    name = f"{place.name} weighted by {Path(path).name}"
+    coarse = None if points.coarse is None else PointSet(*points.coarse, name)
+    return PointSet(*points.fine, name, notes=place.notes, coarse=coarse)
 
 
-def _windows(image: Any, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
-    """The parts of a raster in which a region may lie: by its bounds in longitude and latitude, else all of it."""
-    from rasterio.windows import Window
+class _Points(NamedTuple):
+    """Longitudes, latitudes and weights: of cells or blocks, and of blocks twice as wide where these are blocks."""
 
-    if not image.crs.is_geographic or image.transform.b or image.transform.d:
-        yield Window(0, 0, image.width, image.height)
-        return
-    west, south, east, north = bounds
-    left, bottom, right, top = image.bounds
-    for turn in (-360.0, 0.0, 360.0):
-        w, e = max(west + turn, left), min(east + turn, right)
-        s, n = max(south, bottom), min(north, top)
-        if w < e and s < n:
-            # In whole cells; rows may run from south to north.
-            ends_x = sorted((at - image.transform.c) / image.transform.a for at in (w, e))
-            ends_y = sorted((at - image.transform.f) / image.transform.e for at in (s, n))
-            first, last = max(math.floor(ends_x[0]), 0), min(math.ceil(ends_x[1]), image.width)
-            upper, lower = max(math.floor(ends_y[0]), 0), min(math.ceil(ends_y[1]), image.height)
-            yield Window(first, upper, last - first, lower - upper)
+    fine: tuple[FloatArray, FloatArray, FloatArray]
+    coarse: tuple[FloatArray, FloatArray, FloatArray] | None
 
 
-def _cells(image: Any, band: int, window: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Coordinates of the middles of cells, or of square blocks of them, and their values."""
-    from rasterio.windows import Window
+class _Window(NamedTuple):
+    """Columns and rows of a raster, the ends excluded."""
 
-    side = max(1, math.ceil(math.sqrt(window.width * window.height / _MOST)))
-    columns = np.arange(0, window.width, side)
-    sums, rows = [], []
-    for first in range(0, int(window.height), side * max(1, _AT_ONCE // int(window.width * side))):
-        count = min(side * max(1, _AT_ONCE // int(window.width * side)), int(window.height) - first)
-        part = Window(window.col_off, window.row_off + first, window.width, count)
-        values = image.read(band, window=part, masked=True).astype(float).filled(0.0)
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+class _Raster:
+    """A band of an open raster; `text` begins what is said against it."""
+
+    def __init__(self, image: Any, band: int, text: str) -> None:
+        self._image, self._band, self._text = image, band, text
+        self._crs = image.crs.to_wkt()
+
+    def points(self, region: Region) -> _Points:
+        """The cells in a region, or what they add up to; raises ValueError where there are none."""
+        windows = list(self._windows(region.bounds))
+        if not windows:
+            west, south, east, north = self._extent
+            raise ValueError(
+                f"{self._text} It lies elsewhere than {region.name}: within longitudes {west:.6g} and {east:.6g}, "
+                f"latitudes {south:.6g} and {north:.6g}."
+            )
+        cells = sum((window.right - window.left) * (window.bottom - window.top) for window in windows)
+        side = max(1, math.ceil(math.sqrt(cells / _MOST)))
+        inside = _Inside(region, self._lonlat)
+        sums = [self._sums(inside, tile, side) for window in windows for tile in _tiles(window, side)]
+        fine = self._placed([fine for fine, _ in sums], exact=side == 1)
+        if not fine[2].size:
+            raise ValueError(f"{self._text} No cell with a value has its middle in {region.name}.")
+        return _Points(fine, self._placed([coarse for _, coarse in sums]) if side > 1 else None)
+
+    # ---- where -----------------------------------------------------------------------------
+
+    @functools.cached_property
+    def _extent(self) -> tuple[float, float, float, float]:
+        """West, south, east, north of a raster in longitude and latitude, whichever way its rows run."""
+        left, bottom, right, top = self._image.bounds
+        return min(left, right), min(bottom, top), max(left, right), max(bottom, top)
+
+    def _windows(self, bounds: tuple[float, float, float, float]) -> Iterator[_Window]:
+        """The parts in which a region may lie: by its bounds in longitude and latitude, else all of the raster."""
+        image = self._image
+        if not image.crs.is_geographic or image.transform.b or image.transform.d:
+            yield _Window(0, 0, image.width, image.height)
+            return
+        left, bottom, right, top = self._extent
+        west, south, east, north = bounds[0], max(bounds[1], bottom), bounds[2], min(bounds[3], top)
+        columns: list[tuple[int, int]] = []
+        for turn in (-360.0, 0.0, 360.0):
+            w, e = max(west + turn, left), min(east + turn, right)
+            if w < e and south < north:
+                columns.append(_whole(w, e, image.transform.c, image.transform.a, image.width))
+        rows = _whole(south, north, image.transform.f, image.transform.e, image.height)
+        for first, last in _merged(columns):
+            yield _Window(first, rows[0], last, rows[1])
+
+    def _lonlat(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Longitudes and latitudes of places in columns and rows."""
+        a, b, c, d, e, f = self._image.transform[:6]
+        return unprojected(self._crs, a * u + b * v + c, d * u + e * v + f)
+
+    # ---- how much ----------------------------------------------------------------------------
+
+    def _values(self, tile: _Window) -> FloatArray:
+        """The values of cells; what has none is 0."""
+        from rasterio.windows import Window
+
+        window = Window(tile.left, tile.top, tile.right - tile.left, tile.bottom - tile.top)
+        values = self._image.read(self._band, window=window, masked=True).astype(float)
+        values = values * self._image.scales[self._band - 1] + self._image.offsets[self._band - 1]
+        values = values.filled(0.0)
         values[np.isnan(values)] = 0.0
-        starts = np.arange(0, count, side)
-        sums.append(np.add.reduceat(np.add.reduceat(values, starts, axis=0), columns, axis=1))
-        rows.append(first + starts)
-    row = np.concatenate(rows)
-    middle_x = window.col_off + 0.5 * (columns + np.minimum(columns + side, window.width))
-    middle_y = window.row_off + 0.5 * (row + np.minimum(row + side, window.height))
-    u, v = np.meshgrid(middle_x, middle_y)
-    a, b, c, d, e, f = image.transform[:6]
-    return (a * u + b * v + c).ravel(), (d * u + e * v + f).ravel(), np.concatenate(sums).ravel()
+        return np.asarray(values)
+
+    def _sums(self, inside: _Inside, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
+        """Of blocks that hold anything the sums (3, n) of values, and of these times columns and rows; then of four."""
+        values = self._values(tile)
+        values = np.where(inside.mask(tile, values != 0.0), values, 0.0)
+        wrong = ~(np.isfinite(values) & (values >= 0.0))
+        if wrong.any():
+            value = values[wrong][0]
+            raise ValueError(f"{self._text} A cell has the weight {value:g}; it must be finite and not negative.")
+        column = np.arange(tile.left, tile.right) + 0.5
+        row = np.arange(tile.top, tile.bottom) + 0.5
+        fine = np.stack([_added(part, side) for part in (values, values * column, values * row[:, None])])
+        coarse = np.stack([_added(part, 2) for part in fine])
+        return fine[:, fine[0] > 0.0], coarse[:, coarse[0] > 0.0]
+
+    def _placed(self, sums: list[FloatArray], *, exact: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Blocks at their centres of gravity; cells at their middles to the last bit: maps may have kinks there."""
+        weight, columns, rows = np.concatenate(sums, axis=1)
+        u, v = columns / weight, rows / weight
+        if exact:
+            u, v = np.floor(u) + 0.5, np.floor(v) + 0.5
+        return *self._lonlat(u, v), weight
+
+
+class _Inside:
+    """Which cells have their middles in a region: squares of cells that its border does not cross in one look each."""
+
+    def __init__(self, region: Region, lonlat: ToLonLat) -> None:
+        from projdist.regions import Border  # shapely is slow to load
+
+        self._region, self._lonlat, self._border = region, lonlat, Border(region)
+
+    def mask(self, tile: _Window, asked: BoolArray) -> BoolArray:
+        """A mask of the cells of a tile, right where they are asked for."""
+        columns = np.append(np.arange(tile.left, tile.right, _LOOK, dtype=float), tile.right)
+        rows = np.append(np.arange(tile.top, tile.bottom, _LOOK, dtype=float), tile.bottom)
+        corners = self._lonlat(*_lattice(columns, rows))
+        middles = self._lonlat(*_lattice(*(0.5 * (places[1:] + places[:-1]) for places in (columns, rows))))
+        crossed = self._border.crosses(_boxes(*corners)).reshape(middles[0].shape)
+
+        def of_cells(squares: BoolArray) -> BoolArray:
+            return squares.repeat(_LOOK, axis=0).repeat(_LOOK, axis=1)[: asked.shape[0], : asked.shape[1]]
+
+        result = of_cells(self._contains(*middles))
+        row, column = np.nonzero(asked & of_cells(crossed))
+        u, v = tile.left + 0.5 + column.astype(float), tile.top + 0.5 + row.astype(float)
+        result[row, column] = self._contains(*self._lonlat(u, v))
+        return result
+
+    def _contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
+        """Whether places are in the region; one that is none is not."""
+        known = np.isfinite(lon) & np.isfinite(lat)
+        known[known] = self._region.contains(lon[known], lat[known])
+        return known
+
+
+def _lattice(columns: Any, rows: Any) -> tuple[FloatArray, FloatArray]:
+    """Columns and rows of all places of a lattice, each (rows, columns)."""
+    u, v = np.broadcast_arrays(columns[None, :], rows[:, None])
+    return u, v
+
+
+def _boxes(lon: FloatArray, lat: FloatArray) -> FloatArray:
+    """The boxes (n, 4) that hold the squares of a lattice of corners (rows, columns), however these are bent."""
+    corners = [np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1], np.s_[1:, 1:]]
+    first = lon[corners[0]]
+    lons = np.stack([first + np.mod(lon[corner] - first + 180.0, 360.0) - 180.0 for corner in corners])
+    lats = np.stack([lat[corner] for corner in corners])
+    # A square's own size in degrees of longitude, which far from the equator a turn may hide behind its height.
+    shrunk = np.abs(np.cos(np.radians(lats))).min(axis=0)
+    east = _BENT * np.maximum(np.ptp(lons, axis=0), np.ptp(lats, axis=0) / shrunk)
+    north = _BENT * np.maximum(np.ptp(lats, axis=0), np.ptp(lons, axis=0))
+    sides = lons.min(axis=0) - east, lats.min(axis=0) - north, lons.max(axis=0) + east, lats.max(axis=0) + north
+    return np.stack([side.ravel() for side in sides], axis=-1)
+
+
+def _tiles(window: _Window, side: int) -> Iterator[_Window]:
+    """The tiles of a window, none with many more than `_AT_ONCE` cells, of whole blocks and of whole pairs of these."""
+    pair = 2 * side
+    width = min(window.right - window.left, pair * max(1, _AT_ONCE // pair**2))
+    width = math.ceil(width / pair) * pair
+    height = pair * max(1, _AT_ONCE // (width * pair))
+    for top in range(window.top, window.bottom, height):
+        for left in range(window.left, window.right, width):
+            yield _Window(left, top, min(left + width, window.right), min(top + height, window.bottom))
+
+
+def _added(values: FloatArray, side: int) -> FloatArray:
+    """Sums over square blocks."""
+    if side == 1:
+        return values
+    rows, columns = (np.arange(0, count, side) for count in values.shape)
+    return np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1)
+
+
+def _whole(low: float, high: float, origin: float, step: float, count: int) -> tuple[int, int]:
+    """The whole cells that hold an interval of coordinates, whichever way they are numbered."""
+    ends = sorted((at - origin) / step for at in (low, high))
+    return max(math.floor(ends[0]), 0), min(math.ceil(ends[1]), count)
+
+
+def _merged(intervals: list[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Intervals of columns without what two have in common: a cell across the antimeridian counts once."""
+    done = 0
+    for first, last in sorted(intervals):
+        if last > max(first, done):
+            yield max(first, done), last
+        done = max(done, last)

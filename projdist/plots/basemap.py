@@ -15,10 +15,8 @@ from matplotlib.textpath import TextPath
 from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray, IntArray
-from projdist.plots.domain import ground_size
-from projdist.plots.land import coast, land_polygons
-from projdist.plots.lines import graticule, graticule_steps, project_lines
-from projdist.plots.surface import Surface
+from projdist.support import check_number, check_text
+from projdist.surfaces import Surface, coast, graticule, graticule_steps, ground_size, land_polygons, project_lines
 
 SEA, LAND, COAST, GRATICULE, OUTLINE = "#f1f5f9", "#dedacf", "#77736a", "#b4bec9", "#333333"
 
@@ -56,8 +54,11 @@ def set_view(ax: Axes, surface: Surface) -> None:
 
 
 def draw_ground(ax: Axes, surface: Surface) -> None:
-    """Sea and land as pale areas."""
+    """Sea and land as pale areas; other bodies are all land."""
     mapped, kept = triangulation(surface)
+    if surface.domain.projection.is_of_another_body:
+        _fill(ax, mapped, LAND, 0.5)
+        return
     _fill(ax, mapped, SEA, 0.5)
     cells, coastal = land_polygons(surface, coast_resolution(surface))
     renumbered = np.zeros(surface.x.size, dtype=int)
@@ -88,7 +89,9 @@ def draw_lines(ax: Axes, surface: Surface, step: float | None, *, over_colours: 
     size, bounds = map_size(surface), surface.domain.region.bounds
     grid = project_lines(surface.domain, graticule(bounds, *graticule_steps(bounds, step)), size)
     spacing = min(1.0, max(ground_size(bounds)) / 60.0)
-    shore = project_lines(surface.domain, coast(bounds, coast_resolution(surface), spacing), size)
+    has_coast = not surface.domain.projection.is_of_another_body
+    coastline = coast(bounds, coast_resolution(surface), spacing) if has_coast else []
+    shore = project_lines(surface.domain, coastline, size)
     halo = [withStroke(linewidth=1.3, foreground="#ffffff99")] if over_colours else []
     ax.add_collection(
         LineCollection(
@@ -125,12 +128,12 @@ def _joined(segments: FloatArray) -> list[FloatArray]:
 
 def airy_kavrayskiy_line(figure: float | None) -> str:
     """An Airy-Kavrayskiy figure as a line below a title; nothing where it is not known."""
-    return "" if figure is None else f"Airy–Kavrayskiy {figure:.4g}"
+    return "" if figure is None else f"Airy–Kavrayskiy {check_number('Airy-Kavrayskiy figure', figure):.4g}"
 
 
 def draw_title(ax: Axes, title: str, below: str) -> None:
     """The name of the map, and a line below it."""
-    ax.set_title(title, fontsize=_TITLE, pad=16 if below else 6, color="#111111")
+    ax.set_title(check_text("title", title), fontsize=_TITLE, pad=16 if below else 6, color="#111111")
     if below:
         ax.annotate(
             below,
@@ -148,7 +151,7 @@ def draw_title(ax: Axes, title: str, below: str) -> None:
 
 def title_width(title: str, below: str) -> float:
     """The width in inches of what `draw_title` writes."""
-    return max(_width(text, size) for text, size in ((title, _TITLE), (below, _BELOW)))
+    return max(_width(text, size) for text, size in ((check_text("title", title), _TITLE), (below, _BELOW)))
 
 
 def _width(text: str, points: float) -> float:

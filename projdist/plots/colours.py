@@ -11,8 +11,9 @@ from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.ticker import MaxNLocator
 
 from projdist._typing import FloatArray
-from projdist.criteria import quantile
-from projdist.measures import Measure
+from projdist.matrices import Measure
+from projdist.numerics import quantile
+from projdist.support import check_numbers, check_pair, quoted
 
 # Perceptually ordered and safe for the colour-blind; light where the distortion is least.
 _DIVERGING, _RISING, _FALLING = "RdBu_r", "viridis_r", "viridis"
@@ -45,7 +46,7 @@ class ColourScale:
 
     measure: Measure
     norm: Normalize
-    cmap: str
+    cmap: str | Colormap
     levels: FloatArray
     extend: str
 
@@ -57,7 +58,7 @@ class ColourScale:
     @property
     def colours(self) -> Colormap:
         """The colours from limit to limit: of a diverging map about the neutral value, the part that is used."""
-        whole = matplotlib.colormaps[self.cmap]
+        whole = self.cmap if isinstance(self.cmap, Colormap) else matplotlib.colormaps[self.cmap]
         if self.measure.kind == "magnitude" or not _is_diverging(whole):
             return whole
         ends = _from_neutral(self.measure, np.array(self.limits))
@@ -91,7 +92,7 @@ def colour_scale(
     weights: Sequence[FloatArray],
     *,
     levels: int | Sequence[float] | None = None,
-    cmap: str | None = None,
+    cmap: str | Colormap | None = None,
     limits: tuple[float, float] | None = None,
 ) -> ColourScale:
     """Colours for the values of all panels; the weights are shares.
@@ -101,23 +102,24 @@ def colour_scale(
     a "ratio" are even in the logarithm, those of a "signed" measure in the value. Raises ValueError
     for levels, limits and colour maps that are none.
     """
-    if cmap is not None and cmap not in matplotlib.colormaps:
-        raise ValueError(f"Invalid colour map '{cmap}'. It must be a name of matplotlib, such as viridis or RdBu_r.")
+    known = isinstance(cmap, Colormap) or (isinstance(cmap, str) and cmap in matplotlib.colormaps)
+    if cmap is not None and not known:
+        raise ValueError(f"Invalid colour map {quoted(cmap)}. It must be a name of matplotlib or a Colormap.")
     wanted = _check_levels(levels)
     data, area = np.concatenate(values), np.concatenate(weights)
     usable = np.isfinite(data) & (area > 0)
     data, area = data[usable], area[usable]
     if not data.size:
         raise ValueError(f"Invalid measure '{measure.name}'. It has no value in the region.")
-    low, high = limits if limits is not None else _limits(measure, data, area)
+    low, high = _limits(measure, data, area) if limits is None else check_pair("colour limits", limits)
     if not -np.inf < low < high < np.inf or (measure.kind == "ratio" and low <= 0):
-        raise ValueError(f"Invalid colour limits '{low}, {high}'. They must ascend, and be positive for a ratio.")
+        raise ValueError(f"Invalid colour limits '{low:g}, {high:g}'. They must ascend, and be positive for a ratio.")
     chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
     norm = LogNorm(low, high) if measure.kind == "ratio" else Normalize(low, high)
     slack = _SLACK * (high - low)
     beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
-    return ColourScale(measure, norm, cmap or _usual_map(measure, low, high), chosen, extend)
+    return ColourScale(measure, norm, _usual_map(measure, low, high) if cmap is None else cmap, chosen, extend)
 
 
 def _usual_map(measure: Measure, low: float, high: float) -> str:
@@ -132,15 +134,16 @@ def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:
     """About how many levels there are to be, or the levels in ascending order."""
     if levels is None:
         return _INTERVALS
-    if isinstance(levels, int | np.integer):
+    if isinstance(levels, int | np.integer) and not isinstance(levels, bool):
         if 1 <= levels <= _MOST_LEVELS:
             return int(levels)
-    elif isinstance(levels, Sequence | np.ndarray) and not isinstance(levels, str):
-        chosen = np.unique(np.asarray(levels, dtype=float))
+    elif isinstance(levels, Sequence | np.ndarray) and not isinstance(levels, str | bytes):
+        chosen = np.unique(check_numbers("levels", levels))
         if chosen.size <= _MOST_LEVELS and np.isfinite(chosen).all():
             return chosen
     raise ValueError(
-        f"Invalid levels '{levels}'. They must be a number of isolines, 1 to {_MOST_LEVELS}, or as many finite values."
+        f"Invalid levels {quoted(levels)}. They must be a number of isolines, 1 to {_MOST_LEVELS}, or as many finite "
+        "values."
     )
 
 

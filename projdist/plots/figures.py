@@ -3,40 +3,36 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
-from projdist.files import replacing
-from projdist.local_corrections import LocalCorrections
-from projdist.measures import get_measure
+from projdist.answers import LocalCorrections
+from projdist.decisions import LDP
+from projdist.matrices import get_measure
 from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles, title_width
 from projdist.plots.colours import colour_scale
-from projdist.plots.fields import field
 from projdist.plots.ground import draw_ground_map, prepare_ground
-from projdist.plots.indicatrices import fit
 from projdist.plots.local_fields import draw_local_field, prepare_local_field
-from projdist.plots.pictures import (
-    AnyMeasure,
-    Levels,
-    draw_colourbar,
-    draw_heatmap,
-    draw_tissot,
-    prepare,
-    tissot_points,
-)
-from projdist.plots.surface import Surface
-from projdist.regions import Place
-from projdist.surveying import LDP
+from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_heatmap, draw_tissot
+from projdist.projections import ProjectionLike, listed_projections
+from projdist.regions import RegionLike
+from projdist.support import check_instance, check_number, check_pair, check_path, quoted, replacing
+from projdist.surfaces import Surface, field, fit, surface_of, tissot_points
 
 SUFFIXES = (".png", ".svg", ".pdf")
+_UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
+_SAVING = threading.Lock()
 
 _GAP, _TITLE, _FOOT, _BAR = 0.15, 0.5, 0.3, 0.75  # inches
 _COLUMNS = 5
@@ -44,9 +40,9 @@ _LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 
 
 def tissot_figure(
-    projections: Sequence[Any],
+    projections: ProjectionLike | Iterable[ProjectionLike],
     *,
-    region: str | Place | None = None,
+    region: RegionLike | None = None,
     step: float | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -66,13 +62,13 @@ def tissot_figure(
 
 
 def heatmap_figure(
-    projections: Sequence[Any],
+    projections: ProjectionLike | Iterable[ProjectionLike],
     *,
     measure: AnyMeasure = "fisher",
-    region: str | Place | None = None,
+    region: RegionLike | None = None,
     step: float | None = None,
     levels: Levels = None,
-    cmap: str | None = None,
+    cmap: str | Colormap | None = None,
     limits: tuple[float, float] | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -80,8 +76,8 @@ def heatmap_figure(
     airy_kavrayskiy: Sequence[float | None] | None = None,
 ) -> Figure:
     """A measure of one or more projections as heat maps, all panels with one colour bar."""
-    maps = _maps(projections, region, titles, airy_kavrayskiy)
     chosen = get_measure(measure)
+    maps = _maps(projections, region, titles, airy_kavrayskiy)
     values = [field(one.surface, chosen) for one in maps]
     scale = colour_scale(
         chosen,
@@ -100,10 +96,10 @@ def heatmap_figure(
 
 
 def local_figure(
-    projection: Any,
+    projection: ProjectionLike,
     radius_km: float,
     *,
-    region: str | Place | None = None,
+    region: RegionLike | None = None,
     step: float | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
@@ -136,12 +132,15 @@ def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = No
 
     Raises FileExistsError where there is one and it is not to be overwritten.
     """
-    path = Path(path)
+    check_instance("figure", figure, Figure, "a Figure of matplotlib")
+    path = check_path("picture file", path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
-    with replacing(path, overwrite=overwrite) as new:
-        figure.savefig(new, format=suffix[1:], dpi=dpi or figure.dpi)
+    dots = figure.dpi if dpi is None else check_dpi(dpi)
+    # One thread at a time: the salt is a setting of all of matplotlib.
+    with replacing(path, overwrite=overwrite) as new, _SAVING, rc_context({"svg.hashsalt": "projdist"}):
+        figure.savefig(new, format=suffix[1:], dpi=dots, metadata=_UNDATED[suffix])
     return path
 
 
@@ -161,25 +160,43 @@ class _Map:
 
 
 def _maps(
-    projections: Sequence[Any],
-    region: str | Place | None,
+    projections: ProjectionLike | Iterable[ProjectionLike],
+    region: RegionLike | None,
     titles: Sequence[str | None] | None,
     airy_kavrayskiy: Sequence[float | None] | None,
 ) -> list[_Map]:
     """The maps of a figure; a single projection need not be in a list."""
-    listed = list(projections) if isinstance(projections, list | tuple) else [projections]
+    listed = listed_projections(projections)
     if not listed:
         raise ValueError("Invalid list of projections '[]'. It must name at least one.")
     above = zip(listed, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
-    return [_Map(prepare(projection, region), title, figure) for projection, title, figure in above]
+    return [_Map(surface_of(projection, region), title, figure) for projection, title, figure in above]
 
 
 def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:
     if values is None:
         return [None] * count
-    if isinstance(values, str) or len(values) != count:
-        raise ValueError(f"Invalid titles or figures '{values}'. There must be one for each of {count} maps.")
+    if not isinstance(values, list | tuple | np.ndarray) or len(values) != count:
+        raise ValueError(f"Invalid titles or figures {quoted(values)}. There must be one for each of {count} maps.")
     return values
+
+
+def check_size(size: Any) -> tuple[float, float] | None:
+    """A width and a height in inches, or None for as much as is needed."""
+    if size is None:
+        return None
+    pair = check_pair("size", size)
+    if not (np.isfinite(pair).all() and min(pair) > 0):
+        raise ValueError(f"Invalid size {quoted(size)}. It must be a width and a height in inches, both positive.")
+    return pair
+
+
+def check_dpi(dpi: Any) -> float:
+    """Dots per inch."""
+    number = check_number("dpi", dpi)
+    if not 0.0 < number < np.inf:
+        raise ValueError(f"Invalid dpi {quoted(dpi)}. It must be positive.")
+    return number
 
 
 def _length(metres: float) -> str:
@@ -240,8 +257,7 @@ def arranged(
     Columns are as wide as `title_width` where the figure has room for it; last returned is the room for titles in
     inches.
     """
-    if size is not None and not (np.isfinite(size).all() and min(size) > 0):
-        raise ValueError(f"Invalid size '{size}'. It must be a width and a height in inches, both positive.")
+    size, dpi = check_size(size), check_dpi(dpi)
     count = len(shapes)
     # The fewest columns for each number of rows: four maps are two and two, not three and one.
     options = [

@@ -8,12 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from projdist._typing import FloatArray
-from projdist.measures import Measure
+from projdist.decisions import LDP, distortion_ppm
+from projdist.matrices import Measure
 from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale
-from projdist.plots.pictures import draw_colourbar, draw_heatmap, prepare
-from projdist.plots.surface import Surface
-from projdist.surveying import LDP, distortion_ppm
+from projdist.plots.pictures import check_axes, draw_colourbar, draw_heatmap
+from projdist.support import check_instance
+from projdist.surfaces import Surface, surface_of
 
 # The surface's own values are given; none is asked for.
 _DISTORTION = Measure("distortion_ppm", lambda J: np.full(J.shape[:-2], np.nan), unit="ppm", kind="signed")
@@ -36,6 +37,7 @@ def ground_map(ax: Axes, found: LDP, *, colourbar: bool = True, title: str | Non
 
     A region of one height is a field with isolines; points with heights are dots.
     """
+    check_axes(ax)
     prepared = prepare_ground(found)
     draw_ground_map(ax, prepared, title)
     if colourbar:
@@ -45,7 +47,8 @@ def ground_map(ax: Axes, found: LDP, *, colourbar: bool = True, title: str | Non
 
 def prepare_ground(found: LDP) -> GroundMap:
     """The surface and the colours of a picture."""
-    surface = prepare(found.projection, found.region)
+    check_instance("design", found, LDP, "an LDP, as ldp returns")
+    surface = surface_of(found.projection, found.region)
     is_level = float(np.ptp(found.height)) == 0.0
     if not is_level:
         scale = colour_scale(_DISTORTION, [found.ppm], [found.weight])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,15 +10,14 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patheffects import withStroke
 
 from projdist._typing import FloatArray
-from projdist.linear import decompose
-from projdist.local_corrections import LocalCorrections, local_corrections
-from projdist.measures import Measure, areal_scale
+from projdist.answers import LocalCorrections, local_corrections
+from projdist.matrices import Measure, areal_scale, decompose
 from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale
-from projdist.plots.indicatrices import ellipses, even_radius, without_crowding
-from projdist.plots.pictures import draw_colourbar, prepare, tissot_points, usual_step
-from projdist.plots.surface import Surface
-from projdist.regions import Place
+from projdist.plots.pictures import check_axes, draw_colourbar
+from projdist.projections import ProjectionLike
+from projdist.regions import RegionLike
+from projdist.surfaces import Surface, ellipses, even_radius, surface_of, tissot_points, usual_step, without_crowding
 
 _VERTICES = 36
 _DENSER = 2 / 3  # than Tissot's indicatrices stand
@@ -58,10 +56,10 @@ _STRETCH = Measure("stretch_of_the_local_correction", stretch_of_correction, kin
 
 def local_field(
     ax: Axes,
-    projection: Any,
+    projection: ProjectionLike,
     radius_km: float,
     *,
-    region: str | Place | None = None,
+    region: RegionLike | None = None,
     step: float | None = None,
     colourbar: bool = True,
     title: str | None = None,
@@ -72,7 +70,8 @@ def local_field(
     scales are the same; a line lies in the direction that is stretched most, its length the logarithm
     of the stretch.
     """
-    field = prepare_local_field(prepare(projection, region), radius_km, step)
+    check_axes(ax)
+    field = prepare_local_field(surface_of(projection, region), radius_km, step)
     draw_local_field(ax, field, title)
     if colourbar:
         draw_colourbar(ax.figure, field.scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)

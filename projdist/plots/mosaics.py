@@ -11,11 +11,10 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
-from projdist.mosaics import Canvas, Mosaic, Picture, Rendered, render
-from projdist.mosaics.homographies import corners
-from projdist.mosaics.projective import places
+from projdist.applications.mosaics import Canvas, Mosaic, Picture, Rendered, corners, places, render
 from projdist.plots.basemap import draw_title, fit_titles, title_width
 from projdist.plots.figures import arranged
+from projdist.support import check_instance
 
 _FOOT = 0.2  # inches
 _PIXELS = 8e5  # of a panel
@@ -39,6 +38,7 @@ def mosaic_figure(
     With `pictures` it is drawn, with the images' rims; without them only these are. A frame in which an image reaches
     infinity has only a title. Raises ValueError, and ImportError where pictures are to be drawn without OpenCV.
     """
+    check_instance("mosaic", found, Mosaic, "a Mosaic")
     if not frames or any(name not in found.frames for name in frames):
         raise ValueError(f"Invalid frames '{', '.join(frames)}'. They must be of {', '.join(found.frames)}.")
     panels = [_drawn(found, name, pictures) for name in frames]

@@ -16,13 +16,15 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import ConvexHull
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.oldmaps import LOCAL_MEASURES, OldMap
+from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap
 from projdist.plots.basemap import GRATICULE, OUTLINE, SEA, draw_title
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
-from projdist.plots.indicatrices import close_pairs, ellipses
+from projdist.plots.figures import check_dpi, check_size
 from projdist.plots.labels import label_isolines
 from projdist.plots.pictures import ELLIPSE_EDGE, ELLIPSE_FACE, draw_colourbar
 from projdist.plots.scans import Scan, read_scan
+from projdist.support import check_instance, check_text, listed_values
+from projdist.surfaces import close_pairs, ellipses
 
 OLD_MAP_MEASURES = ("fisher", "areal_scale")  # of the heat map
 
@@ -82,12 +84,13 @@ def old_map_figure(
     `image` is the scan, in whose pixels the points are: their y downwards from its top, or, of points that are not
     mirrored, upwards from its bottom, or negative downwards. Raises ValueError.
     """
+    check_instance("old map", found, OldMap, "an OldMap")
+    draw = [check_text("panel", panel) for panel in listed_values(draw)]
     if not draw or any(panel not in OLD_MAP_PANELS for panel in draw):
         raise ValueError(f"Invalid panels '{', '.join(draw)}'. They must be of {', '.join(OLD_MAP_PANELS)}.")
-    if measure not in OLD_MAP_MEASURES:
+    if check_text("measure", measure) not in OLD_MAP_MEASURES:
         raise ValueError(f"Invalid measure '{measure}' of an old map. It must be {' or '.join(OLD_MAP_MEASURES)}.")
-    if size is not None and not (np.isfinite(size).all() and min(size) > 0):
-        raise ValueError(f"Invalid size '{size}'. It must be a width and a height in inches, both positive.")
+    size, dpi = check_size(size), check_dpi(dpi)
     sheet = _sheet(found, None if image is None else read_scan(image, found))
     figure, places = _layout(sheet, draw, size, dpi)
     for panel, (ax, bar) in zip(draw, places, strict=True):
@@ -184,10 +187,10 @@ def _heatmap(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
 
 def _rotation(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     """Isolines of rotation."""
-    turn = -float(sheet.found.rectifications["mdt"].parts.rotation)
+    turn = round(float(sheet.found.rectifications["mdt"].parts.rotation), 2) + 0.0  # no -0.00
     scale = _draw_field(ax, sheet, "rotation")
     _draw_colourbar(bar, scale, None)
-    _draw_title(ax, sheet, "Rotation", f"Clockwise from the mean, {turn:.2f} degrees")
+    _draw_title(ax, sheet, "Rotation", f"Degrees clockwise from the mean, which is {turn:.2f}")
 
 
 def _scale(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:

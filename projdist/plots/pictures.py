@@ -10,33 +10,31 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Colormap
 from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray
-from projdist.measures import Measure, get_measure
+from projdist.matrices import Measure, get_measure
 from projdist.plots.basemap import airy_kavrayskiy_line, draw_ground, draw_lines, draw_title, set_view, triangulation
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
-from projdist.plots.domain import domain_of, ground_size
-from projdist.plots.fields import field
-from projdist.plots.indicatrices import Indicatrices, ellipses, fit, indicatrices
 from projdist.plots.labels import label_isolines
-from projdist.plots.surface import Surface, build_surface
-from projdist.projections import Projection
-from projdist.regions import Box, Place
+from projdist.projections import ProjectionLike
+from projdist.regions import RegionLike
+from projdist.support import check_instance
+from projdist.surfaces import Indicatrices, Surface, ellipses, field, fit, surface_of, tissot_points
 
 ELLIPSE_FACE, ELLIPSE_EDGE = "#c2402899", "#7d2414"
 
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
-_LEAST_SHARE = 0.4  # of the usual step
 _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
 AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
 Levels = int | Sequence[float] | None
 
 
-def prepare(projection: Any, region: str | Place | None) -> Surface:
-    """The surface of the drawn part of a projection; None is its area of use, or the globe."""
-    return build_surface(domain_of(Projection.from_user_input(projection), region))
+def check_axes(ax: Any) -> None:
+    """Refuse what is no axes of matplotlib, before the work."""
+    check_instance("axes", ax, Axes, "Axes of matplotlib")
 
 
 # ---- Tissot's indicatrices ------------------------------------------------------------------
@@ -44,9 +42,9 @@ def prepare(projection: Any, region: str | Place | None) -> Surface:
 
 def tissot(
     ax: Axes,
-    projection: Any,
+    projection: ProjectionLike,
     *,
-    region: str | Place | None = None,
+    region: RegionLike | None = None,
     step: float | None = None,
     radius: float | None = None,
     title: str | None = None,
@@ -57,26 +55,11 @@ def tissot(
     The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless
     `radius` states their size.
     """
-    surface = prepare(projection, region)
+    check_axes(ax)
+    surface = surface_of(projection, region)
     fitted, (panel,) = fit([tissot_points(surface, step)], radius)
     draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy)
     return fitted
-
-
-def tissot_points(surface: Surface, step: float | None) -> Indicatrices:
-    """The indicatrices of a surface, by default about a dozen across."""
-    return indicatrices(surface.domain, usual_step(surface) if step is None else step, surface.central_meridian)
-
-
-def usual_step(surface: Surface) -> float:
-    """15 degrees for the globe; a ninth of smaller regions, less where these are narrow or fill little of their box."""
-    bounds = surface.domain.region.bounds
-    width, height = ground_size(bounds)
-    wide, narrow = max(width, height), min(width, height)
-    if wide > 150.0:
-        return 15.0
-    share = surface.domain.region.area_km2 / Box(*bounds).area_km2
-    return float(min(wide / 9.0, max(narrow / 2.0, wide / 40.0)) * np.clip(np.sqrt(share), _LEAST_SHARE, 1.0))
 
 
 def draw_tissot(
@@ -114,13 +97,13 @@ def _edge_width(ax: Axes, polygons: FloatArray) -> float:
 
 def heatmap(
     ax: Axes,
-    projection: Any,
+    projection: ProjectionLike,
     *,
     measure: AnyMeasure = "fisher",
-    region: str | Place | None = None,
+    region: RegionLike | None = None,
     step: float | None = None,
     levels: Levels = None,
-    cmap: str | None = None,
+    cmap: str | Colormap | None = None,
     limits: tuple[float, float] | None = None,
     colourbar: bool = True,
     title: str | None = None,
@@ -131,8 +114,9 @@ def heatmap(
     `levels` are the isolines in any order, or about how many; `limits` the ends of the colours;
     `step` the degrees between the lines of the graticule. Raises ValueError for options that are none.
     """
-    surface = prepare(projection, region)
+    check_axes(ax)
     chosen = get_measure(measure)
+    surface = surface_of(projection, region)
     values = field(surface, chosen)
     scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
     draw_heatmap(ax, surface, values, scale, step, title, airy_kavrayskiy)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from PIL import Image
 
 from projdist._typing import AnyArray, FloatArray
-from projdist.oldmaps import OldMap
+from projdist.applications.mosaics import check_pixels, open_image
+from projdist.applications.oldmaps import OldMap
+from projdist.support import check_path
 
 _LONGEST = 4000  # pixels of a side that are drawn
 _PAPER = 0.7  # of the pixels are darker than blank paper
@@ -36,19 +36,14 @@ class Scan:
 
 def read_scan(path: str | os.PathLike[str], found: OldMap) -> Scan:
     """A scan in whose pixels the control points are; raises ValueError for what is none, or where they are outside."""
-    text = f"Invalid image '{os.fspath(path)}'."
-    try:
-        with (
-            warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning),
-            Image.open(path) as image,
-        ):
-            width, height = image.size
-            image.draft("RGB", (_LONGEST, _LONGEST))  # a JPEG is read at a part of its size
-            image.thumbnail((_LONGEST, _LONGEST))
-            pixels = np.asarray(image.convert("RGB"))
-    except (OSError, Image.DecompressionBombError) as error:  # what is no image is an OSError, too
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise ValueError(f"{text} It cannot be read: {reason}.") from error
+    path = check_path("image", path)
+    text = f"Invalid image '{path}'."
+    with open_image(path, text) as image:
+        width, height = image.size
+        image.draft("RGB", (_LONGEST, _LONGEST))  # a JPEG is read at a part of its size
+        check_pixels(image)
+        image.thumbnail((_LONGEST, _LONGEST))
+        pixels = np.asarray(image.convert("RGB"))
     extent = _extent(found.points.old, found.is_mirrored, width, height)
     share = (found.points.old - [extent[0], min(extent[2:])]) / [width, height]
     outside = np.asarray((np.abs(share - 0.5) > 0.5 + _BEYOND).any(axis=1))

@@ -5,46 +5,6 @@ Neither goes through the other's form, which would lose defaults (`+proj=wintri`
 (EPSG:3857) and ellipsoids.
 """
 
-from projdist.projections.composed import compose, uncomposed
-from projdist.projections.definitions import crs_wkt, geodetic_ellipsoid, unprojected
-from projdist.projections.errors import ProjectionError
-from projdist.projections.exports import parameters_of, pipeline_of, wkt_of
-from projdist.projections.names import needed_parameters, projection_names
-from projdist.projections.parameters import defined_by, number_text, with_parameters
-from projdist.projections.planes import (
-    Graticule,
-    Plane,
-    Source,
-    geographic,
-    graticule_of,
-    plane_of,
-    same_map,
-    source_of,
-)
-from projdist.projections.projection import Projection
+import lazy_loader
 
-__all__ = [
-    "Graticule",
-    "Plane",
-    "Projection",
-    "ProjectionError",
-    "Source",
-    "compose",
-    "crs_wkt",
-    "defined_by",
-    "geodetic_ellipsoid",
-    "geographic",
-    "graticule_of",
-    "needed_parameters",
-    "number_text",
-    "parameters_of",
-    "pipeline_of",
-    "plane_of",
-    "projection_names",
-    "same_map",
-    "source_of",
-    "uncomposed",
-    "unprojected",
-    "with_parameters",
-    "wkt_of",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

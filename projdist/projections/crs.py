@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, cast
 
 import numpy as np
@@ -9,11 +10,13 @@ import pyproj.database
 import pyproj.exceptions
 from pyproj import CRS
 
-from projdist.ellipsoid import Ellipsoid
-from projdist.hints import did_you_mean
-from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason, shown
+from projdist.earth import Ellipsoid
+from projdist.projections.datums import geographic_base, greenwich_offset, units_per_degree
+from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
+from projdist.projections.figures import own_figure, tell_of_figure
 from projdist.projections.hints import close_codes
 from projdist.projections.operations import CrsOperation, Parts
+from projdist.support import did_you_mean, shown
 
 
 def parse_crs(value: Any) -> Parts:
@@ -22,10 +25,10 @@ def parse_crs(value: Any) -> Parts:
     quoted = shown(given)
     try:
         stated = CRS.from_user_input(value)
-    except (pyproj.exceptions.CRSError, TypeError) as error:
+    except (pyproj.exceptions.CRSError, TypeError, ValueError) as error:
         raise ProjectionError(f"Invalid projection '{quoted}'. {_hint(given)}{ALLOWED}") from error
     crs = _projected_part(stated, quoted)
-    geodetic = crs.geodetic_crs
+    geodetic = geographic_base(crs)
     if geodetic is None or crs.ellipsoid is None:
         raise ProjectionError(f"Invalid projection '{quoted}'. The CRS states no ellipsoid.")
     function = CrsOperation(crs.to_wkt(), greenwich_offset(crs), units_per_degree(geodetic), _axes_to_metres(crs))
@@ -33,17 +36,49 @@ def parse_crs(value: Any) -> Parts:
         if crs.type_name == "Projected CRS":  # a derived one has other axes in memory than in its WKT
             function.prepare(crs)
         _ = function.transformer
+        _check_spread(function, crs, quoted)
     except pyproj.exceptions.ProjError as error:
         raise ProjectionError(
             f"Invalid projection '{quoted}'. PROJ cannot compute {stated.name}: {proj_reason(error)}."
         ) from error
     rf = crs.ellipsoid.inverse_flattening
-    ellipsoid = Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0)
-    area = stated.area_of_use or crs.area_of_use
+    ellipsoid = _drawn(function, Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0))
     authority = stated.to_authority(min_confidence=100)
     definition = ":".join(authority) if authority else str(stated.to_wkt())
-    bounds = (area.west, area.south, area.east, area.north) if area else None
-    return Parts(_name(stated, crs), definition, ellipsoid, function, bounds)
+    return Parts(_name(stated, crs), definition, ellipsoid, function, bounds_of(stated) or bounds_of(crs))
+
+
+def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
+    """West, south, east, north of the area of use; None where there is none, or PROJ has -1000 for unknown bounds."""
+    area = crs.area_of_use
+    if area is None or not -90.0 <= area.south < area.north <= 90.0:
+        return None
+    if area.west == area.east or not -360.0 < area.east - area.west <= 360.0:
+        return None
+    return area.west, area.south, area.east, area.north
+
+
+def _drawn(function: CrsOperation, stated: Ellipsoid) -> Ellipsoid:
+    """The figure on which PROJ draws a CRS: the stated one, unless PROJ's operation has its own."""
+    for operation in re.findall(r"\bproj=(\w+)", function.transformer.definition):
+        tell_of_figure(operation, stated)
+        stated = own_figure(operation, stated)
+    return stated
+
+
+def _check_spread(function: CrsOperation, crs: CRS, quoted: str) -> None:
+    """Refuse a derived CRS all of which PROJ lays on one point, as it does where it does not know the conversion."""
+    conversion = crs.coordinate_operation
+    if crs.type_name != "Derived Projected CRS" or conversion is None:
+        return
+    west, south, east, north = bounds_of(crs) or (-170.0, -80.0, 170.0, 80.0)
+    x, y = function(np.linspace(west, east, 9), np.linspace(south, north, 9))
+    here = np.isfinite(x)
+    if here.sum() > 1 and np.ptp(x[here]) == 0.0 and np.ptp(y[here]) == 0.0:
+        raise ProjectionError(
+            f"Invalid projection '{quoted}'. PROJ lays all of it on one point, {x[here][0]:g}, {y[here][0]:g}: it does "
+            f"not know the conversion '{shown(conversion.method_name)}', or its parameters are 0."
+        )
 
 
 def _hint(given: str) -> str:
@@ -57,18 +92,6 @@ def _name(stated: CRS, projected: CRS) -> str:
     """The CRS's name, or, where it has none, that of its projection's method."""
     operation = projected.coordinate_operation
     return str(operation.method_name if operation and stated.name == "unknown" else stated.name)
-
-
-def greenwich_offset(crs: CRS) -> float:
-    """Degrees from Greenwich to the prime meridian."""
-    meridian = crs.prime_meridian
-    return float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0
-
-
-def units_per_degree(geodetic: CRS) -> float:
-    """Units of the CRS's longitudes in a degree."""
-    east = next((axis for axis in geodetic.axis_info if axis.direction == "east"), geodetic.axis_info[0])
-    return 1.0 if east.unit_name.lower() == "degree" else float(np.radians(1.0) / east.unit_conversion_factor)
 
 
 def _projected_part(crs: CRS, quoted: str) -> CRS:

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import math
 import re
 import sqlite3
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from pyproj import CRS
 from pyproj.database import query_crs_info
-from pyproj.datadir import get_data_dir
 from pyproj.enums import PJType
 
-from projdist import hints
-from projdist.projections.crs import greenwich_offset
-from projdist.projections.errors import ProjectionError, shown
+from projdist.earth import MEAN_EARTH_RADIUS, Ellipsoid
+from projdist.projections.datums import greenwich_offset
+from projdist.projections.errors import ProjectionError
 from projdist.projections.projection import Projection
+from projdist.projections.registry import database
+from projdist.support import check_text, hints, listed_values, shown
 
 __all__ = [
     "AUTHORITIES",
@@ -37,7 +36,6 @@ __all__ = [
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
 """Those with projected CRSs of the Earth; IAU_2015's are of other planets."""
 
-_EARTH = (6.35e6, 6.40e6)  # metres: semi-major axes and radii that are the Earth's
 OF_A_SPHERE = "It is of a sphere"
 _SPHEROID = re.compile(r'SPHEROID\["[^"]*",([^,\]]+),([^,\]]+)')
 _STANDS_FOR_AN_ELLIPSOID = 6.375e6  # metres; spheres of larger radius, that of an equator, PROJ may take for one
@@ -59,6 +57,13 @@ class CrsRecord:
     area_of_use: tuple[float, float, float, float]
     area_name: str
 
+    @property
+    def extent_km2(self) -> float:
+        """The area between the meridians and parallels of the area of use, on a sphere."""
+        west, south, east, north = self.area_of_use
+        height = math.sin(math.radians(north)) - math.sin(math.radians(south))
+        return math.radians((east - west) % 360.0 or 360.0) * height * (MEAN_EARTH_RADIUS / 1000.0) ** 2
+
 
 @dataclass(frozen=True)
 class DatabaseCrs:
@@ -76,7 +81,8 @@ class DatabaseCrs:
 
 def check_authorities(authorities: Sequence[str]) -> tuple[str, ...]:
     """Names of authorities in capitals, each once; raises ValueError for one without maps of the Earth."""
-    names = tuple(dict.fromkeys(name.strip().upper() for name in authorities))
+    given = (check_text("authority", name) for name in listed_values(authorities))
+    names = tuple(dict.fromkeys(name.strip().upper() for name in given))
     for name in names:
         if name not in AUTHORITIES:
             hint = hints.did_you_mean(hints.close_words(name, AUTHORITIES))
@@ -93,9 +99,9 @@ def crs_records(authorities: Sequence[str], *, deprecated: bool = False) -> list
 
 @functools.cache
 def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
-    """The projected CRSs of an authority that have an area of use, as all of them do."""
+    """The projected CRSs of an authority, each with its first area of use, as all but deprecated ones have one."""
     found = query_crs_info(auth_name=authority, pj_types=[PJType.PROJECTED_CRS], allow_deprecated=deprecated)
-    return tuple(
+    records = (
         CrsRecord(
             f"{info.auth_name}:{info.code}",
             info.name,
@@ -104,8 +110,12 @@ def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
             area.name or "",
         )
         for info in found
-        if (area := info.area_of_use) is not None
+        if (area := info.area_of_use) is not None and area.south >= -90.0  # PROJ has -1000 for what is unknown
     )
+    first: dict[str, CrsRecord] = {}
+    for record in records:
+        first.setdefault(record.code, record)
+    return tuple(first.values())
 
 
 @functools.lru_cache(maxsize=_KEPT)
@@ -133,7 +143,7 @@ def reasons_against(codes: Iterable[str]) -> dict[str, str]:
 
 def _reason_against(code: str, name: str, a: float, rf: float) -> str:
     """Why a CRS is not of the Earth's ellipsoid, or nothing."""
-    if not _EARTH[0] < a < _EARTH[1]:
+    if not (a > 0.0 and Ellipsoid(a).is_earthly):
         return f"Invalid CRS '{code}'. It is not of the Earth: {shown(name)}."
     return "" if rf else f"{OF_A_SPHERE}, from which the Earth departs by 20 km."
 
@@ -143,9 +153,7 @@ def _spheroids() -> dict[str, tuple[str, float, float]]:
     """Name, semi-major axis and inverse flattening of CRSs by code, as far as the database's texts are clear."""
     query = "SELECT auth_name || ':' || code, name, text_definition FROM projected_crs WHERE text_definition NOT NULL"
     try:
-        with contextlib.closing(
-            sqlite3.connect(f"{Path(get_data_dir(), 'proj.db').resolve().as_uri()}?mode=ro", uri=True)
-        ) as db:
+        with database() as db:
             rows = db.execute(query).fetchall()
     except sqlite3.Error:  # no such file, or other tables: PROJ will read them
         return {}

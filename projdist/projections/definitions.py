@@ -7,10 +7,15 @@ import pyproj.exceptions
 from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
-from projdist.ellipsoid import WGS84, Ellipsoid
-from projdist.projections.errors import ALLOWED, ProjectionError, shown
+from projdist.earth import WGS84, Ellipsoid
+from projdist.projections.datums import geographic_base, greenwich_offset, units_per_degree
+from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.exports import agree, base_crs, tried
+from projdist.projections.grids import check_grids
+from projdist.projections.hints import close_codes
+from projdist.projections.operations import transform
 from projdist.projections.projection import Projection
+from projdist.support import did_you_mean, shown
 
 _VERSIONS = ("WKT2_2019", "WKT1_ESRI")
 
@@ -58,19 +63,26 @@ def crs_wkt(
 def _geodetic(text: str) -> CRS:
     try:
         crs = CRS.from_user_input(text)
-    except pyproj.exceptions.CRSError as error:
-        raise ProjectionError(f"Invalid geographic CRS '{shown(text)}'. {ALLOWED}") from error
+    except (pyproj.exceptions.CRSError, TypeError, ValueError) as error:
+        hint = did_you_mean(close_codes(str(text)))
+        raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. {hint}{ALLOWED}") from error
     if not crs.is_geographic or crs.ellipsoid is None:
-        raise ProjectionError(f"Invalid geographic CRS '{shown(text)}'. It must have longitudes and latitudes.")
+        raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. It must have longitudes and latitudes.")
     return crs.to_2d() if len(crs.axis_info) > 2 else crs
 
 
 def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes in degrees, on its own datum, of coordinates in a CRS; raises ProjectionError."""
+    """Greenwich degrees, on its own datum, of coordinates in a CRS: longitudes, latitudes; raises ProjectionError."""
     try:
         stated = CRS.from_user_input(crs)
-        transformer = Transformer.from_crs(stated, stated.geodetic_crs, always_xy=True)
+        base = geographic_base(stated)
+        if base is None:
+            raise ProjectionError(f"Invalid CRS '{shown(crs)}'. It has no longitudes and latitudes.")
+        transformer = Transformer.from_crs(stated, base, always_xy=True)
     except (pyproj.exceptions.CRSError, pyproj.exceptions.ProjError) as error:
         raise ProjectionError(f"Invalid CRS '{shown(crs)}'. {ALLOWED}") from error
-    lon, lat = transformer.transform(x, y)
-    return np.asarray(lon), np.asarray(lat)
+    given = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    lon, lat = transform(transformer, *given)
+    check_grids(transformer, given, lon)
+    per_degree = units_per_degree(base)
+    return lon / per_degree + greenwich_offset(base), lat / per_degree

@@ -14,10 +14,8 @@ class ProjectionError(ValueError):
     """What was given is not a map projection that can be measured."""
 
 
-def shown(text: str) -> str:
-    """Text for a message: on one line, and not too long."""
-    line = " ".join(text.split())
-    return line if len(line) <= 80 else f"{line[:77]}..."
+class GridError(ProjectionError):
+    """PROJ cannot read a grid that coordinates need: what was given is right."""
 
 
 def proj_reason(error: BaseException) -> str:

@@ -12,6 +12,7 @@ import pyproj.exceptions
 from pyproj import CRS
 
 from projdist._typing import FloatArray
+from projdist.projections.catalogue import WINKEL_PARALLEL
 from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.projection import Projection
@@ -19,7 +20,7 @@ from projdist.projections.projection import Projection
 _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of parameters
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
 # Defaults of PROJ's own that a CRS made of its string takes for others: arccos(2 / pi), for which PROJ has 0 there.
-_LOST = {"wintri": ("lat_1", "50.4597762521898")}
+_LOST = {"wintri": ("lat_1", str(WINKEL_PARALLEL))}
 _BESIDE = frozenset("unitconvert axisswap longlat".split())  # steps that only dress up a projection
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())

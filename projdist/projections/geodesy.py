@@ -10,10 +10,11 @@ import pyproj.exceptions
 from pyproj import CRS, Geod, Transformer
 
 from projdist._typing import FloatArray
-from projdist.ellipsoid import Ellipsoid
-from projdist.hints import did_you_mean
-from projdist.projections.errors import shown
+from projdist.earth import Ellipsoid
+from projdist.projections.crs import bounds_of
+from projdist.projections.grids import check_grids
 from projdist.projections.hints import close_codes
+from projdist.support import did_you_mean, shown
 
 _GEOD = Geod(ellps="WGS84")
 
@@ -30,10 +31,10 @@ def crs_of(value: Any) -> CRS:
 def area_of_use(value: Any) -> tuple[float, float, float, float]:
     """West, south, east, north of the area that a CRS is for, in degrees; raises ValueError where it states none."""
     crs = crs_of(value)
-    area = crs.area_of_use
-    if area is None:
+    bounds = bounds_of(crs)
+    if bounds is None:
         raise ValueError(f"Invalid CRS '{shown(crs.name)}'. It must state an area of use.")
-    return area.west, area.south, area.east, area.north
+    return bounds
 
 
 def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None:
@@ -41,11 +42,15 @@ def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray
     crs = crs_of(value)
     if crs.equals(CRS("OGC:CRS84")) or crs.equals(CRS("EPSG:4326"), ignore_axis_order=True):
         return None
-    transformer = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    try:
+        transformer = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    except pyproj.exceptions.ProjError as error:
+        raise ValueError(f"Invalid CRS '{shown(crs.name)}'. PROJ has no way from it to WGS 84.") from error
 
     def transform(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        lon, lat = transformer.transform(x, y)
-        return np.asarray(lon), np.asarray(lat)
+        lon, lat = (np.asarray(values) for values in transformer.transform(x, y))
+        check_grids(transformer, (x, y), lon)
+        return lon, lat
 
     return transform
 
@@ -58,7 +63,10 @@ def geodesics(ring: FloatArray) -> Callable[[FloatArray], tuple[FloatArray, Floa
     def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
         k = np.minimum(t.astype(int), len(azimuth) - 1)
         to_lon, to_lat, _ = _GEOD.fwd(lon[k], lat[k], azimuth[k], length[k] * (t - k))
-        return np.asarray(to_lon), np.asarray(to_lat)
+        # A vertex is what was given, to the last bit: a ring ends where it begins.
+        vertex = t == np.floor(t)
+        number = t.astype(int)
+        return np.where(vertex, lon[number], to_lon), np.where(vertex, lat[number], to_lat)
 
     return curve
 

@@ -8,10 +8,11 @@ import re
 
 import pyproj.database
 import pyproj.list
+from pyproj.enums import PJType
 
-from projdist.catalogue import NAMES, NOT_MAPS
-from projdist.hints import NEAR, close_words
-from projdist.worldmaps import WORLD_MAPS
+from projdist.projections.catalogue import NAMES, NOT_MAPS
+from projdist.projections.worldmaps import WORLD_MAPS
+from projdist.support import NEAR, close_words
 
 _MOST = 6  # as many as Eckert and Wagner made maps
 
@@ -34,13 +35,40 @@ def close_ids(text: str) -> list[str]:
 
 
 def close_codes(text: str) -> list[str]:
-    """The CRS code that is meant by `ESPG:3035`, `epsg3035` or `3035`; none if there is no such code."""
+    """The CRS code that is meant by `ESPG:3035`, `epsg3035`, `3035` or `102003`; none if there is no such code."""
     match = re.fullmatch(r"(?:([A-Za-z]+)[\s:_-]*)?(\d+)", text)
     if not match:
         return []
-    authorities = pyproj.database.get_authorities()
-    close = difflib.get_close_matches((match[1] or "EPSG").upper(), authorities, n=1, cutoff=NEAR)
-    return [f"{name}:{match[2]}" for name in close if match[2] in pyproj.database.get_codes(name, "PROJECTED_CRS")]
+    authorities = ["EPSG", "ESRI"]
+    if match[1]:
+        authorities = difflib.get_close_matches(match[1].upper(), pyproj.database.get_authorities(), n=1, cutoff=NEAR)
+    known = (f"{name}:{match[2]}" for name in authorities if match[2] in pyproj.database.get_codes(name, PJType.CRS))
+    return list(known)[:1]
+
+
+def crs_code(text: str) -> str:
+    """The code of the projected CRS of a name, in capitals or not; nothing where there is none."""
+    return _crs_names().get(_folded(text), ("", ""))[0]
+
+
+def close_crs_names(text: str) -> list[str]:
+    """Names of projected CRSs that are spelt nearly so."""
+    known = _crs_names()
+    return [known[name][1] for name in close_words(_folded(text), known)][:_MOST]
+
+
+def _folded(text: str) -> str:
+    return re.sub(r"[^a-z0-9+]+", "", text.lower())
+
+
+@functools.cache
+def _crs_names() -> dict[str, tuple[str, str]]:
+    """Codes and names of the projected CRSs of the Earth by their folded names; of a name of several, EPSG's code."""
+    found: dict[str, tuple[str, str]] = {}
+    for authority in ("EPSG", "ESRI", "IGNF"):
+        for info in pyproj.database.query_crs_info(authority, PJType.PROJECTED_CRS):
+            found.setdefault(_folded(info.name), (f"{authority}:{info.code}", info.name))
+    return found
 
 
 @functools.cache

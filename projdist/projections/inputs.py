@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from pyproj import CRS, Proj
 
 from projdist.projections.crs import parse_crs
-from projdist.projections.errors import ALLOWED, ProjectionError, shown
+from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.names import parse_name
 from projdist.projections.operations import Parts
 from projdist.projections.projstrings import (
@@ -21,6 +21,9 @@ from projdist.projections.projstrings import (
     proj_string_of_crs,
     proj_string_of_parameters,
 )
+from projdist.support import shown
+
+_LONGEST_PATH = 300  # characters
 
 
 def parse(value: Any) -> Parts:
@@ -36,6 +39,13 @@ def parse(value: Any) -> Parts:
     if isinstance(value, CRS) and is_proj_string(value.srs):
         return parse_proj_string(proj_string_of_crs(value))
     return parse_crs(value)
+
+
+def listed_projections(value: Any) -> list[Any]:
+    """The projections of an iterable, as they are given, or one alone; a pair such as ("EPSG", 3035) is one."""
+    pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], int)
+    one = isinstance(value, str | bytes | os.PathLike | Mapping | CRS | Proj) or callable(value) or pair
+    return [value] if one or not isinstance(value, Iterable) else list(value)
 
 
 def _parse_text(text: str) -> Parts:
@@ -63,7 +73,7 @@ def _parse_contents(text: str) -> Parts:
 def _parse_json(text: str) -> Parts:
     try:
         value = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
     return parse_proj_string(proj_string_of_parameters(value)) if "proj" in value else parse_crs(text)
 
@@ -89,15 +99,22 @@ def _behind_wkt(text: str) -> str:
     return ""
 
 
+def _shown_path(path: Path) -> str:
+    """A path for a message; of a long one the name of the file."""
+    text = " ".join(str(path).split())
+    return text if len(text) <= _LONGEST_PATH else f".../{shown(path.name)}"
+
+
 def _parse_file(path: Path) -> Parts:
+    complaint = f"Invalid projection file '{_shown_path(path)}'."
     try:
         text = path.read_text(encoding="utf-8-sig").strip()
     except (OSError, ValueError) as error:  # a ValueError for what is not UTF-8, and for a null character in the path
         reason = error.strerror if isinstance(error, OSError) else error
-        raise ProjectionError(f"Invalid projection file '{path}'. It cannot be read as text: {reason}.") from error
+        raise ProjectionError(f"{complaint} It cannot be read as text: {reason}.") from error
     if not text:
-        raise ProjectionError(f"Invalid projection file '{path}'. It must hold WKT, PROJJSON or a PROJ string.")
+        raise ProjectionError(f"{complaint} It must hold WKT, PROJJSON or a PROJ string.")
     try:
         return _parse_contents(text)
     except ProjectionError as error:
-        raise ProjectionError(f"Invalid projection file '{path}'. {error}") from error
+        raise ProjectionError(f"{complaint} {error}") from error

@@ -12,7 +12,9 @@ from pyproj import CRS, Transformer
 from pyproj.enums import TransformDirection
 
 from projdist._typing import FloatArray
-from projdist.ellipsoid import Ellipsoid
+from projdist.earth import Ellipsoid
+from projdist.projections.datums import geographic_base
+from projdist.projections.grids import check_grids
 
 Function = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
@@ -42,6 +44,8 @@ class Pipeline:
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres, inf where undefined."""
         x, y = transform(self.transformer, lon, lat)
+        if "grids=" in self.pipeline:
+            check_grids(self.transformer, (lon, lat), x)
         if self.to_metre != 1.0:
             x, y = x * self.to_metre, y * self.to_metre
         return x, y
@@ -85,13 +89,13 @@ class CrsOperation:
         return transform(self.transformer, *self.geodetic(lon, lat))
 
     def geodetic(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates of the CRS's own geodetic CRS, longitude first, of Greenwich degrees."""
+        """Coordinates of the CRS's `geographic_base`, longitude first, of Greenwich degrees."""
         if self.greenwich or self.angle_unit != 1.0:
             lon, lat = (lon - self.greenwich) * self.angle_unit, lat * self.angle_unit
         return lon, lat
 
     def degrees(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees of coordinates of the CRS's own geodetic CRS, longitude first."""
+        """Greenwich degrees of coordinates of the CRS's `geographic_base`, longitude first."""
         return lon / self.angle_unit + self.greenwich, lat / self.angle_unit
 
     def inverse(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -103,7 +107,7 @@ class CrsOperation:
 
 
 def _forward(crs: CRS) -> Transformer:
-    return Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True)
+    return Transformer.from_crs(geographic_base(crs), crs, always_xy=True)
 
 
 def transform(

@@ -11,10 +11,11 @@ from pyproj import CRS, Transformer
 from pyproj.enums import TransformDirection
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
-from projdist.projections.crs import greenwich_offset, units_per_degree
+from projdist.earth import MEAN_EARTH_RADIUS, WGS84
+from projdist.projections.datums import geographic_base, greenwich_offset, has_plain_axes, units_per_degree
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import base_crs, same_coordinates
+from projdist.projections.grids import check_grids
 from projdist.projections.operations import CrsOperation, transform
 from projdist.projections.projection import Projection
 
@@ -104,7 +105,7 @@ def graticule_of(projection: Projection) -> Graticule:
     """
     operation = projection.function
     if isinstance(operation, CrsOperation):
-        geodetic = CRS.from_wkt(operation.crs).geodetic_crs
+        geodetic = geographic_base(CRS.from_wkt(operation.crs))
         if geodetic is not None:
             return Graticule(geodetic.to_2d().to_wkt(), operation)
     ellipsoid = projection.ellipsoid
@@ -135,7 +136,9 @@ class Source:
 
     def degrees(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitude and latitude in Greenwich degrees on the datum of the map; NaN where undefined."""
-        return self._degrees(*transform(self.transformer, u, v))
+        lon, lat = transform(self.transformer, u, v)
+        check_grids(self.transformer, (u, v), lon)
+        return self._degrees(lon, lat)
 
     def degrees_on_map(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The same; NaN, too, where the data's own map is not, as PROJ has an answer for some points outside.
@@ -146,6 +149,7 @@ class Source:
         if self.tolerance == np.inf:
             return self.degrees(u, v)
         lon, lat, off_map = self._there_and_back(u, v, 0.0, 0.0)
+        check_grids(self.transformer, (u, v), lon)
         for east, north in ((-_INSIDE, 0.0), (_INSIDE, 0.0), (0.0, -_INSIDE), (0.0, _INSIDE)):
             if not off_map.any():
                 break
@@ -178,7 +182,7 @@ def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source
     """
     source = CRS.from_user_input(crs)
     operation = projection.function
-    target = CRS.from_wkt(operation.crs).geodetic_crs if isinstance(operation, CrsOperation) else source.geodetic_crs
+    target = geographic_base(CRS.from_wkt(operation.crs) if isinstance(operation, CrsOperation) else source)
     if target is None:
         raise ProjectionError(f"Invalid CRS '{source.name}' of {thing}. It has no longitudes and latitudes.")
     try:
@@ -188,13 +192,14 @@ def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source
             f"Invalid CRS '{source.name}' of {thing}. PROJ has no way from it to {target.name}."
         ) from error
     unit = source.axis_info[0].unit_conversion_factor if source.axis_info else 1.0
+    of_angles = source.is_geographic or source.type_name == "Geodetic CRS"
     return Source(
         source.name,
-        source.is_geographic and units_per_degree(source) == 1.0,
+        has_plain_axes(source) and units_per_degree(source) == 1.0,
         transformer,
         greenwich_offset(target),
         units_per_degree(target),
-        np.inf if source.is_geographic else _BACK * projection.ellipsoid.a / unit,
+        np.inf if of_angles else _BACK * projection.ellipsoid.a / unit,
     )
 
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pyproj import Proj
+from pyproj import CRS, Proj
 
 from projdist._typing import FloatArray
-from projdist.ellipsoid import SPHERE, Ellipsoid
+from projdist.earth import SPHERE, Ellipsoid
 from projdist.projections.errors import ProjectionError
 from projdist.projections.inputs import parse
-from projdist.projections.operations import Function
+from projdist.projections.operations import CrsOperation, Function
 
 _FARTHEST = 1e10  # radii; the gnomonic map reaches as far. PROJ gives larger numbers beyond the reach of some maps
 _LONGEST_LABEL = 60  # characters
@@ -40,6 +41,11 @@ class Projection:
         """The definition, or, where that is long as WKT is, the name."""
         return self.definition if len(self.definition) <= _LONGEST_LABEL else self.name
 
+    @property
+    def is_of_another_body(self) -> bool:
+        """Whether it is a CRS of a planet, a moon or the like; what is no CRS has no datum, whatever its size."""
+        return isinstance(self.function, CrsOperation) and not self.ellipsoid.is_earthly
+
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Coordinates x, y in metres of points in degrees; the shape is that of lon and lat broadcast."""
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
@@ -61,7 +67,7 @@ class Projection:
         return x, y
 
     @classmethod
-    def from_user_input(cls, value: Any) -> Projection:
+    def from_user_input(cls, value: ProjectionLike) -> Projection:
         """A projection from a name, PROJ string, CRS code, WKT, PROJJSON, file, pyproj CRS or function.
 
         A bare name is the textbook map on the sphere of the Earth's mean radius. Raises
@@ -82,3 +88,30 @@ class Projection:
             raise ProjectionError(f"Invalid projection function '{function}'. It must be callable with (lon, lat).")
         label = str(name or getattr(function, "__name__", type(function).__name__))
         return cls(label, label, ellipsoid, cast(Function, function))
+
+
+class HasWkt(Protocol):
+    """What has well-known text, as CRSs of rasterio have."""
+
+    def to_wkt(self) -> str:
+        """The text."""
+
+
+ProjectionLike = (
+    str
+    | Projection
+    | os.PathLike[str]
+    | CRS
+    | Proj
+    | HasWkt
+    | Callable[..., tuple[Any, Any]]
+    | Mapping[str, Any]
+    | tuple[str, int | str]
+    | int
+)
+"""What a projection may be given as.
+
+A text (a name, a PROJ string or pipeline, a code such as EPSG:3035, the name of a CRS, WKT, PROJJSON, a path), the
+path of a .prj or .wkt file, pyproj's CRS or Proj or what has WKT, a function of (lon, lat) in degrees, a dictionary of
+PROJ's parameters or of PROJJSON, an authority and a code, EPSG's number; or a `Projection`.
+"""

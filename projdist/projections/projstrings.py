@@ -13,12 +13,14 @@ import pyproj.list
 from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
-from projdist.catalogue import NOT_MAPS
-from projdist.ellipsoid import Ellipsoid
-from projdist.hints import did_you_mean
+from projdist.earth import Ellipsoid
+from projdist.projections.arguments import check_values, tell_of_idle
+from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS
 from projdist.projections.errors import ProjectionError, proj_reason
+from projdist.projections.figures import figure_parameters, has_own_figure, own_figure, tell_of_figure, tell_of_sphere
 from projdist.projections.hints import close_ids
 from projdist.projections.operations import Parts, Pipeline, transform
+from projdist.support import did_you_mean, shown
 
 _ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
 # These tell how a datum relates to WGS 84 or name a height: no part of the map, but PROJ would apply them.
@@ -31,7 +33,11 @@ def is_proj_string(text: str) -> bool:
 
 
 def proj_string_of_parameters(parameters: Mapping[str, Any]) -> str:
-    """The PROJ string of a dictionary of its parameters."""
+    """The PROJ string of a dictionary of its parameters; raises ProjectionError where it names no operation."""
+    if not isinstance(parameters["proj"], str) or not parameters["proj"]:
+        raise ProjectionError(
+            f"Invalid projection '{shown(str(dict(parameters)))}'. Its proj must be the name of an operation, as merc."
+        )
     return " ".join(
         f"+{key}" if value in (None, True, "") else f"+{key}={value}"
         for key, value in parameters.items()
@@ -50,20 +56,27 @@ def proj_string_of_crs(crs: CRS) -> str:
 def parse_proj_string(text: str) -> Parts:
     """The projection of a PROJ string or pipeline on one line; raises ProjectionError."""
     tokens = [token.lstrip("+") for token in text.split()]
+    check_values(tokens, text)
     keys = [token.partition("=")[0] for token in tokens]
     operations = [token.partition("=")[2] for token in tokens if token.startswith("proj=")]
     if operations[0] != "pipeline":
         operations = operations[:1]  # of several, PROJ runs the first
     inner = [token.partition("=")[2] for token in tokens if token.startswith("o_proj=")]
     if "xy_out" in keys and tokens[-1].partition("=")[2] in ("deg", "rad", "grad"):
-        raise ProjectionError(f"Invalid projection '{text}'. Its output is an angle, not a plane in metres.")
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. Its output is an angle, not a plane in metres.")
     for operation in [*operations, *inner]:
         if operation in NOT_MAPS and operations[0] != "pipeline":
-            raise ProjectionError(f"Invalid projection '{text}'. PROJ's {operation} is not a map projection.")
+            raise ProjectionError(f"Invalid projection '{shown(text)}'. PROJ's {operation} is not a map projection.")
+    _check_metres(text, tokens, [*operations, *inner])
+    operation = next((name for name in reversed(operations) if name not in NOT_MAPS), "")
+    definition = text
     try:
         if operations[0] != "pipeline":
             tokens = [token for token, key in zip(tokens, keys, strict=True) if key not in _DATUM_SHIFT_KEYS]
             tokens = [_ellipsoid_of_datum(token) if token.startswith("datum=") else token for token in tokens]
+            if has_own_figure(operation):
+                tokens = _with_own_figure(operation, tokens)
+                definition = " ".join(f"+{token}" for token in tokens)
         pipeline = " ".join(f"+{token}" for token in tokens)
         function = Pipeline(pipeline, _metres_per_unit(text, tokens))
         transformer = function.transformer
@@ -71,10 +84,39 @@ def parse_proj_string(text: str) -> Parts:
         known = pyproj.list.get_proj_operations_map()
         unknown = next((name for name in [*operations, *inner] if name not in known), "")
         hint = did_you_mean(close_ids(unknown))
-        message = f"Invalid PROJ string '{text}'. PROJ says: {proj_reason(error)}. {hint}"
+        message = f"Invalid PROJ string '{shown(text)}'. PROJ says: {proj_reason(error)}. {hint}"
         raise ProjectionError(message.rstrip()) from error
     _check_maps_degrees_to_plane(text, transformer)
-    return Parts(_operation_name(operations, inner), text, _ellipsoid_of(tokens), function)
+    tell_of_idle(tokens)
+    stated = _ellipsoid_of(tokens)
+    _tell_of_figure(operation, tokens, stated)
+    tell_of_sphere(operation, stated)
+    return Parts(_operation_name(operations, inner), definition, own_figure(operation, stated), function)
+
+
+def _check_metres(text: str, tokens: list[str], operations: Iterable[str]) -> None:
+    """Refuse what is in a unit of its own, unless a later step of a pipeline makes metres of it."""
+    for operation in operations:
+        if operation in NOT_IN_METRES and not any(token == "proj=affine" for token in tokens):
+            raise ProjectionError(
+                f"Invalid projection '{shown(text)}'. PROJ's {operation} gives {NOT_IN_METRES[operation]}, not metres."
+            )
+
+
+def _with_own_figure(operation: str, tokens: list[str]) -> list[str]:
+    """The tokens of an operation that has a figure of its own with that in the place of what they state."""
+    stated = _ellipsoid_of(tokens)
+    own = figure_parameters(own_figure(operation, stated)).replace("+", "").split()
+    if set(own) <= set(tokens):
+        return tokens
+    _tell_of_figure(operation, tokens, stated)
+    return [*(token for token in tokens if token.partition("=")[0] not in _ELLIPSOID_KEYS), *own]
+
+
+def _tell_of_figure(operation: str, tokens: list[str], stated: Ellipsoid) -> None:
+    """Tell those who stated a figure, and did not leave it to PROJ's default, of one that is used in its place."""
+    if any(token.partition("=")[0] in _ELLIPSOID_KEYS for token in tokens):
+        tell_of_figure(operation, stated)
 
 
 def _operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
@@ -133,7 +175,7 @@ def _metres_per_unit(text: str, tokens: list[str]) -> float:
                 return float(top) / float(bottom or 1.0)
             except (ValueError, ZeroDivisionError) as error:
                 raise ProjectionError(
-                    f"Invalid unit '+to_meter={step['to_meter']}' in '{text}'. It must be metres, as a number."
+                    f"Invalid unit '+to_meter={step['to_meter']}' in '{shown(text)}'. It must be metres, as a number."
                 ) from error
         if step.get("proj") not in NOT_MAPS:
             break
@@ -153,7 +195,8 @@ def _check_maps_degrees_to_plane(text: str, transformer: Transformer) -> None:
     untagged = np.array(transform(transformer, lon, lat, radians=True)) if _takes_grads(text) else radians
     if not (_same(degrees, radians) or _same(degrees, untagged)):
         raise ProjectionError(
-            f"Invalid projection '{text}'. It must take longitude and latitude and return a plane, as a map does."
+            f"Invalid projection '{shown(text)}'. It must take longitude and latitude and return a plane, "
+            "as a map does."
         )
 
 

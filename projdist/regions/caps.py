@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist.earth import MEAN_EARTH_RADIUS, WGS84
 from projdist.regions.region import ChartPoints, Unclipped, rectangles_of
 
 _LONGEST = 90.0  # degrees of azimuth or distance in one panel

@@ -10,20 +10,21 @@ polynomial over the polygon is one along the chain, and exact.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.ellipsoid import WGS84
-from projdist.spectral import LEGENDRE, NODES, ORDER, WEIGHTS
+from projdist.earth import WGS84
+from projdist.numerics import LEGENDRE, NODES, ORDER, WEIGHTS
 
 Side = Callable[[FloatArray], FloatArray]
 
 # Gauss points along an edge. The integrand is a polynomial of degree 2 p - 1 on the square, for which p points are
 # exact; on edges so short, in halves of the square's side, fewer are to 1e-15.
 _POINTS = ((0.004, 3), (0.06, 6), (np.inf, 2 * ORDER))
+_AT_ONCE = 20_000  # edges: 40 MB
 _gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 
@@ -130,8 +131,16 @@ def area_km2(edges: FloatArray) -> float:
     # In pieces of 10 degrees, for which the nodes are exact to rounding.
     pieces = np.ceil(np.abs(edges[:, 3] - edges[:, 1]) / 10.0).clip(1).astype(int)
     (lon0, lon1), (lat0, lat1) = divided(edges, pieces)
-    below = WGS84.area_below(lat0[:, None] + (lat1 - lat0)[:, None] * 0.5 * (1.0 + NODES))
-    return float(np.sum(np.radians(lon0 - lon1) * (below @ WEIGHTS) * 0.5) / 1e6)
+    total = 0.0
+    for part in _some(len(lat0)):
+        below = WGS84.area_below(lat0[part, None] + (lat1 - lat0)[part, None] * 0.5 * (1.0 + NODES))
+        total += float(np.sum(np.radians(lon0 - lon1)[part] * (below @ WEIGHTS) * 0.5))
+    return total / 1e6
+
+
+def _some(count: int) -> Iterator[slice]:
+    """Slices of edges, so that a million of them take no more memory than some."""
+    return (slice(first, first + _AT_ONCE) for first in range(0, count, _AT_ONCE))
 
 
 def weights(part: Clip, to_r: Side, to_s: Side, to_lat: Side) -> FloatArray:
@@ -148,9 +157,10 @@ def weights(part: Clip, to_r: Side, to_s: Side, to_lat: Side) -> FloatArray:
     width = np.maximum(np.abs(to_r(edges[:, 2]) - to_r(edges[:, 0])), np.abs(s1 - s0))
     shortest = 0.0
     for longest, points in _POINTS:
-        chosen = (shortest <= width) & (width < longest)
-        if chosen.any():
-            moments += _along(edges[chosen], s0[chosen], s1[chosen], to_r, to_lat, points)
+        chosen = np.flatnonzero((shortest <= width) & (width < longest))
+        for few in _some(len(chosen)):
+            some = chosen[few]
+            moments += _along(edges[some], s0[some], s1[some], to_r, to_lat, points)
         shortest = longest
     sign = 1.0 if to_lat(np.array(1.0)) > to_lat(np.array(-1.0)) else -1.0
     return sign * LEGENDRE.T @ moments @ LEGENDRE

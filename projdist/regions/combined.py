@@ -6,12 +6,12 @@ import numpy as np
 import shapely
 
 from projdist._typing import FloatArray
+from projdist.earth import GEOS_ARITHMETIC, chords, closed_round_pole, cut_at_antimeridian, merged, unwrapped
 from projdist.regions.boxes import Box
 from projdist.regions.caps import Cap
 from projdist.regions.points import PointSet
 from projdist.regions.polygons import Polygons
 from projdist.regions.region import Region
-from projdist.rings import chords, closed_round_pole, cut_at_antimeridian, merged, unwrapped
 
 RIM_TOLERANCE = 1e-6
 """By how many degrees the polygon of a cap may leave its rim: 0.1 m."""
@@ -22,13 +22,22 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
     if isinstance(right, PointSet) or (isinstance(left, PointSet) and operator == "+"):
         raise ValueError(f"Invalid region '{name}'. Points can only stand on the left of & and -.")
     if isinstance(left, PointSet):
-        inside = right.contains(left.lon, left.lat)
-        return left.chosen(inside if operator == "&" else ~inside, name)
+        wanted = operator == "&"
+        return left.chosen(lambda lon, lat: right.contains(lon, lat) == wanted, name)
     one, other = polygons_of(left), polygons_of(right)
-    found = {"&": shapely.intersection, "-": shapely.difference, "+": shapely.union}[operator](one, other)
+    found = _combined(operator, one, other)
     if found.area == 0.0:
         raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
-    return Polygons(merged([found]), name, (*left.notes, *right.notes))
+    return Polygons(merged([found]), name, (*_repairs(left), *_repairs(right)))
+
+
+@GEOS_ARITHMETIC
+def _combined(operator: str, one: shapely.MultiPolygon, other: shapely.MultiPolygon) -> shapely.Geometry:
+    return {"&": shapely.intersection, "-": shapely.difference, "+": shapely.union}[operator](one, other)
+
+
+def _repairs(region: Region) -> tuple[str, ...]:
+    return region.repairs if isinstance(region, Polygons) else region.notes
 
 
 def polygons_of(region: Region) -> shapely.MultiPolygon:

@@ -8,10 +8,10 @@ import unicodedata
 
 import shapely
 
-from projdist import geodata
-from projdist.hints import NEAR, did_you_mean
+from projdist.earth import merged, natural_earth
+from projdist.regions.parts import told_apart
 from projdist.regions.polygons import Polygons
-from projdist.rings import merged
+from projdist.support import NEAR, did_you_mean
 
 DEFAULT_RESOLUTION = "50m"
 _MOST = 3  # names in a hint
@@ -20,14 +20,14 @@ _MOST = 3  # names in a hint
 @functools.cache
 def land(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The land, Antarctica with its ice shelves included."""
-    return Polygons(geodata.land(resolution), _named("land", resolution))
+    return Polygons(natural_earth.land(resolution), _named("land", resolution))
 
 
 @functools.cache
 def ocean(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """All that is not land, the Caspian Sea included."""
     globe = shapely.box(-180.0, -90.0, 180.0, 90.0)
-    return Polygons(merged([shapely.difference(globe, geodata.land(resolution))]), _named("ocean", resolution))
+    return Polygons(merged([shapely.difference(globe, natural_earth.land(resolution))]), _named("ocean", resolution))
 
 
 def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
@@ -41,15 +41,15 @@ def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
 
 @functools.cache
 def _country(key: str, shown: str, resolution: str) -> Polygons:
-    geometry = geodata.country(key, resolution)
+    geometry = natural_earth.country(key, resolution)
     if geometry is None:
         raise ValueError(f"Invalid country '{shown}' at {resolution}. It is too small for this data: ask for 50m.")
-    return Polygons(geometry, _named(f"country:{shown}", resolution))
+    return told_apart(Polygons(geometry, _named(f"country:{shown}", resolution)))
 
 
 def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The countries of a continent, each as a whole: Russia is in Europe, French Guiana with France; ValueError."""
-    names = {_folded(row["continent"]): row["continent"] for row in geodata.country_keys()}
+    names = {_folded(row["continent"]): row["continent"] for row in natural_earth.country_keys()}
     name = names.get(_folded(text))
     if name is None:
         near = _close(text, names)
@@ -60,15 +60,15 @@ def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
 
 @functools.cache
 def _continent(name: str, resolution: str) -> Polygons:
-    keys = [row["iso_n3"] or row["name"] for row in geodata.country_keys() if row["continent"] == name]
-    parts = [geodata.country(key, resolution) for key in keys]
+    keys = [row["iso_n3"] or row["name"] for row in natural_earth.country_keys() if row["continent"] == name]
+    parts = [natural_earth.country(key, resolution) for key in keys]
     return Polygons(merged([part for part in parts if part is not None]), _named(f"continent:{name}", resolution))
 
 
 def close_regions(text: str) -> list[str]:
     """The regions of this module that a text may have been meant for."""
     folded = _folded(text)
-    continents = {_folded(row["continent"]): f"continent:{row['continent']}" for row in geodata.country_keys()}
+    continents = {_folded(row["continent"]): f"continent:{row['continent']}" for row in natural_earth.country_keys()}
     known = {name: name for name in ("globe", "land", "ocean")} | continents
     known |= {key: f"country:{row['name']}" for key, row in _countries().items()}
     found = [known[folded]] if folded in known else []
@@ -84,7 +84,7 @@ def _countries() -> dict[str, dict[str, str]]:
     """Rows by their names and codes, folded."""
     found: dict[str, dict[str, str]] = {}
     for column in ("name", "iso_a2", "iso_a3", "iso_n3", "other_names"):
-        for row in geodata.country_keys():
+        for row in natural_earth.country_keys():
             for name in row[column].split("|"):
                 if name:
                     found.setdefault(_folded(name), row)

@@ -1,28 +1,30 @@
-"""Regions from files: GeoJSON by itself, other vector formats by pyogrio."""
+"""Regions from the shapes of files: polygons and points."""
 
 from __future__ import annotations
 
-import importlib
-import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 
 from projdist._typing import FloatArray
-from projdist.projections.geodesy import geodesics, to_lonlat
+from projdist.earth import chords, cut_at_antimeridian, even_odd, goes_round, merged, planar, unwrapped
+from projdist.projections import geodesics, to_lonlat
 from projdist.regions.chains import area_km2
-from projdist.regions.points import PointSet, read_csv
+from projdist.regions.parts import told_apart
+from projdist.regions.points import PointSet, placed, read_csv
 from projdist.regions.polygons import Polygons
-from projdist.rings import chords, cut_at_antimeridian, merged, planar
+from projdist.regions.reading import Shape, Transform, positions, read, shapes_of, stated_transform
 
-_TOLERANCE = 1e-7  # degrees, 1 cm: of chords for edges that are not straight in longitude and latitude
+# Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude, which their moved middles then
+# leave by a third.
+_TOLERANCE = 4e-7
+_CHANGED = 1e-10  # of the area: a repair that changes less is none
 _WIDE, _WIDER = 180.0, 300.0  # an edge as wide as that may be meant to go either way round
 
 Rings = list[FloatArray]
-Transform = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def polygons_from_file(path: Path, layer: str, name: str, *, edges: str = "straight") -> Polygons:
@@ -31,14 +33,17 @@ def polygons_from_file(path: Path, layer: str, name: str, *, edges: str = "strai
     `edges`: "straight" in the file's own coordinates, or "geodesic" from vertex to vertex.
     """
     text = f"Invalid region file '{path}'."
-    shapes, transform = _shapes(path, layer, text)
+    shapes, transform = read(path, layer, text, [])
     return _polygons(shapes, transform, name, text, edges)
 
 
-def polygons_from_geojson(value: dict[str, Any], name: str = "polygons", *, edges: str = "straight") -> Polygons:
-    """The polygons of a GeoJSON object; raises ValueError."""
+def polygons_from_geojson(
+    value: dict[str, Any], name: str = "polygons", *, crs: Any = None, edges: str = "straight"
+) -> Polygons:
+    """The polygons of a GeoJSON object, in a CRS if not in longitude and latitude; raises ValueError."""
     text = f"Invalid region '{name}'."
-    return _polygons(list(_geometries(value, text)), None, name, text, edges)
+    transform = stated_transform(value, text) if crs is None else to_lonlat(crs)
+    return _polygons(list(shapes_of(value, text)), transform, name, text, edges)
 
 
 def points_from_file(path: Path, layer: str, name: str, column: str = "weight") -> PointSet:
@@ -46,137 +51,94 @@ def points_from_file(path: Path, layer: str, name: str, column: str = "weight") 
     if path.suffix.lower() in (".csv", ".tsv", ".txt"):
         return read_csv(path, name, column)
     text = f"Invalid points file '{path}'."
-    if _is_geojson(path):
-        value = _read_json(path, text)
-        features = value.get("features", [value]) if isinstance(value, dict) else []
-        shapes = [shape for feature in features for shape in _geometries(feature, text)]
-        fields = [feature.get("properties") or {} for feature in features]
-        transform = _geojson_transform(value)
-    else:
-        shapes, fields, transform = _read_vector(path, layer, text, [column, "height"])
-    wrong = {shape["type"] for shape in shapes} - {"Point"}
+    shapes, transform = read(path, layer, text, [column, "height"])
+    wrong = {shape.kind for shape in shapes} - {"Point", ""}
     if wrong or not shapes:
-        raise ValueError(f"{text} It must hold points; it holds {_listed(wrong) or 'nothing'}.")
-    lonlat = np.array([shape["coordinates"][:2] for shape in shapes], dtype=float)
+        raise ValueError(f"{text} It must hold points; it holds {', '.join(sorted(wrong)) or 'nothing'}.")
+    lonlat = np.full((len(shapes), 2), np.nan)
+    there = np.array([bool(shape.kind and shape.coordinates != []) for shape in shapes])
+    lonlat[there] = positions([shape.coordinates for shape, known in zip(shapes, there, strict=True) if known], text)
     if transform is not None:
         lonlat = np.column_stack(transform(*lonlat.T))
+    fields = [shape.fields for shape in shapes]
     if column != "weight" and not any(column in field for field in fields):
         raise ValueError(f"{text} It has no column '{column}' for weights.")
-    weight = np.array([float(field.get(column, 1.0) or 0.0) for field in fields])
+    weight = np.array([_number(field.get(column, 1.0), column, k, text) for k, field in enumerate(fields)])
     heights = [field.get("height") for field in fields]
-    height = None if None in heights else np.array(heights, dtype=float)
-    return PointSet(lonlat[:, 0], lonlat[:, 1], weight, name, height)
+    numbers = None if None in heights else [_number(one, "height", k, text) for k, one in enumerate(heights)]
+    return placed(lonlat[:, 0], lonlat[:, 1], weight, name, None if numbers is None else np.array(numbers), text)
 
 
-def _listed(kinds: set[str]) -> str:
-    return ", ".join(sorted(kinds))
-
-
-# ---- reading --------------------------------------------------------------------------------
-
-
-def _is_geojson(path: Path) -> bool:
-    return path.suffix.lower() in (".geojson", ".json")
-
-
-def _shapes(path: Path, layer: str, text: str) -> tuple[list[dict[str, Any]], Transform | None]:
-    """The GeoJSON geometries of a file, and the function from its coordinates to longitude and latitude."""
-    if _is_geojson(path):
-        value = _read_json(path, text)
-        return list(_geometries(value, text)), _geojson_transform(value)
-    shapes, _, transform = _read_vector(path, layer, text, [])
-    return shapes, transform
-
-
-def _read_json(path: Path, text: str) -> Any:
+def _number(value: Any, column: str, index: int, text: str) -> float:
+    """A value of a column; what is null is 0."""
     try:
-        return json.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise ValueError(f"{text} It cannot be read: {error.strerror}.") from error
-    except ValueError as error:
-        raise ValueError(f"{text} It must be GeoJSON: {error}.") from error
-
-
-def _geojson_transform(value: Any) -> Transform | None:
-    """The transformation that the member `crs` asks for, which files from before RFC 7946 may have."""
-    name = ((value.get("crs") or {}).get("properties") or {}).get("name") if isinstance(value, dict) else None
-    return to_lonlat(name) if name else None
-
-
-def _geometries(value: Any, text: str) -> Iterator[dict[str, Any]]:
-    """The simple geometries in a GeoJSON object."""
-    kind = value.get("type") if isinstance(value, dict) else None
-    if kind == "FeatureCollection":
-        for feature in value.get("features") or []:
-            yield from _geometries(feature, text)
-    elif kind == "Feature":
-        if value.get("geometry"):
-            yield from _geometries(value["geometry"], text)
-    elif kind == "GeometryCollection":
-        for geometry in value.get("geometries") or []:
-            yield from _geometries(geometry, text)
-    elif kind in ("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"):
-        yield value
-    else:
-        raise ValueError(f"{text} It must be GeoJSON; it has an object of type {kind!r}.")
-
-
-def _read_vector(
-    path: Path, layer: str, text: str, columns: list[str]
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]], Transform | None]:
-    """Geometries, fields and transformation of a file in another format."""
-    try:
-        pyogrio = importlib.import_module("pyogrio")
-    except ImportError as error:
-        raise ValueError(
-            f"{text} Without pyogrio only GeoJSON can be read: pip install 'projdist[gis]' reads other formats."
-        ) from error
-    if not path.exists():
-        raise ValueError(f"{text} It cannot be read: No such file or directory.")
-    try:
-        meta, _, wkb, values = pyogrio.raw.read(path, layer=layer or None, columns=columns)
-    except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, ValueError) as error:
-        raise ValueError(f"{text} It cannot be read: {' '.join(str(error).split()).rstrip('.')}.") from error
-    shapes = [json.loads(shapely.to_geojson(shape)) for shape in shapely.from_wkb(wkb) if shape is not None]
-    names = [str(field) for field in meta["fields"]]
-    fields = [dict(zip(names, row, strict=True)) for row in zip(*values, strict=True)] if names else [{}] * len(shapes)
-    return shapes, fields, to_lonlat(meta["crs"]) if meta["crs"] else None
+        return float(value or 0.0)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{text} Point {index + 1} must have a number for {column}.") from error
 
 
 # ---- polygons -------------------------------------------------------------------------------
 
 
-def _polygons(
-    shapes: Sequence[dict[str, Any]], transform: Transform | None, name: str, text: str, edges: str
-) -> Polygons:
-    given: list[Rings] = []
+def _polygons(shapes: Sequence[Shape], transform: Transform | None, name: str, text: str, edges: str) -> Polygons:
+    given: list[Any] = []
+    empty = 0
     for shape in shapes:
-        if shape["type"] not in ("Polygon", "MultiPolygon"):
-            raise ValueError(f"{text} It must hold polygons only; it holds a {shape['type']}.")
-        given += [shape["coordinates"]] if shape["type"] == "Polygon" else shape["coordinates"]
+        if not shape.kind or shape.coordinates == []:
+            empty += 1
+            continue
+        if shape.kind not in ("Polygon", "MultiPolygon"):
+            raise ValueError(f"{text} It must hold polygons only; it holds a {shape.kind}.")
+        parts = [shape.coordinates] if shape.kind == "Polygon" else shape.coordinates
+        if not (isinstance(parts, list | tuple) and all(isinstance(rings, list | tuple) for rings in parts)):
+            raise ValueError(f"{text} Its polygons must have coordinates, lists of rings.")
+        given += parts
     polygons = [[_ring(ring, transform, text, edges) for ring in rings] for rings in given if rings]
     if not polygons:
         raise ValueError(f"{text} It holds no polygons.")
-    parts: list[shapely.Polygon] = []
-    change, repaired = 0.0, 0
+    pieces: list[shapely.Geometry] = []
+    repairs: list[_Repair] = []
     for rings in polygons:
         polygon = planar(rings)
-        valid = polygon if polygon.is_valid else shapely.make_valid(polygon)
-        pieces = list(cut_at_antimeridian(valid))
-        if valid is not polygon and pieces:
-            before = _ground_area(polygon)
-            after = Polygons(merged(pieces), name).area_km2
-            repaired, change = repaired + 1, change + after - before
-        parts += pieces
-    if not parts:
+        if polygon.is_valid and not any(goes_round(unwrapped(hole)) for hole in rings[1:]):
+            pieces += cut_at_antimeridian(polygon)
+            continue
+        repaired = even_odd(rings)
+        if repaired.area > 0.0:
+            pieces.append(repaired)
+            repairs += _repairs(rings, repaired)
+    if not pieces:
         raise ValueError(f"{text} Its polygons have no area.")
-    notes = _notes(polygons, repaired, change)
-    return Polygons(merged(parts), name, tuple(f"{name}: {note}" for note in notes))
+    notes = [f"{empty} feature(s) have no geometry, and are left out."] if empty else []
+    notes += _notes(polygons, repairs)
+    return told_apart(Polygons(merged(pieces), name, tuple(f"{name}: {note}" for note in notes)))
 
 
-def _notes(polygons: list[Rings], repaired: int, change: float) -> Iterator[str]:
-    if repaired:
-        yield f"{repaired} self-intersecting polygon(s) repaired; the area changed by {change:+.6g} km2."
+class _Repair(NamedTuple):
+    """Whether a ring crosses itself (or a hole leaves its shell), and by how many km^2 the area changed."""
+
+    crosses: bool
+    change: float
+
+
+def _repairs(rings: Rings, repaired: shapely.Geometry) -> Iterator[_Repair]:
+    """What the even-odd rule has changed of a polygon, if anything."""
+    one_by_one = [planar([ring]) for ring in rings]
+    shell, *holes = (_ground_area(one) for one in one_by_one)
+    after = Polygons(merged([repaired]), "").area_km2
+    change = after - (shell - sum(holes))
+    if abs(change) > _CHANGED * after:
+        yield _Repair(not all(one.is_valid for one in one_by_one), change)
+
+
+def _notes(polygons: list[Rings], repairs: list[_Repair]) -> Iterator[str]:
+    for crosses, what in (
+        (True, "self-intersecting polygon(s) repaired"),
+        (False, "polygon(s) with holes that leave their shells or overlap repaired by the even-odd rule"),
+    ):
+        changes = [repair.change for repair in repairs if repair.crosses == crosses]
+        if changes:
+            yield f"{len(changes)} {what}; the area changed by {sum(changes):+.6g} km2."
     widths = np.concatenate([np.abs(np.diff(ring[:, 0])) for rings in polygons for ring in rings])
     wide = int(np.sum((widths > _WIDE) & (widths < _WIDER)))
     if wide:
@@ -185,31 +147,31 @@ def _notes(polygons: list[Rings], repaired: int, change: float) -> Iterator[str]
 
 def _ring(coordinates: Any, transform: Transform | None, text: str, edges: str) -> FloatArray:
     """A ring of longitudes and latitudes (m, 2), whose edges are straight in these."""
-    try:
-        ring = np.array([position[:2] for position in coordinates], dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{text} Its coordinates must be numbers.") from error
-    if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 4:
+    ring = positions(coordinates, text)
+    if len(ring) < 4:
         raise ValueError(f"{text} Each of its rings must have four positions or more; one has {len(ring)}.")
-    if not np.isfinite(ring).all():
-        raise ValueError(f"{text} Its coordinates must be finite numbers.")
-    if (ring[0] != ring[-1]).any():
-        raise ValueError(
-            f"{text} Each of its rings must end where it begins; one begins at {ring[0, 0]:g}, {ring[0, 1]:g} and ends "
-            f"at {ring[-1, 0]:g}, {ring[-1, 1]:g}."
-        )
-    if transform is not None:
-        ring = _straight_in(ring, transform) if edges == "straight" else np.column_stack(transform(*ring.T))
-    wrong = ~((np.abs(ring[:, 0]) <= 360.0) & (np.abs(ring[:, 1]) <= 90.0))
+    lonlat = ring if transform is None else np.column_stack(transform(*ring.T))
+    wrong = ~((np.abs(lonlat[:, 0]) <= 360.0) & (np.abs(lonlat[:, 1]) <= 90.0))
     if wrong.any():
         x, y = ring[np.argmax(wrong)]
         raise ValueError(
             f"{text} Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the "
             f"file must state another CRS; it has {x:.10g}, {y:.10g}."
         )
+    if not _is_closed(ring, degrees=transform is None):
+        raise ValueError(
+            f"{text} Each of its rings must end where it begins; one begins at {ring[0, 0]:g}, {ring[0, 1]:g} and ends "
+            f"at {ring[-1, 0]:g}, {ring[-1, 1]:g}."
+        )
     if edges == "geodesic":
-        ring = chords(geodesics(ring), np.arange(len(ring), dtype=float), _TOLERANCE)
-    return ring
+        return chords(geodesics(lonlat), np.arange(len(ring), dtype=float), _TOLERANCE)
+    return lonlat if transform is None else _straight_in(ring, transform)
+
+
+def _is_closed(ring: FloatArray, *, degrees: bool) -> bool:
+    """Whether a ring ends where it begins; in degrees that may be a turn on."""
+    east, north = ring[-1] - ring[0]
+    return bool(north == 0.0 and (east % 360.0 == 0.0 if degrees else east == 0.0))
 
 
 def _straight_in(ring: FloatArray, transform: Transform) -> FloatArray:
@@ -224,10 +186,6 @@ def _straight_in(ring: FloatArray, transform: Transform) -> FloatArray:
 
 
 def _ground_area(polygon: shapely.Polygon) -> float:
-    """Area in km^2 that a shell goes round, as often as it does, less that of the holes."""
-    shell, *holes = (shapely.get_coordinates(ring) for ring in (polygon.exterior, *polygon.interiors))
-    return abs(_area_within(shell)) - sum(abs(_area_within(hole)) for hole in holes)
-
-
-def _area_within(ring: FloatArray) -> float:
-    return area_km2(np.hstack([ring[:-1], ring[1:]]))
+    """Area in km^2 that a shell goes round, as often as it does."""
+    ring = shapely.get_coordinates(polygon.exterior)
+    return abs(area_km2(np.hstack([ring[:-1], ring[1:]])))

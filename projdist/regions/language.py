@@ -10,49 +10,131 @@
     geodesic:PATH, ...#LAYER        the same, with geodesics for edges
     points:PATH, points:PATH#LAYER  points of a file, with weights
     A & B, A - B, A + B             what is in both, in A and not in B, in either; & before - and +
+    A@main, A@main:KM               what hangs together with the largest part of A, over gaps of 400 km or KM
+    A@all                           A with its parts far away, without a word on them
 
-Operators have blanks around them; brackets group; quotation marks protect a path that has either.
+Operators have blanks around them; brackets group; quotation marks protect a path that has either, or an @.
 """
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
-from projdist.hints import did_you_mean
-from projdist.projections.geodesy import area_of_use
-from projdist.regions.boxes import GLOBE, Box
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.projections import area_of_use
+from projdist.regions.boxes import GLOBE, Box, likelier
 from projdist.regions.caps import Cap
 from projdist.regions.points import PointSet
 from projdist.regions.region import Region
+from projdist.support import did_you_mean, quoted, shown, tell
 
 Place = Region | PointSet
+
+
+class HasGeometry(Protocol):
+    """Geometries of shapely, GeoSeries, GeoDataFrames, and others'."""
+
+    @property
+    def __geo_interface__(self) -> Mapping[str, Any]:
+        """GeoJSON."""
+
+
+RegionLike = str | Region | PointSet | Sequence[float] | FloatArray | HasGeometry | Mapping[str, Any]
+"""What a region may be given as.
+
+A text in the language above, a region, bounds W, S, E, N in degrees; or polygons: a geometry of shapely or GeoJSON in
+longitude and latitude, a GeoSeries or GeoDataFrame in whatever CRS it states, with edges straight in that.
+"""
+
+# What names a place: parts of it that are far away may not be meant. Those of all land are.
+_COMPACT = {"box", "cap", "country", "file", "geodesic"}
 
 FORMS = (
     "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, crs:CODE, file:PATH, geodesic:PATH "
     "or points:PATH, or a combination of these by &, - and +"
 )
 
+_LONGEST = 20_000  # characters: twenty times what names all countries, and fast to read however they are put
+_LONGEST_NAME = 300
+# Paths are no longer anywhere; the text of a CRS may be.
+_LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST}
+_DEEPEST = 50  # brackets in brackets
+
+_SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
-def get_region(region: str | Place | Mapping[str, Any]) -> Place:
+def get_region(region: RegionLike) -> Place:
     """The region of a text, such as `globe`, `box:W,S,E,N`, `country:CH`, `land - continent:Antarctica`.
 
-    The language is that of `projdist.regions.language`. A region stands for itself, and GeoJSON (a
-    dictionary, or anything with `__geo_interface__`, as shapely's geometries) for its polygons.
-    Raises ValueError.
+    Parameters
+    ----------
+    region : RegionLike
+        A text in the language of `projdist.regions.language`. A region stands for itself, four numbers W, S, E, N in
+        degrees for a box, GeoJSON (a dictionary, or anything with `__geo_interface__`, as shapely's geometries) for its
+        polygons in longitude and latitude, a GeoSeries or GeoDataFrame for those that it has in its CRS.
+
+    Returns
+    -------
+    Region or PointSet
+        With its name, bounds and area.
+
+    Raises
+    ------
+    ValueError
+        For an unknown place, with close matches, numbers out of their range, files that cannot be read, and brackets
+        and operators that do not fit.
+
+    References
+    ----------
+    Land and countries: Natural Earth, https://www.naturalearthdata.com
+    Edges of polygons: RFC 7946, The GeoJSON Format, section 3.1.1.
+
+    Examples
+    --------
+    An eighth of the ellipsoid WGS 84, which has 510,065,622 km2:
+
+    >>> octant = get_region((0, 0, 90, 90))
+    >>> octant.name, round(8 * octant.area_km2)
+    ('box:0,0,90,90', 510065622)
     """
     if isinstance(region, str):
+        if len(region) > _LONGEST:
+            raise ValueError(f"Invalid region '{shown(region)}'. It must have at most {_LONGEST} characters.")
         return _Parser(region).parse()
+    if isinstance(region, PointSet) or _is_region(region):
+        return cast(Place, region)
     shape = getattr(region, "__geo_interface__", region)
     if isinstance(shape, Mapping):
         from projdist.regions.files import polygons_from_geojson  # shapely is slow to load
 
-        return polygons_from_geojson(dict(shape))
-    return cast(Place, region)
+        return polygons_from_geojson(dict(shape), crs=getattr(region, "crs", None))
+    bounds = _bounds(region)
+    if bounds is None:
+        raise ValueError(f"Invalid region {quoted(region)}. It must be {FORMS}; or W,S,E,N, a geometry or a region.")
+    return _likely_box(*bounds)
+
+
+def _is_region(value: object) -> bool:
+    """Whether a value has what the cubature asks of a region."""
+    return not isinstance(value, type) and all(hasattr(value, name) for name in ("panels", "chart", "clip", "bounds"))
+
+
+def _bounds(value: object) -> list[float] | None:
+    """Four numbers, of a sequence or an array of them."""
+    if not isinstance(value, list | tuple | np.ndarray):
+        return None
+    try:
+        bounds = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    return bounds.tolist() if bounds.shape == (4,) else None
 
 
 def weighted_points(text: str, column: str) -> PointSet:
@@ -72,12 +154,15 @@ class _Parser:
         self.text = text
         self.given = text.strip()
         self.rest = self.given
+        self.kinds: set[str] = set()  # of atoms, and of suffixes
+        self.combined = False
+        self.depth = 0
 
     def parse(self) -> Place:
         found = self._sum()
         if self.rest:
-            raise ValueError(f"Invalid region '{self.text}'. Its brackets must close what they open.")
-        return found
+            raise ValueError(f"Invalid region '{shown(self.text)}'. Its brackets must close what they open.")
+        return _told_apart(found) if self.combined and self.kinds <= _COMPACT else found
 
     def _sum(self) -> Place:
         return self._chain("+-", self._product)
@@ -94,26 +179,68 @@ class _Parser:
             from projdist.regions.combined import combine  # as above
 
             name = " ".join(before[: len(before) - len(self.rest)].split())
-            found = combine(operator[1], found, other, name)
+            found, self.combined = combine(operator[1], found, other, name), True
         return found
 
     def _factor(self) -> Place:
         if not self.rest.startswith("("):
             return self._atom()
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise ValueError(f"Invalid region '{shown(self.text)}'. Its brackets must not lie {_DEEPEST} deep.")
         self.rest = self.rest[1:].lstrip()
         found = self._sum()
+        self.depth -= 1
         self.rest = self.rest.lstrip()
         if not self.rest.startswith(")"):
-            raise ValueError(f"Invalid region '{self.text}'. Its brackets must close what they open.")
+            raise ValueError(f"Invalid region '{shown(self.text)}'. Its brackets must close what they open.")
         self.rest = self.rest[1:]
-        return found
+        after = self.rest.lstrip()
+        suffix = _SUFFIX.match(after)
+        if suffix is None:
+            return found
+        self.rest = after[suffix.end() :]
+        return self._parts_of(found, suffix)
 
     def _atom(self) -> Place:
         end = _end_of_atom(self.rest)
         text, self.rest = self.rest[:end].strip(), self.rest[end:]
         if (not text and self.given) or re.match(r"[&+-]\s", text):
-            raise ValueError(f"Invalid region '{self.text}'. There must be a region on each side of an operator.")
-        return _region_of(text)
+            raise ValueError(
+                f"Invalid region '{shown(self.text)}'. There must be a region on each side of an operator."
+            )
+        suffix = _SUFFIX.search(text)
+        plain = text if suffix is None else text[: suffix.start()].rstrip() + text[suffix.end() :]
+        self.kinds.add(re.split("[:@]", plain.lower(), maxsplit=1)[0])
+        found = _region_of(plain)
+        return found if suffix is None else self._parts_of(found, suffix)
+
+    def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
+        """All parts of a region, or the main one, as a suffix asks for."""
+        from projdist.regions import parts  # as above
+
+        self.kinds.add("@")
+        which, km = suffix[1].lower(), suffix[2]
+        if which == "all" and km is None:
+            return parts.all_parts(region)
+        if which == "main" and not isinstance(region, PointSet):
+            return parts.main_part(region, parts.MAIN_KM if km is None else _kilometres(km))
+        raise ValueError(f"Invalid region '{shown(self.text)}'. Polygons may have @main, @main:KM or @all behind them.")
+
+
+def _told_apart(region: Place) -> Place:
+    """The region, with a word on parts far away."""
+    from projdist.regions.parts import told_apart  # as above
+    from projdist.regions.polygons import Polygons
+
+    return told_apart(region) if isinstance(region, Polygons) else region
+
+
+def _kilometres(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise ValueError(f"Invalid distance '{text}' of a main part. It must be a number of kilometres.") from error
 
 
 def _end_of_atom(text: str) -> int:
@@ -123,7 +250,9 @@ def _end_of_atom(text: str) -> int:
         if character == '"':
             quoted = not quoted
         elif not quoted:
-            if _OPERATOR.match(text, place):
+            # Only where blanks begin: it would look through all of many again and again.
+            begins = character.isspace() and not text[place - 1 : place].isspace()
+            if begins and _OPERATOR.match(text, place):
                 return place
             depth += {"(": 1, ")": -1}.get(character, 0)
             if depth < 0:
@@ -132,6 +261,10 @@ def _end_of_atom(text: str) -> int:
 
 
 def _region_of(text: str) -> Place:
+    kind, _, argument = text.partition(":")
+    longest = _LONGEST_BY_KIND.get(kind.lower(), _LONGEST_NAME)
+    if len(text) > longest:
+        raise ValueError(f"Invalid region '{shown(text)}'. A region of this kind has at most {longest} characters.")
     word, at, resolution = text.lower().partition("@")
     if word == "globe" and not at:
         return GLOBE
@@ -139,7 +272,6 @@ def _region_of(text: str) -> Place:
         from projdist.regions import countries  # shapely is slow to load
 
         return {"land": countries.land, "ocean": countries.ocean}[word](_resolution(resolution, at))
-    kind, _, argument = text.partition(":")
     if kind.lower() not in _KINDS:
         raise ValueError(f"Invalid region '{text}'. {_hint(text)}It must be {FORMS}.")
     return _KINDS[kind.lower()](text, argument.strip().strip('"'))
@@ -155,11 +287,13 @@ def _hint(text: str) -> str:
 
 
 def _resolution(text: str, given: str) -> str:
-    from projdist.geodata import RESOLUTIONS  # as above
+    from projdist.earth import RESOLUTIONS  # as above
     from projdist.regions.countries import DEFAULT_RESOLUTION
 
     if given and text not in RESOLUTIONS:
-        raise ValueError(f"Invalid resolution '{text}'. It must be one of {', '.join(RESOLUTIONS)}.")
+        raise ValueError(
+            f"Invalid suffix '@{text}'. It must be one of @{', @'.join(RESOLUTIONS)}, @main and @all, once each."
+        )
     return text or DEFAULT_RESOLUTION
 
 
@@ -174,7 +308,19 @@ def _numbers(text: str, argument: str, form: str, count: int) -> list[float]:
 
 
 def _box(text: str, argument: str) -> Region:
-    return Box(*_numbers(text, argument, "box:W,S,E,N", 4))
+    return _likely_box(*_numbers(text, argument, "box:W,S,E,N", 4))
+
+
+def _likely_box(west: float, south: float, east: float, north: float) -> Box:
+    """A box; where another order of its numbers is likelier to be meant, that is asked."""
+    box = Box(west, south, east, north)
+    meant = likelier((west, south, east, north))
+    if meant != (west, south, east, north):
+        tell(
+            f"Region '{box.name}' crosses the antimeridian and is {box.bounds[2] - west:g} degrees wide; did you mean "
+            f"{Box(*meant).name}?"
+        )
+    return box
 
 
 def _cap(text: str, argument: str) -> Region:
@@ -204,7 +350,7 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
     if not argument:
         raise ValueError(f"Invalid region '{text}'. It must have the path of a file behind the colon.")
     path, mark, layer = argument.rpartition("#")
-    return (Path(path), layer) if mark and not Path(argument).exists() else (Path(argument), "")
+    return (Path(path), layer) if mark and not os.path.exists(argument) else (Path(argument), "")
 
 
 def _file(text: str, argument: str) -> Region:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.texttables import read_text
+from projdist.support import MISSING, number_of, numbered_rows
 
 _COLUMNS = {
     "lon": ("lon", "longitude", "long", "lng"),
@@ -25,7 +24,8 @@ _COLUMNS = {
 class PointSet:
     """Points in degrees with weights of any sum, and perhaps heights in metres; all of shape (n,).
 
-    `name` is the region in the words of `get_region`. A set has no area.
+    `name` is the region in the words of `get_region`. A set has no area. Where points stand for more than there are,
+    `coarse` stands for the same by fewer: how much a mean differs between the two is no less than what that costs.
     """
 
     lon: FloatArray
@@ -34,6 +34,7 @@ class PointSet:
     name: str = "points"
     height: FloatArray | None = None
     notes: tuple[str, ...] = ()
+    coarse: PointSet | None = None
 
     def __post_init__(self) -> None:
         lon, lat, weight = (np.asarray(values, dtype=float) for values in (self.lon, self.lat, self.weight))
@@ -53,6 +54,13 @@ class PointSet:
             raise ValueError(f"{text} Point {k + 1} has the weight {weight[k]:g}; it must be finite and not negative.")
         if not weight.any():
             raise ValueError(f"{text} Their weights must not all be zero.")
+        for name, values in (("lon", lon), ("lat", lat), ("weight", weight)):
+            object.__setattr__(self, name, values)
+
+    @property
+    def far(self) -> str:
+        """Points have no parts."""
+        return ""
 
     @property
     def area_km2(self) -> float:
@@ -79,22 +87,30 @@ class PointSet:
         lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
         return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
 
-    def chosen(self, keep: BoolArray, name: str) -> PointSet:
-        """The points of a mask; raises ValueError where there are none."""
+    def chosen(self, where: Callable[[FloatArray, FloatArray], BoolArray], name: str) -> PointSet:
+        """The points for which a function of longitudes and latitudes holds; raises ValueError where it does for none.
+
+        Where it holds for none of the fewer that stand for these, the heaviest of these does.
+        """
+        keep = where(self.lon, self.lat)
         if not keep.any():
             raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
         height = None if self.height is None else self.height[keep]
-        return PointSet(self.lon[keep], self.lat[keep], self.weight[keep], name, height, self.notes)
+        found = PointSet(self.lon[keep], self.lat[keep], self.weight[keep], name, height, self.notes)
+        if self.coarse is None:
+            return found
+        rest = where(self.coarse.lon, self.coarse.lat) & (self.coarse.weight > 0.0)
+        fewer, rest = (self.coarse, rest) if rest.any() else (found, found.weight == found.weight.max())
+        return replace(found, coarse=PointSet(fewer.lon[rest], fewer.lat[rest], fewer.weight[rest], name))
 
 
 def read_csv(path: Path, name: str, column: str = "weight") -> PointSet:
-    """The points of a table with a header: lon, lat, perhaps weight (or that column), height; raises ValueError."""
+    """The points of a table with a header: lon, lat, perhaps weight (or that column), height; raises ValueError.
+
+    Points that lack a coordinate are left out, which is noted.
+    """
     text = f"Invalid points file '{path}'."
-    lines = read_text(path, text).splitlines()
-    if not lines:
-        raise ValueError(f"{text} It is empty; it must have a header with lon and lat, and points.")
-    separator = max(",;\t", key=lines[0].count)
-    header, *rows = csv.reader(lines, delimiter=separator)
+    (_, header), *rows = numbered_rows(path, text, comments=False)
     places = _places(header, column)
     if "lon" not in places or "lat" not in places:
         raise ValueError(f"{text} Its header must have lon and lat; it has {', '.join(header)}.")
@@ -105,7 +121,20 @@ def read_csv(path: Path, name: str, column: str = "weight") -> PointSet:
         raise ValueError(f"{text} It has no points.")
     columns = dict(zip(places, table.T, strict=True))
     weight = columns.get("weight", np.ones(len(table)))
-    return PointSet(columns["lon"], columns["lat"], weight, name, columns.get("height"))
+    return placed(columns["lon"], columns["lat"], weight, name, columns.get("height"), text)
+
+
+def placed(
+    lon: FloatArray, lat: FloatArray, weight: FloatArray, name: str, height: FloatArray | None, text: str
+) -> PointSet:
+    """The points that have both coordinates, with a note on how many have not; raises ValueError where none has."""
+    known = ~np.isnan(lon + lat)
+    if known.all():
+        return PointSet(lon, lat, weight, name, height)
+    if not known.any():
+        raise ValueError(f"{text} It has no points with a longitude and a latitude.")
+    note = f"{name}: {np.sum(~known)} of {len(known)} points have no longitude or no latitude, and are left out."
+    return PointSet(lon[known], lat[known], weight[known], name, None if height is None else height[known], (note,))
 
 
 def _places(header: list[str], weight: str) -> dict[str, int]:
@@ -120,11 +149,12 @@ def _places(header: list[str], weight: str) -> dict[str, int]:
     return found
 
 
-def _numbers(rows: list[list[str]], places: dict[str, int], text: str) -> Iterator[list[float]]:
-    for number, row in enumerate(rows, start=2):
-        if not any(cell.strip() for cell in row):
-            continue
+def _numbers(rows: list[tuple[int, list[str]]], places: dict[str, int], text: str) -> Iterator[list[float]]:
+    for number, row in rows:
         try:
-            yield [float(row[place]) for place in places.values()]
+            yield [
+                np.nan if column in ("lon", "lat") and row[place].strip() in MISSING else number_of(row[place])
+                for column, place in places.items()
+            ]
         except (ValueError, IndexError) as error:
             raise ValueError(f"{text} Line {number} must have numbers for {', '.join(places)}.") from error

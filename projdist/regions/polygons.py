@@ -19,10 +19,10 @@ import shapely
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.numerics import ORDER, PLANE_WEIGHTS
 from projdist.regions import chains
 from projdist.regions.patches import height_of, latitude_of, patch_chart, patch_panels
 from projdist.regions.region import ChartPoints, Clips, Square
-from projdist.spectral import ORDER, PLANE_WEIGHTS
 
 _SLIVER = 1e-13  # of a panel; what is smaller is rounding
 _SMALL = 0.2  # of a panel's height
@@ -43,15 +43,22 @@ class _Part(NamedTuple):
 class Polygons:
     """Polygons within longitudes -180 to 180, valid and disjoint, with their holes.
 
-    `name` is the region in the words of `get_region`; `notes` say what was repaired.
+    `name` is the region in the words of `get_region`; `repairs` say what was repaired, `far` what of it lies far from
+    the rest, where that may not have been meant.
     """
 
     geometry: shapely.MultiPolygon
     name: str
-    notes: tuple[str, ...] = ()
+    repairs: tuple[str, ...] = ()
+    far: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Polygons, (self.geometry, self.name, self.notes)
+        return Polygons, (self.geometry, self.name, self.repairs, self.far)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was repaired, and what of it lies far away."""
+        return (*self.repairs, self.far) if self.far else self.repairs
 
     @functools.cached_property
     def _west(self) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.spectral import PLANE_WEIGHTS
+from projdist.numerics import PLANE_WEIGHTS
 
 
 class ChartPoints(NamedTuple):
@@ -49,6 +49,9 @@ class Clips(NamedTuple):
 class Region(Protocol):
     """What the cubature and the plots ask of a region."""
 
+    def __hash__(self) -> int:
+        """What is found of a region is kept for it."""
+
     @property
     def name(self) -> str:
         """The region in the words of `get_region`."""
@@ -63,7 +66,11 @@ class Region(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was repaired in the making of it, each in one line."""
+        """What was repaired in the making of it, and `far`, each in one line."""
+
+    @property
+    def far(self) -> str:
+        """What lies far from the main part, in a sentence; "" where nothing does, or that is surely meant."""
 
     @property
     def edges(self) -> FloatArray:
@@ -96,6 +103,11 @@ class Unclipped:
     def notes(self) -> tuple[str, ...]:
         """There are none."""
         return ()
+
+    @property
+    def far(self) -> str:
+        """Nothing is."""
+        return ""
 
     @property
     def edges(self) -> FloatArray:

@@ -1,0 +1,48 @@
+from .correction_fields import LocalCorrections, local_corrections
+from .corrections import CONSTRAINTS, Correction, correct
+from .distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
+from .point_factors import Factors, factors
+from .published import TABLES, PublishedRow, PublishedTable, tables
+from .published_indices import (
+    GROUPS,
+    INDICES,
+    Index,
+    IndexSummary,
+    IndexValue,
+    get_indices,
+    goldberg_gott_score,
+    indices,
+)
+from .summaries import Comparison, Failure, MeasureSummary, Summary, compare, summarize
+
+__all__ = [
+    "CONSTRAINTS",
+    "DISTANCE_MEASURES",
+    "GROUPS",
+    "INDICES",
+    "TABLES",
+    "Comparison",
+    "Correction",
+    "Factors",
+    "Failure",
+    "FiniteDistortion",
+    "Index",
+    "IndexSummary",
+    "IndexValue",
+    "LocalCorrections",
+    "MeasureSummary",
+    "PublishedRow",
+    "PublishedTable",
+    "Summary",
+    "compare",
+    "correct",
+    "distance_distortion",
+    "factors",
+    "get_indices",
+    "goldberg_gott_score",
+    "great_circle_bending",
+    "indices",
+    "local_corrections",
+    "summarize",
+    "tables",
+]

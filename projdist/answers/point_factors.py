@@ -1,0 +1,160 @@
+"""Factors: the distortion of a map at points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, TypeVar, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import AnyArray, FloatArray
+from projdist.field import Quality, derivatives, measure_at, named_measures, tell_of_contradiction
+from projdist.matrices import Measure, get_measure
+from projdist.projections import Frame, Projection, ProjectionLike, add_columns, is_frame, places
+from projdist.support import Answer, check_degrees, plain
+
+__all__ = ["Factors", "factors"]
+
+_FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Factors(Answer):
+    """Distortion at points: arrays of one shape, NaN where undefined.
+
+    `quality` holds the labels of `Quality`; `error` is the estimated relative error of the
+    Jacobian; `extra` the measures asked for beyond the standard ones, by their names.
+    """
+
+    projection: Projection
+    lon: FloatArray
+    lat: FloatArray
+    x: FloatArray
+    y: FloatArray
+    h: FloatArray
+    k: FloatArray
+    a: FloatArray
+    b: FloatArray
+    s: FloatArray
+    omega: FloatArray
+    theta: FloatArray
+    convergence: FloatArray
+    fisher: FloatArray
+    quality: np.typing.NDArray[np.str_]
+    error: FloatArray
+    jacobian: FloatArray
+    extra: dict[str, FloatArray]
+
+    def _line(self) -> str:
+        return f"{self.projection.name} at {self.lon.size} points"
+
+    def to_dict(self) -> dict[str, Any]:
+        """`{"projection", "name", "definition", "results": [{"lon", ...}]}`, one result a point; NaN is None."""
+        columns = self._table()
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        results = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
+        named = {"projection": self.projection.definition, "name": self.projection.name}
+        return named | {"definition": self.projection.definition, "results": results}
+
+    def _table(self) -> dict[str, AnyArray]:
+        return {"lon": np.ravel(self.lon), "lat": np.ravel(self.lat)} | self.columns()
+
+    def columns(self) -> dict[str, AnyArray]:
+        """x, y, the measures and the quality by name, each of shape (n,): what is added to a frame of points."""
+        columns = {name: getattr(self, name) for name in ("x", "y", *_FACTORS, "quality")}
+        return {name: np.ravel(values) for name, values in (columns | self.extra).items()}
+
+
+_AnyFrame = TypeVar("_AnyFrame", bound=Frame)
+
+
+@overload
+def factors(
+    projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, *, measures: Iterable[str | Measure] = ()
+) -> Factors: ...
+
+
+@overload
+def factors(
+    projection: ProjectionLike, lon: _AnyFrame, *, measures: Iterable[str | Measure] = (), prefix: str = ""
+) -> _AnyFrame: ...
+
+
+def factors(
+    projection: ProjectionLike, lon: Any, lat: Any = None, *, measures: Iterable[str | Measure] = (), prefix: str = ""
+) -> Any:
+    """Scales, angles and the other measures of a projection at points in degrees.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    lon : array_like, DataFrame or GeoDataFrame
+        Longitudes in degrees, of any shape; or a pandas DataFrame with the columns `lon` and `lat`, or a GeoDataFrame
+        of points in any CRS.
+    lat : array_like, optional
+        Latitudes in degrees, which broadcast with `lon`. Not with a frame.
+    measures : iterable of str or Measure, or one of them
+        What else to compute beside the standard measures.
+    prefix : str, optional
+        What the names of the added columns begin with. With a frame only.
+
+    Returns
+    -------
+    Factors, DataFrame or GeoDataFrame
+        Arrays of the shape of the points, NaN where undefined. Of a frame one of the same kind with columns added: `x`,
+        `y`, `h`, `k`, `a`, `b`, `s`, `omega`, `theta`, `convergence`, `fisher`, `quality`, and those of `measures`.
+
+    Raises
+    ------
+    ProjectionError
+        For what is no projection.
+    ValueError
+        For an unknown measure, shapes that do not broadcast, rows of a frame that are no points, latitudes beside a
+        frame, a prefix without one, and columns that it has already.
+
+    References
+    ----------
+    - J. P. Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, chapter 4; equations 4-9
+      (omega) and 4-14 (theta).
+    - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the Fisher distortion.
+
+    Examples
+    --------
+    On a sphere Mercator's scale is 1 / cos(lat).
+
+    >>> round(float(factors("mercator", 10, 60).k), 9)
+    2.0
+    """
+    projection = Projection.from_user_input(projection)
+    if is_frame(lon):
+        if lat is not None:
+            raise ValueError("Invalid latitudes beside a frame. It must be alone: it has its own.")
+        found = factors(projection, *places(projection, lon), measures=measures)
+        return add_columns(lon, found.columns(), prefix)
+    if lat is None or lon is None or not isinstance(prefix, str) or prefix:
+        raise ValueError("Invalid points. They must be longitudes and latitudes, or a frame alone.")
+    return _factors(projection, lon, lat, measures)
+
+
+def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: Iterable[str | Measure]) -> Factors:
+    chosen = named_measures(measures)
+    lon, lat = check_degrees(lon, lat)
+    found = derivatives(projection, lon, lat)
+    J = found.jacobian
+    tell_of_contradiction(projection, J)
+    labels = np.array([quality.label for quality in Quality])
+    return Factors(
+        projection=projection,
+        lon=lon,
+        lat=lat,
+        x=found.x,
+        y=found.y,
+        **{name: get_measure(name)(J) for name in _FACTORS},
+        quality=labels[found.quality],
+        error=found.error,
+        jacobian=J,
+        extra={name: measure_at(projection, measure, lon, lat, J) for name, measure in chosen.items()},
+    )

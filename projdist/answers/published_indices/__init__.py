@@ -1,0 +1,19 @@
+"""Published indices of whole maps: one registry, each with its definition, normalisation, scale and source."""
+
+from projdist.answers.published_indices.answers import IndexSummary, IndexValue, indices
+from projdist.answers.published_indices.index import Index
+from projdist.answers.published_indices.registry import GROUPS, INDICES, get_index, get_indices
+from projdist.answers.published_indices.score import NORMALISERS, goldberg_gott_score
+
+__all__ = [
+    "GROUPS",
+    "INDICES",
+    "NORMALISERS",
+    "Index",
+    "IndexSummary",
+    "IndexValue",
+    "get_index",
+    "get_indices",
+    "goldberg_gott_score",
+    "indices",
+]

@@ -1,0 +1,190 @@
+"""What is the value of this index: the answer for a map and a region."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.answers.published_indices.index import Index, ScaledField, Scales
+from projdist.answers.published_indices.registry import get_index, get_indices
+from projdist.field import Integrand, sample_panels
+from projdist.matrices import get_measure, principal_scales
+from projdist.numerics import Estimate
+from projdist.projections import Projection, ProjectionLike
+from projdist.regions import GLOBE, Box, Place, RegionLike, get_region
+from projdist.support import Answer, plain, quoted
+
+__all__ = ["IndexSummary", "IndexValue", "indices"]
+
+_TOLERANCE = 1e-6
+_MAX_EVALUATIONS = 400_000  # a quarter as many again for each mean; those that diverge take them all
+
+
+@dataclass(frozen=True)
+class IndexValue:
+    """An index at the map's nominal scale, and `best` at the scale that makes it best, where it depends on that.
+
+    The errors are estimates; NaN where the index diverges, infinite where it has no bound. Where an index does not
+    depend on the scale, `best` is the same value and `best_scale` 1.
+    """
+
+    value: float
+    error: float
+    best: float
+    best_error: float
+    best_scale: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The figures by name; what is not finite is None."""
+        return {name: plain(getattr(self, name)) for name in ("value", "error", "best", "best_error", "best_scale")}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class IndexSummary(Answer):
+    """Indices of a projection over a region, by name."""
+
+    projection: Projection
+    given: str
+    region: Place
+    coverage: float
+    evaluations: int
+    values: dict[str, IndexValue]
+
+    def __getitem__(self, name: str) -> IndexValue:
+        """The index of a name or symbol."""
+        return self.values[get_index(name).name]
+
+    def _line(self) -> str:
+        return f"{self.projection.name} over {self.region.name}: {', '.join(self.values)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; what is not finite is None."""
+        return self._figures() | {"indices": {name: value.to_dict() for name, value in self.values.items()}}
+
+    def _figures(self) -> dict[str, Any]:
+        return {
+            "projection": self.given,
+            "name": self.projection.name,
+            "definition": self.projection.definition,
+            "coverage": self.coverage,
+            "evaluations": self.evaluations,
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        columns = {f"{name}_{key}": part for name, value in self.values.items() for key, part in vars(value).items()}
+        return [self._figures() | {key.removesuffix("_value"): part for key, part in columns.items()}]
+
+
+def indices(
+    projection: ProjectionLike,
+    region: RegionLike = "globe",
+    names: str | Iterable[str] = "all",
+    *,
+    tolerance: float = _TOLERANCE,
+) -> IndexSummary:
+    """Published indices of a projection over a region, with error estimates.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    region : RegionLike, default "globe"
+        Anything that `get_region` takes.
+    names : str or iterable of str, default "all"
+        Those of indices and groups (`INDICES`, `GROUPS`), their symbols, or "all".
+    tolerance : float, default 1e-6
+        To which the means that the indices are made of are resolved.
+
+    Returns
+    -------
+    IndexSummary
+        An `IndexValue` for each, by name or symbol: the index of the map as it is, and at the scale that makes it best,
+        each with its error.
+
+    Raises
+    ------
+    ProjectionError
+        For what is no projection, and where no point of the region can be projected.
+    ValueError
+        For an unknown region or index, no index at all, and a tolerance that is not positive.
+
+    References
+    ----------
+    Each index has its own, `INDICES[name].source`.
+
+    Examples
+    --------
+    The isotropy of Goldberg & Gott, the root of the mean of ln^2(a/b), is sqrt(2 - 2 ln 2 + ln^2 2 - pi^2 / 12) here.
+
+    >>> round(indices("plate-carree", names="I")["I"].value, 5)
+    0.52124
+    """
+    given = projection if isinstance(projection, str) else None
+    projection = Projection.from_user_input(projection)
+    region = get_region(region)
+    chosen = get_indices(names)
+    if not chosen:
+        raise ValueError(f"Invalid indices {quoted(names)}. There must be at least one.")
+    fields: dict[float | None, ScaledField] = {}
+    values: dict[str, IndexValue] = {}
+    for band in dict.fromkeys(index.band for index in chosen):
+        together = [index for index in chosen if index.band == band]
+        fields[band] = _field(projection, _within(region, band), together, tolerance)
+        values |= {index.name: _value(index, fields[band], tolerance) for index in together}
+    whole = fields.get(None) or next(iter(fields.values()))
+    return IndexSummary(
+        projection=projection,
+        given=given or projection.label,
+        region=region,
+        coverage=whole.samples.coverage,
+        evaluations=sum(field.samples.evaluations for field in fields.values()),
+        values={index.name: values[index.name] for index in chosen},
+    )
+
+
+def _within(region: Place, band: float | None) -> Place:
+    """The region, or of the globe what is within some degrees of the equator."""
+    return Box(-180.0, -band, 180.0, band) if band is not None and region == GLOBE else region
+
+
+def _field(
+    projection: Projection, region: Place, chosen: list[Index], tolerance: float, scale: float = 1.0
+) -> ScaledField:
+    """Samples that resolve the means that some indices are made of, at a scale."""
+    terms = dict.fromkeys(term for index in chosen for term in index.terms)
+    bent = dict.fromkeys(name for index in chosen for name in index.second_order)
+    samples = sample_panels(
+        projection,
+        region,
+        tolerance=tolerance,
+        max_evaluations=_MAX_EVALUATIONS,
+        integrands=[_integrand(term, scale) for term in terms],
+        second_order=[get_measure(name) for name in bent],
+    )
+    return ScaledField(projection, region, samples)
+
+
+def _integrand(term: Scales, scale: float) -> Integrand:
+    def integrand(J: FloatArray) -> FloatArray:
+        scales = scale * principal_scales(J)
+        scales[~(scales[..., 1] > 0)] = np.nan
+        return term(scales[..., 0], scales[..., 1])
+
+    return integrand
+
+
+def _value(index: Index, field: ScaledField, tolerance: float) -> IndexValue:
+    nominal = field.once(index.value)
+    if index.best_scale is None:
+        return IndexValue(*nominal, *nominal, 1.0)
+    scale = index.best_scale(field) if np.isfinite(nominal.value) else np.nan
+    if index.kinked and np.isfinite(scale):
+        # The samples are split at the kinks of the nominal scale: once more, at those of the best.
+        field = _field(field.projection, field.region, [index], tolerance, scale)
+        scale = index.best_scale(field)
+    best = index.value(field, scale) if np.isfinite(scale) else Estimate(np.nan, np.nan)
+    return IndexValue(*nominal, *best, scale)

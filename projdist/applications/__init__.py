@@ -1,0 +1,5 @@
+"""The same mean elsewhere: mosaics of images, clouds of points, old maps."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

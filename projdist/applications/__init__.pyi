@@ -1,0 +1,3 @@
+from . import mosaics, oldmaps, pointclouds
+
+__all__ = ["mosaics", "oldmaps", "pointclouds"]

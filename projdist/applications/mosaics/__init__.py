@@ -1,0 +1,5 @@
+"""Mosaics: overlapping images or map sheets brought into the common frame that distorts them least."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

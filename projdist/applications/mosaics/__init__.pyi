@@ -1,0 +1,56 @@
+from .answers import FRAMES, Canvas, Mosaic, check_frame, mosaic
+from .blending import BLENDS
+from .common import EXPOSURES
+from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
+from .features import match
+from .frames import Frame
+from .georeference import (
+    Georeference,
+    MeanGeoreference,
+    mean_georeference,
+    read_world_file,
+    world_file,
+    write_world_file,
+)
+from .homographies import corners
+from .images import Picture, check_pixels, open_image, open_pictures
+from .projective import MODELS, places
+from .registration import Match, Registration, register
+from .rendering import Rendered, render
+from .saving import PICTURE_SUFFIXES, save_mosaic
+
+__all__ = [
+    "BLENDS",
+    "EXPOSURES",
+    "FRAMES",
+    "MODELS",
+    "PICTURE_SUFFIXES",
+    "Canvas",
+    "Correspondences",
+    "Frame",
+    "Georeference",
+    "Match",
+    "MeanGeoreference",
+    "Mosaic",
+    "Picture",
+    "Registration",
+    "Rendered",
+    "check_frame",
+    "check_pixels",
+    "corners",
+    "correspondences_of",
+    "match",
+    "mean_georeference",
+    "mosaic",
+    "open_image",
+    "open_pictures",
+    "parse_sizes",
+    "places",
+    "read_correspondences",
+    "read_world_file",
+    "register",
+    "render",
+    "save_mosaic",
+    "world_file",
+    "write_world_file",
+]

@@ -1,0 +1,75 @@
+"""What the images of a mosaic have to agree on: how bright they are, and the seams between them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import AnyArray
+from projdist.applications.mosaics.answers import Canvas, Mosaic
+from projdist.applications.mosaics.libraries import as_array, opencv
+from projdist.applications.mosaics.pieces import Piece, Store, bounds, shift, warped
+
+__all__ = ["EXPOSURES", "Common"]
+
+EXPOSURES = ("gain", "none")
+
+_SMALL = 3e5  # pixels of the canvas on which gains and seams are found
+
+
+class Common:
+    """The gains of all images and the seams between them, found on a small canvas."""
+
+    def __init__(self, found: Mosaic, store: Store, blend: str, exposure: str) -> None:
+        cv2 = opencv()
+        small = found.canvas(most_pixels=_SMALL)
+        self.scale = small.scale
+        pieces = [
+            warped(store.read(number), H, bounds(H, size))
+            for number, (H, size) in enumerate(zip(small.matrices, found.registration.sizes, strict=True))
+        ]
+        self.places = [piece.corner for piece in pieces]
+        colours, masks = [piece.pixels.colours for piece in pieces], [piece.pixels.mask for piece in pieces]
+        self.gains: Any = None
+        if exposure == "gain":
+            self.gains = cv2.detail.ExposureCompensator_createDefault(cv2.detail.ExposureCompensator_GAIN)
+            self.gains.feed(self.places, colours, masks)
+            colours = [self.even(number, piece) for number, piece in enumerate(pieces)]
+        self.seams: list[AnyArray] | None = None
+        if blend == "multiband":
+            finder = cv2.detail.GraphCutSeamFinder("COST_COLOR")
+            cut = finder.find([one.astype(np.float32) for one in colours], self.places, masks)
+            # A pixel more on either side: what is between two small pixels belongs to both.
+            self.seams = [cv2.dilate(as_array(one), None) for one in cut]
+
+    def even(self, number: int, piece: Piece) -> AnyArray:
+        """The colours of a piece of an image with its gain."""
+        colours, mask = piece.pixels
+        return colours if self.gains is None else self.gains.apply(number, piece.corner, colours, mask)
+
+    def cut(self, pieces: dict[int, Piece], canvas: Canvas) -> dict[int, AnyArray]:
+        """The masks of pieces, along the seams; what no image would then have goes to the first that can."""
+        masks = {number: piece.pixels.mask for number, piece in pieces.items()}
+        if self.seams is None or not pieces:
+            return masks
+        cv2 = opencv()
+        left, top = (min(piece.corner[axis] for piece in pieces.values()) for axis in (0, 1))
+        right = max(piece.corner[0] + piece.pixels.mask.shape[1] for piece in pieces.values())
+        bottom = max(piece.corner[1] + piece.pixels.mask.shape[0] for piece in pieces.values())
+        none = np.ones((bottom - top, right - left), bool)
+        growth = canvas.scale / self.scale
+        seamed = {}
+        for number, piece in pieces.items():
+            height, width = masks[number].shape
+            x, y = self.places[number]
+            to_piece = shift(-piece.corner[0] - 0.5, -piece.corner[1] - 0.5) @ np.diag([growth, growth, 1.0])
+            to_piece = to_piece @ shift(x + 0.5, y + 0.5)
+            part = cv2.warpAffine(self.seams[number], to_piece[:2], (width, height), flags=cv2.INTER_LINEAR)
+            seamed[number] = np.where(part > 127, masks[number], 0).astype(np.uint8)
+            none[piece.window(left, top)] &= seamed[number] == 0
+        for number, piece in pieces.items():
+            place = piece.window(left, top)
+            seamed[number] = np.where(none[place], masks[number], seamed[number])
+            none[place] &= masks[number] == 0
+        return seamed

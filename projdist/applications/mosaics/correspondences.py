@@ -1,0 +1,183 @@
+"""Points that images have in common, and the table that they are read from."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from projdist._typing import AnyArray, FloatArray, IntArray
+from projdist.applications.mosaics.images import Picture
+from projdist.applications.mosaics.projective import check_model
+from projdist.support import cells_of, read_text
+
+__all__ = ["Correspondences", "correspondences_of", "parse_sizes", "read_correspondences"]
+
+_COLUMNS = ("model", "i", "j", "xi", "yi", "xj", "yj")
+_CODES = {"0": "affine", "1": "homography", "affine": "affine", "homography": "homography"}
+# "image sizes h x w: [(565, 800), ...]", or in the other order.
+_SIZES = re.compile(r"sizes\s*\(?\s*([wh])\s*x\s*([wh])\s*\)?\s*:(.*)", re.IGNORECASE)
+_PAIR = re.compile(r"(\d+)\s*[,x]\s*(\d+)")
+_LARGEST = 1e7  # pixels
+_SAME_SHAPE = 0.01  # of a ratio: a reduced image has whole pixels
+
+
+@dataclass(frozen=True)
+class Correspondences:
+    """Points of images i, shape (n, 2), that are points of images j.
+
+    Pixels, x to the right and y down; an image covers 0 to its width and 0 to its height. `i`, `j`: numbers of images,
+    from 0. `sizes`: widths and heights of all images, shape (N, 2). `names`: of all images, or None. Raises ValueError
+    for numbers of no image, images paired with themselves, and what is not finite, with the number of the row.
+    """
+
+    i: IntArray
+    j: IntArray
+    xi: FloatArray
+    xj: FloatArray
+    sizes: FloatArray
+    names: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "i", np.asarray(self.i, dtype=int))
+        object.__setattr__(self, "j", np.asarray(self.j, dtype=int))
+        for name in ("xi", "xj", "sizes"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float).reshape(-1, 2))
+        count = len(self.sizes)
+        if not len(self.i) == len(self.j) == len(self.xi) == len(self.xj):
+            raise ValueError("Invalid correspondences. There must be as many i and j as points of either image.")
+        if not count or not ((self.sizes >= 1) & (self.sizes <= _LARGEST)).all():
+            raise ValueError("Invalid sizes of images. There must be some, in pixels, as 800x600.")
+        if self.names is not None and len(self.names) != count:
+            raise ValueError(f"Invalid names of images. There are {len(self.names)}; there must be {count}, as sizes.")
+        outside = (np.minimum(self.i, self.j) < 0) | (np.maximum(self.i, self.j) >= count)
+        self._refuse(outside, f"Its images must be numbers from 0 to {count - 1}, as there are sizes of {count}.")
+        self._refuse(self.i == self.j, "It pairs an image with itself.")
+        finite = np.isfinite(np.hstack([self.xi, self.xj])).all(axis=1)
+        self._refuse(np.asarray(~finite), "Its coordinates must be finite.")
+
+    def _refuse(self, wrong: AnyArray, reason: str) -> None:
+        if wrong.any():
+            raise ValueError(f"Invalid correspondence {int(np.flatnonzero(wrong)[0]) + 1}. {reason}")
+
+    def resized(self, sizes: Sequence[Sequence[float]], names: Sequence[str]) -> Correspondences:
+        """The same points in images of other sizes, which have names; raises ValueError where shapes differ."""
+        new = np.array(sizes, dtype=float)
+        if len(new) != len(self.sizes):
+            raise ValueError(f"Invalid images. There are {len(new)}; the correspondences are of {len(self.sizes)}.")
+        ratio = new / self.sizes
+        for name, (across, down) in zip(names, ratio, strict=True):
+            if abs(across / down - 1.0) > _SAME_SHAPE:
+                raise ValueError(f"Invalid image '{name}'. Its shape is not that of the correspondences.")
+        return Correspondences(self.i, self.j, self.xi * ratio[self.i], self.xj * ratio[self.j], new, tuple(names))
+
+    def name(self, image: int) -> str:
+        """What an image is called: its name, or its number."""
+        return str(image) if self.names is None else self.names[image]
+
+
+def read_correspondences(
+    path: str | os.PathLike[str],
+    *,
+    model: str = "affine",
+    sizes: Sequence[Sequence[float]] | None = None,
+    names: Sequence[str] | None = None,
+) -> Correspondences:
+    """The rows of a CSV file `model,i,j,xi,yi,xj,yj` that were matched for a model.
+
+    The column model is 0 or `affine`, 1 or `homography`. `sizes`: widths and heights, one pair for all images or one an
+    image; without them a comment line must have them, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises
+    ValueError.
+    """
+    table, stated = _read(Path(path), check_model(model))
+    i, j = table[:, 0].astype(int), table[:, 1].astype(int)
+    given = stated if sizes is None else [(float(w), float(h)) for w, h in sizes]
+    if given is None:
+        raise ValueError(
+            f"Invalid correspondences '{path}'. The sizes of the images must be given, or stand in a comment line, as "
+            "'# image sizes h x w: [(600, 800), (600, 800)]'."
+        )
+    if len(given) == 1 and sizes is not None:
+        given = given * (len(names) if names is not None else int(max(i.max(), j.max())) + 1)
+    return Correspondences(i, j, table[:, 2:4], table[:, 4:6], np.array(given), None if names is None else tuple(names))
+
+
+def correspondences_of(
+    pictures: Sequence[Picture], path: str | os.PathLike[str], *, model: str = "affine"
+) -> Correspondences:
+    """The rows of such a file that are of these pictures, in their order.
+
+    Where a comment line has other sizes, the points are those of reduced or enlarged images. Raises ValueError.
+    """
+    table, stated = _read(Path(path), check_model(model))
+    sizes, names = [picture.size for picture in pictures], tuple(picture.name for picture in pictures)
+    i, j = table[:, 0].astype(int), table[:, 1].astype(int)
+    points = Correspondences(i, j, table[:, 2:4], table[:, 4:6], np.array(stated or sizes))
+    return points.resized(sizes, names)
+
+
+def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]] | None]:
+    """The rows of a file, without the model, and the sizes of its comment line."""
+    text = read_text(path, f"Invalid correspondences '{path}'.")
+    rows, stated, models = [], None, set()
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.lstrip().startswith("#"):
+            stated = _stated_sizes(line) or stated
+            continue
+        try:
+            cells = [cell.strip() for cell in cells_of(line, ",")]
+        except ValueError as error:
+            raise ValueError(f"Invalid correspondences '{path}'. Line {number} has {error}.") from error
+        if not any(cells) or tuple(cell.lower() for cell in cells) == _COLUMNS:
+            continue
+        row = _row(cells)
+        if row is None:
+            raise ValueError(
+                f"Invalid correspondences '{path}'. Line {number} must be {','.join(_COLUMNS)}: the model 0 or 1, the "
+                "numbers of two images, and pixels."
+            )
+        models.add(row[0])
+        if row[0] == model:
+            rows.append(row[1:])
+    if not rows:
+        has = f"It has rows of the model {models.pop()}" if models else "It has no rows"
+        raise ValueError(f"Invalid correspondences '{path}'. {has}; it must have some of the model {model}.")
+    return np.array(rows), stated
+
+
+def _stated_sizes(line: str) -> list[tuple[float, float]] | None:
+    """Widths and heights of a comment line."""
+    found = _SIZES.search(line)
+    if found is None or {found[1].lower(), found[2].lower()} != {"w", "h"}:
+        return None
+    pairs = [(float(a), float(b)) for a, b in _PAIR.findall(found[3])]
+    return [(b, a) for a, b in pairs] if found[1].lower() == "h" else pairs
+
+
+def _row(cells: list[str]) -> tuple[str, float, float, float, float, float, float] | None:
+    """The model and six numbers of a row, or None."""
+    try:
+        model, (i, j, xi, yi, xj, yj) = _CODES[cells[0].lower()], (float(cell) for cell in cells[1:])
+    except (KeyError, ValueError):
+        return None
+    whole = i.is_integer() and j.is_integer() and max(abs(i), abs(j)) < _LARGEST
+    return (model, i, j, xi, yi, xj, yj) if whole else None
+
+
+def parse_sizes(text: str) -> list[tuple[float, float]]:
+    """Widths and heights of `800x600`, or of several with commas; raises ValueError.
+
+    >>> parse_sizes("800x600,640x480")
+    [(800.0, 600.0), (640.0, 480.0)]
+    """
+    found = [re.fullmatch(r"\s*(\d+)\s*x\s*(\d+)\s*", word) for word in text.split(",")]
+    pairs = [(float(match[1]), float(match[2])) for match in found if match]
+    if len(pairs) < len(found):
+        raise ValueError(
+            f"Invalid sizes '{text}'. They must be WIDTHxHEIGHT in pixels, as 800x600, one or one an image."
+        )
+    return pairs

@@ -1,0 +1,165 @@
+"""Homographies of images: how they distort over the images, and the plane in which they do so least.
+
+A map G of the plane is G = (affine T) o P, P by its vanishing line, the line of points that go to infinity: two
+numbers. For a given line the best T is the mean distorting transformation of all Jacobians over all images, so that
+only the line is searched.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.applications.mosaics.projective import homogeneous, jacobians
+from projdist.matrices import mdt
+
+__all__ = ["Field", "behind", "corners", "field_of", "least_distorting"]
+
+_NODES = 12  # Gauss nodes along a side: 1e-15, and 3e-8 on a panorama whose outer images are drawn ten times as large
+_MOST_STEPS, _HALVINGS = 60, 40
+# Of lines, times the size of the mosaic. With a Hessian good to 1e-8 the step after one of 1e-9 is rounding.
+_DIFFERENCE, _SETTLED = 1e-4, 1e-9
+
+
+class Field(NamedTuple):
+    """Jacobians (N, n, 2, 2) of images at nodes of their domains, where these go (N, n, 2), and weights (n,), sum 1."""
+
+    J: FloatArray
+    places: FloatArray
+    weights: FloatArray
+
+
+def corners(sizes: FloatArray) -> FloatArray:
+    """The corners of images of these widths and heights, (N, 4, 2), in order round each."""
+    return sizes[:, None] * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+
+def field_of(H: FloatArray, sizes: FloatArray) -> Field:
+    """The Jacobians of maps (N, 3, 3) over images, by Gauss-Legendre nodes."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    along = 0.5 * (nodes + 1.0)
+    grid = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
+    places, J = jacobians(H, grid * sizes[:, None])
+    return Field(J, places, np.outer(weights, weights).reshape(-1) / 4.0)
+
+
+def behind(H: FloatArray, sizes: FloatArray) -> BoolArray:
+    """Which images (N,) reach the horizon or lie behind it: a corner has no positive third coordinate."""
+    return np.asarray((_thirds(H, sizes) <= 0).any(axis=1))
+
+
+def _thirds(H: FloatArray, sizes: FloatArray) -> FloatArray:
+    return np.einsum("kj,knj->kn", H[:, 2], homogeneous(corners(sizes)))
+
+
+def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> FloatArray | None:
+    """The maps (N, 3, 3) of images into the plane that distorts them least, up to a rotation and a shift.
+
+    Of the planes that differ from that of H by a homography G it is the one with the least mean over the images, by
+    `weights` of sum 1, of the mean of Dist_F(J of G^-1 H_i)^2 over the image. None where every plane sends some image
+    through infinity.
+    """
+    line = _feasible_line(H, sizes)
+    if line is None:
+        return None
+    # Any rows that complete the line to a matrix that does not mirror: the affine part is found below.
+    G = np.vstack([np.linalg.svd(line[None])[2][1:], line])
+    G[0] *= np.sign(np.linalg.det(G))
+    H = np.asarray(G @ H)
+    for _ in range(_MOST_STEPS):
+        H, size = _whitened(H, sizes, weights)
+        cost, gradient = _cost(H, sizes, weights)
+        step = _newton_step(H, sizes, weights, gradient, size)
+        for _ in range(_HALVINGS):
+            tried = _sent(H, step)
+            if _cost(tried, sizes, weights)[0] <= cost * (1.0 + 1e-14):
+                break
+            step = 0.5 * step
+        else:
+            return H
+        H = tried
+        if np.abs(step).max() * size < _SETTLED:
+            break
+    return _whitened(H, sizes, weights)[0]
+
+
+def _feasible_line(H: FloatArray, sizes: FloatArray) -> FloatArray | None:
+    """The line l for which the least l . H_i corner, their mean being 1, is greatest; None where that is not positive.
+
+    The determinants of H_i being equal it is the same line in whatever plane.
+    """
+    from scipy.optimize import linprog  # scipy is slow to load, and few need it
+
+    seen = np.einsum("kij,knj->kni", H / np.cbrt(np.linalg.det(H))[:, None, None], homogeneous(corners(sizes)))
+    rows = seen.reshape(-1, 3)
+    scale = np.abs(rows).max(axis=0)
+    rows = rows / scale
+    found = linprog(
+        [0.0, 0.0, 0.0, -1.0],
+        A_ub=np.hstack([-rows, np.ones((len(rows), 1))]),
+        b_ub=np.zeros(len(rows)),
+        A_eq=np.append(rows.mean(axis=0), 0.0)[None],
+        b_eq=[1.0],
+        bounds=(None, None),
+        method="highs",
+    )
+    if found.status != 0 or found.x is None or found.x[3] <= 0:
+        return None
+    return np.asarray(found.x[:3]) / scale
+
+
+def _sent(H: FloatArray, line: FloatArray) -> FloatArray:
+    """The maps after the line (a, b, 1) is sent to infinity."""
+    H = H.copy()
+    H[:, 2] += np.einsum("a,kaj->kj", line, H[:, :2])
+    return H
+
+
+def _cost(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[float, FloatArray]:
+    """What the best T leaves, and its slope in the line (a, b, 1) at 0; infinite where an image crosses the horizon.
+
+    A small change da multiplies a place p of the plane by 1 - da . p. With L = ln (B B^T), B = T^-1 J, the slope is
+    minus the mean of p tr L + T L T^-1 p; that T changes with the line makes no difference to the first order.
+    """
+    if behind(H, sizes).any():
+        return np.inf, np.zeros(2)
+    J, p, each = _flat(H, sizes, weights)
+    found = mdt(J, each)
+    U, scales, _ = np.linalg.svd(np.linalg.solve(found.T, J))
+    L = (U * (2.0 * np.log(scales))[:, None]) @ U.swapaxes(-1, -2)
+    whitened = np.linalg.solve(found.T, p.T).T
+    slopes = p * np.trace(L, axis1=1, axis2=2)[:, None] + np.einsum("ab,nbc,nc->na", found.T, L, whitened)
+    return float(found.cost), -(each @ slopes)
+
+
+def _flat(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Jacobians, places and weights of all nodes of all images."""
+    J, places, w = field_of(H, sizes)
+    return J.reshape(-1, 2, 2), places.reshape(-1, 2), np.outer(weights, w).reshape(-1)
+
+
+def _whitened(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
+    """The maps after T^-1, the mean of all places at the origin, and the root mean square of these."""
+    J, places, each = _flat(H, sizes, weights)
+    G = np.eye(3)
+    G[:2, :2] = np.linalg.inv(mdt(J, each).T)
+    H, places = G @ H, places @ G[:2, :2].T
+    middle = each @ places
+    H[:, :2] -= middle[:, None] * H[:, 2:]
+    return np.asarray(H), float(np.sqrt(np.mean((places - middle) ** 2)))
+
+
+def _newton_step(
+    H: FloatArray, sizes: FloatArray, weights: FloatArray, gradient: FloatArray, size: float
+) -> FloatArray:
+    """Newton's step, with a Hessian by differences of the gradient; against the slope where it is not positive."""
+    h = _DIFFERENCE / size
+    ends = [[_cost(_sent(H, sign * h * axis), sizes, weights) for sign in (1.0, -1.0)] for axis in np.eye(2)]
+    if not all(np.isfinite(cost) for pair in ends for cost, _ in pair):
+        return -gradient / size**2
+    hessian = np.stack([(ahead[1] - back[1]) / (2.0 * h) for ahead, back in ends])
+    values, axes = np.linalg.eigh(0.5 * (hessian + hessian.T))
+    curvature = np.maximum(np.abs(values), 1e-6 * np.abs(values).max())
+    return np.asarray(-(axes / curvature) @ (axes.T @ gradient))

@@ -1,0 +1,158 @@
+"""From the points that images have in common to the maps of all images into one plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.applications.mosaics.bundle import Link, adjust
+from projdist.applications.mosaics.correspondences import Correspondences
+from projdist.applications.mosaics.pairs import Pair, estimate
+from projdist.applications.mosaics.projective import check_model
+from projdist.support import listed
+
+__all__ = ["Match", "Registration", "register"]
+
+_SHOWN = 10  # names in one message
+
+
+class Match(NamedTuple):
+    """Two images, how many points they share and how many agree on a map; where none does, the reason."""
+
+    i: int
+    j: int
+    points: int
+    agree: int
+    reason: str
+
+
+class Registration(NamedTuple):
+    """The maps of images into a plane that means nothing: that of the first image, in pixels.
+
+    `images`: numbers of those that hang together, the most that do; `matrices`: their maps (n, 3, 3). `components`: all
+    groups of two images or more, the largest first. `left_out`: the images beside `images`. `rms_pixels`: of the
+    symmetric transfer error. `matches`: of all pairs.
+    """
+
+    model: str
+    images: list[int]
+    matrices: FloatArray
+    sizes: FloatArray
+    rms_pixels: float
+    components: list[list[int]]
+    left_out: list[int]
+    matches: list[Match]
+
+
+def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> Registration:
+    """Register images by the points that they have in common.
+
+    `tolerance`: pixels; points of a pair of images that are farther off the pair's map are wrong. Pairs whose points
+    agree are chained, strongest first, and the chains are the start of a bundle adjustment. Raises ValueError where no
+    two images hang together, and where some images mirror others.
+    """
+    model = check_model(model)
+    if not tolerance > 0:
+        raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
+    # Coordinates from the middle of each image, in halves of the longest side.
+    unit = float(points.sizes.max()) / 2.0
+    found = {
+        (link.i, link.j): (link, estimate(link.xi, link.xj, model, tolerance / unit)) for link in _links(points, unit)
+    }
+    matches = [Match(i, j, len(link.xi), int(pair.agree.sum()), pair.reason) for (i, j), (link, pair) in found.items()]
+    good = {pair: both for pair, both in found.items() if both[1].S is not None}
+    components = _components(good)
+    if not components:
+        raise ValueError("Invalid correspondences. No two images match: " + _why(points, matches) + ".")
+    images = components[0]
+    number = {image: place for place, image in enumerate(images)}
+    chain = _chained(images, {key: pair for key, (_, pair) in good.items()})
+    _refuse_mirrors(points, images, chain)
+    links = [
+        Link(number[i], number[j], link.xi[pair.agree], link.xj[pair.agree])
+        for (i, j), (link, pair) in good.items()
+        if i in number
+    ]
+    maps, rms = adjust(chain, links, model)
+    to_unit = np.tile(np.eye(3), (len(images), 1, 1))
+    to_unit[:, :2] /= unit
+    to_unit[:, :2, 2] = -0.5 * points.sizes[images] / unit
+    to_pixels = np.diag([unit, unit, 1.0])
+    to_pixels[:2, 2] = 0.5 * points.sizes[images[0]]
+    left_out = sorted(set(range(len(points.sizes))) - set(images))
+    matrices = to_pixels @ maps @ to_unit
+    if model == "homography":
+        matrices /= np.cbrt(np.linalg.det(matrices))[:, None, None]
+    return Registration(
+        model,
+        images,
+        matrices,
+        points.sizes[images],
+        rms * unit,
+        components,
+        left_out,
+        matches,
+    )
+
+
+def _links(points: Correspondences, unit: float) -> Iterable[Link]:
+    """The points of each pair of images i < j, in coordinates from the images' middles."""
+    swap = points.i > points.j
+    i, j = np.where(swap, points.j, points.i), np.where(swap, points.i, points.j)
+    first = np.where(swap[:, None], points.xj, points.xi)
+    second = np.where(swap[:, None], points.xi, points.xj)
+    keys, places = np.unique(np.stack([i, j], axis=1), axis=0, return_inverse=True)
+    for number, (a, b) in enumerate(keys.tolist()):
+        chosen = places.reshape(-1) == number
+        yield Link(
+            a,
+            b,
+            (first[chosen] - 0.5 * points.sizes[a]) / unit,
+            (second[chosen] - 0.5 * points.sizes[b]) / unit,
+        )
+
+
+def _components(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
+    """Groups of images that pairs connect, the largest first."""
+    group: dict[int, set[int]] = {}
+    for i, j in pairs:
+        merged = group.get(i, {i}) | group.get(j, {j})
+        group.update(dict.fromkeys(merged, merged))
+    return sorted(
+        {tuple(sorted(images)): sorted(images) for images in group.values()}.values(), key=lambda g: (-len(g), g)
+    )
+
+
+def _chained(images: Sequence[int], pairs: dict[tuple[int, int], Pair]) -> FloatArray:
+    """The maps of images into the first one, by the pairs with the most points (a maximal spanning tree)."""
+    maps = {images[0]: np.eye(3)}
+    strongest = sorted(pairs, key=lambda key: -int(pairs[key].agree.sum()))
+    while len(maps) < len(images):
+        i, j = next(key for key in strongest if (key[0] in maps) != (key[1] in maps))
+        S: Any = pairs[i, j].S
+        if j in maps:
+            maps[i] = maps[j] @ S
+        else:
+            maps[j] = maps[i] @ np.linalg.inv(S)
+    return np.stack([maps[image] for image in images])
+
+
+def _refuse_mirrors(points: Correspondences, images: Sequence[int], chain: FloatArray) -> None:
+    """Raise ValueError where images mirror the others, naming the fewer."""
+    mirrors = np.linalg.det(chain) < 0
+    if mirrors.any():
+        few = mirrors if mirrors.mean() <= 0.5 else ~mirrors
+        names = [points.name(image) for image, odd in zip(images, few, strict=True) if odd]
+        more = [f"{len(names) - _SHOWN} more"] if len(names) > _SHOWN else []
+        raise ValueError(
+            f"Invalid orientation of {listed(names[:_SHOWN] + more, 'and')}. They mirror the others; all must agree."
+        )
+
+
+def _why(points: Correspondences, matches: Sequence[Match]) -> str:
+    """Reasons of the first pairs."""
+    reasons = [f"{points.name(m.i)} and {points.name(m.j)}, {m.reason}" for m in matches[:3]]
+    return "; ".join(reasons) + ("; ..." if len(matches) > 3 else "")

@@ -1,0 +1,316 @@
+"""How an old map distorts: the field of its scales and turns, what an affine map can mend of it, folds and outliers.
+
+The old map is a map of the true plane, J its Jacobian from there to the old map: the inverse of that of the fit, which
+leads from the old map to the truth. Means are by area on the old map, over the hull of the control points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.applications.oldmaps.fits import Affine, Fit, affine_fit, fit, helmert_fit
+from projdist.applications.oldmaps.points import ControlPoints
+from projdist.matrices import Decomposition, Measure, areal_scale, decompose, field_mdt, field_rotation, fisher
+from projdist.numerics import quantile
+from projdist.support import Answer, check_instance, check_number, plain
+
+__all__ = ["OldMap", "Rectification", "hull_nodes", "old_map"]
+
+_ROWS = 100  # of nodes, and nodes in a row
+_INCH = 0.0254  # metres
+_MEDIAN = np.sqrt(2.0 * np.log(2.0))  # of the lengths of normal residuals of two coordinates, in standard deviations
+_FALSE_ALARM = 0.05  # the chance that any point of a set without outliers is named
+_SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
+
+
+def linear_scale(J: FloatArray) -> FloatArray:
+    """Scale sqrt(a b), the same in all directions on average."""
+    return np.sqrt(areal_scale(J))
+
+
+def rotation(J: FloatArray) -> FloatArray:
+    """Angle by which the map is turned clockwise, in degrees: that of the polar factor of J."""
+    return -np.degrees(np.arctan2(J[..., 1, 0] - J[..., 0, 1], J[..., 0, 0] + J[..., 1, 1]))
+
+
+# What is drawn and told of a map after its correction.
+LOCAL_MEASURES = {
+    "fisher": Measure("fisher", fisher),
+    "areal_scale": Measure("areal_scale", areal_scale, "s", kind="ratio"),
+    "scale": Measure("scale", linear_scale, kind="ratio"),
+    "rotation": Measure("rotation", rotation, unit="deg", kind="signed"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Rectification:
+    """An affine map of the old map's plane that makes it a map in metres.
+
+    `distortion`: the mean of Dist_F^2 of the rectified map over the nodes. `residual`: the RMS distance in metres of
+    the rectified control points from the true ones.
+    """
+
+    name: str
+    affine: Affine
+    distortion: float
+    residual: float
+
+    @property
+    def parts(self) -> Decomposition:
+        """Scale in metres per unit, stretch and its azimuth on the old map, shear, and the old map's rotation.
+
+        That is by how many degrees the old map is turned clockwise, which the rectification turns back: its vertical
+        runs so far to the west of north. The y axis of a mirrored old map is turned about before.
+        """
+        M = self.affine.matrix
+        parts = decompose(M @ np.diag([1.0, np.sign(np.linalg.det(M))]))
+        return parts._replace(rotation=0.0 - parts.rotation)  # no -0
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name."""
+        parts = {name: plain(float(value)) for name, value in self.parts._asdict().items()}
+        given = {"matrix": self.affine.matrix.tolist(), "shift": self.affine.shift.tolist()}
+        return {"distortion": self.distortion, "residual": self.residual, **given, **parts}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class OldMap(Answer):
+    """An old map as its control points show it.
+
+    `nodes` (m, 2) fill the hull of the points on the old map, with `weights` of the sum 1; `jacobian` (m, 2, 2) is
+    there the old map's, in its units per metre, NaN where the fit folds (turns over). `rectifications` are by "mdt",
+    "affine" and "helmert" (least squares). `area` is that of the hull in square units. `dots_per_inch` are those of the
+    scan whose pixels are the units, if known.
+    """
+
+    points: ControlPoints
+    fit: Fit
+    is_mirrored: bool
+    nodes: FloatArray
+    weights: FloatArray
+    jacobian: FloatArray
+    rectifications: dict[str, Rectification]
+    area: float
+    rotation_note: str
+    dots_per_inch: float | None = None
+
+    @property
+    def fold_share(self) -> float:
+        """The share of the hull's area on which the fit turns over."""
+        return float(self.weights[np.isnan(self.jacobian[:, 0, 0])].sum())
+
+    @property
+    def folds_near(self) -> tuple[str, ...]:
+        """The control points that are nearest to folds, most of a fold first."""
+        folded = np.isnan(self.jacobian[:, 0, 0])
+        places = self.nodes[folded]
+        nearest = ((places[:, None] - self.points.old) ** 2).sum(axis=-1).argmin(axis=1)
+        share = np.bincount(nearest, self.weights[folded], len(self.points.old))
+        at_points = np.isnan(self.local_jacobian(self.points.old)[:, 0, 0])
+        order = np.argsort(-share, kind="stable")
+        return tuple(self.points.names[k] for k in order if share[k] > 0 or at_points[k])
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Control points that lie farther from where the others have them than chance lets any, the farthest first."""
+        distance = np.hypot(*self.fit.left_out.T)
+        if not np.isfinite(distance).any():
+            return ()
+        # Of n normal residuals in the plane the longest exceeds sigma sqrt(2 ln(n / p)) with a chance of p.
+        sigma = np.nanmedian(distance) / _MEDIAN
+        limit = sigma * np.sqrt(2.0 * np.log(len(distance) / _FALSE_ALARM))
+        rounding = 1e-9 * float(np.ptp(self.points.new))
+        order = np.argsort(-np.nan_to_num(distance), kind="stable")
+        return tuple(self.points.names[k] for k in order if distance[k] > max(limit, rounding))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be said besides the figures."""
+        said = [self.points.note, self.rotation_note]
+        if self.is_mirrored:
+            said.append(
+                "The old map is mirrored as a whole: its y axis points down, as that of images (or its axes are "
+                "swapped). It is turned about; that is no fold."
+            )
+        return tuple(filter(None, said))
+
+    def local_jacobian(self, old: FloatArray) -> FloatArray:
+        """The old map's Jacobian (m, 2, 2) at places (m, 2) on it; NaN on folds."""
+        return _jacobian(self.fit, old, self.is_mirrored)[0]
+
+    def corrected(self, J: FloatArray, by: str = "mdt") -> FloatArray:
+        """Jacobians after a rectification, of which the scale 1 is then the mean."""
+        return np.asarray(self.rectifications[by].affine.matrix @ J)
+
+    def denominator(self, metres_per_unit: float) -> float | None:
+        """N of the scale 1 : N, where the scan's resolution is known."""
+        return None if self.dots_per_inch is None else metres_per_unit * self.dots_per_inch / _INCH
+
+    def statistics(self) -> dict[str, dict[str, float]]:
+        """Percentiles of the measures after the MDT, by area on the old map."""
+        known = ~np.isnan(self.jacobian[:, 0, 0])
+        J = self.corrected(self.jacobian[known])
+        found = {}
+        for name, measure in LOCAL_MEASURES.items():
+            values = measure(J)
+            found[name] = {key: float(quantile(values, self.weights[known], q)) for key, q in _SHARES.items()}
+        return found
+
+    def _line(self) -> str:
+        return f"{len(self.points.names)} points, {len(self.nodes)} nodes"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; what is undefined is None."""
+        corrections = {}
+        for name, one in self.rectifications.items():
+            scale = self.denominator(float(one.parts.scale))
+            corrections[name] = one.to_dict() | {"denominator": scale}
+        return {
+            "model": self.fit.model,
+            "smoothing": self.fit.smoothing,
+            "freedom": self.fit.freedom,
+            "residual": _rms(self.fit.residuals),
+            "residual_left_out": plain(_rms(self.fit.left_out)),
+            "mirrored": self.is_mirrored,
+            "area": self.area,
+            "dots_per_inch": self.dots_per_inch,
+            "rectifications": corrections,
+            "folds": {"share": self.fold_share, "area": self.fold_share * self.area, "near": list(self.folds_near)},
+            "outliers": list(self.outliers),
+            "statistics": self.statistics(),
+            "notes": list(self.notes),
+            "points": [{name: plain(value) for name, value in row.items()} for row in self._table()],
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        """A row a control point: its places, its residuals in metres, and the measures there after the MDT."""
+        J, far = self.corrected(self.local_jacobian(self.points.old)), self.outliers
+        columns: dict[str, Any] = {"id": self.points.names}
+        columns |= dict(zip(("x_old", "y_old"), self.points.old.T.tolist(), strict=True))
+        columns |= dict(zip(("x_new", "y_new"), self.points.new.T.tolist(), strict=True))
+        columns |= dict(zip(("residual_x", "residual_y"), self.fit.residuals.T.tolist(), strict=True))
+        columns["left_out"] = np.hypot(*self.fit.left_out.T).tolist()
+        columns["outlier"] = [name in far for name in self.points.names]
+        columns["fold"] = np.isnan(J[:, 0, 0]).tolist()
+        columns |= {name: measure(J).tolist() for name, measure in LOCAL_MEASURES.items()}
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def old_map(
+    points: ControlPoints, *, model: str = "tps", smoothing: float | None = None, dots_per_inch: float | None = None
+) -> OldMap:
+    """How an old map distorts, by the model that is fitted to its control points.
+
+    Parameters
+    ----------
+    points : ControlPoints
+        Three or more; the models need as many as they have parameters a coordinate, tps four.
+    model : str
+        "helmert", "affine", "polynomial2" or "polynomial3", by least squares, or "tps", the thin-plate spline.
+    smoothing : float, optional
+        Of tps, not negative: what its bending counts beside the sum of squares, where lengths are in units of the
+        points' standard deviation along an axis, after the affine fit. By default that of the least generalized
+        cross-validation.
+    dots_per_inch : float, optional
+        Those of the scan in whose pixels the old places are given; they make denominators of scales.
+
+    Returns
+    -------
+    OldMap
+        The fit, the old map's Jacobians over the hull of its points, in its units per metre, and three rectifications:
+        by the MDT, and by affine and Helmert least squares.
+
+    Raises
+    ------
+    ValueError
+        For points that do not determine the model, an unknown model, a smoothing or dots per inch out of their range,
+        and where the fit folds everywhere.
+
+    References
+    ----------
+    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications (mdt).
+    Duchon 1977 (the spline), Craven & Wahba 1979 (its cross-validation).
+
+    Examples
+    --------
+    A sheet whose unit is 300 m to the right and 100 m upwards is stretched by 3:
+
+    >>> sheet = ControlPoints([[0, 0], [1, 0], [0, 1], [1, 1]], [[0, 0], [300, 0], [0, 100], [300, 100]])
+    >>> round(float(old_map(sheet, model="affine").rectifications["mdt"].parts.stretch), 9)
+    3.0
+    """
+    check_instance("control points", points, ControlPoints, "ControlPoints")
+    if dots_per_inch is not None and not 0.0 < check_number("dots per inch", dots_per_inch) < np.inf:
+        raise ValueError(f"Invalid dots per inch '{dots_per_inch:g}'. They must be positive.")
+    fitted, linear = fit(points, model, smoothing), affine_fit(points)
+    is_mirrored = bool(np.linalg.det(linear.matrix) < 0)
+    # Laid in the registered plane, the nodes are the same places whatever the old map's units and axes.
+    registered, weights, area = hull_nodes(linear(points.old))
+    nodes = linear.inverse()(registered)
+    jacobian, folded = _jacobian(fitted, nodes, is_mirrored)
+    if folded.all():
+        raise ValueError(f"Invalid control points for model '{model}'. The fitted map folds everywhere.")
+    J, w = jacobian[~folded], weights[~folded]
+    flip = np.diag([1.0, -1.0 if is_mirrored else 1.0])
+    T = field_mdt(flip @ J, w).T
+    turn = field_rotation(flip @ J, w, T)
+    matrix = turn.q @ np.linalg.inv(T) @ flip
+    mean = Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
+    maps = {"mdt": mean, "affine": linear, "helmert": helmert_fit(points)}
+    return OldMap(
+        points=points,
+        fit=fitted,
+        is_mirrored=is_mirrored,
+        nodes=nodes,
+        weights=weights,
+        jacobian=jacobian,
+        rectifications={name: _rectification(name, one, points, J, w) for name, one in maps.items()},
+        area=area / float(abs(np.linalg.det(linear.matrix))),
+        rotation_note=turn.note,
+        dots_per_inch=dots_per_inch,
+    )
+
+
+def _jacobian(fitted: Fit, old: FloatArray, is_mirrored: bool) -> tuple[FloatArray, BoolArray]:
+    """The old map's Jacobians, the inverses of the fit's, and where the fit folds: there they are NaN."""
+    back = fitted.jacobian(old)
+    folded = np.asarray(np.linalg.det(back) * (-1.0 if is_mirrored else 1.0) <= 0.0)
+    back[folded] = np.eye(2)
+    jacobian = np.asarray(np.linalg.inv(back), dtype=float)
+    jacobian[folded] = np.nan
+    return jacobian, folded
+
+
+def _rectification(name: str, affine: Affine, points: ControlPoints, J: FloatArray, w: FloatArray) -> Rectification:
+    distortion = float(w @ fisher(affine.matrix @ J) ** 2 / w.sum())
+    return Rectification(name, affine, distortion, _rms(points.new - affine(points.old)))
+
+
+def hull_nodes(points: FloatArray, rows: int = _ROWS) -> tuple[FloatArray, FloatArray, float]:
+    """Nodes (m, 2) and weights of the sum 1 of a midpoint rule over the convex hull of points, and its area."""
+    from scipy.spatial import ConvexHull  # imported here: scipy is slow to load, and few need it
+
+    hull = ConvexHull(points)
+    low, high = points[:, 1].min(), points[:, 1].max()
+    y = low + (high - low) * (np.arange(rows) + 0.5) / rows
+    # Each side of the hull bounds x from the left or from the right: nx x + ny y + c <= 0 inside.
+    nx, ny, c = hull.equations.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bound = -(c + ny * y[:, None]) / nx
+    left = np.where(nx < 0, bound, -np.inf).max(axis=1)
+    right = np.where(nx > 0, bound, np.inf).min(axis=1)
+    x = left[:, None] + (right - left)[:, None] * (np.arange(rows) + 0.5) / rows
+    weights = np.repeat(np.maximum(right - left, 0.0), rows)
+    nodes = np.stack([x.ravel(), np.repeat(y, rows)], axis=-1)
+    return nodes, weights / weights.sum(), float(hull.volume)
+
+
+def _rms(residuals: FloatArray) -> float:
+    """The RMS length of vectors (n, 2), of those that are known."""
+    square = (residuals**2).sum(axis=1)
+    known = square[np.isfinite(square)]
+    return float(np.sqrt(known.mean())) if known.size else float("nan")

@@ -1,0 +1,274 @@
+"""Smooth maps from the plane of an old map to the truth, fitted to control points.
+
+The models are linear in the truth: each has a matrix H that takes the points' true coordinates to the fitted ones, and
+its diagonal tells what each point would be if it were left out of the fit. Polynomials and splines are fitted not in
+the old map's own coordinates but in those of its affine fit: no figure then depends on the old map's units and axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.applications.oldmaps.points import ControlPoints
+from projdist.support import check_choice, check_number
+
+__all__ = ["MODELS", "Affine", "Fit", "affine_fit", "fit", "helmert_fit"]
+
+_CHUNK = 1 << 20  # doubles of the terms at some places at a time
+_SMALLEST = 1e-13  # of the largest eigenvalue of a spline: smaller ones are rounding
+_SMOOTHINGS = 121  # tried at a time, from interpolation to the affine map, and again between the neighbours of the best
+
+
+@dataclass(frozen=True, eq=False)
+class Affine:
+    """The map p -> matrix p + shift of points (..., 2)."""
+
+    matrix: FloatArray
+    shift: FloatArray
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """The images of points."""
+        return np.asarray(points @ self.matrix.T + self.shift)
+
+    def inverse(self) -> Affine:
+        """The map back."""
+        back = np.asarray(np.linalg.inv(self.matrix), dtype=float)
+        return Affine(back, -back @ self.shift)
+
+
+def affine_fit(points: ControlPoints) -> Affine:
+    """The affine map from the old map to the truth with the least squares of the residuals."""
+    middle, truth = points.old.mean(axis=0), points.new.mean(axis=0)
+    matrix = np.linalg.lstsq(points.old - middle, points.new - truth, rcond=None)[0].T
+    return Affine(matrix, truth - matrix @ middle)
+
+
+def helmert_fit(points: ControlPoints) -> Affine:
+    """The same among similarities: turn, scale and shift, after a reflection of y where the old map is mirrored."""
+    middle, truth = points.old.mean(axis=0), points.new.mean(axis=0)
+    flip = np.diag([1.0, np.sign(np.linalg.det(affine_fit(points).matrix))])
+    z, w = ((places @ [1.0, 1.0j]) for places in ((points.old - middle) @ flip, points.new - truth))
+    factor = np.vdot(z, w) / np.vdot(z, z)
+    matrix = np.array([[factor.real, -factor.imag], [factor.imag, factor.real]]) @ flip
+    return Affine(matrix, truth - matrix @ middle)
+
+
+# ---- terms ----------------------------------------------------------------------------------
+
+
+class Terms(Protocol):
+    """The functions of which a map is made, at places (m, 2)."""
+
+    def values(self, u: FloatArray) -> FloatArray:
+        """Shape (m, k)."""
+
+    def gradients(self, u: FloatArray) -> FloatArray:
+        """Shape (m, k, 2)."""
+
+
+@dataclass(frozen=True)
+class Monomials:
+    """x^i y^j of a degree i + j up to `degree`."""
+
+    degree: int
+
+    def _powers(self) -> list[tuple[int, int]]:
+        return [(total - j, j) for total in range(self.degree + 1) for j in range(total + 1)]
+
+    def values(self, u: FloatArray) -> FloatArray:
+        """Shape (m, k)."""
+        return np.stack([u[:, 0] ** i * u[:, 1] ** j for i, j in self._powers()], axis=-1)
+
+    def gradients(self, u: FloatArray) -> FloatArray:
+        """Shape (m, k, 2)."""
+        x, y = u.T
+        along = [(i * x ** max(i - 1, 0) * y**j, j * x**i * y ** max(j - 1, 0)) for i, j in self._powers()]
+        return np.moveaxis(np.array(along), -1, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """1, x, y, and r^2 ln r about each of the knots (n, 2): the thin-plate spline (Duchon 1977)."""
+
+    knots: FloatArray
+
+    def values(self, u: FloatArray) -> FloatArray:
+        """Shape (m, 3 + n)."""
+        square = ((u[:, None] - self.knots) ** 2).sum(axis=-1)
+        return np.concatenate([np.ones((len(u), 1)), u, 0.5 * square * _log(square)], axis=1)
+
+    def gradients(self, u: FloatArray) -> FloatArray:
+        """Shape (m, 3 + n, 2)."""
+        away = u[:, None] - self.knots
+        plane = np.broadcast_to([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(u), 3, 2))
+        return np.concatenate([plane, (_log((away**2).sum(axis=-1)) + 1.0)[..., None] * away], axis=1)
+
+
+def _log(square: FloatArray) -> FloatArray:
+    """The logarithm, and 0 at 0, where it is multiplied with 0."""
+    return np.log(np.where(square > 0, square, 1.0))
+
+
+# ---- the fit --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A map from the plane of an old map to the truth.
+
+    `freedom`: how many parameters a coordinate has, those of a smooth spline in effect: the trace of H. `smoothing` is
+    a spline's. `residuals` (n, 2): by how much the points' true places lie off the fitted ones; `left_out`: the same
+    for the map fitted to the others (NaN where these do not suffice).
+    """
+
+    model: str
+    smoothing: float | None
+    freedom: float
+    plane: Affine
+    terms: Terms
+    coefficients: FloatArray
+    residuals: FloatArray
+    left_out: FloatArray
+
+    def __call__(self, old: FloatArray) -> FloatArray:
+        """True places (m, 2) of places on the old map."""
+        u = self.plane(old)
+        return np.concatenate([self.terms.values(part) @ self.coefficients for part in self._parts(u)])
+
+    def jacobian(self, old: FloatArray) -> FloatArray:
+        """Derivatives (m, 2, 2) of the true place by the place on the old map."""
+        u = self.plane(old)
+        found = [self.terms.gradients(part).swapaxes(1, 2) @ self.coefficients for part in self._parts(u)]
+        return np.asarray(np.concatenate(found).swapaxes(1, 2) @ self.plane.matrix)
+
+    def _parts(self, u: FloatArray) -> list[FloatArray]:
+        return np.array_split(u, u.shape[0] * len(self.coefficients) // _CHUNK + 1)
+
+
+def fit(points: ControlPoints, model: str = "tps", smoothing: float | None = None) -> Fit:
+    """The map of a model that fits control points.
+
+    "helmert", "affine", "polynomial2" and "polynomial3" by least squares; "tps", the thin-plate spline, by the least
+    sum of squares plus `smoothing` times its bending. Lengths are then in units of the points' standard deviation along
+    an axis, after the affine fit. Without a smoothing it is that of the least generalized cross-validation (Craven &
+    Wahba 1979). Raises ValueError.
+    """
+    check_choice("model", model, MODELS)
+    if smoothing is not None and (not 0.0 <= check_number("smoothing", smoothing) < np.inf or model != "tps"):
+        raise ValueError(
+            f"Invalid smoothing '{smoothing:g}' of model '{model}'. It is for tps, finite and not negative."
+        )
+    return MODELS[model](points, smoothing)
+
+
+def _normalised(points: ControlPoints, linear: Affine) -> Affine:
+    """A linear fit followed by a shift and a scale that bring the points to a mean of 0 and a variance of 1."""
+    registered = linear(points.old)
+    middle = registered.mean(axis=0)
+    unit = np.sqrt(((registered - middle) ** 2).mean())
+    return Affine(linear.matrix / unit, (linear.shift - middle) / unit)
+
+
+def _similarity(points: ControlPoints, smoothing: None) -> Fit:
+    plane = _normalised(points, helmert_fit(points))
+    u = plane(points.old)
+    leverage = 1.0 / len(u) + (u**2).sum(axis=1) / (u**2).sum()
+    unit = np.sqrt(abs(np.linalg.det(helmert_fit(points).matrix) / np.linalg.det(plane.matrix)))
+    coefficients = np.vstack([points.new.mean(axis=0), unit * np.eye(2)])
+    residuals = points.new - Monomials(1).values(u) @ coefficients
+    return Fit("helmert", None, 2.0, plane, Monomials(1), coefficients, residuals, _deleted(residuals, leverage))
+
+
+def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]:
+    def polynomial(points: ControlPoints, smoothing: None) -> Fit:
+        plane, terms = _normalised(points, affine_fit(points)), Monomials(degree)
+        basis = terms.values(plane(points.old))
+        count = basis.shape[1]
+        if np.linalg.matrix_rank(basis) < count:
+            raise ValueError(
+                f"Invalid control points for model '{model}'. There must be {count} or more that determine it."
+            )
+        Q, R = np.linalg.qr(basis)
+        coefficients = np.linalg.solve(R, Q.T @ points.new)
+        residuals = points.new - basis @ coefficients
+        return Fit(
+            model, None, float(count), plane, terms, coefficients, residuals, _deleted(residuals, (Q**2).sum(axis=1))
+        )
+
+    return polynomial
+
+
+def _deleted(residuals: FloatArray, leverage: FloatArray) -> FloatArray:
+    """Residuals of points from the fit to the others, for the diagonal of H."""
+    rest = 1.0 - leverage
+    return residuals / np.where(rest > 1e-9, rest, np.nan)[:, None]
+
+
+def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
+    """The weights of the knots are Z (B + smoothing)^-1 Z^T y, Z a basis of what no affine map reaches (Wahba 1990)."""
+    if len(points.old) <= 3:
+        raise ValueError("Invalid control points for model 'tps'. There must be 4 or more.")
+    plane = _normalised(points, affine_fit(points))
+    u = plane(points.old)
+    terms = Spline(u)
+    values = terms.values(u)
+    Q, R = np.linalg.qr(values[:, :3], mode="complete")
+    Z, kernel = Q[:, 3:], values[:, 3:]
+    bending, V = np.linalg.eigh(Z.T @ kernel @ Z)
+    if smoothing == 0.0 and bending[0] <= _SMALLEST * bending[-1]:
+        one, other = _closest(u)
+        raise ValueError(
+            f"Invalid smoothing '0'. Points '{points.names[one]}' and '{points.names[other]}' are too close on the old "
+            "map to be interpolated."
+        )
+    bending = np.maximum(bending, _SMALLEST * bending[-1])
+    modes = Z @ V
+    parts = modes.T @ points.new
+    if smoothing is None:
+        smoothing = _cross_validated(bending, parts, len(u))
+    weights = modes @ (parts / (bending + smoothing)[:, None])
+    flat = np.linalg.solve(R[:3], Q[:, :3].T @ (points.new - kernel @ weights))
+    diagonal = (modes**2 / (bending + smoothing)).sum(axis=1)
+    return Fit(
+        "tps",
+        smoothing,
+        len(u) - float((smoothing / (bending + smoothing)).sum()),
+        plane,
+        terms,
+        np.vstack([flat, weights]),
+        smoothing * weights,
+        weights / diagonal[:, None],
+    )
+
+
+def _closest(u: FloatArray) -> tuple[int, int]:
+    distance = ((u[:, None] - u) ** 2).sum(axis=-1)
+    np.fill_diagonal(distance, np.inf)
+    one, other = divmod(int(np.argmin(distance)), len(u))
+    return one, other
+
+
+def _cross_validated(bending: FloatArray, parts: FloatArray, count: int) -> float:
+    """The smoothing of the least n RSS / tr(1 - H)^2, within interpolation and the affine map."""
+    low, high = np.log(1e-2 * bending[0]), np.log(1e4 * bending[-1])
+    for _ in range(2):
+        tried = np.linspace(low, high, _SMOOTHINGS)
+        rest = 1.0 / (1.0 + np.exp(np.log(bending) - tried[:, None]))  # what each mode leaves
+        score = (rest**2 @ (parts**2).sum(axis=1)) / rest.sum(axis=1) ** 2
+        best = int(np.argmin(score))
+        low, high = tried[max(best - 1, 0)], tried[min(best + 1, _SMOOTHINGS - 1)]
+    return float(np.exp(tried[best]))
+
+
+MODELS: dict[str, Callable[..., Fit]] = {
+    "helmert": _similarity,
+    "affine": _polynomial(1, "affine"),
+    "polynomial2": _polynomial(2, "polynomial2"),
+    "polynomial3": _polynomial(3, "polynomial3"),
+    "tps": _spline,
+}

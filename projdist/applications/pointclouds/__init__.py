@@ -1,0 +1,20 @@
+"""Point clouds and landmarks in any dimension: affine registration, and the frame that distorts them least."""
+
+from projdist.applications.pointclouds.affine import FITS, AffineFit, affine_fit
+from projdist.applications.pointclouds.correspondence import CORRESPONDENCES
+from projdist.applications.pointclouds.files import SUFFIXES, CloudFile, read_cloud
+from projdist.applications.pointclouds.registration import FRAMES, LeftOut, Registration, register
+
+__all__ = [
+    "CORRESPONDENCES",
+    "FITS",
+    "FRAMES",
+    "SUFFIXES",
+    "AffineFit",
+    "CloudFile",
+    "LeftOut",
+    "Registration",
+    "affine_fit",
+    "read_cloud",
+    "register",
+]

@@ -1,0 +1,61 @@
+"""Which points of several clouds are the same one: by rows, by ids, or by closest points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.applications.pointclouds.icp import nearest_points
+from projdist.support import listed
+
+__all__ = ["CORRESPONDENCES", "arranged"]
+
+CORRESPONDENCES = ("rows", "id", "icp")
+
+
+def arranged(
+    clouds: list[FloatArray], names: Sequence[str], correspond: str, ids: Sequence[Sequence[str]] | None
+) -> tuple[FloatArray, BoolArray]:
+    """Points (N, M, n) of which those with the same number are the same, NaN where missing; and where they are, (N, M).
+
+    Raises ValueError for an unknown way, and for clouds that do not have what it needs.
+    """
+    if correspond not in CORRESPONDENCES:
+        raise ValueError(f"Invalid correspondence '{correspond}'. It must be {listed(CORRESPONDENCES, 'or')}.")
+    missing = [np.isnan(cloud).all(axis=1) for cloud in clouds]
+    for name, cloud, gaps in zip(names, clouds, missing, strict=True):
+        wrong = ~np.isfinite(cloud).all(axis=1) & ~gaps
+        if wrong.any():
+            raise ValueError(f"Invalid cloud '{name}'. Point {int(np.argmax(wrong)) + 1} must be finite, or all NaN.")
+    if correspond == "icp":
+        return nearest_points([cloud[~gaps] for cloud, gaps in zip(clouds, missing, strict=True)])
+    points = _by_rows(clouds, names) if correspond == "rows" else _by_ids(clouds, names, ids)
+    return points, np.asarray(~np.isnan(points).any(axis=2))
+
+
+def _by_rows(clouds: list[FloatArray], names: Sequence[str]) -> FloatArray:
+    for name, cloud in zip(names, clouds, strict=True):
+        if len(cloud) != len(clouds[0]):
+            raise ValueError(
+                f"Invalid cloud '{name}'. It has {len(cloud)} points, '{names[0]}' {len(clouds[0])}; rows that "
+                "correspond must be as many. Where they do not, there is the correspondence id or icp."
+            )
+    return np.stack(clouds)
+
+
+def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequence[str]] | None) -> FloatArray:
+    if ids is None or len(ids) != len(clouds):
+        raise ValueError("Invalid ids. There must be a list of them for each cloud.")
+    for name, cloud, marks in zip(names, clouds, ids, strict=True):
+        if len(marks) != len(cloud):
+            raise ValueError(f"Invalid ids of cloud '{name}'. They are {len(marks)}; its points are {len(cloud)}.")
+        if len(set(marks)) < len(marks):
+            twice = next(mark for k, mark in enumerate(marks) if mark in marks[:k])
+            raise ValueError(f"Invalid cloud '{name}'. It has two points with the id '{twice}'.")
+    numbers = {mark: k for k, mark in enumerate(dict.fromkeys(mark for marks in ids for mark in marks))}
+    points = np.full((len(clouds), len(numbers), clouds[0].shape[1]), np.nan)
+    for row, cloud, marks in zip(points, clouds, ids, strict=True):
+        row[[numbers[mark] for mark in marks]] = cloud
+    return points

@@ -1,0 +1,211 @@
+"""Files of points: read, and written again with the points moved and all else as it was.
+
+PLY has a reader of its own (`ply`), which keeps all else byte for byte; the library plyfile is under the GPL.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.applications.pointclouds.ply import CloudError, Ply, read_ply
+from projdist.support import cells_of, is_number, listed, number_of, replacing, tell
+
+__all__ = ["SUFFIXES", "CloudFile", "read_cloud"]
+
+_IDS = ("id", "name", "label", "point")
+_NAMED = 5  # rows in a notice
+_AXES, _NORMALS = ("x", "y", "z"), ("nx", "ny", "nz")
+
+
+@dataclass(frozen=True, eq=False)
+class CloudFile:
+    """The points of a file, shape (M, n), NaN where missing; their ids if it has any, else None."""
+
+    path: Path
+    points: FloatArray
+    ids: tuple[str, ...] | None
+    normals: FloatArray | None
+    content: _Table | Ply
+
+    def write(self, path: str | os.PathLike[str], A: FloatArray, shift: FloatArray, *, overwrite: bool = False) -> None:
+        """The same file with its points at A y + shift, and normals, named nx, ny, nz, turned with them.
+
+        Raises FileExistsError where there is one and it is not to be overwritten, and OSError.
+        """
+        normals = None if self.normals is None else _turned(self.normals, A)
+        with replacing(Path(path), overwrite=overwrite) as new:
+            new.write_bytes(self.content.moved(self.points @ A.T + shift, normals))
+
+
+def read_cloud(path: str | os.PathLike[str]) -> CloudFile:
+    """The points of a .csv, .xyz or .ply file.
+
+    CSV, with commas, semicolons or tabs: with a header, columns x, y and perhaps z, or, where there are
+    no such, all; a column id, name, label or point has the ids. Without a header all columns are
+    coordinates, and the first has the ids if it is no number. Empty is missing; a point with some of its coordinates is
+    missing, too, which is told. XYZ: the first three numbers of each line. PLY: ascii or binary. Raises ValueError.
+    """
+    path = Path(path)
+    read = _READERS.get(path.suffix.lower())
+    if read is None:
+        raise ValueError(f"Invalid cloud '{path}'. Its suffix must be {listed(SUFFIXES, 'or')}.")
+    try:
+        content = read(path.read_bytes())
+        return CloudFile(path, _whole(content.points, path), content.ids, content.normals, content)
+    except OSError as error:
+        raise ValueError(f"Invalid cloud '{path}'. The file cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"Invalid cloud '{path}'. It must be text in UTF-8.") from error
+    except CloudError as error:
+        raise ValueError(f"Invalid cloud '{path}'. {error}") from error
+
+
+def _whole(points: FloatArray, path: Path) -> FloatArray:
+    """Points that lack one of their coordinates as missing, which is told; raises CloudError for infinite ones."""
+    infinite = np.flatnonzero(np.isinf(points).any(axis=1))
+    if infinite.size:
+        raise CloudError(f"Point {infinite[0] + 1} is infinitely far away.")
+    absent = np.isnan(points)
+    partly = np.flatnonzero(absent.any(axis=1) & ~absent.all(axis=1))
+    if absent.any(axis=1).all():
+        raise CloudError("No point in it has all of its coordinates.")
+    if partly.size:
+        shown = ", ".join(str(row + 1) for row in partly[:_NAMED]) + (", ..." if partly.size > _NAMED else "")
+        tell(f"{partly.size} point(s) of '{path}' lack a coordinate and are taken as missing: {shown}.")
+    return np.where(absent.any(axis=1, keepdims=True), np.nan, points)
+
+
+def _turned(normals: FloatArray, A: FloatArray) -> FloatArray:
+    """Normals of a surface that A maps, of length 1; where there is none (0, 0, 0), none."""
+    turned = np.linalg.solve(A.T, normals.T).T
+    length = np.linalg.norm(turned, axis=1, keepdims=True)
+    return turned / np.where(length == 0.0, 1.0, length)
+
+
+# ---- text -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """Rows of cells, and in which columns the coordinates, the normals and the ids stand.
+
+    `missing` is written for what is missing: nothing where a header tells which cells there are, else nan.
+    """
+
+    head: str
+    rows: list[list[str]]
+    separator: str
+    axes: list[int]
+    normal_axes: list[int]
+    id_column: int | None
+    missing: str = "nan"
+
+    @property
+    def points(self) -> FloatArray:
+        return self._numbers(self.axes)
+
+    @property
+    def normals(self) -> FloatArray | None:
+        if not self.normal_axes:
+            return None
+        normals = self._numbers(self.normal_axes)
+        return np.where(np.isnan(normals).any(axis=1, keepdims=True), np.nan, normals)
+
+    @property
+    def ids(self) -> tuple[str, ...] | None:
+        k = self.id_column
+        return None if k is None else tuple(row[k].strip() if k < len(row) else "" for row in self.rows)
+
+    def _numbers(self, columns: Sequence[int]) -> FloatArray:
+        numbers = []
+        for number, row in enumerate(self.rows, start=1):
+            cells = [row[column].strip() if column < len(row) else "?" for column in columns]
+            if not all(cell == "" or is_number(cell) for cell in cells):
+                raise CloudError(f"Row {number} must have {len(columns)} numbers for its point.")
+            numbers.append([number_of(cell or "nan") for cell in cells])
+        if not numbers:
+            raise CloudError("There are no points in it.")
+        return np.array(numbers)
+
+    def moved(self, points: FloatArray, normals: FloatArray | None) -> bytes:
+        """The file with other points, and other normals if it has some."""
+        text = io.StringIO()
+        writer = csv.writer(text, delimiter=self.separator, lineterminator="\n")
+        columns = self.axes + self.normal_axes
+        values = points if normals is None else np.hstack([points, normals])
+        for row, numbers in zip(self.rows, values.tolist(), strict=True):
+            cells = list(row)
+            for column, number in zip(columns, numbers, strict=True):
+                cells[column] = self.missing if math.isnan(number) else repr(number)
+            writer.writerow(cells)
+        return (self.head + text.getvalue()).encode()
+
+
+def _read_csv(data: bytes) -> _Table:
+    comments, lines = _split_comments(_lines(data))
+    separator = next((mark for mark in ",;\t" if mark in lines[-1]), None)
+    if separator is None:
+        raise CloudError("Its cells must stand apart by commas, semicolons or tabs.")
+    rows = _rows(lines, separator)
+    header = [cell.strip().lower() for cell in rows[0]]
+    if any(map(is_number, header)) or not any(header):
+        ids = 0 if header[0] and not is_number(header[0]) else None
+        axes = [k for k in range(len(header)) if k != ids]
+        return _Table("".join(f"{line}\n" for line in comments), rows, separator, axes, [], ids)
+    ids = next((header.index(name) for name in _IDS if name in header), None)
+    axes = [header.index(name) for name in _AXES if name in header]
+    if not {"x", "y"} <= set(header):
+        axes = [k for k in range(len(header)) if k != ids]
+    normals = [header.index(name) for name in _NORMALS[: len(axes)] if name in header]
+    head = "".join(f"{line}\n" for line in [*comments, lines[0]])
+    return _Table(head, rows[1:], separator, axes, normals if len(normals) == len(axes) else [], ids, "")
+
+
+def _read_xyz(data: bytes) -> _Table:
+    comments, lines = _split_comments(_lines(data))
+    rows = [line.split() for line in lines]
+    dimension = min(3, len(rows[0]))
+    longer = next((k for k, row in enumerate(rows, start=1) if len(row) > dimension), None)
+    if dimension < 3 and longer is not None:
+        raise CloudError(f"Row 1 has {dimension} numbers, row {longer} more.")
+    head = "".join(f"{line}\n" for line in comments)
+    return _Table(head, rows, " ", list(range(dimension)), [], None)
+
+
+def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:
+    """The cells of lines, in none of which there are more than in the first, but for empty ones."""
+    rows: list[list[str]] = []
+    for number, line in enumerate(lines, start=1):
+        try:
+            rows.append(cells_of(line, separator))
+        except ValueError as error:
+            raise CloudError(f"Its row {number} has {error}.") from error
+        if any(cell.strip() for cell in rows[-1][len(rows[0]) :]):
+            raise CloudError(f"Its row {number} has {len(rows[-1])} cells, the first one {len(rows[0])}.")
+    return rows
+
+
+def _lines(data: bytes) -> list[str]:
+    lines = [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
+    if all(line.startswith("#") for line in lines):
+        raise CloudError("There are no points in it.")
+    return lines
+
+
+def _split_comments(lines: list[str]) -> tuple[list[str], list[str]]:
+    """The comments at the beginning, and the rest."""
+    first = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    return lines[:first], lines[first:]
+
+
+_READERS: dict[str, Callable[[bytes], _Table | Ply]] = {".csv": _read_csv, ".xyz": _read_xyz, ".ply": read_ply}
+SUFFIXES = tuple(_READERS)

@@ -1,0 +1,173 @@
+"""Affine maps of many clouds into one frame, from points of which each is in some of the clouds.
+
+The symmetric answer is self-consistent: each cloud lies by its symmetric fit onto the mean of all, and no cloud is the
+reference. The mean is known up to an affine map, and is kept whitened. With every point in every cloud this is a
+generalised Procrustes analysis (Gower 1975) of whitened clouds. It starts from the largest roots of generalised
+canonical correlations (Kettenring 1971; with missing points, van de Velden & Takane 2012), a symmetric eigenproblem.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.applications.pointclouds.affine import AffineFit, fit_whitened, rank, whitened
+
+__all__ = ["Group", "Kept", "consensus", "kept_clouds", "onto_first"]
+
+_STEPS = 300  # 3 to 30 do, but for chains of thirty clouds with noise of a tenth of their spread
+_SETTLED, _SETTLED_ENOUGH = 1e-14, 1e-10  # of the spread of the mean: where steps stop, and what still is an answer
+_ROUNDING = 1e-10  # of a squared length of 1
+
+
+class Group(NamedTuple):
+    """The maps A_i y + shift_i of N clouds, their canonical correlations with the mean."""
+
+    A: FloatArray  # (N, n, n)
+    shift: FloatArray  # (N, n)
+    correlations: FloatArray  # (N, n), greatest first
+    settled: bool  # whether the steps came to an end
+
+
+class Kept(NamedTuple):
+    """The clouds that can be registered together, and why the others cannot, by number."""
+
+    clouds: list[int]
+    reasons: dict[int, str]
+
+
+# ---- which clouds ---------------------------------------------------------------------------
+
+
+def kept_clouds(points: FloatArray, seen: BoolArray, *, first_only: bool = False) -> Kept:
+    """The most clouds that hang together: points (N, M, n), and in which clouds they are, (N, M).
+
+    A cloud joins where the points that it shares with those already there span all n dimensions;
+    with `first_only` where those that it shares with the first cloud do.
+    """
+    n = points.shape[-1]
+    reasons = {}
+    for i, (cloud, there) in enumerate(zip(points, seen, strict=True)):
+        if (dimensions := rank(cloud[there])) < n:
+            reasons[i] = _reason(int(there.sum()), dimensions, n, "it has")
+    able = [i for i in range(len(points)) if i not in reasons]
+    best: list[int] = []
+    for seed in able[:1] if first_only and able[:1] == [0] else [] if first_only else able:
+        found = _grown(points, seen, able, seed, first_only)
+        if len(found) > len(best):
+            best = found
+        if len(best) == len(able):
+            break
+    there = seen[best].any(axis=0) if best else np.zeros(seen.shape[1], dtype=bool)
+    for i in set(able) - set(best):
+        shared = seen[i] & there
+        reasons[i] = _reason(int(shared.sum()), rank(points[i][shared]), n, "it shares with the others")
+    return Kept(best, dict(sorted(reasons.items())))
+
+
+def _grown(points: FloatArray, seen: BoolArray, able: list[int], seed: int, first_only: bool) -> list[int]:
+    members, there = [seed], seen[seed].copy()
+    waiting = [i for i in able if i != seed]
+    while True:
+        joined = [i for i in waiting if rank(points[i][seen[i] & there]) == points.shape[-1]]
+        if not joined:
+            return sorted(members)
+        members += joined
+        waiting = [i for i in waiting if i not in joined]
+        if first_only:
+            return sorted(members)
+        there |= seen[joined].any(axis=0)
+
+
+def _reason(count: int, dimensions: int, n: int, what: str) -> str:
+    if count <= n:
+        return f"{what} {count} point{'s' if count != 1 else ''}, and {n + 1} are needed"
+    return f"the {count} points that {what} span {dimensions} of {n} dimensions"
+
+
+# ---- the maps -------------------------------------------------------------------------------
+
+
+def onto_first(points: FloatArray, seen: BoolArray) -> Group:
+    """Least squares onto the first cloud, one cloud after the other: what shrinks, for comparison."""
+    fits = []
+    for cloud, there in zip(points, seen, strict=True):
+        both = there & seen[0]
+        fits.append(fit_whitened(whitened(cloud[both]), whitened(points[0][both]), "least_squares"))
+    A, shift, correlations = (np.stack(part) for part in zip(*fits, strict=True))
+    return Group(A, shift, correlations, True)
+
+
+def consensus(points: FloatArray, seen: BoolArray) -> Group:
+    """The self-consistent symmetric fit of clouds that hang together (see `kept_clouds`).
+
+    Laying all clouds on their mean anew converges slowly along chains of clouds, so that each step
+    goes as far as all those that would follow it, were the fits linear.
+    """
+    shared = seen.sum(axis=0) > 1
+    clouds = _Clouds(points[:, shared], seen[:, shared])
+    mean = clouds.start
+    for _ in range(_STEPS):
+        move = clouds.laid_anew(mean) - mean
+        change = float(np.linalg.norm(move)) / np.sqrt(mean.size)
+        if change < _SETTLED:
+            break
+        mean = _round(mean + clouds.prolonged(move))
+    A, shift, correlations = (np.stack(part) for part in zip(*clouds.fits(mean), strict=True))
+    return Group(A, shift, correlations, change < _SETTLED_ENOUGH)
+
+
+class _Clouds:
+    """Clouds to be laid onto a mean, M points that are in two clouds at least."""
+
+    def __init__(self, points: FloatArray, seen: BoolArray) -> None:
+        self.rows = [np.flatnonzero(there) for there in seen]
+        self.points = [cloud[row] for cloud, row in zip(points, self.rows, strict=True)]
+        self.whitened = [whitened(cloud) for cloud in self.points]
+        self.root_counts = np.sqrt(seen.sum(axis=0))[:, None]
+        self.start, self.values, self.vectors = self._linear(points.shape[-1])
+
+    def _linear(self, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The mean that least-squares fits, all at once, leave nearest to itself; and how far they take other moves.
+
+        Those fits are projections onto the affine functions of each cloud. The largest n + 1
+        eigenvalues of their mean belong to the mean of the clouds and to the constant.
+        """
+        F = np.zeros((len(self.root_counts), len(self.rows) * (n + 1)))
+        for i, (row, cloud) in enumerate(zip(self.rows, self.whitened, strict=True)):
+            F[row, i * (n + 1)] = 1.0 / np.sqrt(len(row))
+            F[row, i * (n + 1) + 1 : (i + 1) * (n + 1)] = cloud.basis
+        F /= self.root_counts
+        values, V = np.linalg.eigh(F.T @ F)
+        some = values > _ROUNDING
+        values, U = values[some], F @ V[:, some] / np.sqrt(values[some])
+        mean = U[:, -n - 1 :] / self.root_counts
+        basis = np.linalg.svd(mean - mean.mean(axis=0), full_matrices=False)[0][:, :n]
+        return basis, np.minimum(values[: -n - 1], 1.0 - _ROUNDING), U[:, : -n - 1]
+
+    def fits(self, mean: FloatArray) -> list[AffineFit]:
+        """Of each cloud onto the mean."""
+        pairs = zip(self.rows, self.whitened, strict=True)
+        return [fit_whitened(cloud, whitened(mean[row]), "symmetric") for row, cloud in pairs]
+
+    def laid_anew(self, mean: FloatArray) -> FloatArray:
+        """The whitened mean of the clouds laid onto a mean, turned onto that: nothing else tells their axes."""
+        total = np.zeros_like(mean)
+        for row, cloud, fit in zip(self.rows, self.points, self.fits(mean), strict=True):
+            total[row] += cloud @ fit.A.T + fit.shift
+        image = _round(total / self.root_counts**2)
+        U, _, V = np.linalg.svd(image.T @ mean)
+        return image @ U @ V
+
+    def prolonged(self, move: FloatArray) -> FloatArray:
+        """The sum of all the moves that would follow a move, were the fits linear."""
+        parts = self.vectors.T @ (self.root_counts * move)
+        return move + self.vectors @ ((self.values / (1.0 - self.values))[:, None] * parts) / self.root_counts
+
+
+def _round(points: FloatArray) -> FloatArray:
+    """Points about their centre with the nearest orthonormal columns."""
+    U, _, V = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return U @ V

@@ -1,0 +1,279 @@
+"""Several clouds of points in one frame: affine registration, and the frame that distorts them least."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.applications.pointclouds.affine import check_fit
+from projdist.applications.pointclouds.correspondence import arranged
+from projdist.applications.pointclouds.groupwise import Group, consensus, kept_clouds, onto_first
+from projdist.applications.pointclouds.placing import (
+    dist_squares,
+    into_cloud,
+    into_mdt,
+    placed,
+    squared_residuals,
+    upright,
+)
+from projdist.matrices import mdt
+from projdist.support import Answer, listed
+
+__all__ = ["FRAMES", "LeftOut", "Registration", "register"]
+
+FRAMES = ("first", "last", "central", "best", "mdt")
+_SHRUNK = 0.01  # of the volume; what is less nobody sees
+_NOISY = 0.5  # of a cloud's variance along an axis: less that agrees with the others is no measurement of it
+_SINGULAR = 1e3  # the condition of a matrix: a thousandth of the extent that the others have along an axis
+_FEW = 0.5  # of the points of a cloud
+_SHOWN = 10  # names in one message
+
+
+class LeftOut(NamedTuple):
+    """A cloud that cannot be registered, and why."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Registration(Answer):
+    """Clouds in one frame: `matrices` (N, n, n) and `shifts` (N, n) take the points y of cloud i to M_i y + t_i.
+
+    `names`: of the N clouds that could be registered; `left_out` has the others. `method`,
+    `correspond`, `frame`: as asked for; `reference`: the cloud whose coordinates the frame is, None for
+    the MDT. `distortions` (N,): Dist_F of each cloud's matrix. `sums` (N,): the sum of their squares if
+    cloud k were the reference, `mdt_sum` for the MDT; they do not depend on the frame. `rms` (N,):
+    the distance of a cloud's points from the means of their places in the frame, `rms_total` of all.
+    `used` (N,): points that are in other clouds too. `correlations` (N, n): the canonical correlations
+    with the mean of all, or with the first cloud for least squares. `shrinkage` (N,): ln of the volume
+    over that of the target, 0 for the symmetric fit. `mirrored` (N,): whether a cloud is a mirror image
+    of most. `conditions` (N,): of the matrices into the frame of the MDT. `points`: of the registered
+    clouds, as given. `settled`: whether the fit came to its end. `note`: what is to be said of the
+    mean orientation.
+    """
+
+    names: tuple[str, ...]
+    method: str
+    correspond: str
+    frame: str
+    reference: int | None
+    matrices: FloatArray
+    shifts: FloatArray
+    distortions: FloatArray
+    sums: FloatArray
+    mdt_sum: float
+    rms: FloatArray
+    rms_total: float
+    used: IntArray
+    correlations: FloatArray
+    shrinkage: FloatArray
+    mirrored: BoolArray
+    conditions: FloatArray
+    left_out: tuple[LeftOut, ...]
+    points: tuple[FloatArray, ...]
+    settled: bool
+    note: str
+
+    @property
+    def aligned(self) -> list[FloatArray]:
+        """All points of each registered cloud in the frame."""
+        return [y @ M.T + t for y, M, t in zip(self.points, self.matrices, self.shifts, strict=True)]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a reader of the figures must know, a line each; mostly nothing."""
+        few = self.used < _FEW * np.array([len(cloud) for cloud in self.points])
+        noisy = self.correlations[:, -1] ** 2 < _NOISY
+        clouds = {
+            "Mirror images of the others": self.mirrored,
+            "Uncertain, as along an axis half of what varies does not agree with the others": noisy,
+            "Nearly singular beside the others": self.conditions > _SINGULAR,
+            "Less than half of the points have a partner": few & (self.correspond == "icp"),
+        }
+        said = [f"{what}: {_some(self.names, chosen)}." for what, chosen in clouds.items() if chosen.any()]
+        if (mean := float(self.shrinkage[1:].mean())) < -_SHRUNK:
+            left = f"{100 * np.exp(mean):.2g} % of their volume"
+            said.append(f"Least squares shrinks the clouds, on average to {left}; the symmetric fit shrinks none.")
+        if not self.settled:
+            said.append("The fit has not settled: the clouds hang together too loosely, or are too noisy.")
+        return [*said, self.note] if self.note else said
+
+    @property
+    def frames(self) -> dict[str, tuple[str | None, float]]:
+        """For each choice of frame the cloud that it is, None for the MDT, and the sum of Dist_F^2."""
+        numbers = {name: _number(name, self.sums) for name in FRAMES[:-1]}
+        chosen: dict[str, tuple[str | None, float]] = {
+            name: (self.names[k], float(self.sums[k])) for name, k in numbers.items()
+        }
+        return chosen | {"mdt": (None, self.mdt_sum)}
+
+    def _line(self) -> str:
+        return f"{len(self.names)} clouds, RMS {self.rms_total:.4g}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """`{"dimension", "method", ..., "frames": {"first": {"cloud", "sum"}, ...}, "clouds": [{"name", ...}]}`."""
+        rows = [dict(zip(self._columns(), row, strict=True)) for row in zip(*self._columns().values(), strict=True)]
+        for row, M, t in zip(rows, self.matrices, self.shifts, strict=True):
+            row |= {"matrix": M.tolist(), "shift": t.tolist()}
+        return {
+            "dimension": self.shifts.shape[1],
+            "method": self.method,
+            "correspond": self.correspond,
+            "frame": self.frame,
+            "reference": None if self.reference is None else self.names[self.reference],
+            "frames": {name: {"cloud": cloud, "sum": total} for name, (cloud, total) in self.frames.items()},
+            "rms": self.rms_total,
+            "clouds": rows,
+            "left_out": [{"name": one.name, "reason": one.reason} for one in self.left_out],
+            "warnings": self.warnings,
+        }
+
+    def _columns(self) -> dict[str, list[Any]]:
+        return {
+            "name": list(self.names),
+            "points": [len(cloud) for cloud in self.points],
+            "used": self.used.tolist(),
+            "distortion": self.distortions.tolist(),
+            "sum_as_frame": self.sums.tolist(),
+            "rms": self.rms.tolist(),
+            "least_correlation": self.correlations[:, -1].tolist(),
+            "shrinkage": self.shrinkage.tolist(),
+            "mirrored": self.mirrored.tolist(),
+        }
+
+    def _table(self) -> dict[str, Any]:
+        """A row a cloud; its matrix as M_00, M_01, ..., its shift as t_0, t_1, ..."""
+        n = self.shifts.shape[1]
+        entries = {f"M_{i}{j}": self.matrices[:, i, j] for i in range(n) for j in range(n)}
+        return self._columns() | entries | {f"t_{i}": self.shifts[:, i] for i in range(n)}
+
+
+def register(
+    clouds: Sequence[ArrayLike],
+    *,
+    correspond: str = "rows",
+    ids: Sequence[Sequence[str]] | None = None,
+    frame: str | int = "mdt",
+    method: str = "symmetric",
+    names: Sequence[str] | None = None,
+) -> Registration:
+    """Register clouds of shape (M_i, n), at least two, in one frame by an affine map each.
+
+    `correspond`: "rows", row k of each cloud is the same point, or missing where it is NaN; "id", equal
+    `ids`, texts for each row of each cloud, are; "icp", nobody knows, and closest points are found from
+    the way that the clouds lie. `frame`: "mdt", the mean distorting transformation of all, or the
+    coordinates of a cloud: "first", "last", "central" (the middle one as given), "best" (the least sum
+    of Dist_F^2), a name or a number. With the MDT the clouds keep their mean orientation and place.
+    `method`: "symmetric", no cloud is a reference and none shrinks; "least_squares" fits all to the
+    first cloud, which shrinks them. `names`: of the clouds, for messages; numbers if not given.
+
+    Raises ValueError where fewer than two clouds share enough points (n + 1, not in one plane).
+    """
+    check_fit(method)
+    arrays, labels = _checked(clouds, names)
+    wanted = _frame(frame, labels)
+    points, seen = arranged(arrays, labels, correspond, ids)
+    kept = kept_clouds(points, seen, first_only=method == "least_squares")
+    left_out = tuple(LeftOut(labels[i], reason) for i, reason in kept.reasons.items())
+    if len(kept.clouds) < 2:
+        why = "; ".join(f"'{one.name}': {one.reason}" for one in left_out)
+        raise ValueError(f"Invalid clouds. Fewer than two share points enough; {why}.")
+    labels, arrays = [labels[i] for i in kept.clouds], [arrays[i] for i in kept.clouds]
+    points, seen = points[kept.clouds], seen[kept.clouds]
+    group, mirrored = upright(consensus(points, seen) if method == "symmetric" else onto_first(points, seen))
+    found, sums = mdt(group.A), np.array([dist_squares(A, group.A).sum() for A in group.A])
+    A, shift, rotation = into_mdt(group, found.T, mirrored, points)
+    reference = _reference(wanted, labels, left_out, sums)
+    if reference is not None:
+        A, shift = into_cloud(group, reference)
+    squares, used = squared_residuals(placed(A, shift, points), seen)
+    return Registration(
+        names=tuple(labels),
+        method=method,
+        correspond=correspond,
+        frame=wanted,
+        reference=reference,
+        matrices=A,
+        shifts=shift,
+        distortions=np.sqrt(dist_squares(np.eye(A.shape[-1]), A)),
+        sums=sums,
+        mdt_sum=float(found.distances.sum()),
+        rms=np.sqrt(squares / used),
+        rms_total=float(np.sqrt(squares.sum() / used.sum())),
+        used=used,
+        correlations=group.correlations,
+        shrinkage=_shrinkage(group, method),
+        mirrored=mirrored,
+        conditions=np.linalg.cond(np.linalg.solve(found.T, group.A)),
+        left_out=left_out,
+        points=tuple(arrays),
+        settled=group.settled,
+        note=rotation.note,
+    )
+
+
+# ---- what is asked for ----------------------------------------------------------------------
+
+
+def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[list[FloatArray], list[str]]:
+    """The clouds as arrays, and their names."""
+    arrays = [np.asarray(cloud, dtype=float) for cloud in clouds]
+    labels = [str(i) for i in range(len(arrays))] if names is None else [str(name) for name in names]
+    if len(labels) != len(arrays):
+        raise ValueError(f"Invalid names. There must be {len(arrays)}, one a cloud; there are {len(labels)}.")
+    if len(arrays) < 2:
+        raise ValueError(f"Invalid clouds. There must be at least two; there {'is one' if arrays else 'are none'}.")
+    for name, cloud in zip(labels, arrays, strict=True):
+        if cloud.ndim != 2 or cloud.size == 0:
+            raise ValueError(
+                f"Invalid cloud '{name}' of shape {cloud.shape}. It must be (M, n), M points in n dimensions."
+            )
+        if cloud.shape[1] != arrays[0].shape[1]:
+            raise ValueError(
+                f"Invalid cloud '{name}'. It has {cloud.shape[1]} coordinates a point, "
+                f"'{labels[0]}' {arrays[0].shape[1]}."
+            )
+    return arrays, labels
+
+
+def _number(frame: str, sums: FloatArray) -> int:
+    """Which cloud a word of `FRAMES` but the last is."""
+    return {"first": 0, "last": len(sums) - 1, "central": len(sums) // 2, "best": int(np.argmin(sums))}[frame]
+
+
+def _frame(frame: str | int, names: list[str]) -> str:
+    """A word of `FRAMES`, or the name of a cloud."""
+    if isinstance(frame, int) and 0 <= frame < len(names):
+        return names[frame]
+    if isinstance(frame, str) and (frame in FRAMES or frame in names):
+        return frame
+    raise ValueError(f"Invalid frame '{frame}'. It must be {listed([*FRAMES, 'a cloud by its name or number'], 'or')}.")
+
+
+def _reference(frame: str, names: list[str], left_out: tuple[LeftOut, ...], sums: FloatArray) -> int | None:
+    """The number among the registered clouds of a frame's cloud; None for the MDT."""
+    for one in left_out:
+        if one.name == frame:
+            raise ValueError(f"Invalid frame '{frame}'. That cloud is left out: {one.reason}.")
+    if frame in names:
+        return names.index(frame)
+    return None if frame == "mdt" else _number(frame, sums)
+
+
+def _shrinkage(group: Group, method: str) -> FloatArray:
+    """ln of the volumes over those of the targets: least squares multiplies each canonical axis by its correlation."""
+    if method != "least_squares":
+        return np.zeros(len(group.A))
+    return np.asarray(np.log(group.correlations).sum(axis=1))
+
+
+def _some(names: Sequence[str], chosen: BoolArray) -> str:
+    """The names chosen, not too many."""
+    found = [name for name, one in zip(names, chosen, strict=True) if one]
+    return ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")

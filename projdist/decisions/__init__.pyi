@@ -1,0 +1,58 @@
+from .checking.errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
+from .families import FAMILIES
+from .members import Rounded
+from .objectives import OBJECTIVES, Objective, get_objective
+from .optimization import Baseline, Optimum, optimize
+from .recommendation.candidates import INTERRUPTED
+from .recommendation.for_frames import estimate_crs
+from .recommendation.rankings import PURPOSES, RANKINGS, get_purpose
+from .recommendation.search import Candidate, Recommendation, recommend
+from .recommendation.standing import CLOSE, WIDE_FACTOR
+from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
+from .surveying import (
+    LDP,
+    LDP_CRITERIA,
+    LDP_FAMILIES,
+    HeightStatistics,
+    distortion_ppm,
+    elevation_factor,
+    ldp,
+    read_heights,
+)
+
+__all__ = [
+    "CLOSE",
+    "ENGINEERING_PPM",
+    "FAIL_ON",
+    "FAMILIES",
+    "INTERRUPTED",
+    "LDP",
+    "LDP_CRITERIA",
+    "LDP_FAMILIES",
+    "OBJECTIVES",
+    "OUTSIDE",
+    "PURPOSES",
+    "RANKINGS",
+    "TORN",
+    "WIDE_FACTOR",
+    "Baseline",
+    "Candidate",
+    "Check",
+    "HeightStatistics",
+    "Objective",
+    "Optimum",
+    "Recommendation",
+    "Rounded",
+    "Totals",
+    "ZoneSystem",
+    "check",
+    "distortion_ppm",
+    "elevation_factor",
+    "estimate_crs",
+    "get_objective",
+    "get_purpose",
+    "ldp",
+    "optimize",
+    "read_heights",
+    "recommend",
+]

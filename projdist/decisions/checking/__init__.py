@@ -1,0 +1,1 @@
+"""How wrong areas, lengths and bearings of people's own data are in a CRS."""

@@ -1,0 +1,373 @@
+"""How wrong areas, lengths and bearings of people's own data are in a CRS, against the ellipsoid's truth.
+
+The truth is of the figure that the data draw: its edges are straight in the data's own coordinates, in
+longitude and latitude as GeoJSON has it, or on the plane of the data's CRS. In the CRS that is checked
+they are the same curves, so that an error is the map's alone, however far apart the vertices are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist.decisions.checking.edges import measure_chains
+from projdist.decisions.recommendation.rankings import get_purpose
+from projdist.decisions.recommendation.siting import site
+from projdist.earth import MEAN_EARTH_RADIUS
+from projdist.projections import Projection, ProjectionLike, Source, is_geographic, source_of
+from projdist.regions import Box, bounding_box
+from projdist.support import Answer, hints, plain
+
+__all__ = ["FAIL_ON", "OUTSIDE", "TORN", "Check", "Totals", "check"]
+
+FAIL_ON = ("worst", "overall")
+"""What an error is compared with a limit of: every feature, or the totals."""
+
+OUTSIDE = "beyond the edge of the CRS"
+TORN = "torn by a cut of the CRS"
+
+_EARTHLY = 1e-2  # of the radius
+_NAMES = ("name", "name_en", "title", "label", "id", "code", "geoid", "iso_a3", "fid")
+
+
+# ---- answers --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Totals:
+    """Figures of all features that could be measured; errors are map / ground - 1, bearings in degrees.
+
+    `undrawn` features are beyond the edge of the CRS or torn by a cut of it. `worst` errors have the
+    largest size of those of features, `rms` counts each feature alike; `bearing_error` is the RMS along all edges,
+    `largest_bearing_error` the largest anywhere on them. What no feature has, as lines no area, is NaN.
+    """
+
+    measured: int
+    undrawn: int
+    area_km2: float
+    map_area_km2: float
+    area_error: float
+    worst_area_error: float
+    rms_area_error: float
+    length_km: float
+    map_length_km: float
+    length_error: float
+    worst_length_error: float
+    rms_length_error: float
+    bearing_error: float
+    worst_bearing_error: float
+    largest_bearing_error: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Check(Answer):
+    """The errors of data in a CRS: arrays (n,) of a value for each feature by name, and totals.
+
+    `features` has `index` (the frame's), `name`, `area_km2` and `length_km` (perimeters and lines) on the
+    ground, the same on the map, the errors map / ground - 1, `bearing_error` (RMS of grid less true
+    bearing along the edges, in degrees), `largest_bearing_error` and a `note`; NaN where there is
+    nothing to measure. `recommended` is the check of the recommended CRS; `notes` tell why there is none.
+    """
+
+    projection: Projection
+    data_crs: str
+    features: dict[str, AnyArray]
+    overall: Totals
+    recommended: Check | None = None
+    notes: tuple[str, ...] = ()
+
+    def _line(self) -> str:
+        return f"{len(self.features['index'])} features in {self.projection.name}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """`{"crs", "name", "data_crs", "overall", "recommended", "notes", "results": [...]}`, a result a feature."""
+        best = self.recommended
+        return {
+            **self._head(),
+            "data_crs": self.data_crs,
+            "recommended": best._head() if best else None,
+            "notes": list(self.notes),
+            "results": self.rows(range(len(self.features["index"]))),
+        }
+
+    def _head(self) -> dict[str, Any]:
+        overall = {name: plain(value) for name, value in asdict(self.overall).items()}
+        return {"crs": self.projection.definition, "name": self.projection.name, "overall": overall}
+
+    def _table(self) -> dict[str, AnyArray]:
+        return self.features
+
+    def rows(self, numbers: Sequence[int] | range) -> list[dict[str, Any]]:
+        """Features by their numbers, 0 for the first, as dictionaries; what is not finite is None."""
+        columns = {name: values[list(numbers)].tolist() for name, values in self.features.items()}
+        return [dict(zip(columns, map(plain, row), strict=True)) for row in zip(*columns.values(), strict=True)]
+
+    def worst(self, count: int) -> list[int]:
+        """The numbers of the features with the largest error of area or length, the worst first."""
+        errors = self._errors()
+        order = np.argsort(-np.nan_to_num(errors, nan=-1.0), kind="stable")
+        return [int(number) for number in order[:count] if errors[number] == errors[number]]
+
+    def undrawn(self) -> list[int]:
+        """The numbers of the features that the CRS cannot draw."""
+        return [number for number, note in enumerate(self.features["note"]) if OUTSIDE in note or TORN in note]
+
+    def above(self, limit: float | None = None, *, bearing: float | None = None, on: str = "worst") -> bool:
+        """Whether an error of area or length is above a limit, or one of bearing above one in degrees.
+
+        `on` is worst for the errors of every feature, overall for those of the totals. A feature that
+        cannot be drawn is above every limit.
+        """
+        if on not in FAIL_ON:
+            raise ValueError(f"Invalid choice '{on}' of what to fail on. It must be {hints.listed(FAIL_ON, 'or')}.")
+        total = self.overall
+        if on == "worst":
+            sizes, turn = [total.worst_area_error, total.worst_length_error], total.worst_bearing_error
+        else:
+            sizes, turn = [total.area_error, total.length_error], total.bearing_error
+        return bool(
+            (total.undrawn and (limit is not None or bearing is not None))
+            or (limit is not None and any(abs(size) > limit for size in sizes))
+            or (bearing is not None and turn > bearing)
+        )
+
+    def _errors(self) -> FloatArray:
+        return np.fmax(np.abs(self.features["area_error"]), np.abs(self.features["length_error"]))
+
+
+# ---- the question ---------------------------------------------------------------------------
+
+
+def check(
+    data: Any,
+    crs: ProjectionLike | None = None,
+    *,
+    column: str | None = None,
+    purpose: str | None = "any",
+    **options: Any,
+) -> Check:
+    """The errors of area, length and bearing that a GeoDataFrame or GeoSeries has in a CRS.
+
+    The truth is the ellipsoid's, of the figure that the data draw: edges are straight in the data's own coordinates.
+
+    Parameters
+    ----------
+    data : GeoDataFrame or GeoSeries
+        Lines and polygons that state their CRS.
+    crs : ProjectionLike, optional
+        What to check them in, whatever `Projection.from_user_input` takes; data in longitude and latitude need it. By
+        default the data's own.
+    column : str, optional
+        That of the features' names; by default one that is usual for names, or the only one of texts.
+    purpose : str or None
+        Of the recommended CRS, as for `recommend`; None leaves that CRS out.
+    **options
+        The others of `recommend`, which is asked for the narrowest box about the data.
+
+    Returns
+    -------
+    Check
+        Errors map / ground - 1 of each feature and of all, bearings in degrees, and the same in the recommended CRS.
+
+    Raises
+    ------
+    ValueError
+        For other data, without a CRS, lines or polygons, for an unknown column or purpose, for data in longitude and
+        latitude without `crs`, and where `recommend` does.
+    ProjectionError
+        For a CRS that PROJ refuses.
+
+    References
+    ----------
+    Edges: RFC 7946, The GeoJSON Format, section 3.1.1.
+
+    Examples
+    --------
+    Along the central meridian of a zone of UTM the scale is 0.9996:
+
+    >>> import geopandas, shapely
+    >>> line = geopandas.GeoSeries([shapely.LineString([(9, 47), (9, 48)])], crs="EPSG:4326")
+    >>> round(check(line, "EPSG:32632", purpose=None).overall.length_error, 9)
+    -0.0004
+    """
+    from projdist.decisions.checking.outlines import outlines  # shapely is slow to load
+
+    if not is_geographic(data):
+        raise ValueError(f"Invalid data of type '{type(data).__name__}'. They must be a GeoDataFrame or GeoSeries.")
+    if data.crs is None:
+        raise ValueError("Invalid data. They state no CRS; they must state the one that they are in.")
+    if crs is None and data.crs.is_geographic:
+        raise ValueError(
+            f"Invalid CRS '{data.crs.name}' of the data to check. It has longitudes and latitudes, and no map plane: "
+            "name the projected CRS to check them in, crs= or --crs."
+        )
+    if purpose is not None:
+        get_purpose(purpose)
+    projection = Projection.from_user_input(data.crs if crs is None else crs)
+    source = source_of(projection, data.crs, "the data")
+    drawn = outlines(data.geometry.to_numpy(), has_degrees=source.has_degrees)
+    if not len(drawn.edges):
+        kinds = ", ".join(sorted({note for note in drawn.notes if note})) or "no features"
+        raise ValueError(f"Invalid data. They have no lines and no polygons to measure, but {kinds}.")
+    names, note_on_names = _names(data, column)
+    index = [value if isinstance(value, int | str) else str(value) for value in data.index.tolist()]
+    labels: dict[str, AnyArray] = {"index": np.array(index, dtype=object), "name": names}
+    result = replace(_measured(projection, source, drawn, labels), notes=note_on_names)
+    if purpose is None:
+        return result
+    best, notes = _recommended(projection, source, data.crs, drawn.edges, purpose, options)
+    result = replace(result, notes=(*result.notes, *notes))
+    if best is None:
+        return result
+    return replace(result, recommended=_measured(best, source_of(best, data.crs, "the data"), drawn, labels))
+
+
+def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
+    """The values of a column as text, empty where missing; and what is to be said of the choice.
+
+    By default they are of the first column that is usual for names, else of the only one of texts, if each feature has
+    one of its own; else empty.
+    """
+    columns = [str(name) for name in getattr(data, "columns", ())]
+    if column is not None and column not in columns:
+        raise ValueError(f"Invalid column '{column}'. It must be {hints.listed(columns, 'or') or 'left out'}.")
+    usual = sorted((_NAMES.index(name.lower()), name) for name in columns if name.lower() in _NAMES)
+    chosen = column or (usual[0][1] if usual else None)
+    note: tuple[str, ...] = ()
+    if chosen is None and (chosen := _only_texts(data, columns)) is not None:
+        note = (f"Names are those of '{chosen}', the only column of texts.",)
+    if chosen is None:
+        return np.array([""] * len(data), dtype=object), note
+    missing = data[chosen].isna().tolist()
+    texts = ["" if none else text for text, none in zip(data[chosen].astype(str).tolist(), missing, strict=True)]
+    return np.array(texts, dtype=object), note
+
+
+def _only_texts(data: Any, columns: Sequence[str]) -> str | None:
+    """The only column that has a text for every feature, if no two are the same."""
+    texts = [name for name in columns if name in data and all(isinstance(value, str) for value in data[name].tolist())]
+    if len(texts) != 1 or not len(data):
+        return None
+    return texts[0] if data[texts[0]].is_unique else None
+
+
+def _recommended(
+    projection: Projection, source: Source, crs: Any, edges: FloatArray, purpose: str, options: dict[str, Any]
+) -> tuple[Projection | None, tuple[str, ...]]:
+    """The best CRS for data of edges, and what is to be said of it, or why there is none."""
+    region = _extent(source, edges)
+    if region is None:
+        return None, ("No CRS is recommended: the data have no place on the Earth.",)
+    if abs(projection.ellipsoid.a / MEAN_EARTH_RADIUS - 1.0) > _EARTHLY:
+        return None, ("No CRS is recommended: these are of the Earth only.",)
+    lon, lat = source.degrees(edges[:, 0], edges[:, 1])
+    known = np.isfinite(lon) & (np.abs(lat) <= 90.0)
+    found = site(crs, region, lon[known], lat[known], purpose=purpose, **options)
+    if found is None:
+        return None, (f"No CRS is recommended: none serves '{purpose}' in {region.name}.",)
+    return Projection.from_user_input(found.code), tuple(f"{found.code}: {note}" for note in found.notes)
+
+
+def _extent(source: Source, edges: FloatArray) -> Box | None:
+    """The narrowest box about edges, by their ends; None where they are nowhere."""
+    (lon0, lat0), (lon1, lat1) = (source.degrees(edges[:, k], edges[:, k + 1]) for k in (0, 2))
+    east = (lon1 - lon0 + 180.0) % 360.0 - 180.0
+    known = np.isfinite(east) & (np.abs(lat0) <= 90.0) & (np.abs(lat1) <= 90.0)
+    if not known.any():
+        return None
+    west = np.where(east < 0.0, lon0 + east, lon0)
+    south, north = np.minimum(lat0, lat1), np.maximum(lat0, lat1)
+    return bounding_box(west[known], south[known], (west + np.abs(east))[known], north[known])
+
+
+# ---- measurement ----------------------------------------------------------------------------
+
+
+def _measured(projection: Projection, source: Source, drawn: Any, labels: dict[str, AnyArray]) -> Check:
+    """The errors of outlines in a map."""
+    found = measure_chains(projection, source.degrees_on_map, drawn.edges, drawn.chain)
+    count = len(drawn.notes)
+
+    def total(values: FloatArray | BoolArray) -> FloatArray:
+        return np.bincount(drawn.feature, weights=values, minlength=count).astype(float)
+
+    outside, torn = total(found.outside) > 0, total(found.torn) > 0
+    polygons = total(drawn.sign > 0) > 0
+    known = ~(outside | torn) & (total(np.ones(len(drawn.feature))) > 0)
+    area, map_area = (
+        np.where(polygons & known, 1e-6 * total(drawn.sign * np.abs(values)), np.nan)
+        for values in (found.area, found.map_area)
+    )
+    length, map_length = (np.where(known, 1e-3 * total(values), np.nan) for values in (found.length, found.map_length))
+    square = total(found.bearing_square) * 1e-3
+    most = np.zeros(count)
+    np.maximum.at(most, drawn.feature, found.bearing_most)
+    features = labels | {
+        "area_km2": area,
+        "map_area_km2": map_area,
+        "area_error": _error(map_area, area),
+        "length_km": length,
+        "map_length_km": map_length,
+        "length_error": _error(map_length, length),
+        "bearing_error": np.sqrt(_ratio(np.where(known, square, np.nan), length)),
+        "largest_bearing_error": np.where(known, most, np.nan),
+        "note": _notes(drawn.notes, outside, torn),
+    }
+    return Check(
+        projection=projection, data_crs=source.name, features=features, overall=_totals(features, outside | torn)
+    )
+
+
+def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
+    area, map_area, length, map_length = (
+        _sum(features[name]) for name in ("area_km2", "map_area_km2", "length_km", "map_length_km")
+    )
+    square = float(np.nansum(features["bearing_error"] ** 2 * features["length_km"]))
+    return Totals(
+        int(np.isfinite(features["length_km"]).sum()),
+        int(undrawn.sum()),
+        area,
+        map_area,
+        float(_error(map_area, area)),
+        *_worst_and_rms(features["area_error"]),
+        length,
+        map_length,
+        float(_error(map_length, length)),
+        *_worst_and_rms(features["length_error"]),
+        float(np.sqrt(_ratio(square, length))),
+        _worst_and_rms(features["bearing_error"])[0],
+        _worst_and_rms(features["largest_bearing_error"])[0],
+    )
+
+
+def _sum(values: FloatArray) -> float:
+    """The sum of what is known, NaN where nothing is."""
+    return float(np.nansum(values)) if np.isfinite(values).any() else np.nan
+
+
+def _worst_and_rms(errors: FloatArray) -> tuple[float, float]:
+    known = errors[np.isfinite(errors)]
+    if not known.size:
+        return np.nan, np.nan
+    return float(known[np.argmax(np.abs(known))]), float(np.sqrt(np.mean(known**2)))
+
+
+def _ratio(over: Any, under: Any) -> FloatArray:
+    """A ratio, NaN where it is of nothing."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(np.asarray(under) > 0.0, np.divide(over, under), np.nan)
+
+
+def _error(on_map: Any, on_ground: Any) -> FloatArray:
+    return _ratio(on_map, on_ground) - 1.0
+
+
+def _notes(given: list[str], outside: BoolArray, torn: BoolArray) -> AnyArray:
+    notes = np.array(given, dtype=object)
+    for text, chosen in ((OUTSIDE, outside), (TORN, torn & ~outside)):
+        notes[chosen] = [f"{note}; {text}" if note else text for note in notes[chosen]]
+    return notes

@@ -1,0 +1,385 @@
+"""Families of projections whose parameters can be chosen: what is free, within which limits, and the rule of thumb."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from projdist.earth import WGS84, Ellipsoid
+from projdist.field import nodes_of
+from projdist.projections import WINKEL_PARALLEL, Projection, ProjectionError, projection_names
+from projdist.regions import Place
+from projdist.support import hints
+
+__all__ = ["FAMILIES", "Extent", "Family", "cylinder_of", "extent_of", "get_family", "sensible_families", "usual_crs"]
+
+Limits = tuple[float, float]
+_MOST = 89.5  # degrees: a cone that touches nearer to a pole is a plane for every purpose
+_OVER = 20.0  # degrees by which a centre may be sought beyond a pole, so that the pole itself is no edge
+_BESIDE = 2.0  # radii of the region from its middle within which a centre is sought
+_STEEPEST = 89.9999  # degrees of azimuth: PROJ's omerc breaks down at 90; 4 m on a line of 2500 km
+_LINE = 45.0  # degrees of azimuth: where the region's long axis is steeper, an oblique line moves east and west
+_WORLD = 100.0  # degrees: regions that reach farther from their middle need world maps
+_WHOLE_WORLD = 170.0  # degrees: azimuthal maps are of no use beyond
+_CONTINENT = 30.0  # degrees: below, the flattening of the Earth is a part of what such a map distorts
+_CROSSES = 15.0  # degrees of latitude: cylinders are tried for regions that come so near to the equator
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a region reaches: its limits and its middle in degrees, and the azimuth of its long axis.
+
+    `radius` is the greatest distance from the middle.
+    """
+
+    west: float
+    south: float
+    east: float
+    north: float
+    lon: float
+    lat: float
+    radius: float
+    azimuth: float
+
+
+def extent_of(region: Place) -> Extent:
+    """The extent of a region."""
+    nodes = nodes_of(region, WGS84, 400, edges=True)
+    lam, phi = np.radians(nodes.lon), np.radians(nodes.lat)
+    points = np.stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
+    middle = points @ nodes.weight
+    west, south, east, north = region.bounds
+    if np.linalg.norm(middle) < 1e-6:  # the globe has no middle
+        return Extent(west, south, east, north, 0.5 * (west + east), 0.0, 180.0, 90.0)
+    middle /= np.linalg.norm(middle)
+    lon, lat = np.degrees(np.arctan2(middle[1], middle[0])), np.degrees(np.arcsin(np.clip(middle[2], -1.0, 1.0)))
+    sin, cos = np.sin(np.radians(lon)), np.cos(np.radians(lon))
+    east_part = points.T @ np.array([-sin, cos, 0.0])
+    north_part = points.T @ np.cross(middle, np.array([-sin, cos, 0.0]))
+    axes = np.linalg.eigh(np.cov(np.stack([east_part, north_part]), aweights=nodes.weight + 1e-12))[1]
+    azimuth = float(np.mod(np.degrees(np.arctan2(axes[0, 1], axes[1, 1])) + 90.0, 180.0) - 90.0)
+    radius = float(np.degrees(np.arccos(np.clip((middle @ points).min(), -1.0, 1.0))))
+    # Next to a pole the middle has any longitude.
+    lon = float(west + np.mod(lon - west, 360.0)) if abs(lat) < 89.9 else 0.5 * (west + east)
+    return Extent(west, south, east, north, lon, float(lat), radius, azimuth)
+
+
+def usual_crs(extent: Extent) -> tuple[str, str]:
+    """The UTM zone of the region's middle, or the polar stereographic maps beyond 84 degrees."""
+    if abs(extent.lat) > 84.0:
+        return "UPS", "EPSG:32661" if extent.lat > 0 else "EPSG:32761"
+    zone = int((extent.lon + 180.0) % 360.0 // 6.0) + 1
+    hemisphere, letter = ("326", "N") if extent.lat >= 0 else ("327", "S")
+    return f"UTM {zone}{letter}", f"EPSG:{hemisphere}{zone:02d}"
+
+
+@dataclass(frozen=True)
+class Family:
+    """A method with free parameters.
+
+    `text` is the PROJ string without ellipsoid, `limits` what may be free, `fixed` the values of the
+    parameters that are not. `free` are the names that are free unless others are asked for. `scale` names the
+    parameter that multiplies the map, "" where it has none. `rule` is the rule of thumb to compare with.
+    """
+
+    name: str
+    text: str
+    limits: dict[str, Limits]
+    fixed: dict[str, float]
+    free: tuple[str, ...]
+    scale: str = ""
+    rule: dict[str, float] | None = None
+    rule_name: str = ""
+    is_spherical: bool = False
+    states_ellipsoid: bool = False
+
+    def normalised(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Values in their usual range: centres beyond a pole come down on the other side, parallels ascend."""
+        result = dict(values)
+        longitude = next((name for name in ("lon_0", "lonc") if name in result), None)
+        if longitude and self.name not in _CONES and abs(result.get("lat_0", 0.0)) > 90.0:
+            result["lat_0"] = np.copysign(180.0, result["lat_0"]) - result["lat_0"]
+            result[longitude] += 180.0
+        for name in {"lon_0", "lonc", "o_lon_p"} & set(result):
+            result[name] = _folded(result[name], 180.0)
+        if "alpha" in result:
+            alpha = _folded(result["alpha"], 90.0)
+            result["alpha"] = float(np.copysign(min(abs(alpha), _STEEPEST), alpha))
+        if {"lat_1", "lat_2"} <= set(result) and result["lat_1"] > result["lat_2"]:
+            result["lat_1"], result["lat_2"] = result["lat_2"], result["lat_1"]
+        return result
+
+
+def _folded(value: float, half: float) -> float:
+    """An angle within -half and half; the upper end stays what it is."""
+    return value if abs(value) <= half else float(np.mod(value + half, 2.0 * half) - half)
+
+
+_CONES = ("lcc", "aea", "eqdc")
+_AZIMUTHALS = ("laea", "aeqd", "stere", "airy")
+_SPHERICAL = ("airy", "eqc")
+
+
+def _cone(name: str, e: Extent) -> Family:
+    low, high = max(e.south, -_MOST), min(e.north, _MOST)
+    sixth = (high - low) / 6.0
+    rule = {"lat_1": low + sixth, "lat_2": high - sixth}
+    limits = {"lat_1": (low, high), "lat_2": (low, high)}
+    middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
+    text = f"+proj={name}"
+    scale = "k_0" if name == "lcc" else ""
+    return Family(name, text, limits, rule | middle, ("lat_1", "lat_2"), scale, rule, "one-sixth rule")
+
+
+_CYLINDERS = {"lcc": "merc", "aea": "cea", "eqdc": "eqc"}
+_CONSTANT = (
+    1e-3  # of a cone: its meridians lean by a thousandth of the longitude, and it is a cylinder for every purpose
+)
+
+
+def cylinder_of(family: str, parameters: Mapping[str, float]) -> str:
+    """What a conic map with parallels on both sides of the equator is next to, in a sentence; mostly nothing."""
+    if family not in _CYLINDERS or not {"lat_1", "lat_2"} <= set(parameters):
+        return ""
+    low, high = parameters["lat_1"], parameters["lat_2"]
+    constant = 0.5 * (np.sin(np.radians(low)) + np.sin(np.radians(high)))
+    if not abs(constant) < _CONSTANT:
+        return ""
+    true = 0.5 * (abs(low) + abs(high))
+    return (
+        f"The cone is nearly a cylinder (n = {constant:.1g}): the map is that of {_CYLINDERS[family]}, true at "
+        f"{true:.4g} degrees, which is simpler."
+    )
+
+
+def _azimuthal(name: str, e: Extent) -> Family:
+    limits = _centre_limits(e, "lon_0")
+    middle = {"lat_0": e.lat, "lon_0": e.lon}
+    free: tuple[str, ...] = ("lat_0", "lon_0")
+    text, rule = f"+proj={name}", "centred on the region"
+    if name == "airy":
+        text += " +no_cut"
+        limits["lat_b"] = (-80.0, 89.9)
+        middle["lat_b"] = float(np.clip(90.0 - e.radius, -80.0, 89.9))
+        free = (*free, "lat_b")
+        rule = "centred on the region, for its greatest radius"
+    scale = "k_0" if name == "stere" else ""
+    free = (*free, "k_0") if scale else free
+    return Family(name, text, limits, middle, free, scale, middle, rule, is_spherical=name in _SPHERICAL)
+
+
+def _centre_limits(e: Extent, longitude: str) -> dict[str, Limits]:
+    """A centre within the region, or beside it: that of a map for an arc of land is where the arc bends around."""
+    side = _BESIDE * e.radius
+    across = side / max(np.cos(np.radians(e.lat)), 0.1)
+    west, east = min(e.west, e.lon - across), max(e.east, e.lon + across)
+    if east - west > 360.0:
+        west, east = e.lon - 180.0, e.lon + 180.0
+    south, north = min(e.south, e.lat - side), max(e.north, e.lat + side)
+    return {"lat_0": (max(south, -90.0 - _OVER), min(north, 90.0 + _OVER)), longitude: (west, east)}
+
+
+def _cylinder(name: str, e: Extent) -> Family:
+    middle = {"lon_0": e.lon}
+    farthest = min(max(abs(e.south), abs(e.north)), _MOST)
+    nearest = 0.0 if e.south <= 0.0 <= e.north else min(abs(e.south), abs(e.north))
+    if name == "merc":
+        return Family(name, "+proj=merc", {}, middle, ("k_0",), "k_0")
+    rule = {"lat_ts": 0.5 * (nearest + farthest)}
+    spherical = name in _SPHERICAL
+    limits = {"lat_ts": (0.0, farthest)}
+    return Family(
+        name,
+        f"+proj={name}",
+        limits,
+        rule | middle,
+        ("lat_ts",),
+        "",
+        rule,
+        "true in the middle latitude",
+        is_spherical=spherical,
+    )
+
+
+def _transverse(e: Extent) -> Family:
+    middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
+    rule = {"lon_0": e.lon}
+    limits = {"lon_0": (e.west, e.east)}
+    return Family("tmerc", "+proj=tmerc", limits, middle, ("lon_0", "k_0"), "k_0", rule, "true on the middle meridian")
+
+
+def _oblique(e: Extent) -> Family:
+    middle = {"lat_0": float(np.clip(e.lat, -_MOST, _MOST)), "lonc": e.lon, "alpha": e.azimuth}
+    # Great circles have two degrees of freedom: the line's centre moves across the line only.
+    across = "lonc" if abs(e.azimuth) < _LINE else "lat_0"
+    side = min(1.5 * e.radius, 80.0)
+    reach = {
+        "lat_0": (max(e.lat - side, -_MOST), min(e.lat + side, _MOST)),
+        "lonc": (
+            e.lon - side / max(np.cos(np.radians(e.lat)), 0.1),
+            e.lon + side / max(np.cos(np.radians(e.lat)), 0.1),
+        ),
+        "alpha": (e.azimuth - 90.0, e.azimuth + 90.0),
+    }
+    return Family(
+        "omerc", "+proj=omerc", reach, middle, (across, "alpha", "k_0"), "k_0", middle, "along the region's long axis"
+    )
+
+
+def _rotated(name: str, e: Extent) -> Family:
+    """A world map in any aspect: PROJ's ob_tran."""
+    inner = name.partition(":")[2]
+    text = projection_names().get(inner, "")
+    operation = re.match(r"\+proj=(\S+)(.*)", re.sub(r"\s*\+R=\S+", "", text))
+    if not operation or operation[1] == "ob_tran":
+        raise ValueError(
+            f"Invalid family '{name}'. Behind ob_tran: it must have a name of 'projdist list projections'."
+        )
+    limits: dict[str, Limits] = {
+        "o_lat_p": (-90.0, 90.0),
+        "o_lon_p": (-180.0, 180.0),
+        "lon_0": (e.lon - 180, e.lon + 180),
+    }
+    # The plain aspect, its middle meridian through the region.
+    middle = {"o_lat_p": 90.0, "o_lon_p": 0.0, "lon_0": e.lon}
+    rule = {"o_lat_p": 90.0, "o_lon_p": 0.0, "lon_0": e.lon}
+    for key in ("lat_1", "lat_2", "lat_ts"):
+        stated = re.search(rf"\+{key}=(\S+)", operation[2])
+        if stated or (key, operation[1]) in _INNER:
+            limits[key] = (0.0, _MOST)
+            middle[key] = float(stated[1]) if stated else _INNER[key, operation[1]]
+    return Family(
+        name,
+        f"+proj=ob_tran +o_proj={operation[1]}{operation[2]}",
+        limits,
+        middle,
+        ("o_lat_p", "o_lon_p", "lon_0"),
+        "",
+        rule,
+        "in its plain aspect",
+        is_spherical=True,
+    )
+
+
+_INNER = {
+    ("lat_ts", "eqc"): 0.0,
+    ("lat_ts", "cea"): 0.0,
+    ("lat_1", "wintri"): WINKEL_PARALLEL,
+    ("lat_ts", "wag3"): 0.0,
+    ("lat_1", "bonne"): 45.0,
+}
+
+
+def _winkel(e: Extent) -> Family:
+    rule = {"lat_1": _INNER["lat_1", "wintri"]}
+    middle = {"lon_0": e.lon}
+    limits = {"lat_1": (0.0, _MOST)}
+    return Family(
+        "wintri", "+proj=wintri", limits, rule | middle, ("lat_1",), "", rule, "Winkel's parallel", is_spherical=True
+    )
+
+
+FAMILIES = (*_CONES, "tmerc", "omerc", *_AZIMUTHALS, "merc", "cea", "eqc", "wintri", "ob_tran:NAME")
+
+
+def get_family(name: str, extent: Extent) -> Family:
+    """The family of a name, or of a PROJ string with free parameters as `{lat_1:20..60}`; raises ValueError."""
+    if "=" in name:
+        return _template(name)
+    if name in _CONES:
+        return _cone(name, extent)
+    if name in _AZIMUTHALS:
+        return _azimuthal(name, extent)
+    if name in ("merc", "cea", "eqc"):
+        return _cylinder(name, extent)
+    if name.startswith("ob_tran:"):
+        return _rotated(name, extent)
+    other = {"tmerc": _transverse, "omerc": _oblique, "wintri": _winkel}.get(name)
+    if other is None:
+        raise ValueError(
+            f"Invalid family '{name}'. {hints.suggestion(name, FAMILIES)}It must be auto, one of "
+            f"{', '.join(FAMILIES)}, or a PROJ string with free parameters, as +proj=lcc +lat_1={{30..50}} "
+            "+lat_2={40..60}."
+        )
+    return other(extent)
+
+
+def sensible_families(extent: Extent, ellipsoid: Ellipsoid | None) -> list[str]:
+    """Families worth trying for a region of that extent; maps of the sphere only where its shape matters little."""
+    if extent.radius > _WORLD:
+        return ["wintri", "eqc", "cea", "merc", *(["aeqd", "laea", "airy"] if extent.radius < _WHOLE_WORLD else [])]
+    names = ["laea", "aeqd", "stere", "omerc"]
+    spherical = extent.radius > _CONTINENT or (ellipsoid is not None and ellipsoid.is_sphere)
+    if spherical:
+        names.append("airy")
+    if extent.south < 85.0 and extent.north > -85.0:
+        names += _CONES
+    if extent.east - extent.west < 170.0:
+        names.append("tmerc")
+    if extent.south < _CROSSES and extent.north > -_CROSSES:
+        names += ["merc", "cea", *(["eqc"] if spherical else [])]
+    return names
+
+
+_SLOT = re.compile(r"\{(?:(\w+):)?([^{}]*)\}")
+
+
+def _template(text: str) -> Family:
+    """A PROJ string with slots: `+lat_1={20..60}`, `+lat_1={lat_1:20..60}`, or `{lat_1:20..60}` alone."""
+    limits: dict[str, Limits] = {}
+    words = []
+    for word in text.split():
+        slot = _SLOT.search(word)
+        if not slot:
+            words.append(word)
+            continue
+        name = slot[1] or word.partition("=")[0].lstrip("+")
+        stated = word[: slot.start()]
+        if word[slot.end() :] or stated.lstrip("+") not in ("", f"{name}=") or name in limits:
+            raise ValueError(f"Invalid free parameter '{word}'. It must be +{name}={{LOW..HIGH}}, once.")
+        limits[name] = _range(word, slot[2])
+    if not limits:
+        raise ValueError(f"Invalid family '{text}'. A PROJ string must have free parameters, as +lat_1={{20..60}}.")
+    middle = {name: 0.5 * (low + high) for name, (low, high) in limits.items()}
+    family = Family(text, " ".join(words), limits, middle, tuple(limits), states_ellipsoid=True)
+    scale = next((name for name in ("k_0", "k") if name in limits and _is_scale(family, name)), "")
+    return Family(text, " ".join(words), limits, middle, tuple(limits), scale, states_ellipsoid=True)
+
+
+def _range(word: str, text: str) -> Limits:
+    low, dots, high = text.partition("..")
+    try:
+        limits = float(low), float(high)
+    except ValueError:
+        limits = np.nan, np.nan
+    if not dots or not np.isfinite(limits).all() or not limits[0] < limits[1]:
+        raise ValueError(f"Invalid range '{text}' in '{word}'. It must be LOW..HIGH, two numbers, as 20..60.")
+    return limits
+
+
+def _is_scale(family: Family, name: str) -> bool:
+    """Whether a parameter multiplies the map."""
+    low, high = family.limits[name]
+    values = {key: value for key, value in family.fixed.items() if key != name}
+    words = " ".join(f"+{key}={value!r}" for key, value in values.items())
+    lon, lat = np.array([3.0, 21.0, -14.0]), np.array([11.0, 37.0, 48.0])
+    try:
+        one, two = (
+            np.array(Projection.from_user_input(f"{family.text} {words} +{name}={value!r}")(lon, lat))
+            for value in (low, high)
+        )
+    except ProjectionError:
+        return False
+    one, two = one - one[:, :1], two - two[:, :1]
+    return bool(low > 0 and np.allclose(two * low, one * high, rtol=1e-9, atol=1e-6))
+
+
+def ellipsoid_text(ellipsoid: Ellipsoid) -> str:
+    """The ellipsoid as PROJ's parameters."""
+    for name, known in (("WGS84", WGS84), ("GRS80", Ellipsoid(6378137.0, 1.0 / 298.257222101))):
+        if ellipsoid.is_close(known):
+            return f"+ellps={name}"
+    return f"+R={ellipsoid.a!r}" if ellipsoid.is_sphere else f"+a={ellipsoid.a!r} +rf={1.0 / ellipsoid.f!r}"

@@ -1,0 +1,285 @@
+"""The members of a family of projections over a region, and the best of them by an objective.
+
+The map is differentiated at fixed nodes of the region; a lattice over the free parameters, then descents
+from its best points find the optimum, with the scale in closed form at every step (`objectives`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.decisions.families import Family, ellipsoid_text
+from projdist.decisions.objectives import Objective
+from projdist.earth import SPHERE, WGS84, Ellipsoid
+from projdist.field import Nodes, nodes_of
+from projdist.matrices import get_measure, principal_scales
+from projdist.numerics import descend, descend_lattice, lattice, minimise
+from projdist.projections import Projection, ProjectionError, compose, number_text, with_parameters
+from projdist.regions import Place
+
+__all__ = ["DECIMALS", "Members", "Rounded"]
+
+DECIMALS = 7
+"""What is not rounded has so many: a centimetre."""
+
+_COARSE, _FINE = 300, 2000  # nodes of the global search, and of the last descent
+_MOST_FREE = 6  # two more than any family has; nine take minutes, and the lattice over them has holes
+_SOME, _MOST = 5, 0.75  # members that tell what all have, and the share of nodes at which they do
+_LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # what a point that the map does not show counts for: distortion by e^10
+_OFF_THE_MAP, _NOTHING = 1e9, -1e3  # the same for maxima, in any unit; and a term that is none
+_SCALE_DECIMALS = 10  # less than any criterion can tell
+_FLAT, _FLAT_RANGE = (
+    0.01,
+    0.25,
+)  # of the criterion, and of the range of a parameter: where that costs no more it is flat
+_WALK, _HALVINGS = 16, 12  # values tried to either side, then halvings: 1e-5 of the range
+_ROUNDINGS = (0.01, 0.1, 0.5, 1.0, 5.0)  # degrees
+_POLE = ("o_lat_p", "o_lon_p", "lon_0")
+_SCALE = "k_0"
+
+
+@dataclass(frozen=True)
+class Rounded:
+    """The best parameters that are multiples of `step` degrees, and how much worse than the optimum they are."""
+
+    step: float
+    parameters: dict[str, float]
+    value: float
+    loss: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name."""
+        return {"step": self.step, "parameters": self.parameters, "value": self.value, "loss": self.loss}
+
+
+class Flat(NamedTuple):
+    """A parameter, and within which values of it the criterion is at most 1 % larger, the others being as they are."""
+
+    name: str
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        """One sentence."""
+        return f"The optimum is flat: with {self.name} from {self.low:.3g} to {self.high:.3g} it loses at most 1 %."
+
+
+class Members:
+    """The members of one family over a region; `variables` are the free parameters but the scale."""
+
+    def __init__(
+        self,
+        family: Family,
+        region: Place,
+        objective: Objective,
+        free: Sequence[str] | None,
+        ellipsoid: Ellipsoid | None,
+    ) -> None:
+        self.family, self.region, self.objective = family, region, objective
+        self.lost = _LOST.get(objective.figure.unit, 1e7) ** (0.5 if objective.figure.statistic == "mean" else 1.0)
+        names = _free_names(family, free)
+        if len(names) > _MOST_FREE:
+            raise ValueError(f"Invalid free parameters '{','.join(names)}'. There must be at most {_MOST_FREE}.")
+        self.variables = tuple(name for name in names if name not in (_SCALE, family.scale))
+        self.frees_scale = len(self.variables) < len(names)
+        self.scale_limits = family.limits.get(family.scale, (0.0, np.inf))
+        self.low, self.high = (np.array([family.limits[name][side] for name in self.variables]) for side in (0, 1))
+        self.fixed = {name: round(value, DECIMALS) for name, value in family.fixed.items() if name not in names}
+        text = family.text
+        if not family.states_ellipsoid:
+            text += f" {ellipsoid_text(ellipsoid or (SPHERE if family.is_spherical else WGS84))}"
+        elif ellipsoid is not None:
+            raise ValueError("Invalid ellipsoid. The PROJ string states its own.")
+        # Anywhere in the box but where two parallels are the same, or on either side of the equator.
+        some = self.low + (self.high - self.low) * np.mod(0.3 + 0.37 * np.arange(self.low.size), 1.0)
+        words = " ".join(f"+{key}={number_text(value)}" for key, value in self.parameters(self.named(some)).items())
+        self.base = Projection.from_user_input(f"{text} {words}".strip())
+
+    # ---- one member of the family
+
+    def named(self, place: FloatArray) -> dict[str, float]:
+        """Values of the free parameters but the scale, by name."""
+        return dict(zip(self.variables, map(float, place), strict=True))
+
+    def parameters(self, values: Mapping[str, float]) -> dict[str, float]:
+        """All parameters but the scale, in their usual range."""
+        return self.family.normalised(self.fixed | dict(values))
+
+    def scales(self, values: Mapping[str, float], nodes: Nodes) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+        """a, b and weights where the map is smooth, and the share of the region that it does not show."""
+        try:
+            J, shown = nodes.jacobian(with_parameters(self.base, self.parameters(values)))
+        except ProjectionError:
+            J, shown = np.full((nodes.lon.size, 2, 2), np.nan), np.zeros(nodes.lon.size, dtype=bool)
+        a, b = np.moveaxis(principal_scales(J), -1, 0)
+        smooth = np.isfinite(a) & (b > 0)
+        w = np.where(smooth, nodes.weight, 0.0)
+        if w.sum():
+            w = w / w.sum()
+        hidden = float(nodes.weight[~shown].sum())
+        return np.where(smooth, a, np.nan), np.where(smooth, b, np.nan), w, hidden
+
+    def best_scale(self, a: FloatArray, b: FloatArray, w: FloatArray) -> float:
+        """The best scale within its limits: the criteria fall towards it from either side."""
+        if not self.frees_scale:
+            return 1.0
+        smooth = np.isfinite(a)
+        best = self.objective.scale(a[smooth], b[smooth], w[smooth])
+        return float(np.clip(best, *self.scale_limits))
+
+    def terms(self, values: Mapping[str, float], nodes: Nodes) -> FloatArray:
+        """What the search makes small; of the same size for every member of the family."""
+        a, b, w, hidden = self.scales(values, nodes)
+        smooth = np.isfinite(a)
+        if self.objective.figure.is_maximum:
+            return self.extremes(a, b) + _OFF_THE_MAP * hidden
+        c = self.best_scale(a, b, w) if w.any() else 1.0
+        a, b = np.where(smooth, a, 1.0 / c), np.where(smooth, b, 1.0 / c)
+        return np.append(self.objective.terms(a, b, w, c), self.lost * np.sqrt(hidden))
+
+    def extremes(self, a: FloatArray, b: FloatArray) -> FloatArray:
+        """What a maximum is made of, (groups, n); next to nothing where the map is torn."""
+        assert self.objective.extremes is not None
+        groups = self.objective.extremes(a, b, self.frees_scale and self.scale_limits == (0.0, np.inf))
+        return np.where(np.isfinite(groups), groups, _NOTHING)
+
+    def value(self, values: Mapping[str, float], nodes: Nodes) -> float:
+        """The criterion at the nodes, with the best scale."""
+        a, b, w, hidden = self.scales(values, nodes)
+        smooth = np.isfinite(a)
+        if not smooth.any() or (self.objective.figure.is_maximum and hidden):
+            return float("inf")
+        a, b, w = a[smooth], b[smooth], w[smooth]
+        terms = self.objective.terms(a, b, w, self.best_scale(a, b, w))
+        return self.objective.value(np.append(terms, self.lost * np.sqrt(hidden)))
+
+    def member(self, values: Mapping[str, float], scale: float) -> Projection:
+        """The projection; scaled from without where the method has no parameter for it."""
+        parameters = self.parameters(values)
+        if self.family.scale and self.frees_scale:
+            parameters[self.family.scale] = scale
+        projection = with_parameters(self.base, parameters)
+        if self.family.scale or scale == 1.0:
+            return Projection.from_user_input(projection.definition)
+        return compose(projection, scale * np.eye(2), f"{projection.name}, scaled")
+
+    # ---- the search
+
+    def vanishes(self) -> bool:
+        """Whether the objective is one that all members leave next to nothing of: some of them, at most of the nodes.
+
+        Not at all: next to poles and edges of maps rounding is larger.
+        """
+        if not self.objective.exact:
+            return False
+        nodes = nodes_of(self.region, self.base.ellipsoid, _COARSE)
+        places = self.low + (self.high - self.low) * lattice(self.low.size, _SOME)
+        return all(self._leaves(self.named(place), nodes) <= self.objective.exact for place in places)
+
+    def _leaves(self, values: Mapping[str, float], nodes: Nodes) -> float:
+        """What most of the nodes have no more of, in the objective's measure; infinite where the map shows none."""
+        a, b, w, _ = self.scales(values, nodes)
+        if not w.any():
+            return float("inf")
+        J = self.best_scale(a, b, w) * np.stack([a, b], axis=-1)[w > 0, :, None] * np.eye(2)
+        return float(np.quantile(np.abs(get_measure(self.objective.figure.measure)(J)), _MOST))
+
+    def searched(self) -> tuple[dict[str, float], float, Nodes, int]:
+        """The free parameters of the best member, its value at nodes, these nodes, and the evaluations it took."""
+        edges = self.objective.figure.is_maximum
+        coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
+        fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
+        first = minimise(self._at(coarse), self.low, self.high, worst=edges)
+        best, least, evaluations = self.descended(self.named(first.place), fine)
+        if not self.scales(best, fine)[2].any():
+            raise ProjectionError(
+                f"Invalid family '{self.family.name}' for {self.region.name}. It shows no part of it."
+            )
+        return best, least, fine, first.evaluations + evaluations
+
+    def descended(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
+        """The free parameters of the best member near a start, its value at nodes, and the evaluations it took."""
+        place = np.array([start[name] for name in self.variables])
+        last = descend(self._at(nodes), place, self.low, self.high, worst=self.objective.figure.is_maximum)
+        best = self.named(last.place)
+        return best, self.value(best, nodes), last.evaluations
+
+    def _at(self, nodes: Nodes) -> Any:
+        return lambda x: self.terms(self.named(x), nodes)
+
+    def written(self, values: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float]:
+        """Free parameters to the decimals that are stated, and the best scale then."""
+        chosen = {name: round(values[name], DECIMALS) for name in self.variables}
+        a, b, w, _ = self.scales(chosen, nodes)
+        return chosen, round(self.best_scale(a, b, w), _SCALE_DECIMALS)
+
+    def shown(self, chosen: Mapping[str, float], scale: float) -> dict[str, float]:
+        """The free parameters in their usual range, and the scale among them."""
+        shown = {name: self.parameters(chosen)[name] for name in self.variables}
+        return shown | ({self.family.scale or _SCALE: scale} if self.frees_scale else {})
+
+    def rounded(self, best: Mapping[str, float], step: float, least: float, nodes: Nodes) -> Rounded:
+        """The best of the multiples of a step about the optimum."""
+
+        def value(place: FloatArray) -> float:
+            return self.value(self.named(place * step), nodes)
+
+        place, found = descend_lattice(value, np.round(np.array(list(best.values())) / step))
+        usual = self.parameters(self.named(place * step))
+        plain = {name: float(number_text(usual[name])) for name in self.variables}
+        return Rounded(step, plain, found, found / least - 1.0 if least else 0.0)
+
+    def flats(self, best: Mapping[str, float], least: float, nodes: Nodes) -> tuple[Flat, ...]:
+        """Parameters that hardly matter: with the others as they are, a quarter of their range costs 1 % at most."""
+        found = []
+        for name, low, high in zip(self.variables, self.low.tolist(), self.high.tolist(), strict=True):
+
+            def is_as_good(value: float, name: str = name) -> bool:
+                return self.value({**best, name: value}, nodes) <= (1.0 + _FLAT) * least
+
+            ends = sorted(_farthest(is_as_good, best[name], end) for end in (low, high))
+            if least > 0.0 and ends[1] - ends[0] >= _FLAT_RANGE * (high - low):
+                found.append(Flat(name, *ends))
+        return tuple(found)
+
+    def roundings(self, best: Mapping[str, float], least: float, nodes: Nodes) -> tuple[Rounded, ...]:
+        """What rounding costs, for the steps that are less than the parameters' range."""
+        widest = float(np.max(self.high - self.low, initial=0.0))
+        return tuple(self.rounded(best, step, least, nodes) for step in _ROUNDINGS if step < 0.5 * widest)
+
+
+def _farthest(is_good: Callable[[float], bool], begin: float, end: float) -> float:
+    """How far from a value towards an end all values that are tried are good."""
+    steps = [begin + (end - begin) * k / _WALK for k in range(1, _WALK + 1)]
+    first = next((k for k, value in enumerate(steps) if not is_good(value)), None)
+    if first is None:
+        return end
+    good, bad = (steps[first - 1] if first else begin), steps[first]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if is_good(middle) else (good, middle)
+    return good
+
+
+def _free_names(family: Family, free: Sequence[str] | None) -> tuple[str, ...]:
+    """Names of free parameters, each once, in the family's order."""
+    allowed = [*family.limits, *([] if {_SCALE, "k"} & set(family.limits) else [_SCALE])]
+    if free is None:
+        return family.free
+    names: list[str] = []
+    for name in free:
+        names += _POLE if name == "pole" and set(_POLE) <= set(family.limits) else [name]
+    for name in names:
+        if name not in allowed:
+            raise ValueError(
+                f"Invalid free parameter '{name}' for {family.name}. It must be one of {', '.join(allowed)}; others do "
+                "not change the distortion, or need a range: give a PROJ string with +name={LOW..HIGH}."
+            )
+    if not names:
+        raise ValueError("Invalid free parameters ''. There must be at least one.")
+    return tuple(name for name in allowed if name in names)

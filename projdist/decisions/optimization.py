@@ -1,0 +1,413 @@
+"""The best parameters of a projection for a region.
+
+The best member of a family is found at fixed nodes (`members`); what is reported is measured anew, by
+adaptive cubature.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from projdist.answers import Failure
+from projdist.decisions.families import Extent, Family, cylinder_of, extent_of, get_family, sensible_families, usual_crs
+from projdist.decisions.members import DECIMALS, Flat, Members, Rounded
+from projdist.decisions.objectives import OBJECTIVES, Objective, get_objective
+from projdist.earth import SPHERE, WGS84, Ellipsoid
+from projdist.field import Field, Nodes, sample
+from projdist.projections import (
+    Projection,
+    ProjectionError,
+    ProjectionLike,
+    crs_wkt,
+    defined_by,
+    listed_projections,
+    with_parameters,
+    wkt_of,
+)
+from projdist.regions import Place, RegionLike, get_region
+from projdist.support import Answer, check_number, check_text, listed_values, plain
+
+__all__ = ["Baseline", "Optimum", "best_member", "optimize"]
+
+_ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
+_RELATIVE = 1e-5  # the cubature's tolerance, of the value found
+_TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM
+_EXCHANGES, _EXCEEDS = 6, 1e-5  # rounds for places that the nodes lack, and by what part the maximum is larger there
+_DECIDES = OBJECTIVES["airy_kavrayskiy"]
+_NOTE = "{} vanishes for all of {}: the least Airy-Kavrayskiy error has decided."
+_USUAL = 2.0  # a scale, or one over it, that hides no distortion without a bound
+_WHOLE = 0.9999  # of the region: less is a map of a part
+
+
+# ---- answers --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """What one would have taken without a search, its value of the criterion, and its Airy-Kavrayskiy error.
+
+    `error_estimate` is that of the value.
+    """
+
+    name: str
+    definition: str
+    value: float
+    airy_kavrayskiy: float
+    error_estimate: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Optimum(Answer):
+    """The best member of a family for a region.
+
+    `parameters` are the free ones; `value` is the criterion, measured by adaptive cubature to
+    `error_estimate`; `coverage` the share of the region that the map shows. `at_limit` names parameters
+    that ended at a limit. `scale` is what the family's own map is multiplied with where it has no parameter
+    for that. `roundings` tell how flat the optimum is, `baselines` what it is worth. `others` are the
+    optima of the families that came second and worse, with `auto`. `wkt` is WKT2, or None with a reason.
+    `flats` are parameters that hardly matter: within which values the criterion is at most 1 % larger.
+    `note` says that the Airy-Kavrayskiy error has decided, where the criterion vanishes for the whole family.
+    """
+
+    family: str
+    region: Place
+    criterion: str
+    unit: str
+    parameters: dict[str, float]
+    scale: float
+    value: float
+    error_estimate: float
+    airy_kavrayskiy: float
+    coverage: float
+    projection: Projection
+    wkt: str | None
+    wkt_reason: str | None
+    at_limit: tuple[str, ...]
+    round_to: float | None
+    roundings: tuple[Rounded, ...]
+    baselines: tuple[Baseline, ...]
+    others: tuple[Optimum, ...]
+    failures: tuple[Failure, ...]
+    evaluations: int
+    note: str | None = None
+    flats: tuple[Flat, ...] = ()
+
+    @property
+    def cylinder(self) -> str:
+        """That a conic map is nearly a cylindrical one, and which; mostly nothing."""
+        return cylinder_of(self.family, self.parameters)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be known of it, a sentence each."""
+        return tuple(filter(None, (self.note, self.cylinder, *map(str, self.flats))))
+
+    @property
+    def proj(self) -> str:
+        """The PROJ string; a pipeline where the map is multiplied by a scale that the method does not know."""
+        return self.projection.definition
+
+    def _line(self) -> str:
+        return f"{self.proj} over {self.region.name}: {self.criterion} {self.value:.4g} ± {self.error_estimate:.1g}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return {
+            "family": self.family,
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "criterion": self.criterion,
+            "unit": self.unit,
+            "parameters": self.parameters,
+            "scale": self.scale,
+            "value": plain(self.value),
+            "error_estimate": plain(self.error_estimate),
+            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
+            "coverage": self.coverage,
+            "proj": self.proj,
+            "wkt": self.wkt,
+            "wkt_reason": self.wkt_reason,
+            "at_limit": list(self.at_limit),
+            "round_to": self.round_to,
+            "roundings": [rounded.to_dict() for rounded in self.roundings],
+            "baselines": [baseline.to_dict() for baseline in self.baselines],
+            "others": [{"family": o.family, "value": plain(o.value), "proj": o.proj} for o in self.others],
+            "failures": [failure.to_dict() for failure in self.failures],
+            "evaluations": self.evaluations,
+            "note": self.note,
+            "flat": [flat._asdict() for flat in self.flats],
+            "remarks": list(self.remarks),
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        """A row a family, the best first."""
+        return [
+            {"family": one.family, one.criterion: one.value, **one.parameters, "proj": one.proj}
+            for one in (self, *self.others)
+        ]
+
+
+# ---- the question ---------------------------------------------------------------------------
+
+
+def optimize(
+    family: str,
+    region: RegionLike = "globe",
+    *,
+    free: Sequence[str] | None = None,
+    criterion: str | Objective = "airy_kavrayskiy",
+    ellipsoid: str | Ellipsoid | None = None,
+    round_to: float | None = None,
+    against: ProjectionLike | Iterable[ProjectionLike] = (),
+) -> Optimum:
+    """The parameters with which a family of projections distorts a region least.
+
+    Parameters
+    ----------
+    family : str
+        lcc, aea, eqdc, tmerc, omerc, laea, aeqd, stere, airy, merc, cea, eqc, wintri, `ob_tran:NAME` for any aspect of
+        a map, `auto` for the best of those that suit the region, or a PROJ string with free parameters such as
+        `+proj=lcc +lat_1={30..50} +lat_2={40..60} +ellps=GRS80`.
+    region : RegionLike
+        Whatever `get_region` takes.
+    free : sequence of str, optional
+        The parameters to choose, `pole` for those of ob_tran, `k_0` for a uniform scale, whether the method has a
+        parameter for it or not; by default the family's own. Not with `auto`.
+    criterion : str or Objective
+        What to make small, a name in `OBJECTIVES`.
+    ellipsoid : str or Ellipsoid, optional
+        `sphere` or a name of PROJ's; by default WGS 84, and the sphere for maps that have formulas for that only.
+    round_to : float, optional
+        Rounds angles to multiples of so many degrees, within 1e-9 and 45, and k_0 to 1e-6: the best of the multiples
+        near the optimum.
+    against : ProjectionLike, or iterable of them
+        Projections to compare with, the last of the baselines.
+
+    Returns
+    -------
+    Optimum
+        Its figures are measured anew by adaptive cubature, each with its error.
+
+    Raises
+    ------
+    ValueError
+        For an unknown family, region, parameter, criterion or ellipsoid, a rounding out of its range, and free
+        parameters with `auto`.
+    ProjectionError
+        Where no member shows the region, or one of `against` does not.
+
+    References
+    ----------
+    S. Baselga 2018, Computers & Geosciences 117, whose parallels for Europe and for Spain it finds.
+    The families and their parameters: https://proj.org/en/stable/operations/projections/
+
+    Examples
+    --------
+    The mean of ln cos(lat) by the sphere's area is ln 2 - 1, so that the best parallel has the cosine 2 / e:
+
+    >>> round(optimize("eqc").parameters["lat_ts"], 3)
+    42.629
+    """
+    area, objective = get_region(region), get_objective(criterion)
+    check_text("family", family)
+    free = None if free is None else [check_text("free parameter", one) for one in listed_values(free)]
+    if round_to is not None and not 1e-9 <= check_number("rounding", round_to) <= 45.0:
+        raise ValueError(f"Invalid rounding '{round_to}'. It must be a number of degrees within 1e-9 and 45.")
+    if family == "auto" and free is not None:
+        raise ValueError("Invalid free parameters for family 'auto'. Each family has its own; name one.")
+    extent, surface = extent_of(area), _ellipsoid_of(ellipsoid)
+    own = tuple(_baseline(given, area, objective) for given in listed_projections(against))
+    names = sensible_families(extent, surface) if family == "auto" else [family]
+    found: list[Optimum] = []
+    failures: list[Failure] = []
+    for name in names:
+        try:
+            members = _members(get_family(name, extent), area, objective, free, surface)
+            found.append(_optimum(members, objective, extent, round_to))
+        except ProjectionError as error:
+            if family != "auto":
+                raise
+            failures.append(Failure(name, str(error)))
+    if not found:
+        raise ProjectionError(f"Invalid region '{area.name}'. No family of projections serves it: {failures[0].error}")
+    # A map that leaves out a part of the region is no better for it.
+    best, *others = sorted(
+        found, key=lambda one: (one.coverage < _WHOLE, 0.0 if one.note else one.value, one.airy_kavrayskiy)
+    )
+    return replace(best, baselines=best.baselines + own, others=tuple(others), failures=tuple(failures))
+
+
+def best_member(
+    family: str, region: Place, objective: Objective, ellipsoid: Ellipsoid
+) -> tuple[Projection, dict[str, float]]:
+    """The best member of a family, and its free parameters; nothing more is measured. Raises ProjectionError."""
+    members = _members(get_family(family, extent_of(region)), region, objective, None, ellipsoid)
+    best, _, fine, _ = _searched(members)
+    chosen, scale = members.written(best, fine)
+    return members.member(chosen, scale), members.shown(chosen, scale)
+
+
+def _members(
+    family: Family, region: Place, objective: Objective, free: Sequence[str] | None, ellipsoid: Ellipsoid | None
+) -> Members:
+    """The members of a family, with the Airy-Kavrayskiy error for an objective that vanishes for all of them."""
+    members = Members(family, region, objective, free, ellipsoid)
+    return Members(family, region, _DECIDES, free, ellipsoid) if members.vanishes() else members
+
+
+def _searched(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
+    """`Members.searched`; where it is a maximum that counts, with the places that its nodes lack among them.
+
+    Where the best map's true maximum is more than that at the nodes, its place becomes a node, and the search goes on
+    from there (E. Remez, 1934): the corners of polygons that matter are few, and not known before.
+    """
+    best, least, fine, evaluations = members.searched()
+    for _ in range(_EXCHANGES if members.objective.figure.is_maximum else 0):
+        chosen, scale = members.written(best, fine)
+        field = _field(members.member(chosen, scale), members.region, members.objective, 1e-6)
+        worst = field.maximum(members.objective.figure.measure)
+        if not least * (1.0 + _EXCEEDS) < worst.value < np.inf:
+            break
+        fine = fine.joined(worst.lon, worst.lat)
+        before = least
+        best, least, more = members.descended(best, fine)
+        evaluations += more
+        if least <= before:  # the map is torn there
+            break
+    return best, least, fine, evaluations
+
+
+def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
+    if given is None or isinstance(given, Ellipsoid):
+        return given
+    if check_text("ellipsoid", given).lower() == "sphere":
+        return SPHERE
+    if given == "WGS84":
+        return WGS84
+    try:
+        return Projection.from_user_input(f"+proj=merc +ellps={given}").ellipsoid
+    except ProjectionError as error:
+        raise ValueError(f"Invalid ellipsoid '{given}'. It must be sphere or one of PROJ's, as GRS80.") from error
+
+
+def _optimum(members: Members, objective: Objective, extent: Extent, round_to: float | None) -> Optimum:
+    """The best member, and what is to be known of it; `objective` is what was asked for."""
+    best, least, fine, evaluations = _searched(members)
+    roundings = members.roundings(best, least, fine)
+    rounded = best if round_to is None else members.rounded(best, round_to, least, fine).parameters
+    chosen, scale = members.written(rounded, fine)
+    if round_to is not None and members.frees_scale:
+        scale = float(np.round(scale / _ROUND_SCALE) * _ROUND_SCALE)
+    projection = members.member(chosen, scale)
+    value, error, ak, coverage = _measured(projection, members.region, objective, least)
+    _check_finite(members, chosen, scale, objective, value)
+    wkt, reason = _wkt(members, projection, chosen, scale)
+    return Optimum(
+        family=members.family.name,
+        region=members.region,
+        criterion=objective.figure.name,
+        unit=objective.figure.unit,
+        parameters=members.shown(chosen, scale),
+        scale=1.0 if members.family.scale else scale,
+        value=value,
+        error_estimate=error,
+        airy_kavrayskiy=ak,
+        coverage=coverage,
+        projection=projection,
+        wkt=wkt,
+        wkt_reason=reason,
+        at_limit=_at_limit(members, best),
+        round_to=round_to,
+        roundings=roundings,
+        baselines=_baselines(members, objective, extent),
+        others=(),
+        failures=(),
+        evaluations=evaluations,
+        note=None if members.objective is objective else _NOTE.format(objective.figure.name, members.family.name),
+        flats=members.flats(best, least, fine),
+    )
+
+
+def _check_finite(
+    members: Members, chosen: Mapping[str, float], scale: float, objective: Objective, value: float
+) -> None:
+    """Raise ProjectionError for a criterion that is infinite, or would be were the map not shrunk to nothing."""
+    if np.isfinite(value) and objective.figure.is_maximum and not 1.0 / _USUAL <= scale <= _USUAL:
+        value = _measured(members.member(chosen, 1.0), members.region, objective, 1.0)[0]
+    if not np.isfinite(value):
+        family, place = members.family.name, members.region.name
+        raise ProjectionError(
+            f"Invalid criterion '{objective.figure.name}' for {family} over {place}. It is not finite there."
+        )
+
+
+def _at_limit(members: Members, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Parameters at an end of their range that is no natural one."""
+    limits = members.family.limits
+    return tuple(
+        name
+        for name, value in values.items()
+        if min(abs(value - limits[name][0]), abs(value - limits[name][1])) < 1e-6 and abs(value) not in (0.0, 90.0)
+    )
+
+
+def _wkt(
+    members: Members, projection: Projection, values: Mapping[str, float], scale: float
+) -> tuple[str | None, str | None]:
+    """WKT2 of the CRS, or None and the reason."""
+    name = f"{projection.name} for {members.region.name}"
+    if members.family.scale or scale == 1.0:
+        return crs_wkt(projection, name)
+    return wkt_of(with_parameters(members.base, members.parameters(values)), scale * np.eye(2), name)
+
+
+def _baselines(members: Members, objective: Objective, extent: Extent) -> tuple[Baseline, ...]:
+    """The rule of thumb of the family, and the UTM zone of the region's middle."""
+    found = []
+    if members.family.rule is not None:
+        words = members.family.normalised(members.family.fixed | members.family.rule)
+        words = {name: round(value, DECIMALS) for name, value in words.items()}
+        found.append((members.family.rule_name, defined_by(members.base.definition, words)))
+    if extent.radius < _TOO_WIDE:
+        found.append(usual_crs(extent))
+    baselines = []
+    for name, definition in found:
+        with contextlib.suppress(ProjectionError):
+            baselines.append(_baseline(definition, members.region, objective, name))
+    return tuple(one for one in baselines if np.isfinite(one.value))
+
+
+def _baseline(given: Any, region: Place, objective: Objective, name: str = "") -> Baseline:
+    """A projection that must show the region, by the criterion."""
+    projection = Projection.from_user_input(given)
+    value, error, ak, coverage = _measured(projection, region, objective, 0.1)
+    if coverage < _WHOLE:
+        shown = f"It shows {100 * coverage:.3g} % of {region.name}."
+        raise ProjectionError(f"Invalid projection '{projection.label}' to compare with. {shown}")
+    return Baseline(name or projection.name, projection.definition, value, ak, error)
+
+
+def _measured(
+    projection: Projection, region: Place, objective: Objective, about: float
+) -> tuple[float, float, float, float]:
+    """The criterion by adaptive cubature, its estimated error, the Airy-Kavrayskiy error, and the coverage."""
+    tolerance = float(np.clip(_RELATIVE * about, 1e-12, 1e-5))
+    field = _field(projection, region, objective, tolerance)
+    found = field.figure(objective.figure)
+    return found.value, found.error, field.airy_kavrayskiy.raw, field.coverage
+
+
+def _field(projection: Projection, region: Place, objective: Objective, tolerance: float) -> Field:
+    """The field of a projection, good enough for an objective's figure."""
+    measure = objective.figure.measure
+    if measure == "fisher":
+        return sample(projection, region, tolerance=tolerance)
+    return sample(projection, region, measures=[measure], tolerance=1e-6)

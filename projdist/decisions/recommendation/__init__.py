@@ -1,0 +1,1 @@
+"""The best existing CRS for a region: candidates, trials, standing and order."""

@@ -1,0 +1,306 @@
+"""The CRSs of PROJ's database as candidates for a region: measured cheaply at first, then in full.
+
+The functions of this module run in other processes, too: what they take and give is small and picklable.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.decisions.recommendation.rankings import RANKINGS, properties
+from projdist.decisions.recommendation.trial_nodes import Probe
+from projdist.earth import WGS84
+from projdist.field import (
+    FIGURES,
+    Extreme,
+    Goal,
+    Integrand,
+    Samples,
+    airy_kavrayskiy_of,
+    cut_length,
+    find_extremes,
+    is_interrupted,
+    jacobian,
+    sample_panels,
+)
+from projdist.matrices import Measure, areal_scale, get_measure
+from projdist.numerics import mean
+from projdist.projections import Conversion, DatabaseCrs, Projection, ProjectionError, load_crs
+from projdist.regions import Region
+
+__all__ = ["INTERRUPTED", "Distortion", "Finding", "Full", "Rejected", "Trial", "measure", "settle", "try_crs"]
+
+INTERRUPTED = "It is cut within the region."
+_LEAST_COVERED = 0.99  # of the region: less is no map of it
+_RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
+_RESOLVED = 0.01  # of a mean; worse, it diverges
+_EVALUATIONS = 200_000
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A CRS that is no candidate, and why."""
+
+    code: str
+    name: str
+    reason: str
+
+
+# ---- cheaply --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A CRS to try on a region's probe."""
+
+    code: str
+    name: str
+    probe: Probe
+    ranking: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A CRS as its trial found it: `value` is the figure of the ranking, `modern` whether on GRS 80 or WGS 84.
+
+    `usual` is whether its axes point east and north, and its coordinates are positive.
+    """
+
+    code: str
+    datum: str
+    modern: bool
+    conversion: Conversion
+    jacobian: FloatArray
+    keeps: tuple[str, ...]
+    value: float
+    usual: tuple[bool, bool]
+
+
+def try_crs(trial: Trial) -> Finding | Rejected:
+    """A CRS measured at the probe's nodes."""
+    try:
+        crs = load_crs(trial.code)
+        J = jacobian(crs.projection, trial.probe.lon, trial.probe.lat)
+        xy = np.stack(crs.projection(trial.probe.lon, trial.probe.lat))
+    except ProjectionError as error:
+        return Rejected(trial.code, trial.name, str(error))
+    covered = float(trial.probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
+    if covered < _LEAST_COVERED:
+        return Rejected(trial.code, trial.name, f"It can be projected over {100 * covered:.3g} % of the region only.")
+    weight = trial.probe.weight
+    value = RANKINGS[trial.ranking](J, weight)
+    usual = crs.is_upright, bool(np.all((xy > 0) | np.isnan(xy)))
+    return Finding(trial.code, crs.datum, _is_modern(crs), crs.conversion, J, properties(J, weight), value, usual)
+
+
+def _is_modern(crs: DatabaseCrs) -> bool:
+    """Whether the ellipsoid is that of GRS 80 or WGS 84, as of all datums that satellites measure."""
+    ellipsoid = crs.projection.ellipsoid
+    return abs(ellipsoid.a - WGS84.a) < 0.1 and abs(ellipsoid.f - WGS84.f) < 1e-8
+
+
+# ---- in full --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Full:
+    """A CRS to measure in full, by its code or a PROJ string; `level` is its Airy-Kavrayskiy error, about."""
+
+    code: str
+    name: str
+    region: Region
+    probe: Probe
+    keeps: tuple[str, ...]
+    level: float
+    ranking: str
+    uninterrupted: bool = False
+
+
+@dataclass(frozen=True)
+class Distortion:
+    """What a projection does over a region; largest values are infinite where there is no bound, means then NaN.
+
+    The errors are those of the figures of these names, NaN where they are infinite. `cut_km` is the length of the cuts
+    within the region.
+    """
+
+    coverage: float
+    airy_kavrayskiy: float
+    airy_kavrayskiy_scaled: float
+    airy_kavrayskiy_affine: float
+    error_estimate: float
+    max_scale_error_ppm: float
+    mean_scale_error_ppm: float
+    max_omega: float
+    mean_omega: float
+    max_areal_error_ppm: float
+    mean_areal_error_ppm: float
+    min_areal_scale: float
+    max_areal_scale: float
+    max_scale_error_ppm_error: float
+    max_omega_error: float
+    max_areal_error_ppm_error: float
+    min_areal_scale_error: float
+    max_areal_scale_error: float
+    cut_km: float
+
+
+def settle(task: Full) -> float | Rejected:
+    """The figure of the ranking of a CRS over a region, as good as `measure` has it."""
+    try:
+        if task.uninterrupted and is_interrupted(_projection(task), task.region):
+            return Rejected(task.code, task.name, INTERRUPTED)
+        return _begun(task, FIGURES[task.ranking].aspect).figure(task.ranking)
+    except ProjectionError as error:
+        return Rejected(task.code, task.name, str(error))
+
+
+def measure(task: Full) -> Distortion | Rejected:
+    """A CRS measured over a region, to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
+    try:
+        found = _begun(task, *_SEARCHED)
+        cut_km = cut_length(found.projection, task.region)
+        return Distortion(coverage=found.first.coverage, cut_km=cut_km, **found.figures())
+    except ProjectionError as error:
+        return Rejected(task.code, task.name, str(error))
+
+
+def _projection(task: Full) -> Projection:
+    return Projection.from_user_input(task.code) if task.code.startswith("+") else load_crs(task.code).projection
+
+
+def _begun(task: Full, *parts: str) -> _Measurement:
+    projection = _projection(task)
+    tolerance = _RELATIVE * max(task.level, 1e-6)
+    first = sample_panels(projection, task.region, tolerance=tolerance, max_evaluations=_EVALUATIONS)
+    return _Measurement(task, projection, tolerance, first, parts)
+
+
+_SCALE, _OMEGA, _AREA, _AREA_ERROR = (
+    get_measure(name) for name in ("scale_error_ppm", "omega", "areal_scale", "areal_error_ppm")
+)
+
+
+def _inverse_area(J: FloatArray) -> FloatArray:
+    """1 / s, NaN where the map is singular."""
+    s = areal_scale(J)
+    return 1.0 / np.where(s > 0, s, np.nan)
+
+
+_INVERSE = Measure("inverse_areal_scale", _inverse_area, kind="ratio")
+
+
+# What has a mean to be resolved, and the property of maps for which it vanishes.
+_MEASURES = {_SCALE: "", _OMEGA: "conformal", _AREA_ERROR: "equal-area"}
+
+# The parts of a measurement, with what is searched for its largest values, and the property for which it does not vary.
+_SEARCHED: dict[str, dict[Measure, str]] = {
+    "distortion": {},
+    "scales": {_SCALE: ""},
+    "angles": {_OMEGA: "conformal"},
+    "areas": {_INVERSE: "equal-area", _AREA: "equal-area"},
+}
+
+
+@dataclass(frozen=True)
+class _Measurement:
+    """A projection under measurement. What it keeps true is read off the probe: searches would find noise."""
+
+    task: Full
+    projection: Projection
+    tolerance: float
+    first: Samples
+    parts: tuple[str, ...]
+
+    def figure(self, name: str) -> float:
+        """One field of `Distortion`; the largest scale error without the mean, which costs most."""
+        return self._largest[_SCALE].value if name == "max_scale_error_ppm" else self.figures()[name]
+
+    def figures(self) -> dict[str, float]:
+        """The fields of `Distortion` of the parts."""
+        methods = {"distortion": self._errors, "scales": self._scales, "angles": self._angles, "areas": self._areas}
+        return {name: value for part in self.parts for name, value in methods[part]().items()}
+
+    def _errors(self) -> dict[str, float]:
+        errors = airy_kavrayskiy_of(self.first)
+        return {
+            "airy_kavrayskiy": errors.raw,
+            "airy_kavrayskiy_scaled": errors.scaled,
+            "airy_kavrayskiy_affine": errors.affine,
+            "error_estimate": errors.error,
+        }
+
+    def _scales(self) -> dict[str, float]:
+        most = self._largest[_SCALE]
+        return {
+            "max_scale_error_ppm": most.value,
+            "max_scale_error_ppm_error": most.error,
+            "mean_scale_error_ppm": self._mean(_SCALE),
+        }
+
+    def _angles(self) -> dict[str, float]:
+        if "conformal" in self.task.keeps:
+            found = dict(zip(("max_omega", "mean_omega"), self._on_probe(_OMEGA), strict=True))
+            return found | {"max_omega_error": found["max_omega"]}
+        most = self._largest[_OMEGA]
+        return {"max_omega": most.value, "max_omega_error": most.error, "mean_omega": self._mean(_OMEGA)}
+
+    def _areas(self) -> dict[str, float]:
+        if "equal-area" in self.task.keeps:
+            least, most = 1.0 / self._on_probe(_INVERSE)[0], self._on_probe(_AREA)[0]
+            least_error = most_error = most - least  # rounding
+            mean_error = self._on_probe(_AREA_ERROR)[1]
+        else:
+            least, most = 1.0 / self._largest[_INVERSE].value, self._largest[_AREA].value
+            least_error, most_error = least**2 * self._largest[_INVERSE].error, self._largest[_AREA].error
+            mean_error = self._mean(_AREA_ERROR)
+        return {
+            "max_areal_error_ppm": 1e6 * max(abs(least - 1.0), abs(most - 1.0)),
+            "max_areal_error_ppm_error": 1e6 * max(least_error, most_error),
+            "mean_areal_error_ppm": mean_error,
+            "min_areal_scale": least,
+            "max_areal_scale": most,
+            "min_areal_scale_error": least_error,
+            "max_areal_scale_error": most_error,
+        }
+
+    def _on_probe(self, one: Measure) -> tuple[float, float]:
+        """The largest value and the mean at the probe's nodes."""
+        inner = self.task.probe.weight > 0
+        values = one(jacobian(self.projection, self.task.probe.lon[inner], self.task.probe.lat[inner]))
+        return float(np.nanmax(values)), mean(values, self.task.probe.weight[inner])
+
+    @functools.cached_property
+    def _largest(self) -> dict[Measure, Extreme]:
+        """The largest values of what is searched."""
+        measures = [one for part in self.parts for one, kept in _SEARCHED[part].items() if kept not in self.task.keeps]
+        goals = [Goal(one, one(self.first.jacobian)) for one in measures]
+        found = find_extremes(self.projection, self.task.region, self.first, goals)
+        return {goal.measure: extreme for goal, extreme in zip(goals, found, strict=True)}
+
+    def _mean(self, one: Measure) -> float:
+        """The mean over the area; NaN where it diverges."""
+        found, error = self._fine.mean(one(self._fine.jacobian), 0.0)
+        return found if error <= _RESOLVED * found else np.nan
+
+    @functools.cached_property
+    def _fine(self) -> Samples:
+        """Samples that resolve the means: of integrands of the size of 1, whose kinks the mesh knows from rounding."""
+        measures = [one for one, kept in _MEASURES.items() if kept not in self.task.keeps]
+        levels = [self.first.mean(one(self.first.jacobian), 0.0)[0] for one in measures]
+        integrands = [_scaled(one, 1.0 / level) for one, level in zip(measures, levels, strict=True) if level > 0]
+        return sample_panels(
+            self.projection,
+            self.task.region,
+            tolerance=self.tolerance,
+            integrands=integrands,
+            max_evaluations=_EVALUATIONS,
+        )
+
+
+def _scaled(one: Measure, factor: float) -> Integrand:
+    return lambda J: factor * one(J)

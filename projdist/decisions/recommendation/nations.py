@@ -1,0 +1,80 @@
+"""Whose land a region is, and which areas of use are a country's own, by their names against the shipped outlines."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterable, Sequence
+
+from projdist._typing import FloatArray
+from projdist.regions import Region
+
+__all__ = ["home_of", "key_of", "named"]
+
+_MOST = 0.5  # of what is any country's: then the region is that country's
+_BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
+_AT_SEA = re.compile(r"^(?!.*onshore).*offshore")  # an item that has no land
+_WORLD = "World"  # how names of areas of use begin that are nobody's own
+
+
+def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
+    """The countries whose land areas of use name; of "USA - New Mexico" the first only, which says whose it is.
+
+    `extents` are names and descriptions as EPSG's registry writes them; none is named by those of the whole world.
+    With `at_sea` also those whose waters alone they name.
+    """
+    if not extents or extents[0].startswith(_WORLD):
+        return frozenset()
+    items = (item for text in extents for item in _BETWEEN.split(text) if at_sea or not _AT_SEA.search(item))
+    return frozenset(name for item in items for name in _names_in(item.partition(" - ")[0]) or _names_in(item))
+
+
+def home_of(names: Iterable[str], lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
+    """The country among those named that has most of the points of a region that are in any of them, or none ("")."""
+    shares = {name: float(weight @ outline.contains(lon, lat)) for name in sorted(names) if (outline := _outline(name))}
+    most = max(shares, key=shares.__getitem__, default="")
+    return most if most and shares[most] > _MOST * sum(shares.values()) else ""
+
+
+def _outline(name: str) -> Region | None:
+    """What the shipped outlines have of a country, coarse ones, which are quicker, if they have it at all."""
+    from projdist.earth import natural_earth  # shapely is slow to load
+    from projdist.regions import Polygons
+
+    key = key_of(name)
+    geometry = natural_earth.country(key, "110m") or natural_earth.country(key)
+    return None if geometry is None else Polygons(geometry, name)
+
+
+def key_of(name: str) -> str:
+    """What the outlines call a country that is `named`."""
+    return _keys()[name]
+
+
+@functools.cache
+def _keys() -> dict[str, str]:
+    """What the outlines call countries, by their names."""
+    from projdist.earth import natural_earth  # as above
+
+    return {row["name"]: row["iso_n3"] or row["name"] for row in natural_earth.country_keys()}
+
+
+@functools.lru_cache(maxsize=4096)
+def _names_in(text: str) -> frozenset[str]:
+    """The countries that are named in a text as whole words; of "Equatorial Guinea" that and not Guinea."""
+    pattern, names = _vocabulary()
+    return frozenset(names[match] for match in pattern.findall(text))
+
+
+@functools.cache
+def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
+    """A pattern of all names, the longest first, and whose they are."""
+    from projdist.earth import natural_earth  # as above
+
+    names: dict[str, str] = {}
+    for row in natural_earth.country_keys():
+        for name in (row["name"], *row["other_names"].split("|")):
+            if name:
+                names.setdefault(name, row["name"])
+    longest = sorted(names, key=len, reverse=True)
+    return re.compile(r"(?<!\w)(?:" + "|".join(map(re.escape, longest)) + r")(?!\w)"), names

@@ -1,0 +1,163 @@
+"""A CRS for people's data: the best of those on their datum, for their country, whose north is not far off.
+
+Areas of use are boxes, and those of neighbours overlap; whose land the data are on is judged by outlines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.decisions.recommendation.nations import key_of, named
+from projdist.decisions.recommendation.search import Candidate, recommend
+from projdist.earth import WGS84
+from projdist.field import jacobian, nodes_of
+from projdist.matrices import meridian_convergence
+from projdist.projections import DatumShift, Projection, datum_shift, keeps_datum, kept_datum
+from projdist.regions import Place
+
+__all__ = ["TURNED", "Site", "site"]
+
+TURNED = 3.0
+"""Degrees between grid north and true north: within 3 degrees of a zone's meridian there are no more anywhere."""
+
+_UNSEEN = 2.0  # metres: what WGS 84 is good to where nobody says which of its realisations is meant
+_WORSE = 2.0  # times the figure: what a map may have that is less turned
+_LOOKED_AT, _OF_ALL_DATUMS = 10, 80  # of the best CRSs
+_WHOLE = 0.99  # of the region in the area of use
+_POINTS = 200  # of the data, and of the region
+_LAND, _LEAST = 0.5, 0.1  # of the points: fewer are not on land, or not in a country
+_FEW = 2  # countries
+_NEAR = 0.03  # degrees: the outlines are good to 2 km, and a little more
+
+
+@dataclass(frozen=True)
+class Site:
+    """A CRS for data: the change of datum that it asks for, if any, and grid north less true north there, as RMS.
+
+    `foreign` says that it is for another country, where there was no other.
+    """
+
+    code: str
+    shift: DatumShift | None
+    convergence: float
+    foreign: str = ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of it, a sentence each."""
+        turned = f"Its grid north is off true north by {self.convergence:.2g} degrees in the data (RMS)."
+        return tuple(filter(None, (self.foreign, str(self.shift or ""), turned)))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What of it is not as it should be: a datum metres away, a north that is off by more than any zone's."""
+        shift = self.shift
+        moved = shift is not None and not shift.metres <= _UNSEEN
+        worth = (self.foreign, str(shift) if moved else "", self.notes[-1] if self.convergence > TURNED else "")
+        return tuple(f"{self.code}: {note}" for note in worth if note)
+
+
+def site(
+    crs: Any, region: Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
+) -> Site | None:
+    """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None where none serves the purpose.
+
+    The best by `recommend` (which takes `options`) that is on the data's datum, if there is one, or on one that is the
+    same to 2 m, and not for other countries. Where its meridians are turned by more than `TURNED` over the data, the
+    next that is less turned takes its place, if its figure is no more than twice as large.
+    """
+    step = max(1, len(lon) // _POINTS)
+    lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
+    found = _candidates(crs, region, purpose, options)
+    if not found:
+        return None
+    nodes = nodes_of(region, WGS84, _POINTS)
+    everywhere = np.append(lon, np.mod(nodes.lon + 180.0, 360.0) - 180.0), np.append(lat, nodes.lat)
+    own = [one for one in found if not _is_foreign(one.area_name, *everywhere)]
+    own = _of_near_datum(crs, own, float(lon[0]), float(lat[0]))
+    best = (own or found)[0]
+    turned = {one.code: _turned(one.code, lon, lat) for one in own}
+    if own and turned[best.code] > TURNED:
+        less = [one for one in own if turned[one.code] <= TURNED and one.value <= _WORSE * best.value]
+        best = less[0] if less else best
+    code = best.code if keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
+    foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
+    return Site(code, datum_shift(crs, code, float(lon[0]), float(lat[0])), _turned(code, lon, lat), foreign)
+
+
+def _candidates(crs: Any, region: Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
+    """The best CRSs: those on the data's datum, or on one of its name, or all."""
+    wanted = kept_datum(crs)
+    if wanted and options.get("datum") is None:
+        try:
+            found = recommend(region, purpose=purpose, **(options | {"datum": wanted, "limit": _LOOKED_AT})).results
+        except ValueError as error:
+            if "Invalid datum" not in str(error):
+                raise
+            found = ()
+        exact = tuple(one for one in found if _twin_on_datum(crs, one, ""))
+        if found:
+            return exact or found
+    return recommend(region, purpose=purpose, **(options | {"limit": _OF_ALL_DATUMS})).results
+
+
+def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> list[Candidate]:
+    """CRSs whose datum is the data's to 2 m; where only others are the country's own those, of the latest datum."""
+    metres = {}
+    for one in found:
+        shift = datum_shift(crs, _twin_on_datum(crs, one), lon, lat)
+        metres[one.code] = 0.0 if shift is None else shift.metres
+    known = [one for one in found if np.isfinite(metres[one.code])]
+    near = [one for one in known if metres[one.code] <= _UNSEEN and one.share >= _WHOLE and not one.wide]
+    national = [one for one in known if one.national]
+    latest = max((one.datum_since or 0 for one in national), default=0)
+    current = [one for one in national if (one.datum_since or 0) == latest]
+    choices = ([one for one in near if one.national], current, near, known, found)
+    return next(filter(None, choices), [])
+
+
+def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
+    """The CRS of a map that is on the data's datum, or the one that is named first."""
+    codes = (one.code, *(code for code, _ in one.same))
+    return next((code for code in codes if keeps_datum(crs, code)), one.code if default is None else default)
+
+
+def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
+    """The RMS of the convergence at points, in degrees."""
+    turns = meridian_convergence(jacobian(Projection.from_user_input(code), lon, lat))
+    return float(np.sqrt(np.nanmean(turns**2))) if np.isfinite(turns).any() else np.nan
+
+
+# ---- countries ------------------------------------------------------------------------------
+
+
+def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
+    """Whether an area of use names a country or two, and hardly any of the points, which are on land, is in these.
+
+    One of many countries is a zone that they share, of which the registry's list need not be complete.
+    """
+    names = named([area_name], at_sea=True)
+    if len(names) > _FEW:
+        return False
+    within = np.zeros(len(lon), dtype=bool)
+    for name in names:
+        within |= _on_land_of(name, lon, lat)
+    return bool(names) and within.mean() < _LEAST and _on_land(lon, lat).mean() > _LAND
+
+
+def _on_land_of(name: str, lon: FloatArray, lat: FloatArray) -> BoolArray:
+    """Whether points are in the outlines of a country, or as near as these are good to."""
+    from projdist.earth import natural_earth  # shapely is slow to load
+
+    outline = natural_earth.country(key_of(name))
+    return np.zeros(len(lon), dtype=bool) if outline is None else natural_earth.near(outline, lon, lat, _NEAR)
+
+
+def _on_land(lon: FloatArray, lat: FloatArray) -> BoolArray:
+    from projdist.earth import natural_earth  # shapely is slow to load
+
+    return natural_earth.near(natural_earth.land("50m"), lon, lat, _NEAR)

@@ -1,0 +1,314 @@
+"""Low-distortion projections: what a surveyor measures on the ground is what the coordinates say.
+
+Only the axis needs a search: for the three criteria the best scale factor k_0 on it has a closed form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import FloatArray
+from projdist.decisions.families import Extent, extent_of, usual_crs
+from projdist.decisions.surveying.axes import Axis, best_place
+from projdist.decisions.surveying.criteria import LDP_CRITERIA, Goal
+from projdist.decisions.surveying.ground import Ground, HeightStatistics, ground_of, statistics_of
+from projdist.projections import (
+    Projection,
+    ProjectionLike,
+    crs_wkt,
+    geodetic_ellipsoid,
+    listed_projections,
+    number_text,
+    with_parameters,
+)
+from projdist.regions import Place, RegionLike, get_region
+from projdist.support import Answer, check_choice, check_number, check_text, listed_values
+
+__all__ = ["LDP", "LDP_FAMILIES", "ldp"]
+
+LDP_FAMILIES = ("tmerc", "lcc", "omerc")
+
+_SHARES = (5, 10, 20, 50)  # ppm
+_SAME = 0.02  # ppm, far less than the rounding of k_0 costs: the family that was named first is as good
+_NEARLY_SHARE, _NEARLY = 0.05, 1.05  # of the points, and times a figure: a simpler map may be worse by that
+_SIMPLE = ("tmerc", "lcc")  # what every program draws, and everybody knows
+_WIDEST = 60.0  # degrees: regions beyond that have no low distortion
+_EAST, _NORTH = 10_000.0, 10_000.0  # metres: what false eastings and northings are multiples of
+_ORIGIN = 1 / 6  # degrees: what the latitude of origin is a multiple of
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class LDP(Answer):
+    """A low-distortion projection, and how low its distortion is.
+
+    `lon`, `lat`, `height`, `weight`, `ppm` are the points it was made for. `baselines` are other maps on the same
+    points, `others` the best of the other families. `wkt` is WKT2, `esri` Esri's WKT; either may be None.
+    """
+
+    region: Place
+    family: str
+    criterion: str
+    target_ppm: float
+    parameters: dict[str, float]
+    projection: Projection
+    wkt: str | None
+    esri: str | None
+    statistics: HeightStatistics
+    baselines: tuple[tuple[str, HeightStatistics], ...]
+    others: tuple[LDP, ...]
+    lon: FloatArray = field(repr=False, compare=False)
+    lat: FloatArray = field(repr=False, compare=False)
+    height: FloatArray = field(repr=False, compare=False)
+    weight: FloatArray = field(repr=False, compare=False)
+    ppm: FloatArray = field(repr=False, compare=False)
+
+    @property
+    def proj(self) -> str:
+        """The PROJ string."""
+        return self.projection.definition
+
+    @property
+    def simpler(self) -> LDP | None:
+        """The best of tmerc and lcc where an oblique map is little better.
+
+        That is by no more than 5 % of the points, or of the figure of the other criteria.
+        """
+        simple = [one for one in self.others if one.family in _SIMPLE]
+        if self.family in _SIMPLE or not simple:
+            return None
+        best, goal = simple[0], Goal(self.criterion, self.target_ppm, 0.0)
+        mine, its = (goal.order(one.ppm, one.weight)[0] for one in (self, best))
+        near = its <= mine + _NEARLY_SHARE if self.criterion == "share" else its <= _NEARLY * mine
+        return best if near else None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of it, a sentence each: that a simpler map is nearly as good."""
+        simple = self.simpler
+        if simple is None:
+            return ()
+        figures = (
+            f"{100 * one.statistics.within[self.target_ppm]:.1f} % within {self.target_ppm:g} ppm, RMS "
+            f"{one.statistics.rms:.2f} ppm"
+            for one in (simple, self)
+        )
+        return (f"A simpler map is nearly as good: {simple.family} has {next(figures)}; this has {next(figures)}.",)
+
+    def _line(self) -> str:
+        return f"{self.proj} over {self.region.name}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return {
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "family": self.family,
+            "criterion": self.criterion,
+            "target_ppm": self.target_ppm,
+            "parameters": self.parameters,
+            "points": self.lon.size,
+            "height": {"min": float(self.height.min()), "max": float(self.height.max()), "kind": "ellipsoidal"},
+            "statistics": self.statistics.to_dict(),
+            "baselines": [{"name": name} | statistics.to_dict() for name, statistics in self.baselines],
+            "others": [{"family": o.family, "proj": o.proj, "statistics": o.statistics.to_dict()} for o in self.others],
+            "simpler": self.simpler.family if self.simpler else None,
+            "notes": list(self.notes),
+            "proj": self.proj,
+            "wkt": self.wkt,
+            "esri_wkt": self.esri,
+        }
+
+    def _table(self) -> dict[str, FloatArray]:
+        """A row a point."""
+        return {"lon": self.lon, "lat": self.lat, "height": self.height, "ppm": self.ppm, "weight": self.weight}
+
+
+# ---- the search -----------------------------------------------------------------------------
+
+
+def ldp(
+    region: RegionLike,
+    *,
+    heights: ArrayLike | None = None,
+    height: float | None = None,
+    families: Sequence[str] = LDP_FAMILIES,
+    criterion: str = "share",
+    target_ppm: float = 20.0,
+    round_k: float = 1e-6,
+    round_axis: float = 1 / 60,
+    geodetic: str = "EPSG:4326",
+    against: ProjectionLike | Iterable[ProjectionLike] = (),
+    name: str | None = None,
+) -> LDP:
+    """The conformal map on which distances differ least from those measured on the ground.
+
+    Parameters
+    ----------
+    region : RegionLike
+        Whatever `get_region` takes, reaching no farther than 60 degrees from its middle. A set of points may have
+        heights of its own; otherwise there must be either `heights` or `height`.
+    heights : array_like (n, 3), optional
+        Longitudes and latitudes in degrees and ellipsoidal heights in metres, of which those in the region count.
+    height : float, optional
+        The ellipsoidal height of the whole region in metres, within -500 and 9000.
+    families : sequence of str
+        Of tmerc, lcc and omerc.
+    criterion : str
+        share (the most points within `target_ppm`), minimax (the least largest distortion) or rms.
+    target_ppm : float
+        In ppm, above 0 and at most 1e5.
+    round_k : float
+        What the scale factor on the axis is a multiple of, within 1e-10 and 1e-3.
+    round_axis : float
+        What the axis is a multiple of in degrees, within 1e-7 and 1.
+    geodetic : str
+        The geographic CRS that the map is based on.
+    against : ProjectionLike, or iterable of them
+        Projections to compare with, by default the UTM zone.
+    name : str, optional
+        Of the CRS in WKT.
+
+    Returns
+    -------
+    LDP
+        The best map, its WKT, and its distortion at each point in ppm.
+
+    Raises
+    ------
+    ValueError
+        For an unknown region, family, criterion or CRS, a number out of its range, and heights that are missing, given
+        twice, or not in the region.
+    ProjectionError
+        Where no family maps the region.
+
+    References
+    ----------
+    J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5: grid and elevation factors.
+
+    Examples
+    --------
+    The elevation factor there is 0.999747, and k_0 nearly one over that, as the scale grows beside the axis:
+
+    >>> ldp("box:-104,39,-103.8,39.2", height=1610, families=["tmerc"]).parameters["k_0"]
+    1.000252
+    """
+    area, surface = get_region(region), geodetic_ellipsoid(geodetic)
+    families, against = listed_values(families), listed_projections(against)
+    if name is not None:
+        check_text("name", name)
+    _check(families, criterion, target_ppm, round_k, round_axis)
+    ground = ground_of(area, surface, heights, height)
+    extent = extent_of(area)
+    if extent.radius > _WIDEST:
+        raise ValueError(f"Invalid region '{area.name}'. It must reach no farther than {_WIDEST:g} degrees.")
+    design = _Design(area, extent, ground, ground.fewer(area), Goal(criterion, target_ppm, round_k), round_axis)
+    found = sorted((design.best(family) for family in families), key=design.order)
+    best = min((one for one in found if design.is_as_good(one, found[0])), key=lambda one: families.index(one.family))
+    wkt, esri = (
+        crs_wkt(best.projection, name or _crs_name(best), geodetic=geodetic, version=version)[0]
+        for version in ("WKT2_2019", "WKT1_ESRI")
+    )
+    return replace(
+        best,
+        wkt=wkt,
+        esri=esri,
+        baselines=tuple((_label(one), design.statistics(ground.ppm(one))) for one in against or _usual(extent)),
+        others=tuple(one for one in found if one is not best),
+    )
+
+
+def _crs_name(found: LDP) -> str:
+    return f"{found.projection.name} for {found.region.name}, low distortion"
+
+
+def _check(families: Sequence[str], criterion: str, target: float, round_k: float, round_axis: float) -> None:
+    if not families or any(check_text("family", family) not in LDP_FAMILIES for family in families):
+        raise ValueError(f"Invalid families '{','.join(families)}'. They must be of {', '.join(LDP_FAMILIES)}.")
+    check_choice("criterion", criterion, LDP_CRITERIA)
+    for thing, value in (("target", target), ("rounding of k_0", round_k), ("rounding of the axis", round_axis)):
+        check_number(thing, value)
+    if not 0 < target <= 1e5:
+        raise ValueError(f"Invalid target '{target}'. It must be above 0 and at most 1e5, in ppm.")
+    if not 1e-10 <= round_k <= 1e-3:
+        raise ValueError(f"Invalid rounding of k_0 '{round_k}'. It must lie within 1e-10 and 1e-3.")
+    if not 1e-7 <= round_axis <= 1.0:
+        raise ValueError(f"Invalid rounding of the axis '{round_axis}'. It must lie within 1e-7 and 1 degree.")
+
+
+def _label(projection: ProjectionLike) -> str:
+    return projection if isinstance(projection, str) else Projection.from_user_input(projection).label
+
+
+def _usual(extent: Extent) -> list[str]:
+    """The UTM zone; none near the poles, whose usual maps are not made for distances."""
+    name, code = usual_crs(extent)
+    return [code] if name.startswith("UTM") else []
+
+
+@dataclass(frozen=True)
+class _Design:
+    """What a projection is designed for; `few` is the ground with fewer points, for the search."""
+
+    region: Place
+    extent: Extent
+    ground: Ground
+    few: Ground
+    goal: Goal
+    round_axis: float
+
+    def order(self, found: LDP) -> tuple[float, float]:
+        """Less is better."""
+        return self.goal.order(found.ppm, found.weight)
+
+    def is_as_good(self, one: LDP, best: LDP) -> bool:
+        """Whether a map is as good as the best for every purpose."""
+        mine, theirs = self.order(one), self.order(best)
+        slack = 0.0 if self.goal.criterion == "share" else _SAME
+        return mine[0] <= theirs[0] + slack and (mine[1] <= theirs[1] + _SAME or slack > 0.0)
+
+    def statistics(self, ppm: FloatArray) -> HeightStatistics:
+        """The statistics of a map on the same points."""
+        return statistics_of(ppm, self.ground.nodes.weight, (*_SHARES, self.goal.target))
+
+    def best(self, family: str) -> LDP:
+        """The best map of a family, rounded; without WKT and what it is compared with."""
+        ground, nodes = self.ground, self.ground.nodes
+        axis = Axis(family, self.extent, nodes.ellipsoid, self.round_axis)
+        place = best_place(axis, self.goal, self.few, ground)
+        values = axis.parameters(place)
+        values["k_0"] = self.goal.rounded_scale(axis.factors(place, ground), nodes.weight)[0]
+        values |= self.origin(axis.base, values)
+        projection = Projection.from_user_input(with_parameters(axis.base, values).definition)
+        ppm = ground.ppm(projection)
+        return LDP(
+            region=self.region,
+            family=family,
+            criterion=self.goal.criterion,
+            target_ppm=self.goal.target,
+            parameters={key: float(number_text(value)) for key, value in values.items()},
+            projection=projection,
+            wkt=None,
+            esri=None,
+            statistics=self.statistics(ppm),
+            baselines=(),
+            others=(),
+            lon=nodes.lon,
+            lat=nodes.lat,
+            height=ground.height,
+            weight=nodes.weight,
+            ppm=ppm,
+        )
+
+    def origin(self, base: Projection, values: dict[str, float]) -> dict[str, float]:
+        """A latitude of origin south of the region, and offsets with which all its coordinates are positive."""
+        result: dict[str, float] = {}
+        if base.definition.startswith("+proj=tmerc"):
+            result["lat_0"] = float(np.floor(self.extent.south / _ORIGIN) * _ORIGIN)
+        x, y = with_parameters(base, values | result)(self.ground.nodes.lon, self.ground.nodes.lat)
+        result["x_0"] = float(np.ceil((_EAST - np.nanmin(x)) / _EAST) * _EAST)
+        result["y_0"] = max(0.0, float(np.ceil(-np.nanmin(y) / _NORTH) * _NORTH))
+        return result

@@ -1,0 +1,83 @@
+"""The figure of the Earth as one frozen value; a sphere is the ellipsoid with f = 0."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import FloatArray
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid of revolution: semi-major axis `a` in metres, flattening `f`.
+
+    The formulas are those of Snyder, "Map Projections: A Working Manual" (USGS
+    Professional Paper 1395, 1987), pages 16-25.
+    """
+
+    a: float
+    f: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.a) and self.a > 0):
+            raise ValueError(f"Invalid semi-major axis '{self.a}'. It must be positive, in metres.")
+        if not 0 <= self.f < 1:
+            raise ValueError(f"Invalid flattening '{self.f}'. It must be at least 0 and below 1.")
+
+    @property
+    def eccentricity_squared(self) -> float:
+        """e^2 = f (2 - f)."""
+        return self.f * (2.0 - self.f)
+
+    @property
+    def is_sphere(self) -> bool:
+        """Whether the flattening is zero."""
+        return self.f == 0.0
+
+    @property
+    def is_earthly(self) -> bool:
+        """Whether its size is that of a figure, or a sphere, for the Earth."""
+        return 6.35e6 < self.a < 6.40e6
+
+    def is_close(self, other: Ellipsoid) -> bool:
+        """Whether another is the same but for rounding: GRS 80 and WGS 84 differ by 1.6e-11 of f, 0.1 mm."""
+        return abs(self.a - other.a) < 1e-9 * self.a and abs(self.f - other.f) < 1e-13
+
+    def radii(self, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Radii of curvature (M, N) in metres, meridian and prime vertical, at latitudes `lat`.
+
+        Snyder 1987, equations 4-18 and 4-20. At a pole of WGS 84 both are 6 399 594 m.
+        """
+        sin = np.sin(np.radians(lat))
+        w2 = 1.0 - self.eccentricity_squared * sin * sin
+        prime_vertical = self.a / np.sqrt(w2)
+        return prime_vertical * ((1.0 - self.eccentricity_squared) / w2), prime_vertical
+
+    def area_below(self, lat: ArrayLike) -> FloatArray:
+        """Area in m^2 per radian of longitude between the equator and the latitudes `lat`.
+
+        Snyder 1987, equation 3-12 times a^2 / 2.
+        """
+        sin = np.sin(np.radians(lat))
+        e2 = self.eccentricity_squared
+        if e2 == 0.0:
+            return np.asarray(self.a**2 * sin)
+        e = math.sqrt(e2)
+        q = (1.0 - e2) * (sin / (1.0 - e2 * sin * sin) + np.arctanh(e * sin) / e)
+        return np.asarray(0.5 * self.a**2 * q)
+
+    @property
+    def area(self) -> float:
+        """Area of the whole surface in m^2."""
+        return float(4.0 * math.pi * self.area_below(90.0))
+
+
+MEAN_EARTH_RADIUS = 6371008.7714
+"""Mean radius (2a + b) / 3 of GRS 80 and WGS 84 in metres (Moritz 1980, "Geodetic Reference System 1980")."""
+
+SPHERE = Ellipsoid(MEAN_EARTH_RADIUS)
+WGS84 = Ellipsoid(6378137.0, 1 / 298.257223563)

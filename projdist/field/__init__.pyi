@@ -1,0 +1,57 @@
+from .airy_kavrayskiy import AiryKavrayskiy, airy_kavrayskiy_of
+from .at_nodes import Nodes, cells_of, nodes_at, nodes_of
+from .at_points import Derivatives, Quality, derivatives, jacobian
+from .cubature import UNDEFINED, UNDEFINED_AT_KINKS, Samples, sample_panels
+from .cut_lengths import cut_length, is_interrupted
+from .dense_samples import dense
+from .extremes import Extreme, Goal, find_extremes, measure_at
+from .field import DEFAULT_TOLERANCE, Field, named_measures, sample
+from .figures import FIGURES, Figure, check_figure, get_figure
+from .given_fields import field_of
+from .guard import tell_of_contradiction
+from .on_grids import jacobian_grid
+from .panel_mesh import Integrand
+from .second_derivatives import hessian
+from .tears import Links, Map, drawn, evaluate, find_tears
+
+__all__ = [
+    "DEFAULT_TOLERANCE",
+    "FIGURES",
+    "UNDEFINED",
+    "UNDEFINED_AT_KINKS",
+    "AiryKavrayskiy",
+    "Derivatives",
+    "Extreme",
+    "Field",
+    "Figure",
+    "Goal",
+    "Integrand",
+    "Links",
+    "Map",
+    "Nodes",
+    "Quality",
+    "Samples",
+    "airy_kavrayskiy_of",
+    "cells_of",
+    "check_figure",
+    "cut_length",
+    "dense",
+    "derivatives",
+    "drawn",
+    "evaluate",
+    "field_of",
+    "find_extremes",
+    "find_tears",
+    "get_figure",
+    "hessian",
+    "is_interrupted",
+    "jacobian",
+    "jacobian_grid",
+    "measure_at",
+    "named_measures",
+    "nodes_at",
+    "nodes_of",
+    "sample",
+    "sample_panels",
+    "tell_of_contradiction",
+]

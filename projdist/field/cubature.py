@@ -1,0 +1,218 @@
+"""Adaptive spectral cubature: a projection and a region in, samples of the Jacobian out.
+
+Panels are split, in the direction that needs it, until the sum of their errors meets the
+tolerance. Each generation of panels is one call of the projection.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from projdist._typing import FloatArray, IntArray
+from projdist.field.at_points import derivatives
+from projdist.field.panel_mesh import STENCIL, Integrand, Mesh, SecondOrder
+from projdist.field.panels import tails
+from projdist.field.second_derivatives import hessian
+from projdist.projections import Projection, ProjectionError
+from projdist.regions import Place, PointSet, Region
+from projdist.support import check_number
+
+__all__ = ["Samples", "sample_panels"]
+
+MAX_EVALUATIONS = 1_500_000
+_MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
+# Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.
+_SECOND_TOLERANCE, _STUCK_AT_KINKS = 1e-5, 0.8
+_ROUNDING = 1e-12  # of J, as the differentiation of x and y leaves it
+# Panels as small as that hold 1e-4 of the integral of a ln^2 singularity at a pole, 1e-3 of that of k, at most 7e-3
+# of what was seen to have a mean (a of laea). What diverges has as much in every decade of area, here 1 to 1e-12: half.
+_TINY = 1e-6  # of the area
+_GOOD_PART = 0.02  # of the integral
+_NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal maps is not more
+# Shares of the area on which a measure may be undefined, at singular points, and still have a mean; one of second
+# derivatives, along kinks, too.
+UNDEFINED, UNDEFINED_AT_KINKS = 1e-6, 1e-3
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The Jacobian field of a projection over a region, at n x 10 x 10 nodes.
+
+    `weight` is true area in m^2; `u`, `v` and `patch` place the nodes in the region's chart. Where the edge of
+    polygons crosses a panel, there are nodes outside, and weights of either sign: they integrate the polynomial
+    through the nodes over the part inside, a `share` (n,) of the panel. `density` is m^2 in the unit square of nodes.
+    `doubt` (n,) is by how much the differentiation may have changed the logarithms of the scales.
+    `coverage` is the share of the region's area that the samples stand for, `undecided` that of
+    panels whose part within the map is not known and which are left out. Over a set of points there is one node a
+    point, n x 1 x 1, with the point's own weight. `limit` tells why
+    the refinement stopped: "" when the tolerance was met, "rounding" at the noise of the
+    projection's own arithmetic, "budget" at the largest number of evaluations. `hessian` (n, 10, 10, 2, 2, 2), per
+    radian of the semi-major axis, is there if integrands of second order were asked for, and NaN at kinks.
+    """
+
+    lon: FloatArray
+    lat: FloatArray
+    u: FloatArray
+    v: FloatArray
+    patch: IntArray
+    jacobian: FloatArray
+    density: FloatArray
+    weight: FloatArray
+    share: FloatArray
+    doubt: FloatArray
+    coverage: float
+    undecided: float
+    evaluations: int
+    limit: str
+    hessian: FloatArray | None
+
+    def mean(self, values: FloatArray, slope: FloatArray | float, *, most: float = UNDEFINED) -> tuple[float, float]:
+        """Mean over the covered area of values (n, 10, 10) at the nodes, and its estimated error.
+
+        `slope` (n, 10, 10) is how much the values change with the logarithms of the scales.
+        NaN where the values are undefined on more than a share `most` of the area.
+        """
+        total = float(self.weight.sum())
+        undefined = ~np.isfinite(values)
+        missing = float(np.abs(self.weight[undefined]).sum()) / total
+        if missing > most:
+            return np.nan, np.nan
+        missing += self.undecided / self.coverage
+        values, slope = np.where(undefined, 0.0, values), np.where(undefined, 0.0, slope)
+        error = missing * self._largest(values, missing * total)
+        if values.shape[-1] > 1:
+            error += float(tails(values, self.density, self.share)[1].sum()) / total
+        error += float(np.sum(self.doubt[:, None, None] * slope * self.weight)) / total
+        error += _ROUNDING * float(np.sum(np.abs(self.weight * values))) / total
+        return float(np.sum(self.weight * values)) / total, error
+
+    def diverges(self, values: FloatArray) -> bool:
+        """Whether an integral lies, in good part, in panels too small to hold a part of it; of points, never."""
+        if self.weight.shape[-1] == 1:
+            return False
+        area = self.weight.sum(axis=(1, 2))
+        parts = np.abs(np.nansum(self.weight * values, axis=(1, 2))) / area.sum()
+        in_tiny = parts[area / area.sum() < _TINY].sum()
+        return bool(in_tiny > max(_GOOD_PART * parts.sum(), _NOTHING))
+
+    def _largest(self, values: FloatArray, area: float) -> float:
+        """The largest mean of |value| over a piece that is no smaller than an area: what that area may hold."""
+        areas = np.abs(self.weight).sum(axis=(1, 2))
+        broad = areas >= min(area, areas.max())
+        return float((np.abs(self.weight * values).sum(axis=(1, 2))[broad] / areas[broad]).max())
+
+
+def sample_panels(
+    projection: Projection,
+    region: Place,
+    *,
+    tolerance: float = 1e-8,
+    integrands: Sequence[Integrand] = (),
+    second_order: Sequence[SecondOrder] = (),
+    max_evaluations: int = MAX_EVALUATIONS,
+) -> Samples:
+    """Samples that resolve the Airy-Kavrayskiy errors to `tolerance`, and the mean of each integrand.
+
+    An integrand's mean m is resolved to max(tolerance, 1e-6) * max(1, |m|), and to 1e-5 where it is one of
+    `second_order`, functions of J and H. Raises ValueError for a tolerance that is not positive, ProjectionError where
+    no point of the region can be projected.
+    """
+    if not check_number("tolerance", tolerance) > 0:
+        raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
+    if isinstance(region, PointSet):
+        return _at_points(projection, region, bool(second_order))
+    mesh = Mesh(projection, region, integrands, second_order)
+    limit = mesh.refine(_AiryKavrayskiyGoal(tolerance), max_evaluations)
+    for column in range(2, len(mesh.peaks)):
+        goal = _MeanGoal(column, max(tolerance, _MEAN_TOLERANCE))
+        if column >= 2 + len(integrands):
+            goal = _MeanGoal(column, max(tolerance, _SECOND_TOLERANCE), _STUCK_AT_KINKS, gives_up=True)
+        mesh.refine(goal, mesh.evaluations + max_evaluations // 4)
+    pieces, H = mesh.leaves()
+    if not len(pieces.panel):
+        raise _nothing(projection, region)
+    return Samples(
+        pieces.lon,
+        pieces.lat,
+        pieces.u,
+        pieces.v,
+        pieces.patch,
+        pieces.jacobian,
+        pieces.density,
+        pieces.weight,
+        pieces.share,
+        pieces.doubt.sum(axis=-1),
+        min(1.0, float(pieces.weight.sum()) / mesh.region_area),
+        mesh.undecided_area / mesh.region_area,
+        mesh.evaluations,
+        limit,
+        H,
+    )
+
+
+def _nothing(projection: Projection, region: Region | PointSet) -> ProjectionError:
+    return ProjectionError(f"Invalid region '{region.name}' for {projection.name}. No point of it can be projected.")
+
+
+def _at_points(projection: Projection, points: PointSet, curved: bool) -> Samples:
+    """The derivatives at points, as pieces with one node each; where there are none, the points are not covered."""
+    found = derivatives(projection, points.lon, points.lat)
+    defined = np.isfinite(found.jacobian).all(axis=(1, 2)) & (points.weight > 0.0)
+    if not defined.any():
+        raise _nothing(projection, points)
+    lon, lat, weight = (values[defined, None, None] for values in (points.lon, points.lat, points.weight))
+    return Samples(
+        lon,
+        lat,
+        lon,
+        lat,
+        np.zeros(len(lon), dtype=int),
+        found.jacobian[defined, None, None],
+        weight,
+        weight,
+        np.ones(len(lon)),
+        found.error[defined],
+        float(weight.sum() / points.weight.sum()),
+        0.0,
+        STENCIL * points.lon.size,
+        "",
+        hessian(projection, lon, lat) if curved else None,
+    )
+
+
+@dataclass(frozen=True)
+class _AiryKavrayskiyGoal:
+    """Resolve the raw and the scaled error."""
+
+    tolerance: float
+    column: int = 0
+    stuck: float = 0.8  # singular points and lines halve their errors, cuts and resolved parts do far better
+    gives_up: bool = False
+
+    def sensitivity(self, means: FloatArray) -> FloatArray:
+        square, log_area = float(means[0]), float(means[1])
+        # d sqrt(q) = dq / (2 sqrt q). Where the scaled error nearly vanishes its relative accuracy is enough.
+        scaled = np.sqrt(max(square - 0.5 * log_area**2, 0.0))
+        # Over polygons weights may be negative, and so may the mean of a square that is next to nothing.
+        root = max(scaled, 0.01 * np.sqrt(max(square, 0.0)), self.tolerance)
+        result = np.zeros(len(means))
+        result[:2] = 0.5 / root, 0.5 * abs(log_area) / root
+        return result / self.tolerance
+
+
+@dataclass(frozen=True)
+class _MeanGoal:
+    """Resolve the mean of one integrand, relative to itself where it is above 1."""
+
+    column: int
+    tolerance: float
+    stuck: float = 1.5  # kinks may keep nearly all of their errors, rounding doubles
+    gives_up: bool = False
+
+    def sensitivity(self, means: FloatArray) -> FloatArray:
+        result = np.zeros(len(means))
+        result[self.column] = 1.0 / (self.tolerance * max(1.0, abs(float(means[self.column]))))
+        return result

@@ -1,0 +1,466 @@
+"""The search for largest and smallest values over a region, with their errors.
+
+The Jacobian is known as polynomials on pieces of the region (`polynomials`). On these a goal is searched down to a
+bound that no place can pass (`cells`, and `borders` along the edges of polygons); pieces whose polynomials are not
+good enough where they matter are sampled anew in quarters. What is found is measured at its place, and the bound
+less that is the error. All goals of a projection go together, as a call for many points costs little more than one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.field.at_points import derivatives
+from projdist.field.cubature import Samples
+from projdist.field.extremes import borders, cells
+from projdist.field.extremes.goals import Extreme, Goal, defined
+from projdist.field.extremes.polynomials import Polynomials, polynomials_of
+from projdist.field.second_derivatives import hessian
+from projdist.numerics import ORDER
+from projdist.projections import Projection
+from projdist.regions import Place, PointSet, Region
+
+_EXACT = 1e-10  # of the scales: what a search resolves, above the rounding of derivatives
+_BENT = 1e-7  # of the second derivatives
+_NOISY = 1e-3  # errors of the scales
+_NARROW = 1e-4  # of the region's width: of pieces that are narrower nothing is certain
+_GOOD = 30.0  # times what a search resolves: polynomials that are not sampled anew
+_ROUNDS = 5  # of sampling anew: then a piece is a thousandth of what it was
+_STUCK = 0.5  # a quarter that keeps so much of an error has a kink, a singular point or rounding
+_BEYOND = 0.25  # of the span of values at nodes: by how much they may be passed between these, and at the sides
+_MOST_ROUGH, _FEW = 512, 64  # pieces that are taken point by point
+_SOME, _FEWER = [0, 3, 6, 9], [1, 8]  # of the nodes along either axis, if they are few or many
+_TURNS, _SHRINK = 10, 0.4
+_AROUND = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
+_MOST = 64  # pieces of a goal that are sampled anew at once
+_CANDIDATES = 3  # places of a goal to measure at
+_LEAST = 2e-12  # of J, as the differences leave it
+_BROAD = 3e-3  # of the largest panel's area
+# Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
+# this: the last thousandths of a degree before a singular point often are not defined, so that it is not found itself.
+_APPROACH = 10.0 ** -np.arange(0.5, 2.5, 0.5)
+_SLOWING = 0.75  # a logarithm gains the same in every step, a square root half of the last, a smooth maximum a tenth
+_GROWTH = 1e-3  # of the value, in a step
+_FEWEST = 3  # steps where it is defined
+
+
+def find_extremes(
+    projection: Projection | None, region: Place | None, samples: Samples, goals: Sequence[Goal]
+) -> list[Extreme]:
+    """The value of each goal and its place, of points the largest; NaN where the measure is not defined anywhere."""
+    if region is None or projection is None or isinstance(region, PointSet):
+        return [_signed(goal, _best_point(samples, goal)) for goal in goals]
+    search = _Search(projection, region, samples, goals)
+    return [_signed(goal, one) for goal, one in zip(goals, search.run(), strict=True)]
+
+
+def _best_point(samples: Samples, goal: Goal) -> Extreme:
+    """The largest of a set of points; its error is that of the derivatives there."""
+    values = defined(goal.sign * goal.values)
+    top = int(np.argmax(values))
+    J = samples.jacobian.reshape(-1, 4)[top]
+    H = [] if samples.hessian is None else samples.hessian.reshape(-1, 8)[top]
+    field = np.concatenate([J, H])
+    error = np.full(field.shape, np.max(np.abs(J))) * samples.doubt[top]
+    error[4:] = _BENT * np.max(np.abs(field[4:]), initial=0.0)
+    return Extreme(
+        float(values.flat[top]),
+        float(samples.lon.flat[top]),
+        float(samples.lat.flat[top]),
+        float(goal.change(field, error)) if np.isfinite(values.flat[top]) else np.nan,
+    )
+
+
+def _signed(goal: Goal, found: Extreme) -> Extreme:
+    """The extreme of the measure itself, within half a turn of Greenwich."""
+    if found.value == -np.inf:
+        return Extreme(np.nan, np.nan, np.nan)
+    error = found.error if np.isfinite(found.value) else np.nan
+    return Extreme(goal.sign * found.value, float((found.lon + 180.0) % 360.0 - 180.0), found.lat, error)
+
+
+class _State:
+    """What is known in the search for one goal: what it reaches for certain, a bound, and the pieces in question."""
+
+    def __init__(self, goal: Goal) -> None:
+        self.goal = goal
+        self.live = np.empty(0, dtype=int)  # pieces to be looked at
+        self.good: list[_Chosen] = []  # whose polynomials are good enough
+        self.rough: list[_Chosen] = []  # which have none that are
+        self.known = -np.inf
+        self.known_at: tuple[float, float] | None = None
+        self.bound = -np.inf  # of all that was looked at and left
+        self.exact = 0.0  # what is no more than rounding
+        self.places: list[tuple[float, float]] = []  # where it may be largest
+
+    def raise_bound(self, bounds: FloatArray) -> None:
+        """What is left has so high bounds."""
+        self.bound = max(self.bound, float(bounds.max(initial=-np.inf)))
+
+
+class _Chosen(NamedTuple):
+    """Pieces, a goal's bounds there, and its errors."""
+
+    piece: IntArray
+    bound: FloatArray
+    error: FloatArray
+
+    @staticmethod
+    def joined(parts: Sequence[_Chosen]) -> _Chosen:
+        return _Chosen(*(np.concatenate(part) for part in zip(_NOBODY, *parts, strict=True)))
+
+
+_NOBODY = _Chosen(np.empty(0, dtype=int), np.empty(0), np.empty(0))
+
+
+class _Search:
+    """The search for the largest values of goals, which are those of the measures times the goals' signs."""
+
+    def __init__(self, projection: Projection, region: Region, samples: Samples, goals: Sequence[Goal]) -> None:
+        self.projection, self.region, self.samples = projection, region, samples
+        self.pieces = polynomials_of(samples)
+        self.parent = np.full(len(self.pieces), -1)
+        self.first_quarter: dict[int, int] = {}  # of pieces that were sampled anew
+        self.edges: dict[int, FloatArray] = {}  # in the boxes about pieces
+        self.inside = np.ones(samples.lon.shape, dtype=bool)
+        clipped = self.pieces.clipped
+        self.inside[clipped] = region.contains(samples.lon[clipped], samples.lat[clipped])
+        self.states = [_State(goal) for goal in goals]
+
+    def run(self) -> list[Extreme]:
+        """The largest value of each goal."""
+        found = [self._at_nodes(state) for state in self.states]
+        # Where samples show that there is no bound, a search would only climb towards the singularity.
+        found = self._unbounded(found)
+        on = [number for number, one in enumerate(found) if np.isfinite(one.value)]
+        searched = [self.states[number] for number in on]
+        for turn in range(_ROUNDS + 1):
+            for state in searched:
+                self._sift(state, last=turn == _ROUNDS)
+            self._sample_anew(searched)
+        for state in searched:
+            self._climb(state)
+        best = self._measured(searched, [found[number] for number in on])
+        for number, one in zip(on, best, strict=True):
+            found[number] = one
+        return self._unbounded(found)
+
+    # ---- sifting the pieces -------------------------------------------------------------
+
+    def _at_nodes(self, state: _State) -> Extreme:
+        """The best node; the pieces that may have more are to be looked at."""
+        goal, pieces = state.goal, self.pieces
+        n = len(pieces)
+        values = defined(goal.sign * goal.values)
+        within = np.where(self.inside, values, -np.inf)
+        top = int(within.argmax())
+        best = Extreme(*(float(each.flat[top]) for each in (within, self.samples.lon, self.samples.lat)))
+        if best.value == -np.inf:
+            return best
+        fields = np.moveaxis(pieces.field, 1, -1).reshape(n, -1, pieces.field.shape[1])
+        rows = np.arange(n)
+        error = goal.change(fields[rows, values.reshape(n, -1).argmax(axis=1)], pieces.error)
+        trusted = self._trusted(rows)
+        certain = np.where(trusted, within.max(axis=(1, 2)) - error, -np.inf)
+        state.known = float(certain.max())
+        best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
+        field = fields[best_piece, within[best_piece].argmax()]
+        exact = float(goal.change(field, _exact(field)))
+        state.exact = exact if np.isfinite(exact) else 0.0
+        high, low = values.max(axis=(1, 2)), np.where(values > -np.inf, values, np.inf).min(axis=(1, 2))
+        error = np.where(high > -np.inf, error, 0.0)
+        bound = high + _BEYOND * np.where(low <= high, high - low, 0.0) + error
+        bound = np.minimum(bound, _within_steps(values))
+        live = bound > state.known + state.exact
+        state.raise_bound(bound[~live])
+        state.live = np.flatnonzero(live)
+        return best
+
+    def _sift(self, state: _State, *, last: bool) -> None:
+        """Look at pieces: leave those that hold nothing more; those with good polynomials, and with none, are kept."""
+        live = state.live = self._touched(state.live)
+        if not live.size:
+            return
+        goal = state.goal
+        bound, top = cells.reach(goal, self.pieces, live, self._contains)
+        error = goal.change(self.pieces.at(live, top.r[:, None], top.s[:, None])[:, 0], self.pieces.error[live])
+        certain = np.where(self._trusted(live), top.value - error, -np.inf)
+        if certain.max() > state.known:
+            state.known = float(certain.max())
+            best = np.array([certain.argmax()])
+            state.places = self._degrees(live[best], top.r[best], top.s[best])
+            state.known_at = state.places[0]
+        good = error <= _GOOD * state.exact
+        bound = np.minimum(bound + error, goal.limit)
+        bound[~good] = np.minimum(bound[~good], self._within_steps(goal, live[~good]))
+        kept = bound > state.known + state.exact
+        state.raise_bound(bound[~kept])
+        rough = ~good & (self._stuck(live) | last)
+        for pieces, chosen in ((state.good, kept & good), (state.rough, kept & rough)):
+            pieces.append(_Chosen(live[chosen], bound[chosen], error[chosen]))
+        rest = np.flatnonzero(kept & ~good & ~rough)
+        rest = rest[np.argsort(-bound[rest], kind="stable")]
+        state.rough.append(_Chosen(live[rest[_MOST:]], bound[rest[_MOST:]], error[rest[_MOST:]]))
+        state.live = live[rest[:_MOST]]
+
+    def _within_steps(self, goal: Goal, piece: IntArray) -> FloatArray:
+        """`_within_steps` of the values at the nodes of pieces."""
+        return _within_steps(goal.of(np.moveaxis(self.pieces.field[piece], 1, -1)))
+
+    def _trusted(self, piece: IntArray) -> BoolArray:
+        """Whether polynomials can be trusted: neither PROJ's snapping to singular points nor noise does harm."""
+        large = self.pieces.size[piece] > _NARROW * np.sqrt(self.samples.weight.sum())
+        return np.asarray(large & (self._relative_errors(piece) < _NOISY))
+
+    def _stuck(self, piece: IntArray) -> BoolArray:
+        """Whether pieces have errors that are no smaller than those of the pieces that they are quarters of."""
+        before = self._relative_errors(self.parent[piece])
+        with np.errstate(invalid="ignore"):
+            return np.asarray((self.parent[piece] >= 0) & ~(self._relative_errors(piece) < _STUCK * before))
+
+    def _relative_errors(self, piece: IntArray) -> FloatArray:
+        """The errors of J in pieces, over its size."""
+        size = np.sqrt(0.5 * (self.pieces.field[piece, :4] ** 2).sum(axis=1).mean(axis=(1, 2)))
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            return np.asarray(self.pieces.error[piece, :4].max(axis=1) / size)
+
+    def _sample_anew(self, states: Sequence[_State]) -> None:
+        """Go on with the quarters of the pieces that are still to be looked at."""
+        wanted = np.unique(np.concatenate([_NOBODY.piece, *(state.live for state in states)]))
+        new = np.array([piece for piece in wanted.tolist() if piece not in self.first_quarter], dtype=int)
+        if new.size:
+            first = len(self.pieces)
+            self.pieces = self.pieces.joined(self.pieces.quarters(self.projection, self.region, new))
+            self.parent = np.concatenate([self.parent, np.repeat(new, 4)])
+            self.first_quarter |= dict(zip(new.tolist(), range(first, len(self.pieces), 4), strict=True))
+        for state in states:
+            first_of = np.array([self.first_quarter[piece] for piece in state.live.tolist()], dtype=int)
+            state.live = (first_of[:, None] + np.arange(4)).ravel()
+
+    def _degrees(self, piece: IntArray, r: FloatArray, s: FloatArray) -> list[tuple[float, float]]:
+        """Longitudes and latitudes of places r, s of pieces."""
+        u, v = self.pieces.places(piece, r[:, None], s[:, None])
+        points = self.region.chart(self.pieces.patch[piece], u[:, 0, 0], v[:, 0, 0])
+        return list(zip(points.lon.tolist(), points.lat.tolist(), strict=True))
+
+    # ---- the region ---------------------------------------------------------------------
+
+    def _contains(self, piece: IntArray, r: FloatArray, s: FloatArray) -> BoolArray:
+        """Whether the region holds places at grids r by s of pieces."""
+        u, v = self.pieces.places(piece, r, s)
+        points = self.region.chart(self.pieces.patch[piece][:, None, None], u, v)
+        return self.region.contains(points.lon, points.lat)
+
+    def _touched(self, piece: IntArray) -> IntArray:
+        """Those of some pieces that hold any of the region."""
+        clipped = self.pieces.clipped[piece]
+        if not clipped.any():
+            return piece
+        rim = np.linspace(-1.0, 1.0, 3)
+        middle = np.broadcast_to(rim, (int(clipped.sum()), 3))
+        held = np.ones(len(piece), dtype=bool)
+        held[clipped] = self._contains(piece[clipped], middle, middle).any(axis=(1, 2))
+        held |= np.array([bool(one) and len(self._edges(k)) > 0 for k, one in zip(piece, clipped & ~held, strict=True)])
+        return piece[held]
+
+    def _edges(self, piece: int) -> FloatArray:
+        """The region's edges in the box about a piece."""
+        if piece not in self.edges:
+            parent = int(self.parent[piece])
+            among = self.region.edges if parent < 0 else self._edges(parent)
+            self.edges[piece] = among[borders.near(self.pieces, piece, among)]
+        return self.edges[piece]
+
+    # ---- climbing -----------------------------------------------------------------------
+
+    def _climb(self, state: _State) -> None:
+        """Find the places where a goal may be largest, and a bound that it cannot pass."""
+        goal = state.goal
+        good = _Chosen.joined(state.good)
+        if good.piece.size:
+            bound, top = cells.climb(
+                goal, self.pieces, good.piece, good.error, self._contains, state.known, state.exact
+            )
+            state.raise_bound(np.array(bound))
+            best = np.argsort(-top.value, kind="stable")[:_CANDIDATES]
+            best = best[np.isfinite(top.value[best])]
+            places = self._degrees(good.piece[best], top.r[best], top.s[best])
+            state.places += places
+            certain = np.where(self._trusted(good.piece[best]), top.value[best] - good.error[best], -np.inf)
+            if certain.max(initial=-np.inf) > state.known:
+                state.known, state.known_at = float(certain.max()), places[int(certain.argmax())]
+        self._climb_borders(state, good)
+        self._climb_rough(state, _Chosen.joined(state.rough))
+
+    def _climb_borders(self, state: _State, good: _Chosen) -> None:
+        """The same along the edges in some pieces."""
+        crossed = self.pieces.clipped[good.piece] & (good.bound > state.known + state.exact)
+        parts = [borders.crossing(self.pieces, int(k), self._edges(int(k))) for k in good.piece[crossed]]
+        border = borders.Border.joined(parts)
+        if not border.piece.size:
+            return
+        error = np.zeros(len(self.pieces))
+        error[good.piece] = good.error
+        bound, best = borders.climb(state.goal, self.pieces, border, error, state.known, state.exact)
+        state.raise_bound(np.array(bound))
+        if np.isfinite(best[0]):
+            state.places.append((float(best[1]), float(best[2])))
+
+    def _climb_rough(self, state: _State, rough: _Chosen) -> None:
+        """Take pieces without good polynomials point by point; `_within_steps` of these is a bound there."""
+        order = np.argsort(-rough.bound, kind="stable")
+        order = order[rough.bound[order] > state.known + state.exact]
+        state.raise_bound(rough.bound[order[_MOST_ROUGH:]])
+        piece, bound = rough.piece[order[:_MOST_ROUGH]], rough.bound[order[:_MOST_ROUGH]]
+        if not piece.size:
+            return
+        some = _SOME if len(piece) <= _FEW else _FEWER
+        u, v = (each[piece][:, some][:, :, some] for each in (self.pieces.u, self.pieces.v))
+        points = self.region.chart(self.pieces.patch[piece][:, None, None], u, v)
+        lon, lat = np.asarray(points.lon), np.asarray(points.lat)
+        values = state.goal.of(self._fields(lon.ravel(), lat.ravel(), state.goal.measure.needs_hessian)[0])
+        values = values.reshape(lon.shape)
+        state.raise_bound(np.minimum(bound, _within_steps(values)))
+        clipped = self.pieces.clipped[piece]
+        values[clipped] = np.where(self.region.contains(lon[clipped], lat[clipped]), values[clipped], -np.inf)
+        top = int(values.argmax())
+        if values.flat[top] > state.known:
+            state.known, state.known_at = float(values.flat[top]), (float(lon.flat[top]), float(lat.flat[top]))
+            best = self.pieces.take(piece[[top // values[0].size]])
+            state.places += [state.known_at, self._polished(state.goal, best, (u.flat[top], v.flat[top]))]
+
+    def _polished(self, goal: Goal, start: Polynomials, node: tuple[float, float]) -> tuple[float, float]:
+        """The best place of a grid of five by five points about a node that shrinks around its best point."""
+        place = np.array(node)
+        step = np.array([np.ptp(start.u), np.ptp(start.v)]) / ORDER
+        low, high = _limits(self.region, int(start.patch[0]))
+        best = -np.inf
+        for _ in range(_TURNS):
+            around = np.clip(place + step * _AROUND, low, high)
+            points = self.region.chart(np.broadcast_to(start.patch, len(around)), *around.T)
+            values = goal.of(self._fields(points.lon, points.lat, goal.measure.needs_hessian)[0])
+            if start.clipped[0]:
+                values = np.where(self.region.contains(points.lon, points.lat), values, -np.inf)
+            top = int(values.argmax())
+            if values[top] > best:
+                best, place, found = values[top], around[top], (float(points.lon[top]), float(points.lat[top]))
+            step = _SHRINK * step
+        return found
+
+    # ---- measuring ----------------------------------------------------------------------
+
+    def _measured(self, states: Sequence[_State], found: Sequence[Extreme]) -> list[Extreme]:
+        """The best of the places of each goal, measured there, or else the best node; with its error."""
+        if not states:
+            return []
+        places = [place for state in states for place in state.places]
+        bent = any(state.goal.measure.needs_hessian for state in states)
+        lon, lat = np.array(places).reshape(-1, 2).T
+        fields, errors = self._fields(lon, lat, bent)
+        ends = np.cumsum([len(state.places) for state in states])
+        parts = zip(np.split(fields, ends[:-1]), np.split(errors, ends[:-1]), strict=True)
+        return [_measured_at(state, node, *part) for state, node, part in zip(states, found, parts, strict=True)]
+
+    def _fields(self, lon: FloatArray, lat: FloatArray, bent: bool) -> tuple[FloatArray, FloatArray]:
+        """The entries of J, and if `bent` of H, at points, and their errors: both (n, k)."""
+        lon, lat = np.asarray(lon), np.asarray(lat)
+        found = derivatives(self.projection, lon, lat)
+        field = found.jacobian.reshape(-1, 4)
+        error = (_size(field) * np.maximum(found.error, _LEAST))[:, None] * np.ones(4)
+        if bent:
+            H = hessian(self.projection, lon, lat).reshape(-1, 8)
+            field, lost = np.concatenate([field, H], axis=1), _BENT * np.maximum(np.abs(H).max(axis=1), _size(field))
+            error = np.concatenate([error, np.broadcast_to(lost[:, None], H.shape)], axis=1)
+        return field, error
+
+    # ---- towards singular points --------------------------------------------------------
+
+    def _unbounded(self, found: Sequence[Extreme]) -> list[Extreme]:
+        """Values found for the goals, infinite where a goal grows without bound on the way to its place.
+
+        The way is that from the middle of the nearest panel that is broad; in every step it grows no less.
+        """
+        goals = [state.goal for state in self.states]
+        doubtful = [k for k, one in enumerate(found) if np.isfinite(one.value) and not goals[k].bounded]
+        result = list(found)
+        if not doubtful:
+            return result
+        areas = self.samples.weight.sum(axis=(1, 2))
+        middle = self.samples.lon.shape[-1] // 2
+        broad = (areas >= _BROAD * areas.max(), middle, middle)
+        lon, lat = np.array([found[k][1:3] for k in doubtful]).T[:, :, None]
+        east, north = (self.samples.lon[broad] - lon + 180.0) % 360.0 - 180.0, self.samples.lat[broad] - lat
+        cosines = np.cos(np.radians(lat)) * np.cos(np.radians(lat + north))
+        distance = np.sin(np.radians(north) / 2) ** 2 + cosines * np.sin(np.radians(east) / 2) ** 2
+        nearest = np.argmin(distance, axis=1)[:, None]
+        east, north = (np.take_along_axis(way, nearest, axis=1) for way in (east, north))
+        lons, lats = lon + _APPROACH * east, lat + _APPROACH * north
+        bent = any(goals[k].measure.needs_hessian for k in doubtful)
+        fields = self._fields(lons.ravel(), lats.ravel(), bent)[0].reshape(*lons.shape, -1)
+        values = np.stack([goals[k].of(own) for k, own in zip(doubtful, fields, strict=True)])
+        with np.errstate(invalid="ignore"):
+            gains, defined_at = np.diff(values), np.isfinite(values)
+            grows = ((gains > _GROWTH * np.abs(values[:, 1:])) | ~defined_at[:, 1:]).all(axis=1)
+            grows &= ((gains[:, 1:] > _SLOWING * gains[:, :-1]) | ~defined_at[:, 2:]).all(axis=1)
+            grows &= defined_at[:, :_FEWEST].all(axis=1)
+        for k in np.array(doubtful)[grows]:
+            result[k] = result[k]._replace(value=np.inf)
+        return result
+
+
+def _measured_at(state: _State, node: Extreme, fields: FloatArray, errors: FloatArray) -> Extreme:
+    """The largest value at a goal's places, with its error; without one, what is known of polynomials or a node."""
+    values = state.goal.of(fields)
+    best, rounding = node, 0.0
+    if np.isfinite(values).any():
+        top = int(values.argmax())
+        best, rounding = (
+            Extreme(float(values[top]), *state.places[top]),
+            float(state.goal.change(fields[top], errors[top])),
+        )
+    singular = state.known_at in state.places and values[state.places.index(state.known_at)] == -np.inf
+    if state.known_at is not None and singular and state.known > best.value:
+        best, rounding = Extreme(state.known, *state.known_at), 0.0
+    return best._replace(error=max(state.bound - best.value, 0.0) + rounding)
+
+
+def _within_steps(values: FloatArray) -> FloatArray:
+    """Bounds (n,) of functions by their values (n, p, p): a node's is passed by no more than it passes those beside it.
+
+    Along either axis, and only from nodes that are not lower than those beside them. Where the function is undefined
+    beside a node, it ends there.
+    """
+    bound = values.copy()
+    for axis in (1, 2):
+        with np.errstate(invalid="ignore"):
+            step = np.moveaxis(np.diff(values, axis=axis), axis, 0)
+        nothing = np.full((1, *step.shape[1:]), np.nan)
+        # By how much a node passes the next one and the one before.
+        drops = np.stack([np.append(-step, nothing, axis=0), np.append(nothing, step, axis=0)])
+        known = np.isfinite(drops)
+        peak = (~known | (drops >= 0.0)).all(axis=0)
+        bound += np.moveaxis(np.where(peak, np.where(known, drops, 0.0).max(axis=0), 0.0), 0, axis)
+    return np.asarray(bound.max(axis=(1, 2)))
+
+
+def _size(field: FloatArray) -> FloatArray:
+    """The scale of J, from fields (..., k)."""
+    return np.sqrt(0.5 * (field[..., :4] ** 2).sum(axis=-1))
+
+
+def _exact(field: FloatArray) -> FloatArray:
+    """What a search resolves of each entry of a field (k,)."""
+    error = np.full(field.shape, _EXACT * _size(field))
+    error[4:] = _BENT * np.abs(field[4:]).max(initial=0.0)
+    return error
+
+
+def _limits(region: Region, patch: int) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest u and v in a patch."""
+    number, rectangles = region.panels()
+    own = rectangles[number == patch]
+    return own[:, 0::2].min(axis=0), own[:, 1::2].max(axis=0)

@@ -1,0 +1,364 @@
+"""A map's Jacobian over a region as one value, and the figures that are made of it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import FloatArray
+from projdist.field.airy_kavrayskiy import AiryKavrayskiy, airy_kavrayskiy_of
+from projdist.field.cubature import UNDEFINED, UNDEFINED_AT_KINKS, Samples, sample_panels
+from projdist.field.dense_samples import dense
+from projdist.field.extremes import Extreme, Goal, find_extremes
+from projdist.field.figures import Figure, get_figure
+from projdist.field.guard import tell_of_contradiction
+from projdist.matrices import Measure, get_measure, listed_measures, orientation
+from projdist.numerics import Estimate, get_criterion
+from projdist.projections import Projection, ProjectionLike
+from projdist.regions import Place, PointSet, RegionLike, get_region
+from projdist.support import check_numbers
+
+__all__ = ["Field", "named_measures", "sample"]
+
+DEFAULT_TOLERANCE = 1e-8
+_STEEPNESS = 2.0  # a measure's change with the logarithms of the scales, over itself: of second degree at most
+_SLACK = 0.5  # of the tolerance that would do where the error falls in proportion to it, which it may miss a little
+
+AnyMeasure = str | Measure | Callable[..., FloatArray]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Field:
+    """The Jacobian of a map over a region, at n nodes with weights, and every figure that is made of it.
+
+    Measures are named as everywhere, or functions of J (n, 2, 2), or given by their values (n,) at the nodes. Figures
+    are those of the whole region, not of the nodes: the nodes' weights, which along the edges of polygons may be
+    negative, integrate a polynomial through them.
+
+    Attributes
+    ----------
+    projection, region
+        What was sampled; None for a field of given Jacobians.
+    measures : dict
+        The measures that the samples resolve, by the names that they were asked for.
+    """
+
+    projection: Projection | None
+    region: Place | None
+    measures: dict[str, Measure]
+    _samples: Samples
+    _coarser: Field | None = None  # of the same region, by whose figures ours may be wrong
+
+    def __repr__(self) -> str:
+        """One line."""
+        of = self.projection.name if self.projection else "Jacobians"
+        over = f" over {self.region.name}" if self.region else ""
+        return f"Field({of}{over}: {self.lon.size} nodes)"
+
+    @property
+    def lon(self) -> FloatArray:
+        """Longitudes (n,) of the nodes in degrees."""
+        return self._samples.lon.ravel()
+
+    @property
+    def lat(self) -> FloatArray:
+        """Latitudes (n,) of the nodes in degrees."""
+        return self._samples.lat.ravel()
+
+    @property
+    def jacobian(self) -> FloatArray:
+        """Jacobians (n, 2, 2) at the nodes, metre per metre."""
+        return self._samples.jacobian.reshape(-1, 2, 2)
+
+    @property
+    def hessian(self) -> FloatArray | None:
+        """Second derivatives (n, 2, 2, 2) per radian of the semi-major axis, if a measure that needs them was named."""
+        return None if self._samples.hessian is None else self._samples.hessian.reshape(-1, 2, 2, 2)
+
+    @property
+    def weight(self) -> FloatArray:
+        """The nodes' weights (n,): true area in m^2, or the points' own."""
+        return self._samples.weight.ravel()
+
+    @property
+    def coverage(self) -> float:
+        """The share of the region that can be projected; the figures are of that share."""
+        return self._samples.coverage
+
+    @property
+    def evaluations(self) -> int:
+        """How many points were projected."""
+        return self._samples.evaluations + (self._coarser.evaluations if self._coarser else 0)
+
+    @property
+    def limit(self) -> str:
+        """Why the refinement stopped: "" at the tolerance, "rounding" at the projection's own noise, or "budget"."""
+        return self._samples.limit
+
+    @property
+    def mirrored(self) -> float:
+        """The share of what is covered that the map turns over."""
+        return float(self.weight[orientation(self.jacobian) < 0].sum() / self.weight.sum())
+
+    @property
+    def error(self) -> float:
+        """By how much the Airy-Kavrayskiy errors may be wrong."""
+        return self.airy_kavrayskiy.error
+
+    @functools.cached_property
+    def airy_kavrayskiy(self) -> AiryKavrayskiy:
+        """The Airy-Kavrayskiy errors, raw, scaled and affine; the largest of their errors; and the MDT (2, 2)."""
+        found = airy_kavrayskiy_of(self._samples)
+        if self._coarser is None:
+            return found
+        cost = float(np.max(np.abs(np.subtract(found[:3], self._coarser.airy_kavrayskiy[:3]))))
+        return found._replace(error=found.error + cost)
+
+    def values(self, measure: AnyMeasure) -> FloatArray:
+        """The values (n,) of a measure at the nodes; raises ValueError."""
+        return self._values(self._measure(measure)).ravel()
+
+    def mean(self, measure: AnyMeasure | ArrayLike) -> Estimate:
+        """The mean by true area; NaN where it diverges. Raises ValueError.
+
+        >>> sample("plate-carree", "globe").mean("s").value  # the mean of 1 / cos(lat) by area is pi / 2
+        1.57079632...
+        """
+        return self._with_coarser(*self._given(measure), lambda field, one, values: field._mean(one, values))
+
+    def rms(self, measure: AnyMeasure | ArrayLike) -> Estimate:
+        """The root mean square by true area; NaN where it diverges. Raises ValueError."""
+        return self._with_coarser(*self._given(measure), lambda field, one, values: field._rms(one, values))
+
+    def maximum(self, measure: AnyMeasure) -> Extreme:
+        """The largest value over the region, its place, and by how much it may be missed. Raises ValueError."""
+        return self.extremes([measure])[0][1]
+
+    def minimum(self, measure: AnyMeasure) -> Extreme:
+        """The smallest value over the region, its place, and by how much it may be missed. Raises ValueError."""
+        return self.extremes([measure])[0][0]
+
+    def extremes(self, measures: Iterable[AnyMeasure]) -> list[tuple[Extreme, Extreme]]:
+        """The smallest and the largest value of each measure; several together cost little more than one."""
+        chosen = [self._measure(one) for one in measures]
+        values = [self._values(one) for one in chosen]
+        goals = [
+            Goal(one, at_nodes, largest)
+            for one, at_nodes in zip(chosen, values, strict=True)
+            for largest in (True, False)
+        ]
+        found = find_extremes(self.projection, self.region, self._samples, goals)
+        if self._coarser is not None and self.projection is None:
+            coarse = [extreme for pair in self._coarser.extremes(chosen) for extreme in reversed(pair)]
+            found = [_missed(*both) for both in zip(found, coarse, strict=True)]
+        pairs = zip(found[1::2], found[0::2], strict=True)
+        return [
+            self._unbounded(*pair, at_nodes) if not one.bounded and self._samples.diverges(at_nodes) else pair
+            for one, at_nodes, pair in zip(chosen, values, pairs, strict=True)
+        ]
+
+    def statistic(self, measure: AnyMeasure | ArrayLike, criterion: Any = "mean") -> Estimate:
+        """A figure by the name of its criterion (mean, rms, std, median, pNN, max, min), or a function.
+
+        A function takes values (m,) and weights (m,) of many points of the region. Raises ValueError.
+
+        >>> sample("mercator", "box:-10,0,10,60").statistic("k", "max").value
+        2.0...
+        """
+        compute = get_criterion(criterion)
+        if criterion == "mean":
+            return self.mean(measure)
+        if criterion == "rms":
+            return self.rms(measure)
+        one, values = self._given(measure)
+        if criterion == "std":
+            return self._with_coarser(one, values, lambda field, _, v: field._std(v))
+        if criterion in ("max", "min") and one is not None:
+            found = self.maximum(one) if criterion == "max" else self.minimum(one)
+            return Estimate(found.value, found.error)
+        whole, half = (compute(*self._many(values, thinned)) for thinned in (False, True))
+        return Estimate(whole, abs(whole - half))
+
+    def figure(self, figure: str | Figure) -> Estimate:
+        """A figure of `FIGURES`, by its name. Raises ValueError.
+
+        >>> round(sample("plate-carree", "globe").figure("airy_kavrayskiy").value, 8)
+        0.52124046
+        """
+        chosen = get_figure(figure)
+        if chosen.measure == "fisher":
+            return Estimate(getattr(self.airy_kavrayskiy, chosen.version or "raw"), self.error)
+        return self.statistic(chosen.measure, chosen.statistic)
+
+    def many(self, measure: AnyMeasure | ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Values (m,) and weights (m,) at very many points, none of them negative: for quantiles and shares."""
+        return self._many(self._given(measure)[1])
+
+    # ---- how they are computed --------------------------------------------------------------
+
+    def _measure(self, given: Any) -> Measure:
+        measure = self.measures.get(given) if isinstance(given, str) else None
+        measure = measure or get_measure(given)
+        if measure.needs_hessian and self._samples.hessian is None:
+            raise ValueError(
+                f"Invalid measure '{measure.name}' of this field. It needs second derivatives: sample them by its name."
+            )
+        return measure
+
+    def _given(self, figure: Any) -> tuple[Measure | None, FloatArray]:
+        """The measure, if it is one, and its values at the nodes in the samples' own shape."""
+        if isinstance(figure, str | Measure) or callable(figure):
+            measure = self._measure(figure)
+            return measure, self._values(measure)
+        values = check_numbers("values", figure)
+        if values.size != self._samples.weight.size:
+            raise ValueError(
+                f"Invalid values of shape {values.shape}. There must be one for each of {self.lon.size} nodes."
+            )
+        return None, values.reshape(self._samples.weight.shape)
+
+    def _values(self, measure: Measure) -> FloatArray:
+        return measure(self._samples.jacobian, self._samples.hessian)
+
+    def _with_coarser(
+        self,
+        measure: Measure | None,
+        values: FloatArray,
+        figure: Callable[[Field, Measure | None, FloatArray], Estimate],
+    ) -> Estimate:
+        """A figure whose error counts what it would be of the coarser field."""
+        found = figure(self, measure, values)
+        if self._coarser is None or measure is None:
+            return found
+        other = figure(self._coarser, measure, self._coarser._values(measure))
+        return found._replace(error=found.error + abs(found.value - other.value))
+
+    def _mean(self, measure: Measure | None, values: FloatArray) -> Estimate:
+        if not (measure and measure.bounded) and self._samples.diverges(values):
+            return Estimate(np.nan, np.nan)
+        return Estimate(*self._samples.mean(values, _STEEPNESS * np.abs(values), most=_undefined(measure)))
+
+    def _rms(self, measure: Measure | None, values: FloatArray) -> Estimate:
+        if not (measure and measure.bounded) and self._samples.diverges(values**2):
+            return Estimate(np.nan, np.nan)
+        square = self._samples.mean(values**2, 2.0 * _STEEPNESS * values**2, most=_undefined(measure))
+        return Estimate(*square).root()
+
+    def _std(self, values: FloatArray) -> Estimate:
+        return self._rms(None, values - self._mean(None, values).value)
+
+    def _many(self, values: FloatArray, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
+        (many,), weights = dense(self.region, self._samples, values[None], thinned=thinned)
+        return many, weights
+
+    def _unbounded(self, bottom: Extreme, top: Extreme, values: FloatArray) -> tuple[Extreme, Extreme]:
+        """The extremes of a measure whose integral diverges: the end at which it does is infinite."""
+        if np.nansum(self._samples.weight * values) < 0:
+            return bottom._replace(value=-np.inf, error=np.nan), top
+        return bottom, top._replace(value=np.inf, error=np.nan)
+
+
+def _missed(fine: Extreme, coarse: Extreme) -> Extreme:
+    """An extreme of nodes, which lie half as far from the true one as coarser nodes: twice what these miss more."""
+    return fine._replace(error=fine.error + 2.0 * abs(fine.value - coarse.value))
+
+
+def _undefined(measure: Measure | None) -> float:
+    return UNDEFINED_AT_KINKS if measure and measure.needs_hessian else UNDEFINED
+
+
+def named_measures(measures: Any) -> dict[str, Measure]:
+    """Measures by the text that they were asked for; raises ValueError where two have the same."""
+    chosen: dict[str, Measure] = {}
+    for given in listed_measures(measures):
+        measure = get_measure(given)
+        name = given if isinstance(given, str) else measure.name
+        if chosen.get(name, measure) != measure:
+            raise ValueError(f"Invalid measures. Two are called '{name}'; each must have a name of its own.")
+        chosen[name] = measure
+    return chosen
+
+
+def sample(
+    projection: ProjectionLike,
+    region: RegionLike = "globe",
+    *,
+    measures: Iterable[AnyMeasure] = (),
+    tolerance: float = DEFAULT_TOLERANCE,
+) -> Field:
+    """The Jacobian field of a projection over a region, sampled finely enough for its figures.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    region : RegionLike, default "globe"
+        Anything that `get_region` takes.
+    measures : iterable of str, Measure or callable, or one of them
+        Whose means are resolved besides the Airy-Kavrayskiy errors: to max(tolerance, 1e-6) of themselves where they
+        are above 1, those of second derivatives to 1e-5. Other measures may be asked of the field, too; their errors
+        tell how well they are resolved.
+    tolerance : float, default 1e-8
+        To which the Airy-Kavrayskiy errors are resolved, where the projection's rounding allows.
+
+    Returns
+    -------
+    Field
+        Its `mean`, `rms`, `statistic`, `maximum`, `minimum` and `figure` are those of the region, each with its error.
+
+    Raises
+    ------
+    ValueError
+        For an unknown region or measure, and a tolerance that is not positive.
+    ProjectionError
+        For what is no projection, and where no point of the region can be projected.
+
+    References
+    ----------
+    - V. V. Kavrayskiy 1934, Matematicheskaya kartografiya.
+    - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications.
+
+    Examples
+    --------
+    On Mercator's map s is 1 / cos^2(lat). From the equator to 60 degrees its mean by area is ln(2 + sqrt(3)) / sin(60),
+    and its maximum 4.
+
+    >>> field = sample("mercator", "box:0,0,10,60", measures=["s"])
+    >>> round(field.mean("s").value, 6), round(field.maximum("s").value, 6)
+    (1.520692, 4.0)
+    """
+    projection, region = Projection.from_user_input(projection), get_region(region)
+    chosen = named_measures(measures)
+    field = _resolved(projection, region, chosen, tolerance)
+    if isinstance(region, PointSet) and region.coarse is not None:
+        field = replace(field, _coarser=_resolved(projection, region.coarse, chosen, tolerance))
+    return field
+
+
+def _resolved(projection: Projection, region: Place, measures: dict[str, Measure], tolerance: float) -> Field:
+    """The field with all three Airy-Kavrayskiy errors to a tolerance."""
+    field = _field(projection, region, measures, tolerance)
+    error = field.airy_kavrayskiy.error
+    tell_of_contradiction(projection, field.jacobian, field.weight, max(tolerance, error))
+    if error > tolerance and not field.limit:
+        # The affine error is no goal of the refinement, and seldom larger than the others.
+        field = _field(projection, region, measures, _SLACK * tolerance * tolerance / error)
+    return field
+
+
+def _field(projection: Projection, region: Place, measures: dict[str, Measure], tolerance: float) -> Field:
+    of_J = [measure for measure in measures.values() if not measure.needs_hessian]
+    integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
+    # The squares of flexion and skewness diverge on most maps.
+    of_H = [measure for measure in measures.values() if measure.needs_hessian]
+    samples = sample_panels(projection, region, tolerance=tolerance, integrands=integrands, second_order=of_H)
+    return Field(projection=projection, region=region, measures=measures, _samples=samples)
+
+
+def _squared(measure: Measure) -> Any:
+    return lambda J: measure(J) ** 2

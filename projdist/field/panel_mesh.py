@@ -1,0 +1,361 @@
+"""The panels of a cubature in progress: evaluated, and split where a goal needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Protocol
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.field.at_points import jacobian
+from projdist.field.panel_cuts import TEAR, cut, jumps
+from projdist.field.panels import Pieces, blurred, sample_pieces, second_derivatives, tails
+from projdist.field.side_strips import with_strips
+from projdist.matrices import log_scales
+from projdist.numerics import NODES
+from projdist.projections import Projection
+from projdist.regions import GLOBE, Clips, Region
+
+Integrand = Callable[[FloatArray], FloatArray]
+"""A function of Jacobians (n, p, p, 2, 2) whose mean over the region shall be resolved."""
+
+SecondOrder = Callable[[FloatArray, FloatArray], FloatArray]
+"""The same of Jacobians, and of second derivatives (n, p, p, 2, 2, 2) in units of the semi-major axis."""
+
+_BATCH = 1500  # panels in one call: 150,000 points
+_SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
+_COARSE = 1e-3  # of an integrand's last coefficients
+_SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
+STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
+_STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
+_MARKING = 0.05  # share of the error that may wait for another generation
+_TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: pieces that may go without second derivatives: if stuck, at once
+_NOISE = 3e-7  # of the semi-major axis; iterative projections in PROJ stop at a third of that
+# Four points on each side of [-1, 1]^2, just within.
+_BORDER = (1.0 - 1e-9) * np.array(
+    [(u, v) for t in (-1.0, -0.5, 0.0, 0.5) for u, v in ((t, -1.0), (1.0, t), (-t, 1.0), (-1.0, -t))]
+).T
+
+
+class Goal(Protocol):
+    """What a refinement is after."""
+
+    @property
+    def column(self) -> int:
+        """The integrand whose progress is watched."""
+
+    @property
+    def stuck(self) -> float:
+        """A family of panels that keeps this share of its error when split is at the level of rounding."""
+
+    @property
+    def gives_up(self) -> bool:
+        """Whether the refinement goes on beside panels that are at the level of rounding, and worse."""
+
+    def sensitivity(self, means: FloatArray) -> FloatArray:
+        """What an error of each integrand's mean counts, in tolerances."""
+
+
+@dataclass
+class _Panels:
+    """What is known of each panel; the first axis is that of the panels."""
+
+    patch: IntArray
+    rectangle: FloatArray
+    area: FloatArray
+    covered: FloatArray
+    undecided: BoolArray  # an edge of the map crosses it, and is not found yet
+    cut: BoolArray
+    split_at: FloatArray  # u and v, NaN for a direction that would not help
+    integrals: FloatArray
+    tails: FloatArray  # last Legendre coefficients of each integrand, in u and in v
+    errors: FloatArray  # of each integral, in u and in v
+    unresolved: FloatArray  # last Legendre coefficients of x and y, in semi-major axes
+    strikes: IntArray  # splits in a row, up to this panel, that gained nothing; those of uncut panels count double
+    alive: BoolArray  # not split yet
+
+    def __len__(self) -> int:
+        return len(self.patch)
+
+    @staticmethod
+    def joined(parts: Sequence[_Panels]) -> _Panels:
+        return _Panels(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(_Panels)))
+
+
+class Mesh:
+    """The panels of a region under a projection, and the integrals over them.
+
+    The first two integrands are ln^2 a + ln^2 b and ln(a b); `integrands` follow, then those of `second_order`.
+    """
+
+    def __init__(
+        self,
+        projection: Projection,
+        region: Region,
+        integrands: Sequence[Integrand],
+        second_order: Sequence[SecondOrder] = (),
+    ) -> None:
+        self.projection, self.region = projection, region
+        self.integrands, self.second_order = tuple(integrands), tuple(second_order)
+        self.limited = False  # whether the map is known to end within the region
+        self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # the largest of each integrand seen
+        self.pieces: list[Pieces] = []
+        patch, rectangles = region.panels()
+        clips = region.clip(patch, rectangles)
+        patch, rectangles, self.evaluations = with_strips(projection, region, patch[clips.kept], clips.rectangles)
+        self.panels = _Panels.joined(self._evaluated(0, patch, rectangles)[0])
+
+    def _evaluated(
+        self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
+    ) -> tuple[list[_Panels], IntArray]:
+        """New panels, in batches; the first is number `first`. With the numbers of the rectangles that they are of.
+
+        `within` are the panels that the rectangles were split from; those that hold nothing of the region are left out.
+        """
+        clips = self.region.clip(patch, rectangles, within)
+        batches = [slice(start, start + _BATCH) for start in range(0, len(clips.kept), _BATCH)]
+        parts = [self._evaluated_batch(first + p.start, patch[clips.kept[p]], clips.take(p)) for p in batches]
+        return parts, clips.kept
+
+    def _evaluated_batch(self, first: int, patch: IntArray, clips: Clips) -> _Panels:
+        _, rectangles, rule, filled = clips
+        n = len(rectangles)
+        half_u = 0.5 * (rectangles[:, 1] - rectangles[:, 0])[:, None, None]
+        half_v = 0.5 * (rectangles[:, 3] - rectangles[:, 2])[:, None, None]
+        u, v = np.broadcast_arrays(
+            rectangles[:, 0, None, None] + half_u * (1.0 + NODES[:, None]),
+            rectangles[:, 2, None, None] + half_v * (1.0 + NODES),
+        )
+        partials = (half_u, 0.0, 0.0, half_v)
+        pieces, x, y = sample_pieces(self.projection, self.region, np.arange(n), patch, u, v, partials, rule, filled)
+        self.evaluations += x.size
+        area = pieces.weight.sum(axis=(1, 2))
+        split_at = np.stack([rectangles[:, :2].mean(axis=1), rectangles[:, 2:].mean(axis=1)], axis=-1)
+        whole, empty = self._inside(patch, rectangles, x)
+        undecided = ~(whole | empty)
+        done = np.zeros(n, dtype=bool)
+        torn = self._torn(pieces, x, y) & whole
+        hard = np.flatnonzero(torn | undecided)
+        if hard.size:
+            cuts = cut(self.projection, self.region, hard, patch[hard], rectangles[hard], filled[hard])
+            self.evaluations += cuts.evaluations
+            done[hard] = cuts.done
+            guided = np.isfinite(cuts.split_at).any(axis=-1)
+            split_at[hard[guided]] = cuts.split_at[guided]
+            pieces = Pieces.joined([pieces.take(whole & ~done), *cuts.pieces])
+            self._mend(pieces, torn[pieces.panel])
+        elif not whole.all():
+            pieces = pieces.take(whole)
+        integrals, last, errors = self._integrate(pieces)
+        own = pieces.panel
+        panels = _Panels(
+            patch=patch,
+            rectangle=rectangles,
+            area=area,
+            covered=_summed(pieces.weight.sum(axis=(1, 2)), own, n),
+            undecided=undecided & ~done,
+            cut=done,
+            split_at=split_at,
+            integrals=_summed(integrals, own, n),
+            tails=_summed(last, own, n),
+            errors=_summed(errors, own, n),
+            unresolved=_summed(np.nan_to_num(pieces.unresolved, nan=np.inf), own, n, np.maximum),
+            strikes=np.zeros(n, dtype=int),
+            alive=np.ones(n, dtype=bool),
+        )
+        pieces.panel = own + first
+        self.pieces.append(pieces)
+        return panels
+
+    def _inside(self, patch: IntArray, rectangles: FloatArray, x: FloatArray) -> tuple[BoolArray, BoolArray]:
+        """Which panels the map holds wholly, and which not at all."""
+        inside = np.isfinite(x)
+        whole, empty = np.asarray(inside.all(axis=(1, 2))), np.asarray(~inside.any(axis=(1, 2)))
+        if not self.limited and whole.all():
+            return whole, empty
+        # An edge of the map may clip a corner of a panel between the nodes and its sides.
+        self.limited = True
+        half = 0.5 * (rectangles[:, 1::2] - rectangles[:, 0::2])
+        centre = 0.5 * (rectangles[:, 1::2] + rectangles[:, 0::2])
+        u, v = (centre[:, k, None] + half[:, k, None] * _BORDER[k] for k in (0, 1))
+        points = self.region.chart(patch[:, None], u, v)
+        border = np.isfinite(self.projection(points.lon, points.lat)[0])
+        self.evaluations += border.size
+        return whole & border.all(axis=1), empty & ~border.any(axis=1)
+
+    def _torn(self, pieces: Pieces, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Which panels look as if a seam crossed them."""
+        torn = np.asarray(pieces.unresolved > TEAR)
+        some = np.flatnonzero(torn)
+        if some.size:
+            smallest = TEAR * self.projection.ellipsoid.a
+            x, y = x[some], y[some]
+            torn[some] = jumps(x, y, smallest) | jumps(x.swapaxes(1, 2), y.swapaxes(1, 2), smallest)
+        return torn
+
+    def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
+        """Where seams are too tangled to cut, take the Jacobian point by point, which sees one side only.
+
+        It costs 20 times as much, so in small pieces only.
+        """
+        # Areas as shares of the globe: the region's is on WGS 84, those of the pieces are on the map's own ellipsoid.
+        share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
+        small = share < _SMALL * self.region.area_km2 / GLOBE.area_km2
+        ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & small)
+        if ragged.size:
+            J = jacobian(self.projection, pieces.lon[ragged], pieces.lat[ragged])
+            pieces.jacobian[ragged] = np.where(np.isfinite(J), J, pieces.jacobian[ragged])
+            self.evaluations += STENCIL * pieces.lon[ragged].size
+
+    def _integrate(self, pieces: Pieces) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integrals (n, m), their tails and errors (n, m, 2) in u and v, of all integrands over the pieces."""
+        J = pieces.jacobian
+        found = [*log_scales(J), *(integrand(J) for integrand in self.integrands)]
+        if self.second_order:
+            H = self.second_derivatives(pieces)
+            found += [integrand(J, H) for integrand in self.second_order]
+        values = np.stack(found)
+        values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+        self.peaks = np.maximum(self.peaks, np.abs(values).max(axis=(1, 2, 3), initial=0.0))
+        last, errors = tails(values, pieces.density, pieces.share)
+        # A tear too small to be cut makes J large and smooth: the integrands' own coefficients see nothing of that.
+        # ln^2 a + ln^2 b changes by 2 |ln sigma| times a small change of the logarithms, and by its square.
+        doubt = pieces.doubt
+        area = pieces.weight.sum(axis=(1, 2))[:, None]
+        level = np.sqrt(np.maximum(values[0].mean(axis=(1, 2)), 0.0))[:, None]
+        for column, share in ((0, doubt * (2.0 * level + doubt)), (1, doubt)):
+            last[column] += area * share
+            errors[column] += area * share
+        return np.sum(values * pieces.weight, axis=(2, 3)).T, last.swapaxes(0, 1), errors.swapaxes(0, 1)
+
+    def second_derivatives(self, pieces: Pieces) -> FloatArray:
+        """H (n, p, p, 2, 2, 2) along geodesics at the nodes of pieces, in units of the semi-major axis."""
+        H = second_derivatives(pieces, self.projection.ellipsoid) * self.projection.ellipsoid.a
+        self._forget(H, pieces, pieces.weight.sum(axis=(1, 2)) < _MINUTE * self.projection.ellipsoid.area)
+        return H
+
+    def _forget(self, H: FloatArray, pieces: Pieces, some: BoolArray) -> None:
+        """Put NaN where, in some pieces, J has no derivatives: at a kink, a snap or beside a singular point."""
+        index = np.flatnonzero(some)
+        H[index[blurred(pieces, index, self.projection.ellipsoid)]] = np.nan
+
+    # ---- splitting ----------------------------------------------------------------------
+
+    def refine(self, goal: Goal, most: int) -> str:
+        """Split panels until the goal is met ("") or rounding or the number of evaluations stops it (which)."""
+        self.panels.strikes[:] = 0
+        while True:
+            chosen, limit = self._to_split(goal)
+            if not chosen.size:
+                return limit
+            if self.evaluations + 2 * NODES.size**2 * chosen.size > most:
+                return "budget"
+            self._split(chosen, goal)
+
+    @property
+    def region_area(self) -> float:
+        """Area of the region in m^2, on the projection's ellipsoid."""
+        return float(self.panels.area[self.panels.alive].sum())
+
+    def _to_split(self, goal: Goal) -> tuple[IntArray, str]:
+        """Which panels to split next, and what limits the accuracy if there are none."""
+        panels = self.panels
+        error = np.where(panels.alive, self._error(goal), 0.0)
+        none = np.empty(0, dtype=int)
+        if error.sum() <= 1.0:
+            return none, ""
+        can = panels.alive & (panels.strikes < _STRIKES) & (panels.area > _SMALLEST * self.region_area)
+        least = 1.0 if goal.gives_up else 0.1 * error[~can].sum()
+        if error[can].sum() < least:
+            return none, "rounding"
+        # Leave alone the small ones that together hold half of what is allowed, or little of what there is.
+        order = np.argsort(error)
+        small = np.searchsorted(np.cumsum(error[order]), max(0.5, _MARKING * error[can].sum()))
+        return order[small:][can[order[small:]]], "rounding"
+
+    def _error(self, goal: Goal) -> FloatArray:
+        """Error of each panel in units of the tolerance."""
+        panels = self.panels
+        covered = float(panels.covered[panels.alive].sum())
+        if covered == 0.0:
+            return np.where(panels.undecided | (panels.area > _SMALL * self.region_area), np.inf, 0.0)
+        sensitivity = goal.sensitivity(panels.integrals[panels.alive].sum(axis=0) / covered)
+        # A panel whose edge is not found yet may hold as much as the worst.
+        unknown = np.where(panels.undecided, (self.peaks @ sensitivity) * panels.area, 0.0)
+        return np.asarray((panels.errors.sum(axis=-1) @ sensitivity + unknown) / covered)
+
+    def _split(self, chosen: IntArray, goal: Goal) -> None:
+        """Replace panels by halves, or by quarters where both directions need it."""
+        panels = self.panels
+        in_u, in_v = panels.errors[chosen, goal.column].T
+        u0, u1, v0, v1 = panels.rectangle[chosen].T
+        um, vm = panels.split_at[chosen].T
+        can_u, can_v = np.isfinite(um), np.isfinite(vm)
+        similar = np.minimum(in_u, in_v) > 0.1 * np.maximum(in_u, in_v)
+        by_u = can_u & (similar | (in_u >= in_v) | ~can_v)
+        by_v = can_v & (similar | (in_u < in_v) | ~can_u)
+        corner_u, corner_v = np.where(by_u, um, u1), np.where(by_v, vm, v1)
+        parts = [
+            (np.ones(chosen.size, dtype=bool), (u0, corner_u, v0, corner_v)),
+            (by_u, (um, u1, v0, corner_v)),
+            (by_v, (u0, corner_u, vm, v1)),
+            (by_u & by_v, (um, u1, vm, v1)),
+        ]
+        rectangles = np.concatenate([np.stack(edges, axis=-1)[mask] for mask, edges in parts])
+        parent = np.concatenate([np.flatnonzero(mask) for mask, _ in parts])
+        first = len(panels)
+        panels.alive[chosen] = False
+        new, kept = self._evaluated(first, panels.patch[chosen][parent], rectangles, panels.rectangle[chosen][parent])
+        self.panels = _Panels.joined([panels, *new])
+        self._judge(chosen, parent[kept], first + np.arange(len(kept)), goal)
+
+    def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: Goal) -> None:
+        """Find the families of panels that resolve the map and yet made no progress: rounding grows in small panels."""
+        panels = self.panels
+        before = panels.tails[chosen, goal.column].sum(axis=-1)
+        after = _summed(panels.tails[children, goal.column].sum(axis=-1), parent, chosen.size)
+        # Of a panel that was cut only a split across the cut tells, and that it always does.
+        was_cut, across = panels.cut[chosen], np.isnan(panels.split_at[chosen]).any(axis=-1)
+        stuck = (after > goal.stuck * before) & ~panels.undecided[chosen] & (across | ~was_cut)
+        settled = (panels.cut[children] & was_cut[parent]) | (panels.unresolved[children] < _NOISE)
+        np.logical_and.at(stuck, parent, settled & ~panels.undecided[children])
+        # Rounding is small in large panels: there it is a singularity that the nodes had missed.
+        # Integrands come in any unit; as for goals, their size counts where their mean is above 1.
+        level = max(self.region_area, abs(float(panels.integrals[panels.alive, goal.column].sum()))) / self.region_area
+        stuck &= (panels.area[chosen] < _SMALL * self.region_area) | (before < _COARSE * level * panels.area[chosen])
+        strikes = panels.strikes[chosen] + np.where(was_cut, 1, _STRIKES)
+        panels.strikes[children] = np.where(stuck, strikes, 0)[parent]
+        # Noise in x and y makes twice as much in J when a panel is halved: take the whole ones back.
+        worse = stuck & ~was_cut & (after > before)
+        panels.alive[chosen[worse]], panels.alive[children[worse[parent]]] = True, False
+        panels.strikes[chosen[worse]] = _STRIKES
+
+    # ---- the result ---------------------------------------------------------------------
+
+    def leaves(self) -> tuple[Pieces, FloatArray | None]:
+        """The pieces of the panels that are left, and their second derivatives where these were needed."""
+        pieces = Pieces.joined(self.pieces)
+        pieces = pieces.take(self.panels.alive[pieces.panel])
+        if not self.second_order:
+            return pieces, None
+        H = self.second_derivatives(pieces)
+        panels = self.panels
+        bent = np.s_[:, -len(self.second_order) :]
+        lost = (panels.errors.sum(axis=-1)[bent] > np.abs(panels.integrals[bent])).any(axis=1)
+        given_up = (lost | (panels.strikes >= _STRIKES)) & (panels.area < _TINY * self.projection.ellipsoid.area)
+        self._forget(H, pieces, given_up[pieces.panel])
+        return pieces, H
+
+    @property
+    def undecided_area(self) -> float:
+        """Area in m^2 of panels that an edge of the map crosses, and whose parts are not known."""
+        return float(self.panels.area[self.panels.alive & self.panels.undecided].sum())
+
+
+def _summed(values: FloatArray, index: IntArray, n: int, ufunc: np.ufunc = np.add) -> FloatArray:
+    """Values gathered into n places by their index."""
+    total = np.zeros((n, *values.shape[1:]))
+    ufunc.at(total, index, values)
+    return total

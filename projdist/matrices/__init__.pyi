@@ -1,0 +1,55 @@
+from . import spd
+from .decomposition import Decomposition, decompose
+from .mean_transformation import MDT, check_weights, field_mdt, mdt
+from .measures import (
+    MEASURES,
+    Measure,
+    angular_distortion,
+    areal_error_ppm,
+    areal_scale,
+    fisher,
+    get_measure,
+    jordan,
+    listed_measures,
+    log_anisotropy,
+    log_areal_scale,
+    log_scales,
+    meridian_convergence,
+    orientation,
+    principal_scales,
+    scale_error_ppm,
+)
+from .rotations import ROTATIONS, Rotation, axes_shift, field_rotation, mean_rotation
+from .spd import factor_distance
+
+__all__ = [
+    "MDT",
+    "MEASURES",
+    "ROTATIONS",
+    "Decomposition",
+    "Measure",
+    "Rotation",
+    "angular_distortion",
+    "areal_error_ppm",
+    "areal_scale",
+    "axes_shift",
+    "check_weights",
+    "decompose",
+    "factor_distance",
+    "field_mdt",
+    "field_rotation",
+    "fisher",
+    "get_measure",
+    "jordan",
+    "listed_measures",
+    "log_anisotropy",
+    "log_areal_scale",
+    "log_scales",
+    "mdt",
+    "mean_rotation",
+    "meridian_convergence",
+    "orientation",
+    "principal_scales",
+    "scale_error_ppm",
+    "spd",
+]

@@ -1,0 +1,388 @@
+"""Pointwise measures of distortion, from the Jacobian alone.
+
+Every measure is a function of matrices `J` of shape (..., 2, 2), and of their second
+derivatives `H` of shape (..., 2, 2, 2) where it says so. A measure that is undefined at a
+point is NaN there. `MEASURES` lists them by name; `get_measure` also takes the short
+symbols (h, k, s, a, b, omega, theta), `scale@AZIMUTH`, and any callable of J.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from projdist._typing import FloatArray
+from projdist.matrices.bending import flexion, skewness
+from projdist.support import check_numbers, hints, listed_values, quoted
+
+__all__ = ["MEASURES", "Measure", "get_measure", "principal_scales"]
+
+
+def principal_scales(J: ArrayLike) -> FloatArray:
+    """The singular values of Jacobians, the largest first: a and b, the semi-axes of Tissot's indicatrix.
+
+    For n = 2 they come from a + b and a - b, each one a hypotenuse: exact to rounding near
+    conformality, where a and b from the trace and the determinant lose half of the digits.
+
+    Parameters
+    ----------
+    J : array_like (..., n, n)
+        Jacobians, or other matrices of any dimension.
+
+    Returns
+    -------
+    ndarray (..., n)
+        Ratios, in descending order; NaN where J is not finite.
+
+    Raises
+    ------
+    ValueError
+        For values that are no numbers, and matrices that are not square.
+
+    References
+    ----------
+    Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, equations 4-12 and 4-13.
+
+    Examples
+    --------
+    The eigenvalues of J^T J, here of rows 25, 20 and 20, 25, are their squares:
+
+    >>> (principal_scales([[3, 0], [4, 5]]) ** 2).round(9)
+    array([45.,  5.])
+    """
+    J = check_numbers("Jacobian", J)
+    if J.ndim < 2 or J.shape[-1] != J.shape[-2]:
+        raise ValueError(f"Invalid Jacobian shape {J.shape}. The last two axes must be equal, as in (..., 2, 2).")
+    if J.shape[-1] == 2:
+        total, difference = _sum_and_difference(J)
+        return np.stack([0.5 * (total + difference), 0.5 * (total - difference)], axis=-1)
+    finite = np.isfinite(J).all(axis=(-1, -2))
+    scales = np.full(J.shape[:-1], np.nan)
+    scales[finite] = np.linalg.svd(J[finite], compute_uv=False)
+    return scales
+
+
+def _sum_and_difference(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The principal scales' sum a + b and difference a - b >= 0."""
+    similar = np.hypot(J[..., 0, 0] + J[..., 1, 1], J[..., 1, 0] - J[..., 0, 1])
+    mirrored = np.hypot(J[..., 0, 0] - J[..., 1, 1], J[..., 1, 0] + J[..., 0, 1])
+    return np.maximum(similar, mirrored), np.minimum(similar, mirrored)
+
+
+def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    total, difference = _sum_and_difference(J)
+    return 0.5 * (total + difference), 0.5 * (total - difference)
+
+
+def _log(value: FloatArray) -> FloatArray:
+    """The natural logarithm; NaN, not -inf, where the value is zero."""
+    return np.log(np.where(value > 0, value, np.nan))
+
+
+def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
+    return np.where(defined, value, np.nan)
+
+
+def _determinant(J: FloatArray) -> FloatArray:
+    return np.asarray(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
+
+
+def meridional_scale(J: FloatArray) -> FloatArray:
+    """Scale h along the meridian, the length of J's north column."""
+    return np.hypot(J[..., 0, 1], J[..., 1, 1])
+
+
+def parallel_scale(J: FloatArray) -> FloatArray:
+    """Scale k along the parallel, the length of J's east column."""
+    return np.hypot(J[..., 0, 0], J[..., 1, 0])
+
+
+def areal_scale(J: FloatArray) -> FloatArray:
+    """Areal scale s = a b = |det J|; whether the map mirrors is the measure `orientation`."""
+    return np.abs(_determinant(J))
+
+
+def tissot_semimajor(J: FloatArray) -> FloatArray:
+    """Largest scale a, the indicatrix' semi-major axis."""
+    return _principal(J)[0]
+
+
+def tissot_semiminor(J: FloatArray) -> FloatArray:
+    """Smallest scale b, the indicatrix' semi-minor axis."""
+    return _principal(J)[1]
+
+
+def angular_distortion(J: FloatArray) -> FloatArray:
+    """Maximum angular deformation omega = 2 asin((a - b) / (a + b)) in degrees (Snyder 1987, 4-9)."""
+    total, difference = _sum_and_difference(J)
+    # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
+    omega = np.degrees(2.0 * np.arctan2(difference, np.sqrt((total - difference) * (total + difference))))
+    return _where(total > 0, omega)
+
+
+def meridian_parallel_angle(J: FloatArray) -> FloatArray:
+    """Angle theta' between the meridian and the parallel on the map, 0 to 90 degrees (Snyder 1987, 4-14)."""
+    dot = J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]
+    return _where(
+        (parallel_scale(J) > 0) & (meridional_scale(J) > 0), np.degrees(np.arctan2(areal_scale(J), np.abs(dot)))
+    )
+
+
+def meridian_convergence(J: FloatArray) -> FloatArray:
+    """Angle from true north clockwise to grid north in degrees.
+
+    The surveyors' sign, PROJ's too: positive east of the central meridian of a transverse
+    Mercator in the northern hemisphere.
+    """
+    return _where(meridional_scale(J) > 0, np.degrees(np.arctan2(-J[..., 0, 1], J[..., 1, 1])))
+
+
+def scale_at(J: FloatArray, azimuth: ArrayLike) -> FloatArray:
+    """Scale in the direction `azimuth`, degrees clockwise from north."""
+    angle = np.radians(azimuth)
+    east, north = np.sin(angle), np.cos(angle)
+    return np.hypot(
+        J[..., 0, 0] * east + J[..., 0, 1] * north,
+        J[..., 1, 0] * east + J[..., 1, 1] * north,
+    )
+
+
+def fisher(J: FloatArray) -> FloatArray:
+    """Fisher distortion sqrt(sum of ln^2 of the principal scales), any dimension.
+
+    D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".
+    """
+    return np.sqrt(np.sum(_log(principal_scales(J)) ** 2, axis=-1))
+
+
+def log_anisotropy(J: FloatArray) -> FloatArray:
+    """ln(a / b), the logarithmic distortion of angles."""
+    a, b = _principal(J)
+    return _log(a / np.where(b > 0, b, np.nan))
+
+
+def log_areal_scale(J: FloatArray) -> FloatArray:
+    """ln(a b), the logarithmic distortion of areas."""
+    return _log(areal_scale(J))
+
+
+def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln^2 a + ln^2 b and ln(a b) in one go, NaN where the map is singular."""
+    a, b = _principal(J)
+    log_a, log_b = _log(a), _log(b)
+    return log_a * log_a + log_b * log_b, log_a + log_b
+
+
+def airy(J: FloatArray) -> FloatArray:
+    """Airy's term sqrt(((a - 1)^2 + (b - 1)^2) / 2); its RMS is Airy's error (Airy 1861)."""
+    a, b = _principal(J)
+    return np.sqrt(0.5 * ((a - 1.0) ** 2 + (b - 1.0) ** 2))
+
+
+def kavrayskiy(J: FloatArray) -> FloatArray:
+    """Kavrayskiy's term sqrt((ln^2 a + ln^2 b) / 2), with the half that `fisher` has not."""
+    return fisher(J) / np.sqrt(2.0)
+
+
+def jordan(J: FloatArray) -> FloatArray:
+    """Jordan's term: the RMS over all directions of scale - 1 (Jordan 1896)."""
+    total, difference = _sum_and_difference(J)
+    c = 0.5 * total
+    n = (difference / np.where(total > 0, total, 1.0)) ** 2
+    # Mean scale over the directions = c (1 + n/4 + n^2/64 + ...), the perimeter of an ellipse (Ivory 1798).
+    # Written for the excess over c, the sum has no cancellation near scale 1.
+    return np.sqrt((c - 1.0) ** 2 + c * (c * n - 2.0 * _perimeter_excess(n)))
+
+
+def _perimeter_excess(n: FloatArray) -> FloatArray:
+    """Perimeter of an ellipse over pi (a + b), less 1, for n = ((a - b) / (a + b))^2."""
+    # A sum of squares of the binomial coefficients of sqrt(1 + x). Below n = 0.05 six terms are exact to 1e-16 n.
+    series = n * (1 / 4 + n * (1 / 64 + n * (1 / 256 + n * (25 / 16384 + n * (49 / 65536 + n * 441 / 1048576)))))
+    large = n > 0.05
+    if np.any(large):
+        from scipy.special import ellipe  # imported here: scipy is slow to load, and few need it
+
+        root = np.sqrt(n)
+        exact = 2.0 / np.pi * (1.0 + root) * ellipe(4.0 * root / (1.0 + root) ** 2) - 1.0
+        return np.asarray(np.where(large, exact, series))
+    return np.asarray(series)
+
+
+def scale_error_ppm(J: FloatArray) -> FloatArray:
+    """Largest |scale - 1| over all directions, in parts per million."""
+    a, b = _principal(J)
+    return 1e6 * np.maximum(np.abs(a - 1.0), np.abs(b - 1.0))
+
+
+def areal_error_ppm(J: FloatArray) -> FloatArray:
+    """|s - 1| in parts per million."""
+    return 1e6 * np.abs(areal_scale(J) - 1.0)
+
+
+def orientation(J: FloatArray) -> FloatArray:
+    """+1 where the map keeps orientation, -1 where it mirrors, 0 where it is singular."""
+    return np.sign(_determinant(J))
+
+
+_LIMITS = {
+    "angular_distortion": (0.0, 180.0),
+    "meridian_parallel_angle": (0.0, 90.0),
+    "meridian_convergence": (-180.0, 180.0),
+    "orientation": (-1.0, 1.0),
+}
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A named pointwise measure.
+
+    `function` takes J, or J and H where `needs_hessian`. `kind` says how values compare and
+    are drawn: "ratio" is about 1 in the logarithm, "signed" about 0, "magnitude" from 0 up.
+    """
+
+    name: str
+    function: Callable[..., FloatArray]
+    symbol: str = ""
+    unit: str = ""
+    kind: Literal["ratio", "signed", "magnitude"] = "magnitude"
+    needs_hessian: bool = False
+
+    def __call__(self, J: ArrayLike, H: ArrayLike | None = None) -> FloatArray:
+        """Values of shape (...) for J of shape (..., 2, 2); raises ValueError where H is needed and missing."""
+        J = np.asarray(J, dtype=float)
+        if not self.needs_hessian:
+            return self.function(J)
+        if H is None:
+            raise ValueError(f"Invalid call of measure '{self.name}'. It needs the second derivatives H as well.")
+        return self.function(J, np.asarray(H, dtype=float))
+
+    @property
+    def bounded(self) -> bool:
+        """Whether no map can make it arbitrarily large: angles and signs."""
+        return self.unit == "deg" or self.name == "orientation"
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """What no map can go beyond, infinite where there is none; of functions of users nothing is known."""
+        if self.name in _LIMITS:
+            return _LIMITS[self.name]
+        positive = self.kind == "ratio" or (self.kind == "magnitude" and MEASURES.get(self.name) is self)
+        return (0.0 if positive else -np.inf), np.inf
+
+    @property
+    def description(self) -> str:
+        """The first line of the function's documentation."""
+        return (self.function.__doc__ or "").strip().partition("\n")[0]
+
+
+MEASURES: dict[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        Measure("fisher", fisher),
+        Measure("meridional_scale", meridional_scale, "h", kind="ratio"),
+        Measure("parallel_scale", parallel_scale, "k", kind="ratio"),
+        Measure("areal_scale", areal_scale, "s", kind="ratio"),
+        Measure("tissot_semimajor", tissot_semimajor, "a", kind="ratio"),
+        Measure("tissot_semiminor", tissot_semiminor, "b", kind="ratio"),
+        Measure("angular_distortion", angular_distortion, "omega", "deg"),
+        Measure("meridian_parallel_angle", meridian_parallel_angle, "theta", "deg"),
+        Measure("meridian_convergence", meridian_convergence, "convergence", "deg", kind="signed"),
+        Measure("log_anisotropy", log_anisotropy, "ln(a/b)"),
+        Measure("log_areal_scale", log_areal_scale, "ln(ab)", kind="signed"),
+        Measure("airy", airy),
+        Measure("kavrayskiy", kavrayskiy),
+        Measure("jordan", jordan),
+        Measure("scale_error_ppm", scale_error_ppm, "ppm", "ppm"),
+        Measure("areal_error_ppm", areal_error_ppm, "", "ppm"),
+        Measure("orientation", orientation, kind="signed"),
+        Measure("flexion", flexion, needs_hessian=True),
+        Measure("skewness", skewness, needs_hessian=True),
+    )
+}
+
+ALIASES: dict[str, str] = {measure.symbol: measure.name for measure in MEASURES.values() if measure.symbol} | {
+    "max_scale": "tissot_semimajor",
+    "min_scale": "tissot_semiminor",
+}
+
+
+_ALLOWED = (
+    "It must be one of fisher, h, k, s, a, b, omega, ... (see 'projdist list measures', or projdist.MEASURES), "
+    "scale@AZIMUTH, or a function of J."
+)
+
+
+def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> Measure:
+    """The measure of a name, a symbol, `scale@AZIMUTH`, or a function of J.
+
+    Parameters
+    ----------
+    measure : str, Measure or callable
+        A name in `MEASURES`; a short symbol, as h, k, s, a, b, omega, theta; the scale in an azimuth of so many degrees
+        clockwise from north; or a function of J (..., 2, 2) that gives values (...). A measure stands for itself.
+
+    Returns
+    -------
+    Measure
+        A function of J (..., 2, 2), or of J and second derivatives (..., 2, 2, 2) where it needs them.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, with close matches, and an azimuth that is no number.
+
+    References
+    ----------
+    Snyder 1987, Map Projections: A Working Manual, equations 4-9 (omega) and 4-14 (theta).
+    Airy 1861, Philosophical Magazine 22:409 (airy); Jordan 1896 (jordan).
+    Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, section 3 (flexion, skewness).
+    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications (fisher).
+
+    Examples
+    --------
+    Of scales 2 and 1, 2 asin(1 / 3) in degrees, and the root of (4 + 1) / 2 half way between their directions:
+
+    >>> J = [[2.0, 0.0], [0.0, 1.0]]
+    >>> [round(float(get_measure(name)(J)), 6) for name in ("omega", "scale@45")]
+    [38.942441, 1.581139]
+    """
+    if isinstance(measure, Measure):
+        return measure
+    if callable(measure):
+        return Measure(getattr(measure, "__name__", "custom"), measure)
+    if not isinstance(measure, str):
+        raise ValueError(f"Invalid measure {quoted(measure)}. {_ALLOWED}")
+    name = ALIASES.get(measure, measure)
+    if name in MEASURES:
+        return MEASURES[name]
+    if name.startswith("scale@"):
+        return _scale_measure(name)
+    hint = hints.suggestion(measure, [*MEASURES, *ALIASES, "scale@AZIMUTH"])
+    raise ValueError(f"Invalid measure {quoted(measure)}. {hint}{_ALLOWED}")
+
+
+def listed_measures(measures: Any) -> list[Any]:
+    """Measures as they are given: those of an iterable, one alone, or none for None."""
+    return [] if measures is None else listed_values(measures, (str, Measure))
+
+
+def _scale_measure(name: str) -> Measure:
+    text = name.partition("@")[2]
+    try:
+        azimuth = float(text)
+    except ValueError:
+        azimuth = np.nan
+    if not np.isfinite(azimuth):
+        raise ValueError(
+            f"Invalid azimuth {quoted(text)} in {quoted(name)}. It must be a number of degrees, as in scale@45."
+        )
+
+    def scale(J: FloatArray) -> FloatArray:
+        """Scale in the given azimuth."""
+        return scale_at(J, azimuth)
+
+    return Measure(name, scale, kind="ratio")

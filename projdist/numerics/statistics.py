@@ -1,0 +1,147 @@
+"""Criteria: functions that turn values and weights into one number.
+
+`CRITERIA` lists them by name; `get_criterion` also takes pNN for a percentile, and any callable
+of (values, weights). Values that are NaN do not count. Weights may be negative, as those of
+`Samples` over polygons are, for means only, which are integrals: the others raise ValueError.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import FloatArray
+from projdist.support import hints, quoted
+
+__all__ = ["CRITERIA", "get_criterion", "quantile"]
+
+Criterion = Callable[[FloatArray, FloatArray], float]
+
+
+def mean(values: FloatArray, weights: FloatArray) -> float:
+    """Weighted arithmetic mean."""
+    values, weights = _defined(values, weights)
+    return float(np.sum(weights * values) / np.sum(weights)) if values.size else np.nan
+
+
+def rms(values: FloatArray, weights: FloatArray) -> float:
+    """Weighted root mean square."""
+    return float(np.sqrt(mean(np.square(values), weights)))
+
+
+def std(values: FloatArray, weights: FloatArray) -> float:
+    """Weighted standard deviation."""
+    return rms(np.asarray(values) - mean(values, weights), weights)
+
+
+def median(values: FloatArray, weights: FloatArray) -> float:
+    """Weighted median."""
+    return quantile(values, weights, 0.5)
+
+
+def p95(values: FloatArray, weights: FloatArray) -> float:
+    """Weighted 95th percentile: 95 % of the area has less."""
+    return quantile(values, weights, 0.95)
+
+
+def maximum(values: FloatArray, weights: FloatArray) -> float:
+    """Largest value of positive weight."""
+    values, _ = _of_positive_weight(values, weights)
+    return float(values.max()) if values.size else np.nan
+
+
+def minimum(values: FloatArray, weights: FloatArray) -> float:
+    """Smallest value of positive weight."""
+    values, _ = _of_positive_weight(values, weights)
+    return float(values.min()) if values.size else np.nan
+
+
+def quantile(values: ArrayLike, weights: ArrayLike, share: float) -> float:
+    """The value below which `share` of the weight lies, linear between the middles of the weights."""
+    values, weights = _of_positive_weight(values, weights)
+    if not values.size:
+        return np.nan
+    order = np.argsort(values)
+    cumulative = np.cumsum(weights[order]) - 0.5 * weights[order]
+    return float(np.interp(share * weights.sum(), cumulative, values[order]))
+
+
+def _defined(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    values, weights = np.asarray(values, dtype=float).ravel(), np.asarray(weights, dtype=float).ravel()
+    if values.shape != weights.shape:
+        raise ValueError(f"Invalid weights of size {weights.size}. There must be one for each of {values.size} values.")
+    count = np.isfinite(values) & np.isfinite(weights) & (weights != 0)
+    return values[count], weights[count]
+
+
+def _of_positive_weight(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """The same, where no weight is negative: a node outside a polygon is no place of it, whatever its weight."""
+    values, weights = _defined(values, weights)
+    if (weights < 0).any():
+        raise ValueError(
+            f"Invalid weight '{weights.min():.3g}'. It must not be negative, as those of samples over polygons are: "
+            "they make means, and no quantiles, maxima or minima; Field.statistic and summarize find these."
+        )
+    return values, weights
+
+
+CRITERIA: dict[str, Criterion] = {
+    "mean": mean,
+    "rms": rms,
+    "std": std,
+    "median": median,
+    "p95": p95,
+    "max": maximum,
+    "min": minimum,
+}
+
+
+_ALLOWED = (
+    f"It must be one of {', '.join(CRITERIA)}, pNN (see 'projdist list criteria'), or a function of values and weights."
+)
+
+
+def get_criterion(criterion: str | Criterion) -> Criterion:
+    """The criterion of a name: a function that turns values and weights into one number.
+
+    Parameters
+    ----------
+    criterion : str or callable
+        A name in `CRITERIA` (mean, rms, std, median, p95, max, min); pNN for a percentile, such as p99 or p99.9; or a
+        function of values (n,) and weights (n,), which stands for itself.
+
+    Returns
+    -------
+    callable
+        A function of values and weights, array_like of one size, that gives a float. What is NaN does not count;
+        nothing but NaN gives NaN. Weights may be negative for mean, rms and std only, the others raise ValueError.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, with close matches.
+
+    References
+    ----------
+    Percentiles are linear between the middles of the weights: for equal ones definition 5 of Hyndman & Fan 1996, Sample
+    Quantiles in Statistical Packages, The American Statistician 50:361.
+
+    Examples
+    --------
+    >>> get_criterion("mean")([1.0, 2.0], [3.0, 1.0]), get_criterion("p50")([1.0, 2.0, 4.0, 8.0], [1.0] * 4)
+    (1.25, 3.0)
+    """
+    if callable(criterion):
+        return criterion
+    if not isinstance(criterion, str):
+        raise ValueError(f"Invalid criterion {quoted(criterion)}. {_ALLOWED}")
+    if criterion in CRITERIA:
+        return CRITERIA[criterion]
+    percentile = re.fullmatch(r"p(\d{1,2}(?:\.\d+)?)", criterion)
+    if percentile:
+        return functools.partial(quantile, share=float(percentile[1]) / 100.0)
+    raise ValueError(f"Invalid criterion {quoted(criterion)}. {hints.suggestion(criterion, CRITERIA)}{_ALLOWED}")

@@ -1,0 +1,25 @@
+from .colours import ColourScale
+from .figures import SUFFIXES, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
+from .ground import ground_map
+from .local_fields import local_field
+from .mosaics import mosaic_figure
+from .oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
+from .pictures import heatmap, tissot
+
+__all__ = [
+    "OLD_MAP_MEASURES",
+    "OLD_MAP_PANELS",
+    "SUFFIXES",
+    "ColourScale",
+    "ground_map",
+    "heatmap",
+    "heatmap_figure",
+    "ldp_figure",
+    "local_field",
+    "local_figure",
+    "mosaic_figure",
+    "old_map_figure",
+    "save",
+    "tissot",
+    "tissot_figure",
+]

@@ -1,0 +1,109 @@
+from . import worldmaps
+from .catalogue import NAMES, WINKEL_PARALLEL
+from .composed import compose, uncomposed
+from .database import (
+    AUTHORITIES,
+    CRS,
+    OF_A_SPHERE,
+    Conversion,
+    CrsRecord,
+    DatabaseCrs,
+    check_authorities,
+    crs_records,
+    load_crs,
+    reasons_against,
+    to_pyproj,
+)
+from .definitions import crs_wkt, geodetic_ellipsoid, unprojected
+from .errors import GridError, ProjectionError
+from .exports import parameters_of, pipeline_of, wkt_of
+from .geodesy import area_of_use, crs_of, geodesic_lengths, geodesic_points, geodesics, to_lonlat
+from .inputs import listed_projections
+from .names import needed_parameters, projection_names
+from .natures import Nature, nature_of
+from .parameters import defined_by, number_text, with_parameters
+from .planes import Graticule, Plane, Source, geographic, graticule_of, plane_of, same_map, source_of
+from .point_tables import (
+    MISSING,
+    Frame,
+    add_columns,
+    check_degrees,
+    check_new_names,
+    is_frame,
+    is_geographic,
+    places,
+    tell_of_missing,
+)
+from .projection import Projection, ProjectionLike
+from .registry import UNKNOWN, Facts, facts_of
+from .shifts import DatumShift, datum_shift, keeps_datum, kept_datum
+from .worldmaps import WORLD_MAPS, distance_around_edge
+
+__all__ = [
+    "AUTHORITIES",
+    "CRS",
+    "MISSING",
+    "NAMES",
+    "OF_A_SPHERE",
+    "UNKNOWN",
+    "WINKEL_PARALLEL",
+    "WORLD_MAPS",
+    "Conversion",
+    "CrsRecord",
+    "DatabaseCrs",
+    "DatumShift",
+    "Facts",
+    "Frame",
+    "Graticule",
+    "GridError",
+    "Nature",
+    "Plane",
+    "Projection",
+    "ProjectionError",
+    "ProjectionLike",
+    "Source",
+    "add_columns",
+    "area_of_use",
+    "check_authorities",
+    "check_degrees",
+    "check_new_names",
+    "compose",
+    "crs_of",
+    "crs_records",
+    "crs_wkt",
+    "datum_shift",
+    "defined_by",
+    "distance_around_edge",
+    "facts_of",
+    "geodesic_lengths",
+    "geodesic_points",
+    "geodesics",
+    "geodetic_ellipsoid",
+    "geographic",
+    "graticule_of",
+    "is_frame",
+    "is_geographic",
+    "keeps_datum",
+    "kept_datum",
+    "listed_projections",
+    "load_crs",
+    "nature_of",
+    "needed_parameters",
+    "number_text",
+    "parameters_of",
+    "pipeline_of",
+    "places",
+    "plane_of",
+    "projection_names",
+    "reasons_against",
+    "same_map",
+    "source_of",
+    "tell_of_missing",
+    "to_lonlat",
+    "to_pyproj",
+    "uncomposed",
+    "unprojected",
+    "with_parameters",
+    "wkt_of",
+    "worldmaps",
+]

@@ -1,0 +1,172 @@
+"""The parameters of PROJ strings: those that are no numbers are refused, those that change nothing are told of.
+
+PROJ reads a number as far as it is one, so that `+lat_ts=abc` is 0 and `+x_0=10km` is 10, and passes over what it
+does not know. What it has read of a string is in the definition that it gives back.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+import pyproj.exceptions
+from pyproj import Transformer
+
+from projdist.projections.catalogue import NOT_MAPS
+from projdist.projections.errors import ProjectionError
+from projdist.projections.operations import transform
+from projdist.support import close_words, did_you_mean, shown, tell
+
+ANGLES = frozenset(
+    """alpha asc_lon azi gamma inc_angle lat_0 lat_1 lat_2 lat_3 lat_b lat_ts lon_0 lon_1 lon_2 lon_3 lon_wrap lonc
+    o_alpha o_lat_1 o_lat_2 o_lat_c o_lat_p o_lon_1 o_lon_2 o_lon_c o_lon_p phdg_0 plat_0 plon_0 theta tilt""".split()
+)
+NUMBERS = frozenset(
+    """M R R_lat_a R_lat_g W a b e es f h h_0 k k_0 m n ps_rev q rf rot_xy s11 s12 s13 s21 s22 s23 s31 s32 s33 scrollx
+    scrolly t_0 toff tscale x_0 xoff y_0 yoff z_0 zoff""".split()
+)
+WHOLE_NUMBERS = frozenset("aperture lsat north_square path resolution south_square zone".split())
+FLAGS = frozenset("approx exact geoc guam inv no_cut no_rot ns omit_fwd omit_inv over south".split())
+_TEXTS = frozenset("algo axis ellps mode no_off no_uoff o_proj orient pm shape sweep to_meter units".split())
+"""The parameters of maps by what PROJ reads of them, from its source and the strings in its library."""
+
+# Of every map PROJ reads these, whether the map has them or not.
+_READ_OF_ALL = {"lat_0": 0.0, "lon_0": 0.0, "x_0": 0.0, "y_0": 0.0, "k_0": 1.0, "k": 1.0}
+_OTHERS = {"lat_0": "37.25", "lon_0": "11.75", "x_0": "12345", "y_0": "12345", "k_0": "1.625", "k": "1.625"}
+# What maps have as constants, and PROJ writes of their CRSs: as such it is no news.
+_CONSTANTS = {
+    "krovak": {"alpha": 30.28813975},
+    "mod_krovak": {"alpha": 30.28813975},
+    "nzmg": {"lat_0": -41.0, "lon_0": 173.0, "x_0": 2510000.0, "y_0": 6023150.0},
+    "peirce_q": {"lat_0": 90.0},
+}
+_SAME = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and ESRI another last digit
+# What a step is and which way it goes, and what makes no difference to a map.
+_BESIDE = frozenset(
+    """proj step inv omit_fwd omit_inv title init type no_defs wktext towgs84 nadgrids geoidgrids vunits vto_meter
+    geoid_crs datum""".split()
+)
+
+_FIGURE = r"(?:\d+(?:_\d+)*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = re.compile(rf"[+-]?{_FIGURE}")
+_ANGLE = re.compile(rf"[+-]?(?=[\d.])(?:{_FIGURE}[rR]|(?:{_FIGURE}[dD°])?(?:{_FIGURE}')?(?:{_FIGURE}\"?)?)[NSEWnsew]?")
+_WHOLE = re.compile(r"[+-]?\d+")
+_FLAG = re.compile(r"(?:[TtFf]\w*)?")
+
+
+def check_values(tokens: Iterable[str], text: str) -> None:
+    """Refuse values of a PROJ string that are not what PROJ would read them as; raises ProjectionError."""
+    kinds = (
+        (ANGLES, _ANGLE, "an angle in degrees, as 10.5, 10d30' or 10d30'15\"W, or in radians, as 0.18r"),
+        (NUMBERS, _NUMBER, "a finite number"),
+        (WHOLE_NUMBERS, _WHOLE, "a whole number"),
+        (FLAGS, _FLAG, "without a value, or be T or F"),
+    )
+    for token in tokens:
+        key, _, value = token.partition("=")
+        for keys, form, kind in kinds:
+            if key in keys and not (form.fullmatch(value) and _is_finite(value)):
+                raise ProjectionError(f"Invalid parameter '+{shown(token)}' in '{shown(text)}'. It must be {kind}.")
+
+
+def _is_finite(value: str) -> bool:
+    """Whether no figure in a value is too large to be a number."""
+    return all(math.isfinite(float(figure.replace("_", ""))) for figure in re.findall(_FIGURE, value))
+
+
+def tell_of_idle(tokens: Sequence[str]) -> None:
+    """Tell of the parameters of a PROJ string, or of a pipeline's steps, that change nothing."""
+    common, *steps = _steps(tokens)
+    if not steps:
+        common, steps = [], [common]
+    made = [(step, definition) for step in steps if (definition := _definition([*step, *common]))]
+    for token in common:
+        if made and all(_is_unread(token, read) for _, read in made):
+            tell(_message(token, made[0][0]))
+    for step, read in made:
+        for token in step:
+            if _is_constant(token, step):
+                continue
+            if _is_unread(token, read) or _is_in_vain(token, [*step, *common]):
+                tell(_message(token, step))
+
+
+def _steps(tokens: Sequence[str]) -> Iterator[list[str]]:
+    """What stands before the first step, and each step."""
+    found: list[str] = []
+    for token in tokens:
+        if token == "step":
+            yield found
+            found = []
+        else:
+            found.append(token)
+    yield found
+
+
+def _made(tokens: Iterable[str]) -> Transformer | None:
+    """PROJ's operation of one step, forwards; None where it has none."""
+    words = " ".join(f"+{token}" for token in tokens if token not in ("inv", "proj=pipeline"))
+    try:
+        return Transformer.from_pipeline(words)
+    except pyproj.exceptions.ProjError:
+        return None
+
+
+def _definition(tokens: Iterable[str]) -> set[str]:
+    """The parameters that PROJ has read of a step."""
+    made = _made(tokens)
+    return set(made.definition.split()) if made else set()
+
+
+def _is_unread(token: str, read: set[str]) -> bool:
+    key, _, value = token.partition("=")
+    return key not in _BESIDE and (token if value else key) not in read
+
+
+def _is_constant(token: str, step: Sequence[str]) -> bool:
+    """Whether a parameter has the value that the map has as a constant."""
+    key, _, value = token.partition("=")
+    constant = _CONSTANTS.get(_operation(step), {}).get(key, math.nan)
+    return bool(_NUMBER.fullmatch(value)) and abs(float(value.replace("_", "")) - constant) < _SAME
+
+
+def _is_in_vain(token: str, step: Sequence[str]) -> bool:
+    """Whether a parameter that is read of every map, and has not the value that it has of itself, changes nothing."""
+    key, _, value = token.partition("=")
+    if key not in _READ_OF_ALL or _operation(step) in NOT_MAPS:
+        return False
+    if _NUMBER.fullmatch(value) and float(value.replace("_", "")) == _READ_OF_ALL[key]:
+        return False
+    rest = [other for other in step if other is not token]
+    return _same_map(step, rest) and _same_map(step, [*rest, f"{key}={_OTHERS[key]}"])
+
+
+def _same_map(one: Sequence[str], other: Sequence[str]) -> bool:
+    lon, lat = (values.ravel() for values in np.meshgrid(np.linspace(-170.0, 175.0, 24), np.linspace(-80.0, 85.0, 12)))
+    maps = [made for made in map(_made, (one, other)) if made]
+    if len(maps) < 2:
+        return False
+    here, there = (np.array(transform(made, lon, lat)) for made in maps)
+    return bool(np.array_equal(here, there, equal_nan=True))
+
+
+def _operation(step: Iterable[str]) -> str:
+    return next((token[5:] for token in step if token.startswith("proj=")), "")
+
+
+def _message(token: str, step: Sequence[str]) -> str:
+    hint = did_you_mean(list(_meant(token, step)))
+    return f"PROJ makes no use of '+{shown(token)}' with {_operation(step)}. {hint}".rstrip()
+
+
+def _meant(token: str, step: Sequence[str]) -> Iterator[str]:
+    """Parameters with nearly the name of another one, that PROJ reads of this map and that are not there."""
+    key, equals, value = token.partition("=")
+    present = {other.partition("=")[0] for other in step}
+    rest = [other for other in step if other is not token]
+    for name in close_words(key.lower(), sorted(ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | _TEXTS)):
+        meant = f"{name}{equals}{value}"
+        if name not in present and meant in _definition([*rest, meant]):
+            yield name

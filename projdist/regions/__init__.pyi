@@ -1,0 +1,37 @@
+from .border import Border
+from .boxes import GLOBE, Box, bounding_box
+from .caps import Cap
+from .combined import combine
+from .files import polygons_from_geojson
+from .language import Place, RegionLike, get_region, weighted_points
+from .parts import main_part
+from .patches import height_of, latitude_of
+from .points import PointSet
+from .polygons import Polygons
+from .reading import crs_name
+from .region import ChartPoints, Clips, Region
+from .shares import share_in
+
+__all__ = [
+    "GLOBE",
+    "Border",
+    "Box",
+    "Cap",
+    "ChartPoints",
+    "Clips",
+    "Place",
+    "PointSet",
+    "Polygons",
+    "Region",
+    "RegionLike",
+    "bounding_box",
+    "combine",
+    "crs_name",
+    "get_region",
+    "height_of",
+    "latitude_of",
+    "main_part",
+    "polygons_from_geojson",
+    "share_in",
+    "weighted_points",
+]

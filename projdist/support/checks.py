@@ -1,0 +1,115 @@
+"""Values that people give, checked at the public door: each returns what it takes, or raises one clear ValueError."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import FloatArray
+from projdist.support import hints
+
+__all__ = [
+    "check_choice",
+    "check_degrees",
+    "check_instance",
+    "check_number",
+    "check_numbers",
+    "check_pair",
+    "check_path",
+    "check_text",
+    "check_whole_number",
+    "listed_values",
+    "quoted",
+]
+
+_Kind = TypeVar("_Kind")
+
+
+def quoted(value: Any) -> str:
+    """A value for a message, in quotation marks."""
+    return f"'{hints.shown(value if isinstance(value, str) else repr(value))}'"
+
+
+def check_number(thing: str, value: Any) -> float:
+    """A value as a number; True and text are none."""
+    if not isinstance(value, bool | str | bytes | np.ndarray):
+        try:
+            return float(value)
+        except (TypeError, ValueError):
+            pass  # said below
+    raise ValueError(f"Invalid {thing} {quoted(value)}. It must be a number.")
+
+
+def check_whole_number(thing: str, value: Any) -> int:
+    """A value as a whole number that is not negative."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+        raise ValueError(f"Invalid {thing} {quoted(value)}. It must be a whole number, 0 or more.")
+    return int(value)
+
+
+def check_numbers(thing: str, values: Any) -> FloatArray:
+    """Values as an array of numbers."""
+    if values is not None:
+        try:
+            return np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            pass  # said below
+    raise ValueError(f"Invalid {thing} {quoted(values)}. They must be numbers.")
+
+
+def check_pair(thing: str, value: Any) -> tuple[float, float]:
+    """Two numbers."""
+    pair = check_numbers(thing, value)
+    if pair.shape != (2,):
+        raise ValueError(f"Invalid {thing} {quoted(value)}. They must be two numbers.")
+    return float(pair[0]), float(pair[1])
+
+
+def check_degrees(lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes as arrays of one shape; what is not finite is NaN."""
+    pair = check_numbers("longitudes", lon), check_numbers("latitudes", lat)
+    try:
+        lons, lats = np.broadcast_arrays(*(np.where(np.isfinite(values), values, np.nan) for values in pair))
+    except ValueError as error:
+        shapes = " and ".join(str(values.shape) for values in pair)
+        raise ValueError(f"Invalid points. Longitudes and latitudes of shapes {shapes} are no pairs.") from error
+    return lons, lats
+
+
+def check_choice(thing: str, value: Any, allowed: Collection[str], *, also: str = "") -> str:
+    """One of the words that are allowed; `also` tells what else would be taken."""
+    if isinstance(value, str) and value in allowed:
+        return value
+    hint = hints.suggestion(value, allowed) if isinstance(value, str) else ""
+    raise ValueError(f"Invalid {thing} {quoted(value)}. {hint}It must be one of {', '.join(allowed)}{also}.")
+
+
+def check_text(thing: str, value: Any) -> str:
+    """A value that is text."""
+    return check_instance(thing, value, str, "text")
+
+
+def check_path(thing: str, value: Any) -> Path:
+    """A path of text or of a path."""
+    try:
+        return Path(value)
+    except TypeError as error:
+        raise ValueError(f"Invalid {thing} {quoted(value)}. It must be the path of a file.") from error
+
+
+def check_instance(thing: str, value: Any, kind: type[_Kind], what: str) -> _Kind:
+    """A value that is of a type of projdist's."""
+    if not isinstance(value, kind):
+        raise ValueError(f"Invalid {thing} {quoted(value)}. It must be {what}.")
+    return value
+
+
+def listed_values(values: Any, one: tuple[type, ...] = (str,)) -> list[Any]:
+    """The values of an iterable; what is no iterable, or of a type that is one value, stands alone."""
+    if isinstance(values, (*one, bytes)) or not isinstance(values, Iterable):
+        return [values]
+    return list(values)

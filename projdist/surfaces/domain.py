@@ -1,0 +1,186 @@
+"""What of a map is drawn: the region asked for, less the parts that run off to infinity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.numerics import quantile
+from projdist.projections import Projection
+from projdist.regions import GLOBE, Box, Place, PointSet, RegionLike, get_region
+from projdist.support import check_number
+
+Bounds = tuple[float, float, float, float]
+
+POLE = 90.0 - 1e-5
+"""The latitude taken for a pole: 1 m away, where longitudes are still apart by more than rounding."""
+
+
+def longitude_width(bounds: Bounds) -> float:
+    """Degrees of longitude from west to east, up to 360."""
+    width = bounds[2] - bounds[0]
+    return width if width < 360.0 - 1e-9 else 360.0
+
+
+def ground_size(bounds: Bounds) -> tuple[float, float]:
+    """Width and height in degrees on the ground, at the middle latitude, or across the pole if that is less."""
+    _, south, _, north = bounds
+    width = longitude_width(bounds) * np.cos(np.radians(0.5 * (south + north)))
+    equatorward = max(south, -north)
+    across = 2.0 * (90.0 - equatorward) if equatorward > 0 and longitude_width(bounds) > 180.0 else np.inf
+    return float(min(width, across)), north - south
+
+
+def check_step(step: float) -> None:
+    """Refuse what is no distance between points or lines, in degrees."""
+    if not 0.0 < check_number("step", step) < np.inf:
+        raise ValueError(f"Invalid step '{step}'. It must be a positive number of degrees.")
+
+
+def normalised(lon: FloatArray) -> FloatArray:
+    """Longitudes in -180 .. 180; those that are there already keep every digit."""
+    return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
+
+
+@dataclass(frozen=True)
+class Domain:
+    """The drawn part of a projection; call it for x, y in metres, NaN outside."""
+
+    projection: Projection
+    region: Place
+    beyond: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None = None
+
+    def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Coordinates in metres of points in degrees, NaN where the point is not drawn."""
+        lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
+        lon = normalised(lon)
+        x, y = self.projection(lon, lat)
+        outside = ~np.isfinite(x)
+        if self.region != GLOBE:
+            outside |= ~self.region.contains(lon, lat)
+        if self.beyond is not None:
+            outside |= self.beyond(x, y, *rough_scales(self.projection, lon, lat))
+        return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
+
+    @property
+    def unclipped(self) -> Domain:
+        """The domain of which this one is a polygon: the box around it; others are themselves."""
+        if isinstance(self.region, PointSet) or not len(self.region.edges):
+            return self
+        return replace(self, region=Box(*self.region.bounds))
+
+    @property
+    def radius(self) -> float:
+        """The semi-major axis of the Earth in metres."""
+        return self.projection.ellipsoid.a
+
+
+def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
+    """The drawn part of a projection in a region; None is its area of use, or the globe."""
+    if region is None:
+        region = Box(*projection.area_of_use) if projection.area_of_use else GLOBE
+    region = get_region(region)
+    return Domain(projection, region, _beyond(projection, region))
+
+
+_STEP = 2e-5  # degrees; 2 m on the ground, where differences still have 9 digits
+
+
+def rough_scales(projection: Projection, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Principal scales a >= b by differences over 2 m, to 5 digits or so.
+
+    Each direction takes the smaller of its two one-sided differences, so that a seam in between
+    does not pass for a scale.
+    """
+    lat = np.clip(lat, -POLE + _STEP, POLE - _STEP)
+    east = _STEP / np.cos(np.radians(lat))
+    lons = normalised(np.stack([lon, lon + east, lon - east, lon, lon]))
+    lats = np.stack([lat, lat, lat, lat + _STEP, lat - _STEP])
+    x, y = projection(lons, lats)
+    metres = np.radians(_STEP) * projection.ellipsoid.a
+    columns = []
+    for one, other in ((1, 2), (3, 4)):
+        dx, dy = (x[[one, other]] - x[0]) / metres, (y[[one, other]] - y[0]) / metres
+        length = np.where(np.isfinite(dx), np.hypot(dx, dy), np.inf)
+        first = length[0] <= length[1]
+        columns.append((np.where(first, dx[0], -dx[1]), np.where(first, dy[0], -dy[1])))
+    (xe, ye), (xn, yn) = columns
+    total = np.hypot(xe + yn, ye - xn)
+    difference = np.hypot(xe - yn, ye + xn)
+    return 0.5 * (total + difference), 0.5 * np.abs(total - difference)
+
+
+# Multiples of the part with usual scales. Maps that end reach 1.6 (van der Grinten); Mercator's, which grows slowly,
+# is at 1.46 by 89 degrees and at 4 a metre from the pole.
+_CORE, _FAR, _ENDLESS = 0.9, 1.35, 2.5
+_LARGE = 12.0  # Mercator's scale at 85.2 degrees, the gnomonic map's at 73 degrees from the centre
+
+
+def _beyond(
+    projection: Projection, region: Place
+) -> Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None:
+    """The test (x, y, a, b) for the parts that run off to infinity; None for maps that do not."""
+    west, south, _, north = region.bounds
+    u = west + longitude_width(region.bounds) * (np.arange(180) + 0.5) / 180
+    v = np.clip(south + (north - south) * np.linspace(0.0, 1.0, 121), -POLE, POLE)
+    lon, lat = np.meshgrid(normalised(u), v)
+    x, y = projection(lon, lat)
+    a, b = rough_scales(projection, lon, lat)
+    inside = np.isfinite(x + a + b) & region.contains(lon, lat)
+    if inside.sum() < 3:
+        return None
+    x, y, a, b = (value[inside] for value in (x, y, a, b))
+    area = np.cos(np.radians(lat[inside]))
+    a_limit = _LARGE * quantile(a, area, 0.05)
+    near = a <= a_limit
+    b_limit = 2.0 * quantile(b[near], area[near], 0.5)
+    centre = np.array([x[near].mean(), y[near].mean()])
+    hull = shapely.convex_hull(shapely.MultiPoint(np.column_stack([x[near], y[near]]) - centre))
+    core, far, endless = (
+        shapely.transform(hull, lambda xy, factor=factor: xy * factor) for factor in (_CORE, _FAR, _ENDLESS)
+    )
+    # A large scale alone is no reason: it is found at pole lines, antipodes and the corners of conformal
+    # squares, where the map ends a little farther out.
+    farthest = _farthest(projection, region, centre, lon[inside], lat[inside], x, y)
+    if shapely.contains_xy(endless, *(farthest - centre)):
+        return None
+    shapely.prepare(core)
+    shapely.prepare(far)
+
+    def beyond(x: FloatArray, y: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
+        x, y = x - centre[0], y - centre[1]
+        large = (a > a_limit) & ~shapely.contains_xy(core, x, y)
+        return np.asarray(large & ((b > b_limit) | ~shapely.contains_xy(far, x, y)))
+
+    return beyond
+
+
+def _farthest(
+    projection: Projection,
+    region: Place,
+    centre: FloatArray,
+    lon: FloatArray,
+    lat: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+) -> FloatArray:
+    """x, y of about the farthest point from `centre`, by a search round the farthest of given points."""
+    best = int(np.argmax(np.hypot(x - centre[0], y - centre[1])))
+    place, top = (float(lon[best]), float(lat[best])), np.array([x[best], y[best]])
+    span, offsets = 2.0, np.linspace(-1.0, 1.0, 9)
+    while span > 1e-4:
+        lons = normalised(place[0] + span * offsets[:, None] / max(np.cos(np.radians(place[1])), 1e-3))
+        lons, lats = np.broadcast_arrays(lons, np.clip(place[1] + span * offsets, -POLE, POLE))
+        xs, ys = projection(lons, lats)
+        distance = np.hypot(xs - centre[0], ys - centre[1])
+        distance = np.where(np.isfinite(distance) & region.contains(lons, lats), distance, -1.0)
+        best = int(np.argmax(distance))
+        if distance.flat[best] > np.hypot(*(top - centre)):
+            place, top = (float(lons.flat[best]), float(lats.flat[best])), np.array([xs.flat[best], ys.flat[best]])
+        span /= 3.0
+    return top

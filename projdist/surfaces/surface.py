@@ -1,0 +1,346 @@
+"""The drawn part of a map as triangles that end exactly at seams and edges, and its outline.
+
+The vertices are a grid of longitude and latitude, turned so that its poles lie where the map has its
+singular points (pole lines, antipodes): there a whole row of nodes stands for the one point. Cells
+that are torn are cut into polygons that reach to the images of the seam on their own side; where
+such a polygon runs along the seam, the map has its outline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.field import Links, Map, drawn, evaluate, find_tears
+from projdist.projections import Projection, ProjectionLike
+from projdist.regions import GLOBE, RegionLike
+from projdist.surfaces.domain import POLE, Domain, domain_of, ground_size, longitude_width, normalised
+from projdist.surfaces.turned_grids import Frame, frame_of
+
+_TURNED_POLE = 90.0 - 0.02  # farther out than the error of the place, and still less than a pixel
+_GLOBE_STEP = 0.6
+_REGION_NODES = 200
+_LONGEST = 0.25  # of the map's size: no cell is that long, unless it spans a seam that was not seen
+_OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitudes where seams are
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles over the drawn part of a map.
+
+    The first `nodes` vertices are grid nodes, the others images of seams; `source` is the node
+    whose side each vertex is on. `whole` are the four corners of untorn cells, (m, 4); `cut` the
+    vertex indices of the polygons of torn cells. `weights` are shares of the nodes in the whole, half
+    by their area on the ground and half on the map. `extent` is the smallest and largest x, then y.
+    """
+
+    domain: Domain
+    frame: Frame
+    shape: tuple[int, int]
+    u: FloatArray
+    v: FloatArray
+    x: FloatArray
+    y: FloatArray
+    source: IntArray
+    weights: FloatArray
+    extent: tuple[float, float, float, float]
+    whole: IntArray
+    cut: tuple[IntArray, ...]
+    triangles: IntArray
+    outline: FloatArray
+    central_meridian: float | None
+
+    @property
+    def nodes(self) -> int:
+        """The number of grid nodes."""
+        return self.shape[0] * self.shape[1]
+
+    def lonlat(self) -> tuple[FloatArray, FloatArray]:
+        """Longitudes and latitudes of the vertices; longitudes may run beyond 180."""
+        return self.frame.geographic(self.u, self.v)
+
+
+def build_surface(domain: Domain, step: float | None = None) -> Surface:
+    """The surface of a domain, with cells of `step` degrees (0.6 for the globe, 1/200 of smaller regions)."""
+    frame = frame_of(domain)
+    u, v, wraps = _grid(domain, frame, step)
+
+    def function(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return domain(*frame.geographic(u, v))
+
+    uu, vv = np.meshgrid(u, v)
+    points = evaluate(function, uu, vv)
+    if not drawn(points).any():
+        raise ValueError(f"Invalid region for '{domain.projection.name}'. No part of it can be projected.")
+    right = np.concatenate([points[:, 1:], points[:, :1] + [360.0, 0, 0, 0]], axis=1) if wraps else points[:, 1:]
+    left = points if wraps else points[:, :-1]
+    across = find_tears(function, left.reshape(-1, 4), right.reshape(-1, 4), domain.radius)
+    along = find_tears(function, points[:-1].reshape(-1, 4), points[1:].reshape(-1, 4), domain.radius)
+    return _Builder(domain, frame, function, points, across, along, wraps).surface()
+
+
+def _grid(domain: Domain, frame: Frame, step: float | None) -> tuple[FloatArray, FloatArray, bool]:
+    bounds = GLOBE.bounds if frame.axes is not None else domain.region.bounds
+    west, south, _, north = bounds
+    width, height = longitude_width(bounds), north - south
+    wraps = width == 360.0
+    if step is None:
+        step = min(_GLOBE_STEP, max(ground_size(bounds)) / _REGION_NODES)
+    # A degree of longitude is longest next to the equator.
+    longest = np.cos(np.radians(max(south, -north, 0.0)))
+    columns = max(int(np.ceil(width * longest / step)), 8)
+    rows = max(int(np.ceil(height / step)), 8)
+    # The edges of a region are taken from just inside, so that `contains` does not depend on rounding.
+    inset = max(1e-9 * max(width, height), 1e-12)
+    if wraps:
+        u = west + (np.arange(columns) + _OFFSET) * (width / columns)
+    else:
+        u = np.concatenate([[inset], (np.arange(columns) + _OFFSET) * (width / columns), [width - inset]]) + west
+    v = np.concatenate([[inset], (np.arange(rows) + _OFFSET) * (height / rows), [height - inset]]) + south
+    pole = POLE if frame.axes is None else _TURNED_POLE
+    return np.asarray(u), np.clip(v, -pole, pole), wraps
+
+
+# ---- cells ----------------------------------------------------------------------------------
+
+
+class _Builder:
+    """Collects vertices, polygons and outline segments while the torn cells are walked."""
+
+    def __init__(
+        self,
+        domain: Domain,
+        frame: Frame,
+        function: Map,
+        points: FloatArray,
+        across: Links,
+        along: Links,
+        wraps: bool,
+    ) -> None:
+        self.domain, self.frame, self.function, self.wraps = domain, frame, function, wraps
+        self.rows, self.columns = points.shape[:2]
+        self.points = points
+        self.across, self.along = across, along
+        self.width = self.columns if wraps else self.columns - 1  # links in a row
+        self.extra: list[FloatArray] = []
+        self.source: list[int] = []
+        self.images: dict[tuple[int, int, int], int] = {}
+
+    def surface(self) -> Surface:
+        rows, columns, width = self.rows, self.columns, self.width
+        node = np.arange(rows * columns).reshape(rows, columns)
+        right = np.roll(node, -1, axis=1)[:, :width]
+        node = node[:, :width]
+        corners = np.stack([node[:-1], right[:-1], right[1:], node[1:]], axis=-1)
+        # The links of a cell, in the order of its corners: below, right, above, left.
+        across = np.arange(rows * width).reshape(rows, width)
+        along = np.arange((rows - 1) * columns).reshape(rows - 1, columns)
+        links = np.stack([across[:-1], np.roll(along, -1, axis=1)[:, :width], across[1:], along[:, :width]], axis=-1)
+        torn = np.stack(
+            [
+                self.across.torn[links[..., 0]],
+                self.along.torn[links[..., 1]],
+                self.across.torn[links[..., 2]],
+                self.along.torn[links[..., 3]],
+            ],
+            axis=-1,
+        )
+        whole = corners[~torn.any(axis=-1)]
+        longest = _LONGEST * self._size()
+        whole = whole[self._lengths(self.points.reshape(-1, 4)[whole, 2:]) < longest]
+        cells = np.argwhere(torn.any(axis=-1) & drawn(self.points.reshape(-1, 4)[corners]).any(axis=-1))
+        walked = [(p, j, i) for j, i in cells for p in self._walk(corners[j, i], links[j, i], torn[j, i])]
+        polygons = [polygon for polygon, _, _ in walked if self._length(polygon) < longest]
+        places = [(j, i) for polygon, j, i in walked if self._length(polygon) < longest]
+        self._reach_out(polygons, places)
+        cut = [np.array(polygon) for polygon in polygons]
+        segments = [pair for polygon in polygons for pair in self._seam_sides(polygon)]
+        self._edges(segments)
+        vertices = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])
+        fans = [np.column_stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]]) for p in cut if len(p) > 2]
+        triangles = np.concatenate([whole[:, [0, 1, 2]], whole[:, [0, 2, 3]], *fans])
+        u, v, x, y = vertices.T
+        nodes = rows * columns
+        sources = np.concatenate([np.arange(nodes), np.array(self.source, dtype=int)])
+        used = np.zeros(len(vertices), dtype=bool)
+        used[triangles] = True
+        extent = (x[used].min(), x[used].max(), y[used].min(), y[used].max())
+        return Surface(
+            domain=self.domain,
+            frame=self.frame,
+            shape=(rows, columns),
+            u=u,
+            v=v,
+            x=x,
+            y=y,
+            source=sources,
+            weights=_weights(x, y, v, triangles, sources, nodes),
+            extent=(float(extent[0]), float(extent[1]), float(extent[2]), float(extent[3])),
+            whole=whole,
+            cut=tuple(cut),
+            triangles=triangles,
+            outline=self._outline(vertices, segments),
+            central_meridian=self._central_meridian(),
+        )
+
+    def _walk(self, corners: IntArray, links: IntArray, torn: BoolArray) -> list[list[int]]:
+        """The polygons of a torn cell, each closed along a seam by the side from its last vertex to its first.
+
+        Untorn links join the corners to runs; each run, with the images of the seam on the links
+        before and after it, is a polygon.
+        """
+        polygons = []
+        for first in range(4):
+            if not torn[first - 1] or not np.isfinite(self.points.reshape(-1, 4)[corners[first], 2]):
+                continue
+            polygon = [self._image(links, first - 1, corners[first], after=True), int(corners[first])]
+            last = first
+            while not torn[last % 4]:
+                last += 1
+                polygon.append(int(corners[last % 4]))
+            polygon.append(self._image(links, last, corners[last % 4], after=False))
+            polygons.append(polygon)
+        return polygons
+
+    def _image(self, links: IntArray, side: int, corner: int, *, after: bool) -> int:
+        """The vertex of the seam's image on a side of a cell, next to the corner before or after it."""
+        side %= 4
+        # The sides above and left are walked against the direction of their links.
+        stop = after == (side in (0, 1))
+        group = 0 if side in (0, 2) else 1
+        key = (group, int(links[side]), int(stop))
+        if key not in self.images:
+            table = self.along if group else self.across
+            self.images[key] = self._add((table.stop if stop else table.start)[links[side]], int(corner))
+        return self.images[key]
+
+    def _add(self, point: FloatArray, source: int) -> int:
+        self.extra.append(point)
+        self.source.append(source)
+        return int(self.rows * self.columns) + len(self.source) - 1
+
+    def _edges(self, segments: list[tuple[int, int]]) -> None:
+        """Add the first and last rows, and the first and last columns where the grid does not wrap."""
+        node = np.arange(self.rows * self.columns).reshape(self.rows, self.columns)
+        across = np.arange(self.rows * self.width).reshape(self.rows, self.width)
+        along = np.arange((self.rows - 1) * self.columns).reshape(self.rows - 1, self.columns)
+        for j in (0, self.rows - 1):
+            if self._is_point(self.points[j]):
+                continue
+            self._edge(segments, self.across, across[j], node[j], np.roll(node[j], -1), 0)
+        if not self.wraps:
+            for i in (0, self.columns - 1):
+                self._edge(segments, self.along, along[:, i], node[:-1, i], node[1:, i], 1)
+
+    def _is_point(self, row: FloatArray) -> bool:
+        """Whether a row is a pole that has a point for its image, all or in each lobe."""
+        steps = np.hypot(*np.diff(row[:, 2:], axis=0).T)
+        return bool(np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size())
+
+    def _size(self) -> float:
+        """The greater of width and height of the map."""
+        xy = self.points[..., 2:].reshape(-1, 2)
+        return float(np.max(np.nanmax(xy, axis=0) - np.nanmin(xy, axis=0)))
+
+    def _reach_out(self, polygons: list[list[int]], cells: list[tuple[int, int]]) -> None:
+        """Give polygons a vertex on the seam between its two crossings of the cell, so that corners stay sharp."""
+        if not polygons:
+            return
+        u, v = self.points[0, :, 0], self.points[:, 0, 1]
+        u = np.append(u, u[:1] + 360.0) if self.wraps else u
+        j, i = np.array(cells).T
+        low, high = np.column_stack([u[i], v[j]]), np.column_stack([u[i + 1], v[j + 1]])
+        vertices = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra)])
+        if self.wraps:
+            # In the column where the grid closes, nodes are one turn away from their neighbours.
+            turns = [
+                np.round((0.5 * (a + b) - vertices[p, 0]) / 360.0)
+                for p, a, b in zip(polygons, u[i], u[i + 1], strict=True)
+            ]
+        else:
+            turns = [np.zeros(len(p)) for p in polygons]
+        local = [vertices[p, :2] + np.outer(turn, [360.0, 0.0]) for p, turn in zip(polygons, turns, strict=True)]
+        centre = np.array([uv.mean(axis=0) for uv in local])
+        direction = np.array([0.5 * (uv[0] + uv[-1]) for uv in local]) - centre
+        with np.errstate(divide="ignore", invalid="ignore"):
+            walls = np.where(direction > 0, (high - centre) / direction, (low - centre) / direction)
+        reach = np.nan_to_num(np.fmin(walls[:, 0], walls[:, 1]), nan=0.0, posinf=0.0, neginf=0.0)
+        centre = evaluate(self.function, *centre.T)
+        corner = vertices[[p[1] for p in polygons]]
+        corner[:, :2] = [uv[1] for uv in local]
+        far = evaluate(self.function, *(centre[:, :2] + direction * reach[:, None]).T)
+        joined = ~find_tears(self.function, corner, centre, self.domain.radius).torn
+        seam = find_tears(self.function, centre, far, self.domain.radius)
+        for k in np.flatnonzero(joined & seam.torn & drawn(seam.start)):
+            polygons[k].append(self._add(seam.start[k], self.source[polygons[k][-1] - self.rows * self.columns]))
+
+    def _seam_sides(self, polygon: list[int]) -> list[tuple[int, int]]:
+        """The sides of a polygon between images of a seam."""
+        nodes = self.rows * self.columns
+        sides = zip(polygon, [*polygon[1:], polygon[0]], strict=True)
+        return [(one, other) for one, other in sides if min(one, other) >= nodes]
+
+    def _length(self, polygon: list[int]) -> float:
+        """The longest side of a polygon."""
+        nodes = self.rows * self.columns
+        xy = np.array([self.points.reshape(-1, 4)[k] if k < nodes else self.extra[k - nodes] for k in polygon])[:, 2:]
+        return float(self._lengths(xy))
+
+    @staticmethod
+    def _lengths(xy: FloatArray) -> FloatArray:
+        """The longest sides of polygons (..., n, 2)."""
+        return np.asarray(np.linalg.norm(xy - np.roll(xy, 1, axis=-2), axis=-1).max(axis=-1))
+
+    def _edge(
+        self,
+        segments: list[tuple[int, int]],
+        table: Links,
+        links: IntArray,
+        start: IntArray,
+        stop: IntArray,
+        group: int,
+    ) -> None:
+        for link, one, other in zip(links.tolist(), start.tolist(), stop.tolist(), strict=False):
+            if not table.torn[link]:
+                segments.append((one, other))
+                continue
+            for corner, side in ((one, 0), (other, 1)):
+                image = self.images.get((group, link, side))
+                if image is not None:
+                    segments.append((corner, image))
+
+    def _outline(self, vertices: FloatArray, segments: list[tuple[int, int]]) -> FloatArray:
+        """The segments that have a length, shape (m, 2, 2)."""
+        if not segments:
+            return np.empty((0, 2, 2))
+        lines = vertices[:, 2:][np.array(segments)]
+        return np.asarray(lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 1e-6 * self._size()])
+
+    def _central_meridian(self) -> float | None:
+        """The meridian opposite to the only tear of the equator; None if there is no such."""
+        if not self.wraps or self.frame.axes is not None:
+            return None
+        row = int(np.argmin(np.abs(self.points[:, 0, 1])))
+        torn = np.flatnonzero(self.across.torn.reshape(self.rows, self.width)[row])
+        if torn.size != 1:
+            return None
+        return float(normalised(self.across.start[row * self.width + torn[0], 0] + 180.0))
+
+
+def _weights(
+    x: FloatArray, y: FloatArray, v: FloatArray, triangles: IntArray, sources: IntArray, nodes: int
+) -> FloatArray:
+    """Shares of the nodes, the mean of those on the ground and on the map."""
+    # A step along a row is shorter towards the grid's poles.
+    ground = np.where(np.isfinite(x[:nodes]), np.cos(np.radians(v[:nodes])), 0.0)
+    (ax, bx, cx), (ay, by, cy) = x[triangles].T, y[triangles].T
+    area = np.abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
+    drawn_area = np.bincount(sources[triangles].ravel(), np.repeat(area, 3), minlength=nodes)
+    return np.asarray(0.5 * (ground / ground.sum() + drawn_area / drawn_area.sum()))
+
+
+def surface_of(projection: ProjectionLike, region: RegionLike | None) -> Surface:
+    """The surface of the drawn part of a projection; None is its area of use, or the globe."""
+    return build_surface(domain_of(Projection.from_user_input(projection), region))

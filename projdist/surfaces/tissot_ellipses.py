@@ -1,0 +1,254 @@
+"""Tissot's indicatrices: the ellipses that the Jacobian makes of equal small circles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import destination
+from projdist.field import jacobian
+from projdist.matrices import principal_scales
+from projdist.regions import Box
+from projdist.support import check_number
+from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
+from projdist.surfaces.surface import Surface
+
+_LEAST_SHARE = 0.4  # of the usual step
+_FILL = 0.8  # of the size at which the first two ellipses would touch
+_CROWDED = 0.6  # of the usual distance; closer ones give way, so that they do not shrink all others
+_DIRECTIONS = 48  # a right angle to the best direction is missed by 2 degrees at most
+_RINGS, _AZIMUTHS = 24, 36
+_BEND = 0.5  # of a step between rings: a jump of 2 % of the radius; smooth maps stay below but for pole lines
+_OFFSET = 2.2  # of the semi-minor axis
+_FLAT = 0.02  # of the semi-minor axis: a circle whose image is as close to its ellipse has no jump or bend in it
+_TRIALS = 15
+_NEIGHBOURS = 8
+_MOST = 200_000  # on a globe of half a degree; smaller ones are less than a pixel
+_AT_ONCE = 500_000  # points on the ground; 100 MB
+
+
+class Shapes(Protocol):
+    """Places (n, 2) on a map and the Jacobians (n, 2, 2) there."""
+
+    @property
+    def xy(self) -> FloatArray:
+        """The places."""
+
+    @property
+    def J(self) -> FloatArray:
+        """The Jacobians."""
+
+
+@dataclass(frozen=True)
+class Indicatrices:
+    """Points, their images in metres, and the Jacobians there."""
+
+    domain: Domain
+    lon: FloatArray
+    lat: FloatArray
+    xy: FloatArray
+    J: FloatArray
+
+    def take(self, keep: BoolArray | IntArray) -> Indicatrices:
+        """Those that are kept."""
+        return Indicatrices(self.domain, self.lon[keep], self.lat[keep], self.xy[keep], self.J[keep])
+
+
+def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None) -> tuple[FloatArray, FloatArray]:
+    """Points about `step` degrees apart on the ground, in rings of latitude.
+
+    The rings lie half steps off the middle latitude, the points symmetrical to the middle meridian.
+    Raises ValueError for a step that is not positive, or makes too many points.
+    """
+    check_step(step)
+    west, south, _, north = bounds
+    width = longitude_width(bounds)
+    count = width * np.degrees(np.diff(np.sin(np.radians([south, north]))).item()) / step**2
+    if count > _MOST:
+        raise ValueError(f"Invalid step '{step}'. It makes {count:,.0f} ellipses, and at most {_MOST:,} are drawn.")
+    rows = max(round((north - south) / step), 1)
+    lats = south + (north - south) * (np.arange(rows) + 0.5) / rows
+    start = west if width < 360.0 or central_meridian is None else central_meridian - 180.0
+    lons, points = [], []
+    for lat in lats:
+        count = max(round(width * np.cos(np.radians(lat)) / step), 3 if width == 360.0 else 1)
+        lons.append(start + width * (np.arange(count) + 0.5) / count)
+        points.append(np.full(count, lat))
+    return normalised(np.concatenate(lons)), np.concatenate(points)
+
+
+def indicatrices(domain: Domain, step: float, central_meridian: float | None = None) -> Indicatrices:
+    """The indicatrices of a domain on an even grid of `step` degrees."""
+    lon, lat = even_grid(domain.region.bounds, step, central_meridian)
+    xy = np.column_stack(domain(lon, lat))
+    J = jacobian(domain.projection, lon, lat)
+    with np.errstate(invalid="ignore"):
+        keep = np.isfinite(xy[:, 0]) & np.isfinite(J).all(axis=(1, 2)) & (np.abs(np.linalg.det(J)) > 1e-12)
+    return Indicatrices(domain, lon, lat, xy, J).take(keep)
+
+
+def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
+    """Pairs (m, 2) of close ones of two or more, the radii in metres at which they touch, and the usual such radius.
+
+    The usual radius is the median over the points of that of their closest neighbour; the pairs are
+    all that touch at no more.
+    """
+    count = len(indicatrices.xy)
+    tree = cKDTree(indicatrices.xy)
+    each = np.arange(count)
+    # Neighbours on the map are not always the first to touch: they bound the radius from above.
+    near = tree.query(indicatrices.xy, min(_NEIGHBOURS, count - 1) + 1)[1]
+    limits = touching_radius(indicatrices, np.column_stack([np.repeat(each, near.shape[1]), near.ravel()]))
+    bounds = np.where(near == each[:, None], np.inf, limits.reshape(near.shape)).min(axis=1)
+    bound = np.partition(bounds, count // 2)[count // 2]
+    # Ellipses that touch at a radius r are within r (a + a') of each other; the directions tried find a little less.
+    reach = bound * principal_scales(indicatrices.J)[:, 0] / np.cos(np.pi / _DIRECTIONS)
+    pairs = _pairs_within(tree, reach)
+    radii = touching_radius(indicatrices, pairs)
+    closest = np.full(count, np.inf)
+    np.minimum.at(closest, pairs, radii[:, None])
+    usual = float(np.partition(closest, count // 2)[count // 2])
+    return pairs[radii <= usual], radii[radii <= usual], usual
+
+
+def _pairs_within(tree: cKDTree, reach: FloatArray) -> IntArray:
+    """Pairs (m, 2) of points that are no farther apart than the sum of their reaches, (n,)."""
+    # From the one that reaches farther, the other is at most twice as far.
+    found = tree.query_ball_point(tree.data, 2.0 * reach, return_sorted=False)
+    one, other = np.repeat(np.arange(tree.n), [len(some) for some in found]), np.concatenate(found).astype(int)
+    distance = np.linalg.norm(tree.data[one] - tree.data[other], axis=1)
+    pair = np.flatnonzero((one != other) & (distance <= reach[one] + reach[other]))
+    first, second = np.minimum(one, other)[pair], np.maximum(one, other)[pair]
+    return np.column_stack(np.divmod(np.unique(first * tree.n + second), tree.n))
+
+
+def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:
+    """The greatest radius in metres at which the ellipses of pairs (m, 2) do not overlap.
+
+    Two convex shapes are apart if their shadows are apart in some direction d. The half width of
+    an ellipse in that direction is r |J^T d|.
+    """
+    radii = np.zeros(len(pairs))
+    for angle in np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS:
+        d = np.array([np.cos(angle), np.sin(angle)])
+        centre, half = indicatrices.xy @ d, np.linalg.norm(np.swapaxes(indicatrices.J, 1, 2) @ d, axis=1)
+        apart, together = np.abs(np.diff(centre[pairs], axis=1)[:, 0]), half[pairs].sum(axis=1)
+        np.maximum(radii, apart / together, out=radii)
+    return radii
+
+
+def fit(panels: Sequence[Indicatrices], radius: float | None = None) -> tuple[float, list[Indicatrices]]:
+    """One radius in metres for all panels, and the indicatrices that are drawn with it.
+
+    No two of a panel overlap, unless a radius is given; those that would touch a seam or an edge,
+    or bend far from the ellipse, are left out.
+    """
+    if radius is not None:
+        if not 0.0 < check_number("radius", radius) < np.inf:
+            raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
+        return radius, [panel.take(_fits(panel, radius)) for panel in panels]
+    all_panels = [without_crowding(panel) for panel in panels]
+    size = even_radius(all_panels)
+    for _ in range(_TRIALS):
+        kept = [panel.take(_fits(panel, size)) for panel in all_panels]
+        # Where most of a panel is lost, the circles are too large for it: a narrow region, small lobes.
+        if all(2 * few.lon.size >= many.lon.size for few, many in zip(kept, all_panels, strict=True)):
+            break
+        size *= 0.8
+    return size, kept
+
+
+def even_radius(panels: Sequence[Indicatrices]) -> float:
+    """The radius in metres at which no two of a panel overlap, with some room between them."""
+    radii = [float(close_pairs(panel)[1].min()) for panel in panels if panel.lon.size > 1]
+    if radii:
+        return _FILL * min(radii)
+    domains = [panel.domain for panel in panels]
+    return min(float(0.05 * d.radius * np.radians(longitude_width(d.region.bounds))) for d in domains)
+
+
+def without_crowding(panel: Indicatrices) -> Indicatrices:
+    """The panel without the more distorted one of each pair that is far closer than usual."""
+    if panel.lon.size < 3:
+        return panel
+    pairs, radii, usual = close_pairs(panel)
+    keep = np.ones(panel.lon.size, dtype=bool)
+    a, b = principal_scales(panel.J).T
+    for i, j in pairs[radii < _CROWDED * usual]:
+        if keep[i] and keep[j]:
+            keep[i if a[i] * b[j] > a[j] * b[i] else j] = False
+    return panel.take(keep)
+
+
+def _fits(panel: Indicatrices, radius: float) -> BoolArray:
+    """Whether the map is drawn and not torn within `radius` metres of each point, and like its linear map."""
+    fits = np.zeros(panel.lon.size, dtype=bool)
+    for some in _portions(np.arange(fits.size), _AZIMUTHS):
+        part = panel.take(some)
+        fits[some] = _off_ellipse(part, radius, _circles(part, np.array([radius]))[:, 0]) <= _FLAT
+    for some in _portions(np.flatnonzero(~fits), _AZIMUTHS * _RINGS):
+        fits[some] = _is_smooth(panel.take(some), radius)
+    return fits
+
+
+def _portions(indices: IntArray, points: int) -> list[IntArray]:
+    """Indices in portions, of which each needs so many points on the ground that memory suffices."""
+    return np.array_split(indices, indices.size * points // _AT_ONCE + 1)
+
+
+def _is_smooth(panel: Indicatrices, radius: float) -> BoolArray:
+    xy = _circles(panel, np.linspace(0.0, radius, _RINGS + 1))
+    # Along a ray the steps change slowly. The steps of the linear map are the measure.
+    step = radius / _RINGS * np.linalg.norm(panel.J, axis=(1, 2))
+    bend = np.linalg.norm(np.diff(xy, n=2, axis=1), axis=-1)
+    smooth = (bend <= _BEND * step[:, None, None]).all(axis=(1, 2))
+    # Towards an antipode or a pole line the circle's image curves round the map, and its ellipse sticks out.
+    return np.asarray(smooth & (_off_ellipse(panel, radius, xy[:, -1]) <= _OFFSET))
+
+
+def _circles(panel: Indicatrices, radii: FloatArray) -> FloatArray:
+    """Images (n, r, azimuths, 2) of the circles on the ground with radii (r,) in metres about each point."""
+    distance = np.degrees(radii[:, None] / panel.domain.radius)
+    lons, lats = destination(panel.lon[:, None, None], panel.lat[:, None, None], np.degrees(_azimuths()), distance)
+    # Over the border of a country an ellipse may reach, over a seam or the edge of the map not.
+    return np.stack(panel.domain.unclipped(normalised(lons), lats), axis=-1)
+
+
+def _azimuths() -> FloatArray:
+    return np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False)
+
+
+def _off_ellipse(panel: Indicatrices, radius: float, rim: FloatArray) -> FloatArray:
+    """Distance of circles' images, (n, azimuths, 2), from their ellipses, in semi-minor axes; NaN if not drawn."""
+    azimuth = _azimuths()
+    linear = np.einsum("nij,jt->nti", panel.J, np.stack([np.sin(azimuth), np.cos(azimuth)])) * radius
+    offset = np.linalg.norm(rim - panel.xy[:, None] - linear, axis=-1).max(axis=1)
+    return np.asarray(offset / (radius * principal_scales(panel.J)[:, 1]))
+
+
+def ellipses(indicatrices: Shapes, radius: float, vertices: int) -> FloatArray:
+    """Polygons f(p) + r J (cos t, sin t), shape (n, vertices, 2)."""
+    t = np.linspace(0.0, 2.0 * np.pi, vertices, endpoint=False)
+    circle = np.stack([np.cos(t), np.sin(t)])
+    return np.asarray(indicatrices.xy[:, None] + radius * np.swapaxes(indicatrices.J @ circle, 1, 2))
+
+
+def tissot_points(surface: Surface, step: float | None) -> Indicatrices:
+    """The indicatrices of a surface, by default about a dozen across."""
+    return indicatrices(surface.domain, usual_step(surface) if step is None else step, surface.central_meridian)
+
+
+def usual_step(surface: Surface) -> float:
+    """15 degrees for the globe; a ninth of smaller regions, less where these are narrow or fill little of their box."""
+    bounds = surface.domain.region.bounds
+    width, height = ground_size(bounds)
+    wide, narrow = max(width, height), min(width, height)
+    if wide > 150.0:
+        return 15.0
+    share = surface.domain.region.area_km2 / Box(*bounds).area_km2
+    return float(min(wide / 9.0, max(narrow / 2.0, wide / 40.0)) * np.clip(np.sqrt(share), _LEAST_SHARE, 1.0))

@@ -1,0 +1,217 @@
+"""Corrected maps: closed forms, published figures, theorems, and the forms in which they leave."""
+
+import json
+import math
+import pickle
+
+import numpy as np
+import pytest
+from pyproj import CRS, Transformer
+
+from projdist import Projection, correct, summarize
+from projdist.answers.corrections import CONSTRAINTS, _direction
+from projdist.projections import ProjectionError, compose
+
+GERMANY = "box:5.9,47.3,15,55.1"
+WORLD = ["plate-carree", "mercator", "mollweide", "equal-earth", "winkel-tripel", "robinson", "sinusoidal"]
+_FIGURE = 5e-11  # half a unit of the figures' last digit
+_EXACT = 1e-10  # the tolerance of the integrals
+
+
+def test_plate_carree():
+    """x shrinks by 2/e: the equidistant cylindrical map with the standard parallel arccos(2/e), 42.6286 degrees."""
+    result = correct("plate-carree")
+    np.testing.assert_allclose(result.matrix, np.diag([2.0 / math.e, 1.0]), atol=_EXACT)
+    assert result.airy_kavrayskiy_corrected == pytest.approx(0.4213466110, abs=_FIGURE)
+    name, radius, parallel = result.parameters.split()
+    assert (name, radius) == ("+proj=eqc", "+R=6371008.7714")
+    assert float(parallel.removeprefix("+lat_ts=")) == pytest.approx(math.degrees(math.acos(2 / math.e)), abs=1e-8)
+    assert result.words == "scale 0.8577639, stretch 1.359141 along the vertical, no shear, no rotation"
+
+
+def test_mercator():
+    """A conformal map gains by its scale alone, 2/e, which is its k_0."""
+    result = correct("mercator")
+    np.testing.assert_allclose(result.matrix, np.eye(2) * 2.0 / math.e, atol=_EXACT)
+    assert result.airy_kavrayskiy_corrected == pytest.approx(0.5958740917, abs=_FIGURE)
+    assert float(result.parameters.rpartition("+k_0=")[2]) == pytest.approx(2.0 / math.e, abs=_EXACT)
+    assert np.isnan(result.parts.stretch_azimuth)
+
+
+# Figures from another program, in units of their last digit; Equal Earth's are rounded away from determinant 1.
+EQUAL_AREA = [("mollweide", (1.10391198, 0.90586932), 5e-9), ("equal-earth", (1.0757583, 0.9295769), 1e-7)]
+
+
+@pytest.mark.parametrize(("name", "T", "digit"), EQUAL_AREA)
+def test_equal_area_maps(name, T, digit):
+    """Equal-area maps are stretched, and stay equal-area."""
+    result = correct(name)
+    np.testing.assert_allclose(np.linalg.inv(result.matrix), np.diag(T), rtol=0, atol=digit)
+    assert np.linalg.det(result.matrix) == pytest.approx(1.0, abs=_EXACT)
+    if name == "mollweide":
+        assert result.airy_kavrayskiy_corrected == pytest.approx(0.5256351494, abs=_FIGURE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*WORLD, lambda lon, lat: (1e5 * lon, 2e5 * np.sin(np.radians(lat)) * 60)])
+def test_a_corrected_map_needs_no_correction(name):
+    """The MDT of a corrected map is the identity, and what was predicted is measured."""
+    result = correct(name)
+    np.testing.assert_allclose(summarize(result.corrected, tolerance=1e-10).mdt, np.eye(2), atol=_EXACT)
+    assert result.airy_kavrayskiy_corrected == pytest.approx(result.airy_kavrayskiy_affine, abs=_EXACT)
+    assert result.airy_kavrayskiy_affine <= result.airy_kavrayskiy_scaled + _EXACT
+    assert result.airy_kavrayskiy_scaled <= result.airy_kavrayskiy + _EXACT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mollweide", "winkel-tripel", "EPSG:3035"])
+def test_no_other_matrix_is_better(name):
+    """Small changes of the matrix make the corrected map worse, under each constraint."""
+    region = GERMANY if name == "EPSG:3035" else "globe"
+    changes = {
+        "scale": [np.eye(2)],
+        "stretch": [np.diag([1.0, -1.0]), np.array([[0.0, 1.0], [1.0, 0.0]])],
+    }
+    changes["affine"] = changes["scale"] + changes["stretch"]
+    for constraint, directions in changes.items():
+        result = correct(name, region, constraint=constraint)
+        for V in directions:
+            for t in (-1e-3, 1e-3):
+                other = compose(result.projection, (np.eye(2) + t * V) @ result.matrix, "other")
+                assert summarize(other, region).airy_kavrayskiy > result.airy_kavrayskiy_corrected
+
+
+def test_constraints():
+    """A scale keeps angles, a stretch keeps areas; they part what the affine correction does."""
+    found = {name: correct("robinson", constraint=name) for name in CONSTRAINTS}
+    np.testing.assert_allclose(found["scale"].matrix @ found["stretch"].matrix, found["affine"].matrix, rtol=1e-13)
+    assert found["scale"].matrix[0, 0] == found["scale"].matrix[1, 1]
+    assert np.linalg.det(found["stretch"].matrix) == pytest.approx(1.0, rel=1e-14)
+    assert found["scale"].airy_kavrayskiy_corrected == pytest.approx(found["scale"].airy_kavrayskiy_scaled, abs=_EXACT)
+    gain = {name: result.airy_kavrayskiy**2 - result.airy_kavrayskiy_corrected**2 for name, result in found.items()}
+    assert gain["scale"] + gain["stretch"] == pytest.approx(gain["affine"], abs=1e-9)
+
+
+def test_north():
+    """With north kept the vertical stays vertical; free, the mean orientation is north, by the mean of unit vectors."""
+    kept = correct("laea", GERMANY)
+    assert kept.matrix[0, 1] == 0.0
+    assert kept.parts.rotation == 0.0
+    free = correct("+proj=stere +R=6371008.7714", GERMANY, keep_north=False)
+    summary = summarize(free.corrected, GERMANY, measures=[_sine])
+    # A conformal map's polar factor is the turn of north; the mean of its sine vanishes with the mean turn.
+    assert summary.measures["_sine"].mean == pytest.approx(0.0, abs=1e-9)
+    assert free.airy_kavrayskiy_corrected == pytest.approx(
+        correct("stere", GERMANY).airy_kavrayskiy_corrected, abs=_EXACT
+    )
+
+
+def _sine(J):
+    return J[..., 0, 1] / np.hypot(J[..., 0, 1], J[..., 1, 1])
+
+
+def test_rotating_the_map_rotates_nothing_but_the_correction():
+    """A map that was turned before has the same free-corrected coordinates."""
+    base = Projection.from_user_input("laea")
+    c, s = math.cos(1.0), math.sin(1.0)
+    turned = compose(base, [[c, -s], [s, c]], "turned")
+    lon, lat = np.array([6.0, 10.0, 14.0]), np.array([48.0, 50.0, 55.0])
+    one, other = (correct(each, GERMANY, keep_north=False) for each in (base, turned))
+    np.testing.assert_allclose(other.corrected(lon, lat), one.corrected(lon, lat), atol=1e-3)  # 1e-10 of the radius
+    assert one.airy_kavrayskiy_corrected == pytest.approx(other.airy_kavrayskiy_corrected, abs=1e-12)
+
+
+def test_mirrored_maps():
+    """Free, north is up on a mirrored map, too, whichever axis mirrors; and it is said that it mirrors."""
+    for axis, vertical in (("wnu", 1.0), ("esu", -1.0)):
+        result = correct(f"+proj=merc +R=6371000 +axis={axis}", "box:0,0,20,20", keep_north=False)
+        assert np.sign(result.matrix[1, 1]) == vertical
+        assert result.note == "The map mirrors 100 % of the region; no distortion sees that."
+
+
+def test_regions():
+    """Without a region that is the area of use of a CRS, and the globe for other maps."""
+    assert correct("EPSG:2056").region.bounds == pytest.approx(CRS("EPSG:2056").area_of_use.bounds)
+    assert correct("moll").region.name == "globe"
+
+
+def test_no_mean_orientation():
+    """About a pole of a polar map the norths cancel out, and that is said; a map that mirrors in part has none."""
+    polar = correct("+proj=stere +lat_0=90 +R=6371008.7714", "cap:0,90,1000", keep_north=False)
+    assert polar.note.startswith("There is no meaningful mean orientation")
+    twice = correct(lambda lon, lat: (1e5 * np.abs(lon), 1e5 * lat), "box:-30,-20,30,20")
+    assert twice.note == "The map mirrors 50 % of the region; no distortion sees that."
+    with pytest.raises(ProjectionError, match=r"mirrors a part of the region.*keep north"):
+        correct(lambda lon, lat: (1e5 * np.abs(lon), 1e5 * lat), "box:-30,-20,40,20", keep_north=False)
+
+
+@pytest.mark.parametrize("base", ["mollweide", "EPSG:3035", "EPSG:2264", "EPSG:27561"])
+def test_exports(base):
+    """pyproj runs the pipeline with the map's own coordinates to 1e-9 m, back too, and the WKT2 to its 15 digits."""
+    region = {"EPSG:2264": "box:-84,34,-76,36", "EPSG:27561": "box:0,48,6,51"}.get(base, GERMANY)
+    result = correct(base, region)
+    lon, lat = np.linspace(6.0, 14.0, 5) - (90.0 if base == "EPSG:2264" else 4.0), np.linspace(35.0, 36.0, 5) + 13.0
+    truth = np.array(result.corrected(lon, lat))
+    transformer = Transformer.from_pipeline(result.pipeline)
+    found = transformer.transform(lon, lat)
+    np.testing.assert_allclose(found, truth, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(transformer.transform(*found, direction="INVERSE"), [lon, lat], rtol=0, atol=1e-7)
+    assert CRS.from_wkt(result.wkt).type_name == "Derived Projected CRS"
+    np.testing.assert_allclose(Projection.from_user_input(result.wkt)(lon, lat), truth, rtol=0, atol=5e-8)
+
+
+def test_no_exports():
+    """What has no CRS or no pipeline says why."""
+    function = correct(lambda lon, lat: (1e5 * lon, 1e5 * lat), GERMANY)
+    assert (function.wkt, function.pipeline, function.parameters) == (None, None, None)
+    assert "function" in function.wkt_reason
+
+
+def test_results_are_values():
+    """A correction can be pickled and written; its numbers are those of its matrix."""
+    result = correct("winkel-tripel", GERMANY)
+    assert pickle.loads(pickle.dumps(result)).to_dict() == result.to_dict()
+    data = json.loads(result.to_json())
+    assert data == result.to_dict()
+    M = np.array(data["matrix"])
+    a, b = np.linalg.svd(M, compute_uv=False)
+    assert data["scale"] == pytest.approx(math.sqrt(abs(np.linalg.det(M))), rel=1e-14)
+    assert data["stretch"] == pytest.approx(a / b, rel=1e-12)
+    direction = np.array(
+        [math.sin(math.radians(data["stretch_azimuth"])), math.cos(math.radians(data["stretch_azimuth"]))]
+    )
+    assert np.linalg.norm(M @ direction) == pytest.approx(a, rel=1e-12)
+
+
+def test_wrong_words():
+    """Unknown constraints, regions and projections are refused."""
+    with pytest.raises(ValueError, match=r"^Invalid constraint 'x'\. It must be one of affine, stretch, scale\.$"):
+        correct("robin", constraint="x")
+    with pytest.raises(ValueError, match="Invalid region"):
+        correct("robin", "nowhere")
+    with pytest.raises(ProjectionError):
+        correct("nosuch")
+
+
+def test_frame():
+    """A frame has one row, the matrix in columns."""
+    pytest.importorskip("pandas")
+    frame = correct("plate-carree").to_frame()
+    assert frame.shape[0] == 1
+    assert frame["xx"][0] == pytest.approx(2 / math.e, abs=_EXACT)
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "words"),
+    [
+        (0.0, "along the vertical"),
+        (180.0 - 1e-12, "along the vertical"),
+        (90.0, "along the horizontal"),
+        (90.0 - 1e-12, "along the horizontal"),
+        (45.0, "along azimuth 45 of the map"),
+        (135.5, "along azimuth 135.5 of the map"),
+    ],
+)
+def test_directions_in_words(azimuth, words):
+    """An axis has two azimuths, 180 degrees apart."""
+    assert _direction(azimuth) == words

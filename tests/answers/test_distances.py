@@ -1,0 +1,361 @@
+"""Finite distortion: closed forms, quadratures of their own, published figures, and honest errors."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.optimize
+from scipy import integrate
+
+from projdist import (
+    DISTANCE_MEASURES,
+    SPHERE,
+    PointSet,
+    Projection,
+    distance_distortion,
+    get_region,
+    great_circle_bending,
+)
+from projdist.answers import distances
+from projdist.answers.distances import best_scale_of_distances
+from projdist.answers.pairs import Points
+from projdist.answers.published import printed
+from projdist.earth.sphere import chord_angle, unit_vectors
+from projdist.projections import compose
+from projdist.projections.geodesy import geodesic_lengths, geodesic_points
+
+_SIGMAS = 4.0  # standard errors: one in 16,000 is further off
+_PRINTED = 5e-4  # half a unit of what is printed with three decimals
+
+
+def test_the_best_scale_of_distances():
+    """It makes the index of Peters least, as scipy finds; ratios as askew as these have their median elsewhere."""
+    rng = np.random.default_rng(2)
+    ratio, weight = np.exp(rng.exponential(1.5, 61 * 400)), rng.uniform(0.5, 1.5, 61 * 400)
+    found = best_scale_of_distances(ratio, weight)
+    taken, shares = np.log(ratio[::61]), weight[::61] / weight[::61].sum()
+    least = scipy.optimize.minimize_scalar(
+        lambda s: shares @ np.abs(np.tanh(0.5 * (taken + s))), bounds=(-4.0, 4.0), method="bounded"
+    )
+    # The slope jumps at each of four hundred ratios, which stand this far apart where the index is least.
+    assert found == pytest.approx(least.x, abs=0.02)
+    assert abs(found + np.median(taken)) > 0.1
+
+
+@pytest.mark.parametrize("row", printed("gott-mugnolo-colley"), ids=lambda row: row.projection)
+def test_published_sigma(row):
+    """The figures of the measure's authors, within their rounding and error bars, of 0.0005, and ours."""
+    found = distance_distortion(row.definition)
+    assert found.error < 1e-4
+    assert abs(found.value - row.value) < _PRINTED + 5e-4 + _SIGMAS * found.error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["laea", "mercator"])
+def test_more_pairs_have_smaller_errors(name):
+    """Four times the pairs, of twice the points: errors fall as those of random points do or faster, by 1 / sqrt(2)."""
+    few, many = ([distance_distortion(name, tolerance=t, seed=seed) for seed in range(4)] for t in (1.0, 1e-9))
+    assert many[0].pairs == 4 * few[0].pairs
+    rms = [np.sqrt(np.mean([one.error**2 for one in found])) for found in (few, many)]
+    # The spread of sixteen draws is good to 1/5.5, of four times as many to 1/11, and so is the other.
+    assert rms[1] < rms[0] / np.sqrt(2) * 1.2
+    for one, other in zip(few, many, strict=True):
+        assert abs(one.value - other.value) < _SIGMAS * np.hypot(one.error, other.error)
+
+
+# ---- closed forms and quadratures -----------------------------------------------------------
+
+
+def stretched(factor):
+    """A small neighbourhood of 10 east, 20 north, true to 1e-6, with x stretched."""
+    local = Projection.from_user_input("+proj=aeqd +lon_0=10 +lat_0=20 +R=6371008.7714")
+    return compose(local, np.diag([factor, 1.0]), "stretched")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", [1.0, 1.3, 5.0])
+def test_a_stretch(factor):
+    """Directions of pairs in a disc are uniform: averages over them, of a stretch, by adaptive quadrature."""
+
+    def mean(function):
+        return integrate.quad(lambda t: function(np.hypot(factor * np.cos(t), np.sin(t))), 0, np.pi / 2)[0] * 2 / np.pi
+
+    average = mean(np.log)
+    peters = mean(lambda r: abs(r - 1) / (r + 1))
+    truths = {
+        "gott": np.sqrt(max(0.0, mean(lambda r: (np.log(r) - average) ** 2))),
+        "peters": peters,
+        "canters": (1 + peters) / (1 - peters),
+    }
+    for name, truth in truths.items():
+        found = distance_distortion(stretched(factor), "cap:10,20,20", measure=name)
+        assert abs(found.value - truth) < _SIGMAS * found.error + 2e-6  # (20 km / R)^2 / 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+def test_a_scale(scale):
+    """Distances twice too long, or half as long: a finite scale factor of 2, an index of 1/3, and no spread."""
+    map_ = compose(stretched(1.0), scale * np.eye(2), "scaled")
+    found = {name: distance_distortion(map_, "cap:10,20,20", measure=name).value for name in DISTANCE_MEASURES}
+    assert found == pytest.approx({"gott": 0.0, "peters": 1 / 3, "canters": 2.0}, abs=4e-6)
+
+
+def graded(count, low, high):
+    """Gauss's rule with nodes that crowd towards both ends, where integrands have logarithms."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    half = 0.5 * (high - low)
+    return low + half * (1 + (15 * x - 10 * x**3 + 3 * x**5) / 8), half * w * 15 / 8 * (1 - x**2) ** 2
+
+
+def cylindrical_sigma(height, count):
+    """The measure of a cylindrical map: an integral over two heights of points, and their difference in longitude.
+
+    Pairs that are 180 to 360 degrees apart on the map are nearer the other way round on the globe.
+    """
+    s, ws = graded(count, -1.0, 1.0)
+    gaps = [graded(count, k * np.pi, (k + 1) * np.pi) for k in (0, 1)]
+    gap, wg = (np.concatenate(values) for values in zip(*gaps, strict=True))
+    wg = wg * (2 * np.pi - gap)
+    y = height(s)
+    sums = np.zeros(3)
+    for s0, y0, w0 in zip(s, y, ws, strict=True):
+        cosine = s0 * s[:, None] + np.sqrt((1 - s0**2) * (1 - s[:, None] ** 2)) * np.cos(gap)
+        value = np.log(np.hypot(gap, y0 - y[:, None]) / np.arccos(np.clip(cosine, -1.0, 1.0 - 1e-15)))
+        weight = w0 * ws[:, None] * wg
+        sums += [np.sum(weight * value**k) for k in range(3)]
+    return np.sqrt(sums[2] / sums[0] - (sums[1] / sums[0]) ** 2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "height"),
+    [("mercator", np.arctanh), ("plate-carree", np.arcsin), ("lambert-cylindrical", np.asarray)],
+)
+def test_cylindrical_maps_by_quadrature(name, height):
+    """Product quadrature over latitudes and longitude's differences, which converges, agrees to 1e-4."""
+    coarse, truth = cylindrical_sigma(height, 60), cylindrical_sigma(height, 90)
+    assert abs(coarse - truth) < 5e-5
+    found = distance_distortion(name)
+    assert abs(found.value - truth) < 5e-5 + _SIGMAS * found.error
+    assert found.error < 1.2e-4
+
+
+def test_sets_of_points_in_closed_form():
+    """Three points on the equator of a plate carree: 20 degrees are 340 on the map across its cut, others are true."""
+    points = PointSet(np.array([-170.0, 0.0, 170.0]), np.zeros(3), np.array([1.0, 2.0, 3.0]))
+    found = distance_distortion("plate-carree", points)
+    share = 3.0 / (1 * 2 + 2 * 3 + 1 * 3)
+    assert found.value == pytest.approx(np.log(17.0) * np.sqrt(share * (1 - share)), rel=1e-12)
+    assert (found.error, found.pairs, found.coverage) == (0.0, 6, 1.0)
+
+
+@pytest.mark.slow
+def test_large_sets_of_points_are_drawn():
+    """Many points of the globe by their areas give the globe's figure."""
+    rng = np.random.default_rng(2)
+    lon, sine = rng.uniform(-180, 180, 20000), rng.uniform(-1, 1, 20000)
+    points = PointSet(lon, np.degrees(np.arcsin(sine)), np.ones(20000))
+    # The points are a sample themselves: of 20,000, to half a per cent.
+    assert distance_distortion("moll", points).value == pytest.approx(0.38993, rel=0.01)
+
+
+# ---- laws -----------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_scale_does_not_matter():
+    """The same pairs of a map that is larger and mirrored have the same spread, and bend as much."""
+    base = Projection.from_user_input("wintri")
+    other = compose(base, [[0.0, 3.0], [3.0, 0.0]], "turned")
+    assert distance_distortion(other).value == pytest.approx(distance_distortion(base).value, rel=1e-12)
+    assert great_circle_bending(other).value == pytest.approx(great_circle_bending(base).value, rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["aeqd", "laea"])
+@pytest.mark.parametrize("figure", [distance_distortion, great_circle_bending])
+def test_rotation_invariance(name, figure):
+    """The aspect of an azimuthal map does not matter on the globe."""
+    polar, oblique = (figure(f"+proj={name} +lat_0={lat} +lon_0={lon} +R=1") for lat, lon in ((90, 0), (35, 60)))
+    assert abs(polar.value - oblique.value) < _SIGMAS * np.hypot(polar.error, oblique.error)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["stere", "laea", "aeqd", "gnom", "EPSG:32632"])
+def test_small_regions_are_nearly_true(name):
+    """The distortion of a cap of 20 km about the middle is of the order of the square of its radius, 1e-5."""
+    map_ = name if ":" in name else f"+proj={name} +lat_0=47 +lon_0=9 +R=6371000"
+    for figure in (distance_distortion, great_circle_bending):
+        assert figure(map_, "cap:9,47,20").value < 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "region"),
+    [("moll", "globe"), ("merc", "globe"), ("igh", "box:-100,-50,120,80"), ("robin", "country:CL")],
+)
+def test_errors_are_honest(name, region):
+    """The spread of twenty seeds is what the errors claim: a spread of twenty values is good to a sixth."""
+    for figure in (distance_distortion, great_circle_bending):
+        found = [figure(name, region, seed=seed, tolerance=1.0) for seed in range(20)]
+        spread = np.std([answer.value for answer in found], ddof=1)
+        claimed = np.sqrt(np.mean([answer.error**2 for answer in found]))
+        assert 0.6 < spread / claimed < 1.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("cap:10,50,3000", "cap:10,50,3000 & box:-180,-90,180,90"),
+        (
+            "box:170,-30,-160,30",
+            {"type": "Polygon", "coordinates": [[[170, -30], [200, -30], [200, 30], [170, 30], [170, -30]]]},
+        ),
+    ],
+    ids=["cap", "box"],
+)
+def test_one_region_in_two_forms(one, other):
+    """A cap or box and its polygon have the same figures."""
+    for figure in (distance_distortion, great_circle_bending):
+        a, b = figure("+proj=robin +lon_0=180 +R=1", one), figure("+proj=robin +lon_0=180 +R=1", other)
+        assert abs(a.value - b.value) < _SIGMAS * np.hypot(a.error, b.error)
+
+
+@pytest.mark.slow
+def test_what_is_not_on_the_map_does_not_count():
+    """An orthographic globe is its hemisphere; half of the area is on the map, and a quarter of the pairs."""
+    found, bent = (f("+proj=ortho +R=1") for f in (distance_distortion, great_circle_bending))
+    half, half_bent = (
+        f("+proj=ortho +R=6371008.7714", "cap:0,0,10007") for f in (distance_distortion, great_circle_bending)
+    )
+    assert found.coverage == pytest.approx(0.5, abs=5e-3)
+    assert bent.coverage == pytest.approx(0.25, abs=5e-3)
+    assert abs(found.value - half.value) < _SIGMAS * np.hypot(found.error, half.error) + 2e-5  # the rim
+    assert abs(bent.value - half_bent.value) < _SIGMAS * np.hypot(bent.error, half_bent.error) + 2e-5
+    nowhere = distance_distortion("+proj=ortho +R=1", "cap:180,0,1000")
+    assert (nowhere.pairs, nowhere.coverage) == (0, 0.0)
+    assert np.isnan(nowhere.value)
+    assert nowhere.to_dict()["value"] is None
+
+
+# ---- great circles --------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_great_circles_are_straight_on_a_gnomonic_map():
+    """It bends none of them, on any aspect."""
+    assert great_circle_bending("+proj=gnom +lat_0=40 +lon_0=20 +R=1", "cap:25,45,5000").value < 1e-14
+
+
+@pytest.mark.parametrize("distance", [30.0, 90.0])
+def test_bending_of_short_arcs(distance):
+    """In a small disc a stereographic map has the flexion tan(c / 2) times the sine of the angle to the radius.
+
+    The mean of L / 12 times that is 2 / pi tan(c / 2) over 12 times the mean distance in a disc, 128 / (45 pi) of its
+    radius.
+    """
+    radius = 0.01
+    km = radius * SPHERE.a / 1000
+    found = great_circle_bending("+proj=stere +lat_0=0 +lon_0=0 +R=1", f"cap:{distance},0,{km}")
+    truth = 2 / np.pi * np.tan(np.radians(distance / 2)) * 128 * radius / (45 * np.pi) / 12
+    assert abs(found.value - truth) < _SIGMAS * found.error + 1e-3 * truth
+
+
+def test_torn_great_circles_count_as_they_lie():
+    """From 170 to 190 east on the equator a great circle runs beside the straight line of 340 degrees, not along it."""
+    points = PointSet(np.array([170.0, -170.0]), np.zeros(2), np.ones(2))
+    found = great_circle_bending("plate-carree", points)
+    # Up to 10 degrees of longitude away from its ends, 5 in the mean, of 340.
+    assert found.value == pytest.approx(5.0 / 340.0, rel=1e-3)
+
+
+# ---- parts and doors ------------------------------------------------------------------------
+
+
+def test_spheres_and_ellipsoids_measure_alike():
+    """The closed form and geographiclib's geodesics agree on a sphere."""
+    rng = np.random.default_rng(3)
+    lon, lat, to_lon, to_lat = *rng.uniform(-180, 180, (2, 1000)), *rng.uniform(-90, 90, (2, 1000))
+    lon, lat, to_lon, to_lat = lon, to_lon, lat, to_lat
+    to_lon[0], to_lat[0] = lon[0] + 1e-9, lat[0]
+    lengths = geodesic_lengths(SPHERE, lon, lat, to_lon, to_lat)
+    angles = chord_angle(unit_vectors(lon, lat), unit_vectors(to_lon, to_lat))
+    np.testing.assert_allclose(SPHERE.a * angles, lengths, rtol=1e-9, atol=1e-9)
+    x, y = geodesic_points(SPHERE, (lon, lat, to_lon, to_lat), np.full((1000, 1), 0.25))
+    np.testing.assert_allclose(geodesic_lengths(SPHERE, lon, lat, x[:, 0], y[:, 0]), 0.25 * lengths, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_web_mercator_is_nearly_mercator():
+    """On the ellipsoid the figure differs by less than the flattening."""
+    assert distance_distortion("EPSG:3857").value == pytest.approx(distance_distortion("mercator").value, abs=1 / 298)
+
+
+def test_a_measure_of_ones_own():
+    """A function of ratios and weights: a quantile, the mean."""
+    found = distance_distortion("+proj=laea +R=1", "cap:0,0,500", measure=lambda ratio, weight: float(weight @ ratio))
+    assert found.value == pytest.approx(1.0, abs=1e-3)
+    assert found.measure == "<lambda>"
+
+
+def test_answers_are_answers():
+    """A dictionary, JSON, a frame; the same seed is the same answer."""
+    pytest.importorskip("pandas")
+    found = distance_distortion("moll", "cap:0,0,5000")
+    again = distance_distortion("moll", get_region("cap:0,0,5000"))
+    assert json.loads(found.to_json()) == again.to_dict()
+    row = found.to_frame().iloc[0]
+    assert (row["measure"], row["value"], row["region"]) == ("gott", found.value, "cap:0,0,5000")
+
+
+def test_bad_input():
+    """One line each."""
+    with pytest.raises(ValueError, match=r"Invalid measure 'got'\. Did you mean gott\? It must be one of gott, peters"):
+        distance_distortion("moll", measure="got")
+    with pytest.raises(ValueError, match=r"Invalid tolerance '0'\. It must be positive"):
+        distance_distortion("moll", tolerance=0.0)
+    with pytest.raises(ValueError, match="Invalid tolerance 'nan'"):
+        great_circle_bending("moll", tolerance=np.nan)
+
+
+def test_the_error_is_the_standard_error_of_draws(monkeypatch):
+    """Of sixteen draws: their standard deviation over the root of their number, about their mean."""
+    monkeypatch.setattr(distances, "_SIZES", {True: (32,), False: (32,)})
+    drawn = np.random.default_rng(4).uniform(1.0, 2.0, 16)
+    left = iter(drawn.tolist())
+    found = distance_distortion("+proj=laea +R=1", "cap:0,0,500", measure=lambda *_: next(left))
+    assert found.value == pytest.approx(drawn.mean(), rel=1e-12)
+    assert found.error == pytest.approx(np.sqrt(np.sum((drawn - drawn.mean()) ** 2) / 15 / 16), rel=1e-12)
+
+
+def test_geodesics_count_by_the_weights_of_both_ends():
+    """On plate carree the equator is straight; geodesics to points of no weight, far north, are not counted."""
+    lon = np.linspace(-40.0, 40.0, 20)
+    equator = Points(lon, np.zeros(20), np.ones(20))
+    both = Points(np.append(lon, lon + 1.0), np.repeat([0.0, 60.0], 20), np.repeat([1.0, 0.0], 20))
+    plate, rng = Projection.from_user_input("plate-carree"), np.random.default_rng(1)
+    found = distances._over_geodesics(plate, equator, both, rng)
+    assert found.values == pytest.approx(0.0, abs=1e-12)
+    assert found.coverage == pytest.approx(1.0)
+    turned = distances._over_geodesics(plate, both, equator, rng)
+    assert turned.values == pytest.approx(0.0, abs=1e-12)
+    assert distances._over_geodesics(plate, equator, both._replace(weight=np.ones(40)), rng).values > 0.01
+
+
+def test_ellipsoids_have_their_own_distances():
+    """Of a map that keeps distances from a point on the ellipsoid, those from there are true; a sphere's are not."""
+    place = PointSet(np.array([10.0, 10.0]), np.array([50.0, 80.0]), np.array([1.0, 1.0]))
+    found = distance_distortion("+proj=aeqd +lon_0=10 +lat_0=50 +ellps=WGS84", place, measure="peters")
+    assert found.value == pytest.approx(0.0, abs=1e-12)
+    stretched = compose(Projection.from_user_input("+proj=aeqd +lon_0=10 +lat_0=50 +ellps=WGS84"), 1.5 * np.eye(2), "x")
+    assert distance_distortion(stretched, place, measure="peters").value == pytest.approx(0.5 / 2.5)
+    assert distance_distortion(stretched, place, measure="canters").value == pytest.approx(1.5)
+    assert np.isnan(distance_distortion("+proj=ortho +lat_0=-90 +R=1", place).value)
+
+
+def test_a_distance_must_be_a_function():
+    """On the map; said in a line."""
+    with pytest.raises(ValueError, match=r"^Invalid map_distance '3'. It must be a function.$"):
+        distance_distortion("robin", map_distance=3)

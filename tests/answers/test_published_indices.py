@@ -1,0 +1,463 @@
+"""The published indices against textbook formulas of cylindrical and azimuthal maps; `test_published` has tables.
+
+A map is a pair of scales as functions of the latitude or the distance; each index is written here once more, as a mean
+by adaptive quadrature, and its best scale is found by scipy's bounded search.
+"""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.optimize
+from scipy.special import ellipe
+
+from projdist import Projection, distance_distortion
+from projdist.answers.published_indices import (
+    GROUPS,
+    INDICES,
+    NORMALISERS,
+    finite,
+    get_indices,
+    goldberg_gott_score,
+    indices,
+    terms,
+)
+from projdist.answers.published_indices.boundary import boundary_cuts
+from projdist.answers.published_indices.index import ScaledField
+from projdist.answers.published_indices.score import score_of
+from projdist.numerics.estimates import Estimate
+from projdist.projections import compose
+from projdist.regions import GLOBE, get_region
+
+HALF_PI = math.pi / 2
+# The cubature resolves means to 1e-6 and says so; roots of small means lose no more than that here.
+MEAN = 3e-6
+# Panels are split at the kinks of a scale near the best, of which the best may move away.
+KINKED = 3e-5
+
+# ---- closed forms ---------------------------------------------------------------------------
+
+
+def cylinder(h, k, limit):
+    """Scales of a cylindrical map between `limit` degrees south and north, their measure, and the end."""
+    return h, k, math.cos, math.radians(limit)
+
+
+def cap(radius, first, limit):
+    """Scales of an azimuthal map r(c) within `limit` degrees of its centre."""
+    return first, lambda c: radius(c) / math.sin(c), math.sin, math.radians(limit)
+
+
+def sec(x):
+    return 1 / math.cos(x)
+
+
+MAPS = {  # (projection, region): h, k, density, end
+    ("+proj=eqc +R=1", "box:-180,-60,180,60"): cylinder(lambda _: 1.0, sec, 60),
+    ("+proj=merc +R=1", "box:-180,-60,180,60"): cylinder(sec, sec, 60),
+    ("+proj=cea +R=1", "box:-180,-60,180,60"): cylinder(math.cos, sec, 60),
+    ("+proj=aeqd +lat_0=90 +R=1", "cap:0,90,10007.557221"): cap(lambda c: c, lambda _: 1.0, 90),
+    ("+proj=stere +lat_0=90 +R=1", "cap:0,90,10007.557221"): cap(
+        lambda c: 2 * math.tan(c / 2), lambda c: sec(c / 2) ** 2, 90
+    ),
+}
+
+# The equidistant cylindrical map's scales h, k differ by the most: for it alone, all indices.
+ONE_IS_FAST = [
+    pytest.param(key, id="-".join(key), marks=[pytest.mark.slow] if number else []) for number, key in enumerate(MAPS)
+]
+
+
+def mean(term, h, k, density, end):
+    """The mean of term(a, b) by true area."""
+
+    def weighted(x):
+        scales = h(x), k(x)
+        return term(max(scales), min(scales)) * density(x)
+
+    value, _ = scipy.integrate.quad(weighted, 0, end, epsabs=1e-12, epsrel=1e-12, limit=400)
+    return value / scipy.integrate.quad(density, 0, end)[0]
+
+
+def directions(term, a, b):
+    """The mean over all directions of a function of the scale."""
+    angle = (np.arange(400) + 0.5) * HALF_PI / 400
+    return float(np.mean(term(np.hypot(a * np.cos(angle), b * np.sin(angle)))))
+
+
+def ln(x):
+    return math.log(x)
+
+
+MEANS = {  # index: (root of it or not, the term)
+    "airy": (True, lambda a, b: ((a - 1) ** 2 + (b - 1) ** 2) / 2),
+    "airy_balance": (True, lambda a, b: ((a / b - 1) ** 2 + (a * b - 1) ** 2) / 2),
+    "jordan": (True, lambda a, b: (a * a + b * b) / 2 - 4 / math.pi * a * ellipe(1 - (b / a) ** 2) + 1),
+    "jordan_kavrayskiy": (True, lambda a, b: directions(lambda m: np.log(m) ** 2, a, b)),
+    "airy_kavrayskiy": (True, lambda a, b: ln(a) ** 2 + ln(b) ** 2),
+    "airy_kavrayskiy_half": (True, lambda a, b: (ln(a) ** 2 + ln(b) ** 2) / 2),
+    "airy_kavrayskiy_double": (True, lambda a, b: ln(a / b) ** 2 + ln(a * b) ** 2),
+    "klingatsch_angles": (True, lambda a, b: (2 * ln(a / b) ** 2 + ln(a * b) ** 2) / 3),
+    "klingatsch_areas": (True, lambda a, b: (ln(a / b) ** 2 + 2 * ln(a * b) ** 2) / 3),
+    "canters_ab": (False, lambda a, b: (max(a, 1 / a) + max(b, 1 / b)) / 2 - 1),
+    "canters_ar": (False, lambda a, b: max(a * b, 1 / (a * b)) - 1),
+    "canters_an": (False, lambda a, b: 2 * math.degrees(math.asin((a - b) / (a + b)))),
+    "francula": (True, lambda a, b: ((a - 1) ** 2 + (b - 1) ** 2) / 2),
+    "kunimune_shape": (False, lambda a, b: ln(a / b)),
+    "isotropy": (True, lambda a, b: ln(a / b) ** 2),
+}
+
+
+def mean_index(name, scales, scale=1.0):
+    root, term = MEANS[name]
+    value = mean(lambda a, b: term(scale * a, scale * b), *scales)
+    return math.sqrt(max(value, 0.0)) if root else value
+
+
+@pytest.mark.parametrize("key", ONE_IS_FAST)
+def test_means_at_the_nominal_and_at_the_best_scale(key):
+    """Each index is its textbook integral; at the best scale, the least that a search finds."""
+    found = indices(*key, names=MEANS)
+    for name in MEANS:
+        value = found[name]
+        truth = mean_index(name, MAPS[key])
+        # The root of a mean of zero, on maps that an index calls perfect, is the root of rounding.
+        assert value.value == pytest.approx(truth, abs=MEAN), name
+        if INDICES[name].best_scale is None:
+            assert (value.best, value.best_scale) == (value.value, 1.0)
+            continue
+        search = scipy.optimize.minimize_scalar(
+            lambda x, name=name: mean_index(name, MAPS[key], math.exp(x)), bounds=(-1.5, 1.5), method="bounded"
+        )
+        assert value.best == pytest.approx(search.fun, abs=KINKED if INDICES[name].kinked else MEAN), name
+        assert value.best <= value.value + MEAN
+
+
+@pytest.mark.parametrize("key", ONE_IS_FAST)
+def test_deviations_and_extremes(key):
+    """The standard deviation of ln s, and the largest scale over the smallest, in the ends of monotonic scales."""
+    h, k, _, end = MAPS[key]
+    found = indices(*key, names=["area", "kunimune_area", "chebyshev", "milnor", "chebyshev_ratio"])
+    level = mean(lambda a, b: ln(a * b), *MAPS[key])
+    square = mean(lambda a, b: ln(a * b) ** 2, *MAPS[key])
+    assert found["A"].value == pytest.approx(math.sqrt(max(square - level**2, 0)), abs=MEAN)
+    assert found["kunimune_area"] == found["A"]
+    ends = [h(1e-9), k(1e-9), h(end), k(end)]
+    ratio = max(ends) / min(ends)
+    assert found["chebyshev_ratio"].value == pytest.approx(ratio, rel=1e-6)
+    assert found["milnor"].value == pytest.approx(ln(ratio), abs=1e-6)
+    assert found["chebyshev"].value == pytest.approx(max(abs(ln(scale)) for scale in ends), abs=1e-6)
+    assert found["chebyshev"].best == pytest.approx(ln(ratio) / 2, abs=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", [10.0, 60.0, 120.0])
+def test_milnors_bound_of_a_cap(degrees):
+    """The azimuthal equidistant map has Milnor's distortion ln(alpha / sin alpha) on a cap, the least of all maps."""
+    alpha = math.radians(degrees)
+    region = f"cap:20,40,{alpha * 6371.0087714}"
+    bound = ln(alpha / math.sin(alpha))
+    assert indices("+proj=aeqd +lon_0=20 +lat_0=40 +R=1", region, "milnor")["milnor"].value == pytest.approx(
+        bound, abs=1e-6
+    )
+    if degrees < 90:
+        for other in ("stere", "laea"):
+            value = indices(f"+proj={other} +lon_0=20 +lat_0=40 +R=1", region, "milnor")["milnor"].value
+            assert value > bound
+
+
+# ---- whole globes ---------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_closed_forms_of_the_plate_carree():
+    """I, A, F, S, Dab, Dar, mean |ln(a/b)| and Q of the plate carree's globe are elementary."""
+    found = indices("plate-carree", names=["goldberg-gott", "canters", "kunimune", "capek"])
+    assert found["I"].value == pytest.approx(math.sqrt(2 - 2 * ln(2) + ln(2) ** 2 - math.pi**2 / 12), abs=MEAN)
+    assert found["A"].value == pytest.approx(math.sqrt(1 - math.pi**2 / 12), abs=MEAN)
+    for symbol in "FS":
+        assert found[symbol].value == pytest.approx(2 / math.pi, abs=1e-5)
+    # Means of sec - 1 over the sphere are pi / 2 - 1.
+    assert found["Dar"].value == pytest.approx(HALF_PI - 1, abs=MEAN)
+    assert found["Dab"].value == pytest.approx((HALF_PI - 1) / 2, abs=MEAN)
+    assert found["kunimune_shape"].value == pytest.approx(1 - ln(2), abs=MEAN)
+    # s = sec <= 1.5 is the stricter limit: sin(arccos(2/3)) of the sphere. The lattice of points is good to 0.01 %.
+    assert found["Q"].value == pytest.approx(100 * math.sqrt(5) / 3, abs=0.02)
+
+
+def test_closed_forms_of_the_equal_area_azimuthal():
+    """I of Lambert's map is sqrt(2), its F 1; Q the cap with omega <= 40 degrees, areas being true."""
+    found = indices("+proj=laea +lat_0=90 +R=1", names=["I", "A", "flexion", "capek_nominal"])
+    assert found["I"].value == pytest.approx(math.sqrt(2), abs=MEAN)
+    assert found["A"].value == pytest.approx(0, abs=1e-5)
+    assert found["F"].value == pytest.approx(1, abs=1e-5)
+    # tan(omega / 4 + 45 degrees) = sqrt(a / b) = sec(c / 2), and the cap's share is sin^2(c / 2).
+    share = 1 - math.tan(math.radians(40 / 4 + 45)) ** -2
+    assert found["capek_nominal"].value == pytest.approx(100 * share, abs=0.1)
+
+
+@pytest.mark.slow
+def test_what_diverges():
+    """Airy's error of a map with pole lines diverges, its largest scale has no bound; null in JSON."""
+    found = indices("plate-carree", names=["airy", "milnor"])
+    assert math.isnan(found["airy"].value)
+    assert found["milnor"].value == math.inf
+    assert found.to_dict()["indices"]["milnor"]["value"] is None
+
+
+# ---- the registry ---------------------------------------------------------------------------
+
+
+def test_the_registry_is_complete():
+    """Each index says what it is, how it is normalised, whether it knows the scale, and where it is from."""
+    assert set(GROUPS) == {index.group for index in INDICES.values()}
+    for name, index in INDICES.items():
+        assert index.name == name
+        assert index.definition.endswith(".")
+        assert index.normalisation
+        assert index.source
+        assert index.symbol
+        assert index.scale_dependence
+    symbols = [index.symbol for index in INDICES.values()]
+    assert len({*symbols, *INDICES}) == len(symbols) + len(INDICES)
+
+
+def test_names_symbols_and_groups():
+    """Indices are chosen by any of them, each once."""
+    assert [index.symbol for index in get_indices("goldberg-gott")] == [*"IAFSDB", "score"]
+    assert [index.name for index in get_indices(["I", "isotropy", "canters"])] == [
+        "isotropy",
+        "canters_ab",
+        "canters_ar",
+        "canters_an",
+    ]
+    assert len(get_indices()) == len(INDICES)
+    with pytest.raises(ValueError, match=r"Invalid index 'goldberg'\. Did you mean goldberg-gott"):
+        get_indices(["goldberg"])
+
+
+class Known:
+    """A field of which some means and extremes are known, with their errors."""
+
+    def __init__(self, means, largest=None, smallest=None, dense=None):
+        self.means, self.largest, self.smallest, self.dense = means, largest, smallest, dense
+
+    def mean(self, term, scale=1.0):
+        """As it is known."""
+        return self.means[term]
+
+    def once(self, figure, scale=1.0):
+        """As it is known."""
+        return self.means[figure]
+
+
+def test_errors_are_what_errors_of_parts_make():
+    """Of figures made of others, each off by its error; to first order, as errors are small."""
+    level, square = Estimate(0.3, 1e-7), Estimate(0.4, 2e-7)
+    found = terms.deviation_of_log_area(Known({terms.log_area: level, terms.log_area_squared: square}), 1.0)
+    furthest = math.sqrt(0.4 + 2e-7 - (0.3 - 1e-7) ** 2)
+    assert found.value == pytest.approx(math.sqrt(0.31), rel=1e-12)
+    assert found.error == pytest.approx(furthest - found.value, rel=1e-5)
+    largest, smallest = Estimate(3.0, 3e-7), Estimate(0.2, 1e-7)
+    furthest = (3.0 + 3e-7) / (0.2 - 1e-7)
+    found = terms.scale_ratio(Known({}, largest, smallest), 1.0)
+    assert (found.value, found.error) == (pytest.approx(15.0), pytest.approx(furthest - 15.0, rel=1e-5))
+    found = terms.log_scale_ratio(Known({}, largest, smallest), 1.0)
+    assert found.value == pytest.approx(math.log(15.0))
+    assert found.error == pytest.approx(math.log(furthest / 15.0), rel=1e-5)
+    # Canters' mean factor of Peters' index.
+    field = Known({finite.pairs: finite.Pairs(Estimate(0.5, 1e-3), Estimate(0.2, 1e-7), Estimate(0.1, 0.0))})
+    found = finite.finite_scale_factor(field, 1.0)
+    assert found.value == pytest.approx(1.5)
+    assert found.error == pytest.approx((1.2 + 1e-7) / (0.8 - 1e-7) - 1.5, rel=1e-5)
+    assert finite.best_for_distances(field) == pytest.approx(math.exp(0.1))
+
+
+def test_shares_by_hand():
+    """Four places: a good one, one turned out of shape, one too large, and one that is only too large for the scale."""
+    a, b = np.array([1.0, 3.0, 2.0, 1.2]), np.array([1.0, 0.5, 1.0, 1.2])
+    field = Known({}, dense=(a, b, np.array([0.1, 0.2, 0.3, 0.4])))
+    assert terms.share_near_nominal(field, 1.0).value == pytest.approx(50.0)
+    # Areas are larger by the square of the scale: 1.44 and 2.07.
+    assert terms.share_near_nominal(field, 1.2).value == pytest.approx(10.0)
+    # And smaller: 0.64, 1.28 with an omega of 39 degrees, 0.92.
+    assert terms.share_near_nominal(field, 0.8).value == pytest.approx(70.0)
+
+
+def test_the_best_scale_of_a_share():
+    """The middle of the areas that lie within a factor of 2.25 of each other where angles are not far off."""
+    areas, weights = np.array([1.0, 2.0, 2.2, 9.0, 12.0, 1.5]), np.array([0.1, 0.2, 0.2, 0.25, 0.2, 0.05])
+    a, b = np.sqrt(areas), np.sqrt(areas)
+    a[4], b[4] = 12.0, 1.0  # out of shape
+    field = Known({}, dense=(a, b, weights))
+    # 0.55 of the weight is within 1 and 2.2, which become 1 / 1.48 and 1.48.
+    assert terms.best_for_share(field) == pytest.approx(2.2**-0.25)
+    best = terms.share_near_nominal(field, terms.best_for_share(field)).value
+    assert best == pytest.approx(55.0)
+    assert max(terms.share_near_nominal(field, scale).value for scale in np.geomspace(0.2, 2.0, 400)) == best
+    assert math.isnan(terms.best_for_share(Known({}, dense=(np.full(2, 9.0), np.ones(2), np.full(2, 0.5)))))
+
+
+def test_the_score():
+    """The plate carree's own row has one for each figure; there must be all six."""
+    assert goldberg_gott_score(NORMALISERS) == 6.0
+    assert goldberg_gott_score(NORMALISERS | {"D": 0.898}) == pytest.approx(9.0)
+    with pytest.raises(ValueError, match="D is missing"):
+        goldberg_gott_score({"I": 1, "A": 1, "F": 1, "S": 1, "B": 1})
+
+
+def test_the_error_of_the_score():
+    """It is what the score gains when all of six figures are larger by their errors, but for these errors' squares."""
+    values = {symbol: 0.3 + 0.1 * k for k, symbol in enumerate("IAFSDB")}
+    errors = {symbol: 1e-7 * (k + 1) for k, symbol in enumerate("IAFSDB")}
+    figures = {symbol: lambda *_, s=symbol: Estimate(values[s], errors[s]) for symbol in values}
+    found = score_of(figures)(ScaledField(None, None, None), 1.0)
+    up = goldberg_gott_score({symbol: values[symbol] + errors[symbol] for symbol in values})
+    assert found.value == goldberg_gott_score(values)
+    assert found.error == pytest.approx(up - found.value, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_the_score_of_a_map():
+    """It is that of its figures, with an error that all of theirs may make; without one of them there is none."""
+    found = indices("plate-carree", names="goldberg-gott")
+    values = {symbol: found[symbol].value for symbol in "IAFSDB"}
+    assert found["score"].value == goldberg_gott_score(values)
+    up = {symbol: values[symbol] + found[symbol].error for symbol in "IAFSDB"}
+    assert found["score"].error == pytest.approx(goldberg_gott_score(up) - found["score"].value, rel=1e-3)
+    # Half of a globe has no cuts of its own.
+    assert math.isnan(indices("plate-carree", "box:-180,0,180,90", "score")["score"].value)
+
+
+# ---- finite distances -----------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_distances_are_those_of_the_library():
+    """D is `distance_distortion`, and scale-free; Peters' and Canters' indices of a scaled small map are elementary."""
+    library = distance_distortion("mollweide").value
+    assert indices("mollweide", names="D")["D"].value == pytest.approx(library, rel=1e-12)
+    local = Projection.from_user_input("+proj=aeqd +lon_0=10 +lat_0=20 +R=6371008.7714")
+    twice = compose(local, 2.0 * np.eye(2), "twice as large")
+    found = indices(twice, "cap:10,20,20", ["D", "finite"], tolerance=1e-4)
+    small = 4e-6  # (20 km / R)^2
+    assert found["D"].value == pytest.approx(0, abs=small)
+    assert found["DI"].value == pytest.approx(1 / 3, abs=small)
+    assert found["K1"].value == pytest.approx(2, abs=4 * small)
+    assert found["DI"].best == pytest.approx(0, abs=small)
+    assert found["K1"].best == pytest.approx(1, abs=4 * small)
+    assert found["DI"].best_scale == found["K1"].best_scale == pytest.approx(0.5, abs=small)
+    assert found["bend"].value == pytest.approx(0, abs=small)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mercator", "robinson"])
+def test_the_best_scale_of_distances(name):
+    """No other scale betters Peters' index of the same pairs by more than its standard error."""
+    found = indices(name, names="DI")["DI"]
+
+    def at(scale):
+        def measure(ratio, weight):
+            return float(weight @ (np.abs(scale * ratio - 1) / (scale * ratio + 1)))
+
+        return distance_distortion(name, measure=measure).value
+
+    assert found.value == pytest.approx(at(1.0), rel=1e-12)
+    assert found.best == pytest.approx(at(found.best_scale), rel=1e-12)
+    search = scipy.optimize.minimize_scalar(at, bounds=(0.6, 1.2), method="bounded", options={"xatol": 1e-4})
+    assert search.fun == pytest.approx(found.best, abs=found.best_error)
+
+
+def test_frames_and_json():
+    """A row has a column a figure, JSON the same names."""
+    found = indices("mollweide", names=["I", "canters_ar"], tolerance=1e-4)
+    (row,) = found._table()
+    assert {"isotropy", "isotropy_error", "canters_ar_best_scale"} <= set(row)
+    assert set(found.to_dict()["indices"]["isotropy"]) == {"value", "error", "best", "best_error", "best_scale"}
+
+
+# ---- convergence ----------------------------------------------------------------------------
+
+CONVERGING = {  # (projection, symbol): the truth
+    ("+proj=eqc +R=1", "I"): math.sqrt(2 - 2 * math.log(2) + math.log(2) ** 2 - math.pi**2 / 12),
+    ("+proj=eqc +R=1", "A"): math.sqrt(1 - math.pi**2 / 12),
+    ("+proj=eqc +R=1", "|ln a/b|"): 1 - math.log(2),
+    ("+proj=laea +lat_0=90 +R=1", "I"): math.sqrt(2),
+    ("+proj=merc +R=1", "F"): 2 / math.pi,
+    ("+proj=stere +lat_0=90 +R=1", "S"): 1.0,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "truth"), CONVERGING.items(), ids=map(" ".join, CONVERGING))
+def test_convergence(key, truth):
+    """As the tolerance falls by tens the figure goes to its closed form, always within three times the error stated."""
+    found = [indices(key[0], names=key[1], tolerance=10.0**-k)[key[1]] for k in range(2, 7)]
+    gaps = [abs(one.value - truth) for one in found]
+    assert all(gap <= 3 * one.error + 1e-12 for gap, one in zip(gaps, found, strict=True))
+    # Means of second derivatives are resolved to 1e-5.
+    assert gaps[-1] < (1e-5 if key[1] in "FS" else 2e-6)
+    assert gaps[-1] <= gaps[0]
+
+
+# ---- identities -----------------------------------------------------------------------------
+
+LOBES = [  # west, east, south, north and central meridian of the interrupted Mollweide map's
+    (-180, -40, 0, 90, -100),
+    (-40, 180, 0, 90, 30),
+    (-180, -100, -90, 0, -160),
+    (-100, -20, -90, 0, -60),
+    (-20, 80, -90, 0, 20),
+    (80, 180, -90, 0, 140),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("symbol", ["F", "S"])
+def test_an_interrupted_map_is_the_mean_of_its_lobes(symbol):
+    """Along cuts and where lobes meet nothing is added: F and S of the interrupted map are those of its lobes."""
+    lobes = [
+        (east - west, indices(f"+proj=moll +lon_0={lon} +R=1", f"box:{west},{south},{east},{north}", symbol)[symbol])
+        for west, east, south, north, lon in LOBES
+    ]
+    whole = indices("+proj=imoll +R=1", names=symbol)[symbol]
+    truth = sum(width * lobe.value for width, lobe in lobes) / 720
+    assert whole.value == pytest.approx(truth, abs=3e-5)  # means of second derivatives are good to 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("symbol", ["I", "F", "S"])
+def test_turned_maps_have_the_same_indices(symbol):
+    """The globe has no preferred axis."""
+    plain = indices("+proj=hammer +R=1", names=symbol)[symbol]
+    turned = indices("+proj=ob_tran +o_proj=hammer +o_lat_p=50 +o_lon_p=20 +R=1", names=symbol)[symbol]
+    assert turned.value == pytest.approx(plain.value, abs=3e-5)
+    assert abs(turned.value - plain.value) <= 3 * (turned.error + plain.error)
+
+
+@pytest.mark.parametrize(
+    "name", ["cea", *(pytest.param(name, marks=pytest.mark.slow) for name in ("eckert-4", "equal-earth", "mollweide"))]
+)
+def test_equal_area_maps_have_no_deviation_of_areas(name):
+    """The deviation of ln s of an equal-area map is 0 to rounding, without a warning of what PROJ does at poles."""
+    found = indices(name, names=["kunimune", "canters", "capek", "francula"])
+    assert found["sd ln s"].value == 0.0
+    assert found["sd ln s"].error < 2e-4
+    assert found["canters_ar"].value == pytest.approx(0.0, abs=1e-6)
+
+
+def test_published_over():
+    """The indices of Goldberg and Gott say that their published figures are of |lat| <= 88; others are of the globe."""
+    parts = {name: index.published_over for name, index in INDICES.items() if index.published_over}
+    assert parts == dict.fromkeys(("isotropy", "area", "flexion", "skewness", "goldberg_gott_score"), "|lat| <= 88")
+
+
+def test_cuts_are_of_the_globe():
+    """Over a box, and on a map of a part of the globe, there is no B, and nothing is looked for."""
+    mercator = Projection.from_user_input("mercator")
+    for region, coverage in ((get_region("box:0,0,10,10"), 1.0), (GLOBE, 0.5)):
+        found = boundary_cuts(ScaledField(mercator, region, SimpleNamespace(coverage=coverage)), 1.0)
+        assert math.isnan(found.value)
+        assert math.isnan(found.error)

@@ -1,0 +1,479 @@
+"""What answers promise: statistics of measures against closed forms, order, failures, dictionaries, JSON, frames."""
+
+import functools
+import json
+import math
+import sys
+
+import numpy as np
+import pyproj
+import pytest
+import scipy.integrate
+
+from projdist import indices
+from projdist.answers.point_factors import factors
+from projdist.answers.summaries import compare, summarize
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist.projections import Projection, ProjectionError
+
+R = MEAN_EARTH_RADIUS
+HALF_PI = math.pi / 2
+L2 = math.log(2)
+PLATE_CARREE = math.sqrt(2 - 2 * L2 + L2**2 - math.pi**2 / 12)
+
+
+def sec(x):
+    return 1 / math.cos(x)
+
+
+def utm_edge():
+    """The scale of UTM on the equator, 3 degrees off (Snyder 1987, 8-11 with T = 0); the next term is 1e-13."""
+    e2 = WGS84.f * (2 - WGS84.f)
+    C = e2 / (1 - e2)
+    A = math.radians(3)
+    return 0.9996 * (1 + (1 + C) * A**2 / 2 + (5 + 42 * C + 13 * C**2 - 28 * C) * A**4 / 24 + 61 * A**6 / 720)
+
+
+UTM_EDGE = utm_edge()
+
+# ---- measures over a region -----------------------------------------------------------------
+
+
+@functools.cache
+def statistics(projection, region, measure):
+    return summarize(projection, region, measures=[measure]).measures[measure]
+
+
+def mean_over_latitude(value, low=0.0, high=HALF_PI):
+    """The mean over a sphere's belt of a function of the latitude."""
+    total, _ = scipy.integrate.quad(lambda phi: value(phi) * math.cos(phi), low, high, epsabs=1e-13, epsrel=1e-12)
+    return total / (math.sin(high) - math.sin(low))
+
+
+def omega(a, b):
+    return math.degrees(2 * math.asin(abs(a - b) / (a + b)))
+
+
+POLAR = "cap:0,90,5000"
+RIM = 5000e3 / R  # its angular radius
+BELT = (math.radians(10), math.radians(60))
+# (projection, region, measure): the true mean and RMS.
+MEANS = {
+    ("plate-carree", "globe", "s"): (HALF_PI, math.nan),
+    ("plate-carree", "globe", "omega"): tuple(
+        mean_over_latitude(lambda phi, n=n: omega(1 / math.cos(phi), 1) ** n) ** (1 / n) for n in (1, 2)
+    ),
+    ("plate-carree", "box:0,10,30,60", "s"): tuple(
+        mean_over_latitude(lambda phi, n=n: math.cos(phi) ** -n, *BELT) ** (1 / n) for n in (1, 2)
+    ),
+    ("plate-carree", "globe", "log_areal_scale"): (1 - L2, math.sqrt(2 - 2 * L2 + L2**2 - math.pi**2 / 12)),
+    ("mercator", "globe", "k"): (HALF_PI, math.nan),
+    ("mercator", "globe", "s"): (math.nan, math.nan),
+    ("mollweide", "globe", "s"): (1.0, 1.0),
+    ("sinusoidal", "globe", "omega"): tuple(
+        scipy.integrate.dblquad(
+            lambda phi, lam, n=n: math.degrees(2 * math.atan(lam * math.sin(phi) / 2)) ** n * math.cos(phi) / math.pi,
+            *(0, math.pi, 0, HALF_PI),
+            epsabs=1e-10,
+        )[0]
+        ** (1 / n)
+        for n in (1, 2)
+    ),
+    ("lambert-cylindrical", "globe", "airy"): tuple(
+        mean_over_latitude(lambda phi, n=n: (((math.cos(phi) - 1) ** 2 + (1 / math.cos(phi) - 1) ** 2) / 2) ** (n / 2))
+        if n == 1
+        else math.nan
+        for n in (1, 2)
+    ),
+    ("stereographic", "cap:0,0,5000", "s"): (
+        2 / (1 + math.cos(RIM)),  # the projected area 4 pi tan^2(c/2) over the cap's 2 pi (1 - cos c)
+        math.sqrt(
+            (sec(RIM / 2) ** 6 - 1) / 3 * 2 / (1 - math.cos(RIM))
+        ),  # s^2 = sec^8(c/2), sin c dc = -4 u du of u = cos(c/2)
+    ),
+}
+
+
+def mean_id(key):
+    return "-".join(key)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", MEANS, ids=mean_id)
+def test_mean_and_rms(key):
+    """Means and RMS agree with closed forms within three times their errors; what diverges is NaN."""
+    found = statistics(*key)
+    for value, error, truth in zip(
+        (found.mean, found.rms), (found.mean_error, found.rms_error), MEANS[key], strict=True
+    ):
+        if math.isnan(truth):
+            assert math.isnan(value)
+            assert math.isnan(error)
+        else:
+            assert value == pytest.approx(truth, abs=3 * error + 1e-9)
+            assert value == pytest.approx(truth, abs=5e-6 * max(1, abs(truth)))
+
+
+# Measures of cylindrical maps grow with the latitude: the quantile q is the value where sin(latitude) = q.
+QUANTILES = {
+    ("plate-carree", "k"): lambda phi: 1 / math.cos(phi),
+    ("plate-carree", "omega"): lambda phi: omega(1 / math.cos(phi), 1),
+    ("mercator", "s"): lambda phi: 1 / math.cos(phi) ** 2,
+    ("mercator", "fisher"): lambda phi: -math.sqrt(2) * math.log(math.cos(phi)),
+    ("lambert-cylindrical", "a"): lambda phi: 1 / math.cos(phi),
+}
+
+
+@pytest.mark.parametrize(
+    "key",
+    [pytest.param(key, marks=pytest.mark.slow) if key == ("plate-carree", "omega") else key for key in QUANTILES],
+    ids=mean_id,
+)
+def test_median_and_p95(key):
+    """Medians and 95th percentiles of cylindrical maps are right to 1e-3: a share of 1e-4 is a point of theirs."""
+    found = statistics(key[0], "globe", key[1])
+    assert found.median == pytest.approx(QUANTILES[key](math.asin(0.5)), rel=1e-3)
+    assert found.p95 == pytest.approx(QUANTILES[key](math.asin(0.95)), rel=1e-3)
+
+
+# The gradient of ln k of a conformal map: on Mercator's tan(latitude), on the stereographic tan(c / 2). The mean
+# over all directions of |sin| or |cos| is 2 / pi (Goldberg & Gott 2007 have 0.64 for both on Mercator's map).
+FLEXION = {
+    ("mercator", "box:0,10,30,60"): 2 / math.pi * mean_over_latitude(math.tan, *BELT),
+    ("stereographic", POLAR.replace("90", "0")): 2 / math.pi * (RIM - math.sin(RIM)) / (1 - math.cos(RIM)),
+    ("mercator", "globe"): 2 / math.pi,
+    # 2 / pi tan(c / 2), and the mean of tan(c / 2) is pi / 2.
+    ("stereographic", "globe"): 1.0,
+    ("+proj=stere +lat_0=90 +R=1", "globe"): 1.0,
+}
+
+
+# That of the cubature, which refines the means of second derivatives to 1e-5.
+SECOND_ORDER = 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["flexion", "skewness"])
+@pytest.mark.parametrize("key", FLEXION, ids=mean_id)
+def test_means_of_second_derivatives(key, name):
+    """The mean flexion and skewness of conformal maps are 2 / pi times the mean of |grad ln k|."""
+    found = statistics(*key, name)
+    assert found.mean == pytest.approx(FLEXION[key], abs=SECOND_ORDER)
+    assert abs(found.mean - FLEXION[key]) <= 3.0 * found.mean_error
+
+
+@pytest.mark.slow
+def test_no_flexion_of_the_gnomonic_map():
+    """The gnomonic map shows great circles straight."""
+    assert statistics("gnomonic", "cap:0,0,5000", "flexion").mean == pytest.approx(0.0, abs=SECOND_ORDER)
+
+
+MAXIMA = {  # (projection, region, measure): value, and latitude and longitude where they are unique
+    ("plate-carree", "box:0,10,30,60", "k"): (2.0, None, 60.0),
+    ("plate-carree", "globe", "s"): (math.inf, None, None),
+    ("mercator", "globe", "k"): (math.inf, None, None),
+    ("sinusoidal", "globe", "omega"): (math.degrees(2 * math.atan(HALF_PI)), 180.0, 90.0),
+    ("sinusoidal", "box:0,0,90,60", "omega"): (
+        math.degrees(2 * math.atan(HALF_PI / 2 * math.sin(math.pi / 3))),
+        90,
+        60,
+    ),
+    ("EPSG:32631", "box:0,0,6,84", "k"): (UTM_EDGE, None, 0.0),
+    ("azimuthal-equidistant", "cap:0,0,5000", "a"): (RIM / math.sin(RIM), None, None),
+    ("stereographic", "cap:0,0,5000", "s"): (sec(RIM / 2) ** 4, None, None),
+    ("laea", "cap:0,0,5000", "omega"): (omega(1 / math.cos(RIM / 2), math.cos(RIM / 2)), None, None),
+}
+
+
+@pytest.mark.parametrize("key", MAXIMA, ids=mean_id)
+def test_maxima(key):
+    """Maxima are those of the closed form, at their place, on the rim of a cap; unbounded ones are infinite."""
+    found = statistics(*key)
+    value, lon, lat = MAXIMA[key]
+    # Pole ends are searched as near as the samples reach, some 1e-4 of a radian.
+    near_pole = lat == 90.0
+    assert found.max == pytest.approx(value, rel=1e-5 if near_pole else 1e-9)
+    at_lon, at_lat = found.max_at
+    if lat is not None:
+        assert abs(at_lat) == pytest.approx(lat, abs=0.05 if near_pole else 1e-4)
+    if lon is not None:
+        assert abs(at_lon) == pytest.approx(lon, abs=0.05)
+    if key[1].startswith("cap"):
+        distance = math.acos(math.cos(math.radians(at_lat)) * math.cos(math.radians(at_lon)))
+        assert distance == pytest.approx(RIM, abs=1e-6)
+
+
+# ---- summaries and comparisons --------------------------------------------------------------
+
+SUMMARY_KEYS = [
+    "projection",
+    "name",
+    "definition",
+    "coverage",
+    "airy_kavrayskiy",
+    "airy_kavrayskiy_scaled",
+    "airy_kavrayskiy_affine",
+    "error_estimate",
+    "evaluations",
+]
+ERRORS = ["mean_error", "rms_error", "max_error", "min_error"]
+FRAME_STATISTICS = ["mean", "rms", "median", "p95", "max", "min", *ERRORS, "max_lon", "max_lat", "min_lon", "min_lat"]
+STATISTICS_KEYS = {"mean", "rms", "median", "p95", "max", "min", "max_at", "min_at", *ERRORS}
+EUROPE = "box:-10,35,40,70"
+
+
+def test_summary_to_dict():
+    """A summary as a dictionary has the documented keys, then the measures by the text that they were asked for."""
+    found = summarize("mercator", "box:0,0,40,60", measures=["k", "areal_scale", "scale@45"], tolerance=1e-6)
+    result = found.to_dict()
+    assert list(result) == [*SUMMARY_KEYS, "k", "areal_scale", "scale@45"]
+    assert result["projection"] == "mercator"
+    assert result["definition"] == f"+proj=merc +R={R}"
+    assert result["coverage"] == 1.0
+    assert result["airy_kavrayskiy"] == found.airy_kavrayskiy
+    assert set(result["k"]) == STATISTICS_KEYS
+    assert result["k"]["max"] == pytest.approx(2.0, rel=1e-9)
+    assert json.loads(json.dumps(result, allow_nan=False)) == result
+
+
+def test_summary_to_frame():
+    """A summary is a row of its numbers as they are, each statistic of a measure a column."""
+    pytest.importorskip("pandas")
+    found = summarize("mercator", "box:0,0,40,60", measures=["k", "s"], tolerance=1e-6)
+    frame = found.to_frame()
+    statistics_columns = [f"{name}_{key}" for name in ("k", "s") for key in FRAME_STATISTICS]
+    assert list(frame.columns) == [*SUMMARY_KEYS, *statistics_columns]
+    assert len(frame) == 1
+    row = frame.iloc[0]
+    assert row["projection"] == "mercator"
+    assert row["airy_kavrayskiy"] == found.airy_kavrayskiy
+    assert row["k_max"] == found.measures["k"].max
+    assert (row["s_max_lon"], row["s_max_lat"]) == found.measures["s"].max_at
+
+
+def test_frames_of_what_is_undefined():
+    """In a frame an undefined mean is NaN, and a measure without bound has the maximum infinity."""
+    pytest.importorskip("pandas")
+    row = summarize("mercator", measures=["s"], tolerance=1e-6).to_frame().iloc[0]
+    assert math.isnan(row["s_mean"])
+    assert row["s_max"] == math.inf
+
+
+def test_undefined_is_none():
+    """NaN and infinity are None in a dictionary, so that it is valid JSON."""
+    result = summarize("mercator", measures=["s"], tolerance=1e-6).to_dict()
+    assert result["s"]["mean"] is None
+    assert result["s"]["max"] is None
+    json.dumps(result, allow_nan=False)
+
+
+def test_undefined_factors_are_none():
+    """Factors at points as a dictionary: one result a point, in order, with None beyond the horizon."""
+    result = factors(f"+proj=ortho +R={R}", [0.0, 120.0], [60.0, 0.0], measures=["areal_error_ppm"]).to_dict()
+    assert list(result) == ["projection", "name", "definition", "results"]
+    names = "lon lat x y h k a b s omega theta convergence fisher quality areal_error_ppm".split()
+    assert [list(row) for row in result["results"]] == [names, names]
+    inside, beyond = result["results"]
+    assert inside["h"] == pytest.approx(0.5, abs=1e-10)
+    assert inside["areal_error_ppm"] == pytest.approx(5e5, abs=1e-3)
+    assert inside["quality"] == "ok"
+    assert beyond["quality"] == "outside"
+    assert {beyond[name] for name in names[2:13]} == {None}
+    json.dumps(result, allow_nan=False)
+
+
+def test_factors_to_frame():
+    """A frame of factors has a row a point in the order of the raveled arrays, and a column a number or measure."""
+    pytest.importorskip("pandas")
+    lon, lat = np.meshgrid([-120.0, 0.0, 35.0], [-50.0, 20.0])
+    found = factors(f"+proj=ortho +R={R}", lon, lat, measures=["areal_error_ppm"])
+    frame = found.to_frame()
+    assert list(frame.columns) == list(found.to_dict()["results"][0])
+    for name in ("lon", "lat", "h", "quality"):
+        np.testing.assert_array_equal(frame[name], getattr(found, name).ravel())
+    assert frame["h"].isna().tolist() == [True, False, False, True, False, False]
+    assert frame["h"].dtype == float
+
+
+def test_factors_keep_their_shape():
+    """Factors of a grid have the grid's shape: k of Mercator's map is sec(latitude)."""
+    lon, lat = np.meshgrid([-120.0, 0.0, 35.0], [-50.0, 20.0])
+    found = factors("mercator", lon, lat)
+    assert found.k.shape == found.quality.shape == (2, 3)
+    assert found.jacobian.shape == (2, 3, 2, 2)
+    np.testing.assert_allclose(found.k, 1 / np.cos(np.radians(lat)), rtol=1e-11)
+
+
+def my_plate_carree(lon, lat):
+    return R * np.radians(lon), R * np.radians(lat)
+
+
+ANYTHING = {
+    "name": ("plate-carree", "plate-carree"),
+    "string": (f"+proj=eqc +R={R}", f"+proj=eqc +R={R}"),
+    "function": (my_plate_carree, "my_plate_carree"),
+    "projection": (Projection.from_user_input("plate-carree"), f"+proj=eqc +R={R}"),
+    "crs": (pyproj.CRS(f"+proj=eqc +R={R}"), None),
+    "wkt": (pyproj.CRS(f"+proj=eqc +R={R}").to_wkt(), None),
+}
+
+
+@pytest.mark.parametrize("kind", ANYTHING)
+def test_any_projection(kind):
+    """Whatever names the plate carree has its error; `given` is the text, or else the definition."""
+    value, given = ANYTHING[kind]
+    found = summarize(value, tolerance=1e-6)
+    assert found.airy_kavrayskiy == pytest.approx(PLATE_CARREE, abs=1e-6)
+    assert given is None or found.given == given
+
+
+@pytest.mark.slow
+def test_comparison_is_ordered():
+    """Results come by ascending error, whatever the order of the question."""
+    found = compare(["mercator", "winkel-tripel", "stereographic", "laea", "natural-earth"], tolerance=1e-4)
+    assert [r.given for r in found.results] == ["winkel-tripel", "natural-earth", "mercator", "laea", "stereographic"]
+    assert found.failures == ()
+
+
+def test_failures_stand_beside_results():
+    """What cannot be measured is a failure with its reason, and the others have their results."""
+    given = ["no-such-map", "mercator", "EPSG:4326", f"+proj=gnom +lat_0=-90 +R={R}"]
+    found = compare(given, EUROPE, tolerance=1e-4)
+    assert [result.given for result in found.results] == ["mercator"]
+    assert [failure.given for failure in found.failures] == [given[0], given[2], given[3]]
+    messages = [failure.error for failure in found.failures]
+    assert messages[0].startswith("Invalid projection 'no-such-map'.")
+    assert messages[1].startswith("Invalid projection 'EPSG:4326'.")
+    assert messages[2] == "Invalid region 'box:-10,35,40,70' for Gnomonic. No point of it can be projected."
+    assert all("\n" not in message for message in messages)
+
+
+def test_comparison_to_dict():
+    """A comparison as a dictionary: the region with its area, results, failures."""
+    result = compare(["no-such-map", "mercator"], EUROPE, measures=["omega"], tolerance=1e-4).to_dict()
+    assert list(result) == ["region", "results", "failures"]
+    assert list(result["region"]) == ["name", "area_km2"]
+    assert result["region"]["name"] == EUROPE
+    assert [list(entry) for entry in result["results"]] == [[*SUMMARY_KEYS, "omega"]]
+    assert [list(entry) for entry in result["failures"]] == [["projection", "error"]]
+    assert result["failures"][0]["projection"] == "no-such-map"
+    json.dumps(result, allow_nan=False)
+
+
+def test_comparison_to_frame():
+    """A frame of a comparison has its results in their order, and not its failures; of failures alone it is empty."""
+    pytest.importorskip("pandas")
+    found = compare(["mercator", "no-such-map", "laea"], EUROPE, measures=["omega"], tolerance=1e-4)
+    frame = found.to_frame()
+    assert frame["projection"].tolist() == [result.given for result in found.results]
+    assert frame["omega_p95"].tolist() == [result.measures["omega"].p95 for result in found.results]
+    assert compare(["no-such-map"], EUROPE, tolerance=1e-4).to_frame().empty
+
+
+# One of each kind, with undefined numbers.
+ANSWERS = {
+    "factors": lambda: factors("mercator", [10.0, 20.0], [90.0, 1 / 3]),
+    "summary": lambda: summarize("mercator", measures=["s"], tolerance=1e-4),
+    "comparison": lambda: compare(["mercator", "no-such-map"], measures=["s"], tolerance=1e-4),
+}
+
+
+@pytest.mark.parametrize("kind", ANSWERS)
+def test_to_json(kind):
+    """JSON is the dictionary to the last bit, valid with its nulls, on one line or indented."""
+    answer = ANSWERS[kind]()
+    text = answer.to_json()
+    assert json.loads(text, parse_constant=pytest.fail) == answer.to_dict()
+    assert "null" in text
+    assert "\n" not in text
+    assert json.loads(answer.to_json(indent=2)) == answer.to_dict()
+    assert answer.to_json(indent=2).count("\n") > 10
+
+
+@pytest.mark.parametrize("kind", ANSWERS)
+def test_frames_need_pandas(kind, monkeypatch):
+    """Without pandas `to_frame` says in one line what to install; the rest works."""
+    answer = ANSWERS[kind]()
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    match = r"^Invalid call of to_frame\. It needs pandas: pip install 'projdist\[gis\]'\.$"
+    with pytest.raises(ImportError, match=match):
+        answer.to_frame()
+    answer.to_json()
+
+
+@pytest.mark.parametrize("kind", ANSWERS)
+def test_frames_are_pandas_frames(kind):
+    """An answer's frame is a DataFrame of pandas."""
+    pd = pytest.importorskip("pandas")
+    assert isinstance(ANSWERS[kind]().to_frame(), pd.DataFrame)
+
+
+@pytest.mark.parametrize("projection", [f"+proj=merc +R={R}", "+proj=merc +R=3396190"], ids=["sphere", "Mars"])
+def test_the_area_of_the_region_is_that_on_wgs84(projection):
+    """The region is common to all projections of a comparison: its area is WGS 84's, whatever their ellipsoids."""
+    result = compare([projection], tolerance=1e-3).to_dict()
+    assert result["region"]["area_km2"] == pytest.approx(510_065_621.724, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "question", [summarize, lambda p, *args, **kw: compare([p], *args, **kw)], ids=["one", "several"]
+)
+def test_unknown_words(question):
+    """An unknown measure or region is an error of the question, not a failure of one projection."""
+    with pytest.raises(ValueError, match=r"^Invalid measure 'omgea'\. Did you mean omega"):
+        question("mercator", measures=["omgea"])
+    with pytest.raises(ValueError, match=r"^Invalid region 'globus'\. It must be globe, "):
+        question("mercator", "globus")
+    with pytest.raises(ValueError, match=r"^Invalid tolerance '0'\. It must be above 0\.$"):
+        question("mercator", tolerance=0)
+
+
+def test_unknown_projection():
+    """An unknown projection is a ProjectionError of `summarize`, with close matches."""
+    with pytest.raises(ProjectionError, match=r"^Invalid projection 'mercatro'\. Did you mean mercator"):
+        summarize("mercatro")
+
+
+def test_a_region_that_cannot_be_projected():
+    """A region beyond the horizon is an error that names the region and the projection."""
+    match = r"^Invalid region 'box:120,-30,150,30' for Orthographic\. No point of it can be projected\.$"
+    with pytest.raises(ProjectionError, match=match):
+        summarize(f"+proj=ortho +R={R}", "box:120,-30,150,30")
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-8, math.nan])
+def test_invalid_tolerance(tolerance):
+    """A tolerance must be positive."""
+    with pytest.raises(ValueError, match=rf"^Invalid tolerance '{tolerance}'\. It must be above 0\.$"):
+        summarize("mercator", tolerance=tolerance)
+
+
+@pytest.mark.parametrize("flat", [lambda lon, lat: (111e3 * lon, 0.0 * lat), lambda lon, lat: (0.0 * lon, 0.0 * lat)])
+def test_maps_onto_a_line(flat):
+    """They are singular everywhere: there is nothing to measure."""
+    with pytest.raises(ProjectionError, match=r"It is singular everywhere|No part of it"):
+        summarize(flat, "box:0,0,10,10")
+
+
+def test_two_measures_of_one_name():
+    """Each must have a name of its own; the same measure twice is one."""
+
+    def fisher(J):
+        return J[..., 0, 0]
+
+    with pytest.raises(ValueError, match=r"^Invalid measures. Two are called 'fisher'"):
+        summarize("robin", "box:0,0,10,10", measures=["fisher", fisher])
+    found = summarize("robin", "box:0,0,10,10", measures=["h", "h"], tolerance=1e-3)
+    assert list(found.measures) == ["h"]
+
+
+def test_published_indices_of_a_comparison():
+    """They are those of `indices`, in each result and in its dictionary; an unknown one is refused before the work."""
+    compared = compare(["robin", "moll"], "box:6,47,15,55", indices=["airy", "jordan"], tolerance=1e-4)
+    for found in compared.results:
+        alone = indices(found.given, "box:6,47,15,55", ["airy", "jordan"], tolerance=1e-4)
+        assert found.indices.values == alone.values
+        assert found.to_dict()["indices"] == alone.to_dict()["indices"]
+    assert summarize("robin", "box:6,47,15,55", tolerance=1e-3).indices is None
+    with pytest.raises(ValueError, match=r"^Invalid index 'jordn'"):
+        compare("robin", "box:6,47,15,55", indices="jordn")

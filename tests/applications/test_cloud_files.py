@@ -1,0 +1,280 @@
+"""Files of points: what is read of each kind, what is written, and what is refused."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from projdist import Notice
+from projdist.applications.pointclouds import read_cloud
+
+POINTS = np.array([[0.1, -2.0, 3e5], [4.0, 5.5, 6.0], [7.25, 8.0, 9.0]])
+A, SHIFT = np.array([[0.0, -2.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.5]]), np.array([1.0, 2.0, 3.0])
+MOVED = [[5.0, 2.1, 150003.0], [-10.0, 6.0, 6.0], [-15.0, 9.25, 7.5]]  # by hand
+NORMAL, TURNED = [0.6, 0.8, 0.0], [-0.4, 0.6, 0.0]  # A^-T takes it to (-0.4, 0.6, 0), of length root 0.52
+
+HEADER = """ply
+format {order} 1.0
+comment a triangle
+element vertex 3
+property {kind} x
+property uchar red
+property {kind} y
+property {kind} z
+property float nx
+property float ny
+property float nz
+element face 1
+property list uchar int vertex_indices
+end_header
+"""
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+def ply(order, kind="double", points=POINTS, normal=NORMAL):
+    """A PLY file, by hand."""
+    head = HEADER.format(order=order, kind=kind).encode()
+    if order == "ascii":
+        rows = [f"{x!r} {k} {y!r} {z!r} {' '.join(map(repr, normal))}" for k, (x, y, z) in enumerate(points.tolist())]
+        return head + "\n".join([*rows, "3 0 1 2", ""]).encode()
+    mark = ORDERS[order] + ("dBdd" if kind == "double" else "fBff") + "3f"
+    rows = [struct.pack(mark, x, k, y, z, *normal) for k, (x, y, z) in enumerate(points.tolist())]
+    return head + b"".join(rows) + struct.pack(ORDERS[order] + "B3i", 3, 0, 1, 2)
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Write a file and read it as a cloud."""
+
+    def read(name, data):
+        path = tmp_path / name
+        path.write_bytes(data if isinstance(data, bytes) else data.encode())
+        return read_cloud(path)
+
+    return read
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "ids"),
+    [
+        ("0.1,-2,3e5\n4,5.5,6\n7.25,8,9\n", 3, None),
+        ("\ufeffx;y;z\r\n0.1;-2;3e5\r\n4;5.5;6\r\n7.25;8;9\r\n", 3, None),
+        ("# a comment\nname\tx\ty\na\t0.1\t-2\nb\t4\t5.5\nc\t7.25\t8\n", 2, ("a", "b", "c")),
+        ("p,0.1,-2,3e5\nq,4,5.5,6\nr,7.25,8,9\n", 3, ("p", "q", "r")),
+        ("colour,Z,Y,X,ID\nred,3e5,-2,0.1,1\nred,6,5.5,4,2\nred,9,8,7.25,3\n", 3, ("1", "2", "3")),
+        ("first,second,third\n0.1,-2,3e5\n4,5.5,6\n7.25,8,9\n", 3, None),
+    ],
+)
+def test_csv(file, text, columns, ids):
+    """CSV with and without a header, with any separator, with ids and other columns."""
+    cloud = file("a.csv", text)
+    np.testing.assert_array_equal(cloud.points, POINTS[:, :columns])
+    assert cloud.ids == ids
+
+
+def test_any_dimension(file):
+    """A CSV file may have any number of coordinates; a row of empty cells is a missing point."""
+    cloud = file("a.csv", "1,2,3,4,5\n,,,,\n")
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3, 4, 5], [np.nan] * 5])
+
+
+def test_points_that_lack_a_coordinate(file):
+    """They are missing, which is told with their number."""
+    with pytest.warns(Notice, match=r"^2 point\(s\) of '.*' lack a coordinate and are taken as missing: 2, 4\.$"):
+        cloud = file("a.csv", "x,y,z\n1,2,3\n6,,8\n,,\n1,2,\n")
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], *[[np.nan] * 3] * 3])
+    nan = [[0.0, 1.0, 2.0], [3.0, np.nan, 4.0], [5.0, 6.0, 7.0]]
+    with pytest.warns(Notice, match=r"^1 point\(s\) .*: 2\.$"):
+        cloud = file("a.ply", ply("binary_little_endian", points=np.array(nan)))
+    np.testing.assert_array_equal(cloud.points, [nan[0], [np.nan] * 3, nan[2]])
+
+
+def test_a_short_id(file):
+    """A row that ends before its id has an empty one."""
+    assert file("a.csv", "x,y,id\n1,2,a\n3,4\n").ids == ("a", "")
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize(
+    ("kind", "mark", "numbers"),
+    [
+        ("ushort", "H", [0, 40000, 65535]),
+        ("uint16", "H", [32768, 1, 2]),
+        ("short", "h", [-32768, 5, 32767]),
+        ("uchar", "B", [200, 255, 0]),
+        ("char", "b", [-128, 127, -1]),
+        ("uint", "I", [0, 3_000_000_000, 4_294_967_295]),
+        ("int", "i", [-2_147_483_648, 2_147_483_647, 0]),
+    ],
+)
+def test_whole_numbers_of_ply(file, tmp_path, order, kind, mark, numbers):
+    """Every type has its own range, with or without a sign, and is written as it was."""
+    properties = f"property float x\nproperty float y\nproperty {kind} n\n"
+    head = f"ply\nformat {order} 1.0\nelement vertex 3\n{properties}end_header\n"
+    rows = [(float(k), k * k / 2, number) for k, number in enumerate(numbers)]
+    if order == "ascii":
+        data = "".join(f"{x} {y} {n}\n" for x, y, n in rows).encode()
+    else:
+        data = b"".join(struct.pack(f"{ORDERS[order]}ff{mark}", *row) for row in rows)
+    cloud = file("a.ply", head.encode() + data)
+    assert cloud.content.vertices["n"].tolist() == numbers
+    cloud.write(tmp_path / "b.ply", np.eye(2), np.zeros(2))
+    assert (tmp_path / "b.ply").read_bytes() == head.encode() + data
+
+
+def test_csv_is_written(file, tmp_path):
+    """Moved points stand in the place of the old ones, in full precision; missing ones and other columns stay."""
+    cloud = file("a.csv", "id,x,text,y,z\n1,0.1,b,-2,3e5\n2,,c,,\n3,7.25,d,8,9\n")
+    cloud.write(tmp_path / "b.csv", A, SHIFT)
+    assert (tmp_path / "b.csv").read_text() == "id,x,text,y,z\n1,5.0,b,2.1,150003.0\n2,,c,,\n3,-15.0,d,9.25,7.5\n"
+    with pytest.raises(FileExistsError, match="It exists; --overwrite replaces it"):
+        cloud.write(tmp_path / "b.csv", A, SHIFT)
+    cloud.write(tmp_path / "b.csv", A, SHIFT + 1, overwrite=True)
+    assert "6.0,b,3.1" in (tmp_path / "b.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "written"),
+    [
+        ("a.csv", ",\n4,5\n7,8\n", "nan,nan\n-9.0,6.0\n-15.0,9.0\n"),
+        ("a.xyz", "nan nan nan 1\n4 5 6 2\n", "nan nan nan 1\n-9.0 6.0 6.0 2\n"),
+    ],
+)
+def test_missing_points_without_a_header_stay_missing(file, tmp_path, name, text, written):
+    """They are nan: without anything the cells behind them would take their place, or the row be a header."""
+    cloud = file(name, text)
+    n = cloud.points.shape[1]
+    cloud.write(tmp_path / f"new-{name}", A[:n, :n], SHIFT[:n])
+    assert (tmp_path / f"new-{name}").read_text() == written
+
+
+def test_normals(file, tmp_path):
+    """Normals in a CSV file are turned, and stay normal to what was a surface; where there is none there is none."""
+    cloud = file("a.csv", "x,y,z,nx,ny,nz\n1,2,3,0.6,0.8,0\n1,2,3,0,0,0\n")
+    cloud.write(tmp_path / "b.csv", A, SHIFT)
+    normals = read_cloud(tmp_path / "b.csv").normals
+    np.testing.assert_allclose(normals, [np.array(TURNED) / np.linalg.norm(TURNED), [0, 0, 0]], rtol=1e-15)
+    along = A @ [-0.8, 0.6, 5.0]
+    assert normals[0] @ along == pytest.approx(0.0, abs=1e-15)
+
+
+def test_xyz(file, tmp_path):
+    """XYZ has three coordinates in each line, whatever follows them."""
+    cloud = file("a.xyz", "# scan\n0.1 -2  3e5 255 0\n\n4 5.5 6 0 0\n7.25\t8 9 0 1\n")
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    cloud.write(tmp_path / "b.xyz", A, SHIFT)
+    assert (tmp_path / "b.xyz").read_text() == (
+        "# scan\n5.0 2.1 150003.0 255 0\n-10.0 6.0 6.0 0 0\n-15.0 9.25 7.5 0 1\n"
+    )
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_ply(file, order, tmp_path):
+    """PLY is read and written in each of its forms: but for points and turned normals it is what it was."""
+    cloud = file("a.ply", ply(order))
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    cloud.write(tmp_path / "b.ply", A, SHIFT)
+    normal = np.float32(np.array(TURNED) / np.linalg.norm(TURNED))
+    again = read_cloud(tmp_path / "b.ply")
+    np.testing.assert_allclose(again.points, MOVED, rtol=1e-15)
+    np.testing.assert_allclose(again.normals, [normal] * 3, rtol=1e-7)
+    again.write(tmp_path / "c.ply", np.linalg.inv(A), -np.linalg.solve(A, SHIFT))
+    back = read_cloud(tmp_path / "c.ply")
+    np.testing.assert_allclose(back.points, POINTS, rtol=1e-15)
+    np.testing.assert_array_equal(back.content.vertices["red"], [0, 1, 2])
+    assert back.content.header == HEADER.format(order=order, kind="double").encode()
+    assert back.content.tail == cloud.content.tail != b""
+
+
+# Turk 1994, and the names with sizes that followed: the struct module's letter and the ends of each type's range.
+SCALARS = {
+    **dict.fromkeys(["char", "int8"], ("b", -128, 127)),
+    **dict.fromkeys(["uchar", "uint8"], ("B", 0, 255)),
+    **dict.fromkeys(["short", "int16"], ("h", -32768, 32767)),
+    **dict.fromkeys(["ushort", "uint16"], ("H", 0, 65535)),
+    **dict.fromkeys(["int", "int32"], ("i", -(2**31), 2**31 - 1)),
+    **dict.fromkeys(["uint", "uint32"], ("I", 0, 2**32 - 1)),
+    **dict.fromkeys(["float", "float32"], ("f", -1.5, 2.0**100)),
+    **dict.fromkeys(["double", "float64"], ("d", -0.1, 1e300)),
+}
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("kind", SCALARS)
+def test_types_of_ply(file, order, kind):
+    """Each type of PLY has its size, its sign and its order of bytes, and what comes behind it is in its place."""
+    letter, *ends = SCALARS[kind]
+    lines = [f"format {order} 1.0", "element vertex 2", "property float x", f"property {kind} more", "property float y"]
+    head = "\n".join(["ply", *lines, "end_header", ""]).encode()
+    if order == "ascii":
+        rows = "".join(f"{k} {end} {k + 0.5}\n" for k, end in enumerate(ends)).encode()
+    else:
+        rows = b"".join(struct.pack(f"{ORDERS[order]}f{letter}f", k, end, k + 0.5) for k, end in enumerate(ends))
+    cloud = file("a.ply", head + rows)
+    assert cloud.content.vertices["more"].tolist() == ends
+    assert cloud.points.tolist() == [[0.0, 0.5], [1.0, 1.5]]
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_ply_in_single_precision(file, order, tmp_path):
+    """Coordinates keep their type: floats are good to 6e-8."""
+    cloud = file("a.ply", ply(order, "float"))
+    cloud.write(tmp_path / "b.ply", A, SHIFT)
+    np.testing.assert_allclose(read_cloud(tmp_path / "b.ply").points, MOVED, rtol=6e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        ("a.obj", "v 1 2 3", r"Its suffix must be \.csv, \.xyz or \.ply"),
+        ("a.csv", "", "There are no points in it"),
+        ("a.csv", "x,y\n", "There are no points in it"),
+        ("a.csv", "1 2\n3 4\n", "Its cells must stand apart by commas, semicolons or tabs"),
+        ("a.csv", "x,y\n1,2\n3,b\n", "Row 2 must have 2 numbers for its point"),
+        ("a.csv", "1,2\n3\n4,5\n", "Row 2 must have 2 numbers for its point"),
+        ("a.csv", "1,2\n3,4,5\n6,7,8\n", "Its row 2 has 3 cells, the first one 2"),
+        ("a.csv", "x,y,name\n1,2,a\n3,4,b,5\n", "Its row 3 has 4 cells, the first one 3"),
+        ("a.csv", 'x,y,name\n1,2,a\n3,4,"b\n5,6,c\n', "Its row 3 has a quotation mark that does not end its cell"),
+        ("a.csv", "1,2,\n3,4,\n", "No point in it has all of its coordinates"),
+        ("a.csv", "1,2\n3,1_0\n", "Row 2 must have 2 numbers for its point"),
+        ("a.csv", "1,2\n3,inf\n", "Point 2 is infinitely far away"),
+        ("a.csv", "# one\n# two\n", "There are no points in it"),
+        ("a.xyz", "1 2\n3 4 5\n", "Row 1 has 2 numbers, row 2 more"),
+        ("a.csv", b"\xff\xfe1,2", "It must be text in UTF-8"),
+        ("a.xyz", "1 2 3\n4 5\n", "Row 2 must have 3 numbers for its point"),
+        ("a.ply", "solid", "It is no PLY file: its header must begin with ply"),
+        ("a.ply", ply("binary_little_endian")[:-50], "It ends before its 3 vertices do"),
+        ("a.ply", ply("ascii")[:-50], "Vertex 2 must have 7 numbers"),
+        ("a.ply", ply("ascii").replace(b"vertex 3", b"vertex 1000000000000000000"), "Vertex 4 must have 7 numbers"),
+        ("a.ply", ply("binary_big_endian").replace(b"vertex 3", b"vertex 1" + 18 * b"0"), "It ends before its 10"),
+        (
+            "a.ply",
+            ply("ascii").replace(b" 1 5.5", b" 256 5.5"),
+            "Vertex 2 has 256 for red, which its type uint8 cannot",
+        ),
+        ("a.ply", ply("ascii").replace(b" 1 5.5", b" 1.5 5.5"), "Vertex 2 has 1.5 for red, which its type uint8 can"),
+        (
+            "a.ply",
+            ply("ascii", "float").replace(b"4.0 1", b"1e39 1"),
+            "Vertex 2 has 1e.39 for x, which its type float32",
+        ),
+        ("a.ply", ply("ascii").replace(b"float ny", b"float nx"), "Its vertices have two properties of one name"),
+        ("a.ply", ply("ascii", "int"), "Its vertices must have x, y and perhaps z of type float or double"),
+        ("a.ply", HEADER.format(order="zip", kind="float"), "Its header must name a format and, as the first element"),
+        (
+            "a.ply",
+            HEADER.format(order="ascii", kind="half"),
+            "The line 'property half x' of its header is not understood",
+        ),
+    ],
+)
+def test_refused(file, name, data, said):
+    """What cannot be read is one line with the file's name."""
+    with pytest.raises(ValueError, match=rf"^Invalid cloud '.*{name}'\. {said}"):
+        file(name, data)
+
+
+def test_there_is_no_file(tmp_path):
+    """A file that is not there is named."""
+    with pytest.raises(ValueError, match=r"^Invalid cloud '.*a\.csv'\. The file cannot be read: No such file"):
+        read_cloud(tmp_path / "a.csv")

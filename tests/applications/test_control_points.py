@@ -1,0 +1,121 @@
+"""Control points of old maps, from files."""
+
+import contextlib
+
+import numpy as np
+import pytest
+from pyproj import Transformer
+
+from projdist import Notice
+from projdist.applications.oldmaps import (
+    read_control_points,
+)
+
+ROWS = [(1.0, 2.0, 600000.0, 200000.0), (5.0, 2.5, 604000.0, 200100.0), (2.0, 9.0, 601500.0, 207000.0)]
+
+TEXTS = {
+    "comma, id, no header": "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in enumerate(ROWS, 1)),
+    "spaces, no id": "# a comment\n\n" + "".join(f"{a} {b}   {c} {d}\n" for a, b, c, d in ROWS),
+    "semicolons": "y_new;x_new;y_old;x_old;id\n"
+    + "".join(f"{d};{c};{b};{a};{k}\n" for k, (a, b, c, d) in enumerate(ROWS, 1)),
+    "tabs": "X_old\tY_old\tEasting\tNorthing\n" + "".join(f"{a}\t{b}\t{c}\t{d}\n" for a, b, c, d in ROWS),
+    "QGIS": "#CRS: none\nmapX,mapY,sourceX,sourceY,enable,dX,dY,residual\n"
+    + "".join(f"{c},{d},{a},{b},1,0,0,0\n" for a, b, c, d in ROWS)
+    + "0,0,7,7,0,0,0,0\n",
+}
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+def test_files(kind, tmp_path):
+    """Whatever separates the columns and names them, the points are the same; what is not enabled is no point."""
+    path = tmp_path / "points.txt"
+    path.write_text(TEXTS[kind], encoding="utf-8")
+    told = pytest.warns(Notice, match="are not enabled") if kind == "QGIS" else contextlib.nullcontext()
+    with told:
+        points = read_control_points(path)
+    np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
+    assert points.names == ("1", "2", "3")
+    assert points.note == ""
+
+
+def test_names_of_points(tmp_path):
+    """An id may be any text."""
+    path = tmp_path / "points.csv"
+    path.write_text(
+        'name,x_old,y_old,x_new,y_new\n"Basel, Münster",0,0,0,0\nb,1,0,900,0\nc,0,1,0,900\n', encoding="utf-8"
+    )
+    assert read_control_points(path).names == ("Basel, Münster", "b", "c")
+
+
+def test_longitudes_and_latitudes(tmp_path):
+    """Degrees are projected with a CRS, as pyproj does it."""
+    path = tmp_path / "points.csv"
+    places = [(7.5, 47.5), (7.9, 47.4), (7.7, 47.6)]
+    path.write_text(
+        "x_old,y_old,lon,lat\n" + "".join(f"{k},{k * k},{lon},{lat}\n" for k, (lon, lat) in enumerate(places)),
+        encoding="utf-8",
+    )
+    truth = np.stack(
+        Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True).transform(*np.transpose(places)), -1
+    )
+    np.testing.assert_allclose(read_control_points(path, crs="EPSG:32632").new, truth, atol=1e-6)
+    with pytest.raises(ValueError, match=r"Its truth is longitudes and latitudes; a CRS is needed that makes a plane"):
+        read_control_points(path)
+
+
+def test_points_that_are_not_enabled(tmp_path):
+    """QGIS's points that are switched off are left out, which is told."""
+    path = tmp_path / "points.csv"
+    path.write_text("mapX,mapY,pixelX,pixelY,enable\n0,0,0,0,1\n9,0,1,0,1\n0,9,0,1,1\n5,5,7,7,0\n", encoding="utf-8")
+    with pytest.warns(Notice, match=r"^1 control point\(s\) of '.*' are not enabled and are left out\.$"):
+        assert len(read_control_points(path).old) == 3
+
+
+def test_what_may_be_degrees(tmp_path):
+    """Truth without names that could be degrees is noted."""
+    path = tmp_path / "points.csv"
+    path.write_text("0,0,7.5,47.5\n1,0,7.6,47.5\n0,1,7.5,47.6\n", encoding="utf-8")
+    assert "if these are degrees" in read_control_points(path).note
+    path.write_text("0,0,7.5,47.5\n1,0,7.6,97.5\n0,1,7.5,47.6\n", encoding="utf-8")  # no latitude
+    assert read_control_points(path).note == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "It is empty"),
+        (
+            "1,2,3\n",
+            r"Without a header it must have 4 columns, x_old, y_old, x_new, y_new, or 5, an id first; it has 3",
+        ),
+        ("a,b,c,d\n1,2,3,4\n", "Its header must name x_old, y_old, x_new and y_new; it has no x_old"),
+        ("1,2,3,4\n1,2,x,4\n", "Line 2 must have numbers for x_old, y_old, x_new, y_new"),
+        ("1,2,3,4\n1,2\n", "Line 2 must have numbers"),
+        ("1,2,3,4\n1,2,3,4,5\n", "Line 2 has 5 cells; it must have 4"),
+        ("1,2,3,4\n2,3,4,5\n", "It has 2 control points; there must be at least 3"),
+        ("0,0,3,4\n1,1,4,9\n2,2,9,5\n", "must not lie on one line, as they do on the old map"),
+        ("0,0,0,0\n1,2,1,0\n2,2,3,0\n", "must not lie on one line, as they do in truth"),
+        ("a,0,0,0,0\nb,1,2,1,0\na,2,2,3,9\n", "There are two 'a'"),
+        ("0,0,0,0\n1,1e303,1,0\n2,2,3,0\n", "Invalid control point '2'. It must lie within 1e.15 on the old map"),
+        ("0,0,0,0\n1,3,1,0\n2,2,3,-1e16\n", "Invalid control point '3'. It must lie within 1e.15 in truth"),
+        ("1,1,0,0\n1,1,1,0\n1,1,3,9\n", "Invalid control points. They must not be in one place, as they are on the"),
+        ("0,0,0,0\n1,nan,1,0\n2,2,3,0\n", "Invalid control point '2'. Its places must be finite"),
+    ],
+)
+def test_wrong_files(text, message, tmp_path):
+    """One line says what is wrong, and where."""
+    path = tmp_path / "points.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=message) as error:
+        read_control_points(path)
+    assert f"Invalid points file '{path}'" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_no_file(tmp_path):
+    """A file that is not there, and one that is no text."""
+    with pytest.raises(ValueError, match="It cannot be read as text: No such file"):
+        read_control_points(tmp_path / "none.csv")
+    (tmp_path / "x.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ValueError, match="It cannot be read as text"):
+        read_control_points(tmp_path / "x.csv")

@@ -1,0 +1,326 @@
+"""The common frame of images: the mean distorting transformation's, and those of single images."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved
+from scipy.optimize import minimize
+
+from projdist.applications.mosaics import Correspondences, mosaic
+from projdist.applications.mosaics.frames import common_frames
+from projdist.applications.mosaics.registration import Registration
+from projdist.matrices.mean_transformation import mdt
+
+EQUAL = np.full(6, 1.0 / 6.0)
+MAKERS = {"affine": affine_maps, "homography": homographies}
+MODELS = pytest.mark.parametrize("model", MAKERS)
+
+
+def registered(H, model="affine", sizes=SIZES):
+    """Images with these maps, as if they had been registered."""
+    if model == "homography":
+        H = H / np.cbrt(np.linalg.det(H))[:, None, None]
+    images = list(range(len(H)))
+    return Registration(model, images, H, sizes[: len(H)], 0.0, [images], [], [])
+
+
+def found_frames(H, model="affine", weights=EQUAL, rotation="chordal"):
+    return common_frames(registered(H, model), weights[: len(H)] / weights[: len(H)].sum(), rotation)
+
+
+def figures(H, model="affine", weights=EQUAL):
+    return {name: frame and frame.figure for name, frame in found_frames(H, model, weights).frames.items()}
+
+
+def square(A):
+    """Dist_F^2 by the definition."""
+    return float(np.sum(np.log(np.linalg.svd(A, compute_uv=False)) ** 2))
+
+
+# ---- affine maps ----------------------------------------------------------------------------
+
+
+def test_scales_along_the_axes():
+    """Of diagonal matrices the MDT is the geometric mean: closed forms of all figures."""
+    scales = np.array([[1.0, 1.0], [2.0, 1.0], [4.0, 3.0]])
+    H = np.tile(np.eye(3), (3, 1, 1))
+    H[:, [0, 1], [0, 1]] = scales
+    H[:, 0, 2] = [0.0, 1000.0, 3000.0]
+    logs = np.log(scales)
+    found = found_frames(H)
+    of_reference = [np.sum((logs - logs[r]) ** 2) for r in range(3)]
+    expected = {
+        "first": of_reference[0],
+        "last": of_reference[2],
+        "central": of_reference[1],
+        "best": min(of_reference),
+    }
+    expected["mdt"] = np.sum((logs - logs.mean(axis=0)) ** 2)
+    for name, frame in found.frames.items():
+        assert frame.figure == pytest.approx(expected[name], rel=1e-12)
+    mean = found.frames["mdt"]
+    np.testing.assert_allclose(mean.matrices[:, [0, 1], [0, 1]], scales / np.exp(logs.mean(axis=0)), rtol=1e-12)
+    np.testing.assert_allclose(mean.distortions, np.linalg.norm(logs - logs.mean(axis=0), axis=1), rtol=1e-12)
+
+
+def test_known_mean():
+    """A_i = G exp(V_i / 2) Q_i with V_i of mean 0 has the MDT G: T^-1 A_i has the distances |V_i| / 2."""
+    rng = np.random.default_rng(1)
+    V = rng.normal(size=(6, 2, 2))
+    V = 0.1 * (V + V.swapaxes(1, 2))
+    V -= V.mean(axis=0)
+    values, U = np.linalg.eigh(V)
+    t = rng.uniform(-0.3, 0.3, 6)
+    Q = np.moveaxis(np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]), -1, 0)
+    H = affine_maps(rng)
+    H[:, :2, :2] = np.array([[1.5, 0.7], [-0.2, 0.8]]) @ (U * np.exp(0.5 * values)[:, None]) @ U.swapaxes(1, 2) @ Q
+    mean = found_frames(H).frames["mdt"]
+    np.testing.assert_allclose(mean.distortions, 0.5 * np.linalg.norm(values, axis=1), rtol=1e-10)
+
+
+def test_least_of_all_linear_maps():
+    """No matrix on the left brings less, by a search over all four; the mean of A^T A, the wrong side, is far worse."""
+    A = [[1.5, 0.8], [0.0, 0.6]] @ affine_maps(np.random.default_rng(2), spread=0.2)[:, :2, :2]
+    H = np.tile(np.eye(3), (6, 1, 1))
+    H[:, :2, :2] = A
+    total = figures(H)["mdt"]
+    searched = minimize(
+        lambda t: sum(square(t.reshape(2, 2) @ a) for a in A),
+        np.eye(2).ravel(),
+        method="Nelder-Mead",
+        options={"xatol": 1e-8, "fatol": 1e-12, "maxfev": 4000},
+    )
+    assert total == pytest.approx(searched.fun, rel=1e-7)
+    wrong = mdt(A.swapaxes(1, 2)).T
+    assert sum(square(np.linalg.solve(wrong, a)) for a in A) > 2.0 * total
+
+
+def test_the_identities():
+    """The mean of the references' totals is at least twice the MDT's, exactly so for two images; and so on."""
+    rng = np.random.default_rng(3)
+    H = affine_maps(rng, spread=0.3)
+    A = H[:, :2, :2]
+    totals = np.array([sum(square(np.linalg.solve(A[r], a)) for a in A) for r in range(6)])
+    found = found_frames(H).frames
+    assert totals.mean() >= 2.0 * found["mdt"].figure
+    assert totals.mean() == pytest.approx(2.0 * found["mdt"].figure, rel=0.1)
+    best = int(totals.argmin())
+    assert found["best"].reference == best
+    assert found["best"].figure == pytest.approx(totals[best], rel=1e-12)
+    # Hadamard space: the gap is N times the square of the distance at least.
+    assert totals[best] >= found["mdt"].figure + 6 * found["mdt"].distortions[best] ** 2
+    two = figures(H[:2])
+    assert two["first"] == pytest.approx(2.0 * two["mdt"], rel=1e-12)
+    assert two["last"] == pytest.approx(two["first"], rel=1e-12)
+
+
+# ---- both models ----------------------------------------------------------------------------
+
+
+@MODELS
+def test_gauge(model):
+    """Another plane of departure changes neither figures nor the mosaic, to 1e-10."""
+    rng = np.random.default_rng(4)
+    H = MAKERS[model](rng)
+    for _ in range(2):
+        G = np.eye(3) + np.diag([0.4, 0.4, 0.0]) @ rng.normal(size=(3, 3)) * [[1, 1, 100], [1, 1, 100], [0, 0, 0]]
+        G[0] *= np.sign(np.linalg.det(G))
+        if model == "homography":
+            G[2, :2] = rng.uniform(-3e-4, 3e-4, size=2)
+        before, after = found_frames(H, model).frames, found_frames(G @ H, model).frames
+        for name, frame in before.items():
+            assert after[name].figure == pytest.approx(frame.figure, rel=1e-10)
+            np.testing.assert_allclose(after[name].distortions, frame.distortions, rtol=1e-8, atol=1e-10)
+            corners = np.array([[0.0, 0.0], [300.0, 0.0], [0.0, 200.0]])
+            for one, other in zip(frame.matrices, after[name].matrices, strict=True):
+                np.testing.assert_allclose(moved(other, corners), moved(one, corners), atol=1e-6)
+
+
+@pytest.mark.slow
+@MODELS
+def test_rotation_is_outside(model):
+    """Whichever rotation is taken, the distortions stay, the frame touches the axes, and the mean turn is none."""
+    rng = np.random.default_rng(5)
+    H = MAKERS[model](rng, spread=0.2)
+    turn = np.radians(150.0)
+    H[1::2] = H[1::2] @ np.array([[np.cos(turn), -np.sin(turn), 300], [np.sin(turn), np.cos(turn), 100], [0, 0, 1.0]])
+    chordal, log = (found_frames(H, model, rotation=rotation) for rotation in ("chordal", "log"))
+    one, other = chordal.frames["mdt"], log.frames["mdt"]
+    np.testing.assert_allclose(one.distortions, other.distortions, rtol=1e-9)
+    assert np.abs(one.matrices - other.matrices).max() > 1e-4
+    for frame in (one, other):
+        places = np.vstack([moved(M, [[0, 0], [300, 0], [0, 200], [300, 200]]) for M in frame.matrices])
+        np.testing.assert_allclose(places.min(axis=0), 0.0, atol=1e-9)
+    if model == "affine":
+        U, _, V = np.linalg.svd(one.matrices[:, :2, :2])
+        mean = (U @ V).mean(axis=0)
+        assert mean[0, 1] == pytest.approx(mean[1, 0], abs=1e-12)
+        assert chordal.rotation.mean_resultant_length == pytest.approx(0.5 * np.trace(mean), rel=1e-12)
+
+
+@pytest.mark.slow
+@MODELS
+def test_weights(model):
+    """An image that counts twice counts as two; one that counts nothing changes no frame."""
+    H = MAKERS[model](np.random.default_rng(6))
+    twice = np.concatenate([H, H[2:3]])
+    weights = np.array([1.0, 1.0, 2.0, 1.0, 1.0, 1.0])
+    doubled = common_frames(registered(twice, model, np.tile(SIZES[:1], (7, 1))), np.full(7, 1 / 7), "chordal")
+    scale = 7.0 / 6.0 if model == "affine" else 1.0
+    assert scale * figures(H, model, weights)["mdt"] == pytest.approx(doubled.frames["mdt"].figure, rel=1e-10)
+    alone = found_frames(H, model, np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])).frames["mdt"]
+    few = found_frames(H[:3], model).frames["mdt"]
+    np.testing.assert_allclose(alone.distortions[:3], few.distortions, rtol=1e-8)
+
+
+# ---- homographies ---------------------------------------------------------------------------
+
+
+def test_a_plane_without_distortion():
+    """Images that a homography brought from one plane, where they are rigid, come back there: figure 0."""
+    rng = np.random.default_rng(7)
+    rigid = affine_maps(rng, spread=0.0)
+    t = 0.2 * rng.normal(size=6)
+    rigid[:, :2, :2] = np.moveaxis(np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]), -1, 0)
+    G = np.array([[1.2, 0.3, 20.0], [-0.1, 0.9, 5.0], [4e-4, -3e-4, 1.0]])
+    found = found_frames(G @ rigid, "homography").frames["mdt"]
+    assert found.figure < 1e-20
+    angles = np.arctan2(found.matrices[:, 1, 0], found.matrices[:, 0, 0])
+    np.testing.assert_allclose(angles - angles[0], t - t[0], atol=1e-9)
+
+
+@pytest.mark.slow
+def test_least_of_all_homographies():
+    """A general search over all eight entries of G ends at the same figure, integrated by another rule."""
+    H = homographies(np.random.default_rng(8), spread=0.2, count=3, tilt=8e-4)
+    steps = (np.arange(30) + 0.5) / 30
+    x = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * SIZES[0]
+
+    def cost(entries):
+        maps = np.append(entries, 1.0).reshape(3, 3) @ np.diag([1e-2, 1e-2, 1.0]) @ H
+        y = np.einsum("kij,nj->kni", maps, np.column_stack([x, np.ones(len(x))]))
+        if (y[..., 2] <= 0).any():
+            return 1e3
+        image = y[..., :2] / y[..., 2:]
+        J = (maps[:, None, :2, :2] - image[..., None] * maps[:, None, 2:, :2]) / y[..., 2:, None]
+        a, b = (
+            (J[..., 0, 0] + J[..., 1, 1], J[..., 1, 0] - J[..., 0, 1]),
+            (J[..., 0, 0] - J[..., 1, 1], J[..., 1, 0] + J[..., 0, 1]),
+        )
+        total, difference = np.hypot(*a), np.hypot(*b)
+        return np.mean(np.log(0.5 * (total + difference)) ** 2 + np.log(0.5 * np.abs(total - difference)) ** 2)
+
+    start = np.array([100.0, 0.0, 0.0, 0.0, 100.0, 0.0, 0.0, 0.0])
+    options = {"maxfev": 20000, "maxiter": 20000, "xatol": 1e-7, "fatol": 1e-12, "adaptive": True}
+    searched = minimize(cost, start, method="Nelder-Mead", options=options)
+    # The midpoint rule with 30 x 30 points is good to 1e-3 of the figure.
+    assert figures(H, "homography")["mdt"] == pytest.approx(searched.fun, rel=2e-3)
+
+
+def turning_camera(degrees):
+    """Homographies into the middle image of a camera that turns by these angles, focal length 250 pixels."""
+    K = np.array([[250.0, 0.0, 150.0], [0.0, 250.0, 100.0], [0.0, 0.0, 1.0]])
+    t = np.radians(degrees)
+    turns = [np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]) for a in t]
+    return np.stack([K @ R @ np.linalg.inv(K) for R in turns])
+
+
+def test_impossible_planes():
+    """A panorama of 170 degrees: in the planes of the outer images others reach infinity; the MDT is finite."""
+    H = turning_camera([-50.0, -25.0, 0.0, 25.0, 50.0])
+    points = common_points(H, SIZES[:5], pairs=[(0, 1), (1, 2), (2, 3), (3, 4)])
+    found = mosaic(points, model="homography")
+    report = found.to_dict()
+    assert report["impossible"] == ["0", "1", "3", "4"]
+    assert report["frames"]["first"] is report["frames"]["last"] is report["distortions"]["first"] is None
+    assert report["references"] == {"central": "2", "best": "2"}
+    assert 0 < report["frames"]["mdt"] <= report["frames"]["best"] * (1 + 1e-12)
+    # By symmetry the best plane is that of the middle image, stretched.
+    middle = found.matrices[2] / found.matrices[2, 2, 2]
+    np.testing.assert_allclose(middle[2, :2], 0.0, atol=1e-9)
+    with pytest.raises(
+        ValueError, match=r"^Invalid frame 'first'\. Its plane sends other images through infinity; mdt"
+    ):
+        mosaic(points, model="homography", frame="first")
+
+
+def test_no_plane():
+    """All round no plane holds the images, and that is said."""
+    points = common_points(
+        turning_camera([-80.0, -40.0, 0.0, 40.0, 80.0]), SIZES[:5], pairs=[(k, k + 1) for k in range(4)]
+    )
+    with pytest.raises(
+        ValueError, match=r"^Invalid images for one plane\. Every plane sends some of them through infin"
+    ):
+        mosaic(points, model="homography")
+
+
+# ---- the answer -----------------------------------------------------------------------------
+
+
+def test_report():
+    """The report has a place for every image, and JSON and frames have its figures."""
+    pytest.importorskip("pandas")
+    rng = np.random.default_rng(9)
+    H = affine_maps(rng)
+    H = np.concatenate([H, H[:1]])
+    points = common_points(H[:6], SIZES, rng, noise=0.2)
+    points = dataclasses.replace(points, sizes=np.tile(SIZES[:1], (7, 1)), names=tuple("abcdefg"))
+    found = mosaic(points, frame="central")
+    report = json.loads(found.to_json())
+    assert list(report["frames"]) == ["first", "last", "central", "best", "mdt"]
+    assert report["left_out"] == ["g"]
+    assert report["matrices"][6] is None
+    assert report["notes"] == ["Left out: g. Nothing connects them with the other images."]
+    own = "abcdefg".index(report["references"]["central"])
+    np.testing.assert_array_equal(report["matrices"][own], np.eye(3))
+    assert report["distortions"]["central"][own] == 0
+    assert report["rms_pixels"] == pytest.approx(0.2 * 2, rel=0.2)
+    assert found.to_frame()["mdt"].tolist() == report["distortions"]["mdt"][:6]
+    assert mosaic(points, frame=own).matrices.tolist() == found.matrices.tolist()
+
+
+def test_no_orientation_is_said():
+    """Images at right angles to each other have no mean orientation: a length near 0, and a note."""
+    H = np.tile(np.eye(3), (4, 1, 1))
+    for k in range(4):
+        c, s = np.round([np.cos(k * np.pi / 2), np.sin(k * np.pi / 2)])
+        H[k, :2] = [[c, -s, 0.0], [s, c, 0.0]]
+        H[k, :2, 2] = 100.0 - H[k, :2, :2] @ [100.0, 100.0]
+    found = mosaic(common_points(H, np.full((4, 2), 200.0)))
+    assert found.to_dict()["resultant_length"] == pytest.approx(0.0, abs=1e-9)
+    assert found.notes[0].startswith("There is no meaningful mean orientation")
+
+
+def test_canvas():
+    """The canvas holds all corners; a huge one is reduced to so many pixels, and that is said."""
+    points = common_points(affine_maps(np.random.default_rng(10)))
+    found = mosaic(points, frame="first")
+    for most, scale in ((1e8, 1.0), (1e4, None)):
+        canvas = found.canvas(most_pixels=most)
+        corners = np.vstack([moved(M, [[0, 0], [300, 0], [0, 200], [300, 200]]) for M in canvas.matrices])
+        np.testing.assert_allclose(corners.min(axis=0), 0.0, atol=1e-9)
+        assert (corners.max(axis=0) <= [canvas.width, canvas.height]).all()
+        assert (corners.max(axis=0) > [canvas.width - 1, canvas.height - 1]).all()
+        assert canvas.scale == scale or canvas.width * canvas.height < 1.05 * most
+    assert canvas.note.startswith("The canvas would have ")
+    assert found.notes == []
+
+
+def test_arguments_are_checked():
+    """Frames, rotations and weights that cannot be."""
+    points = common_points(affine_maps(np.random.default_rng(11), count=3), SIZES)
+    for frame in ("middle", 6, "6", -1):
+        with pytest.raises(
+            ValueError, match=rf"^Invalid frame '{frame}'\. It must be mdt, .*, or the number of an image, 0"
+        ):
+            mosaic(points, frame=frame)
+    with pytest.raises(ValueError, match=r"^Invalid frame '5'\. Nothing connects image 5 with the others\.$"):
+        mosaic(points, frame="5")
+    with pytest.raises(ValueError, match=r"^Invalid rotation 'none'\. It must be chordal or log\.$"):
+        mosaic(points, rotation="none")
+    with pytest.raises(ValueError, match=r"^Invalid shape \(2,\) of weights"):
+        mosaic(points, weights=[1, 2])
+    assert isinstance(points, Correspondences)

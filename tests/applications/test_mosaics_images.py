@@ -1,0 +1,207 @@
+"""Images of mosaics: what is read of files, and the points found in them against known maps."""
+
+import sys
+
+import numpy as np
+import pytest
+from mosaic_pictures import HEIGHT, WIDTH, cut, maps, places, save
+from mosaic_sets import moved, write_csv
+from PIL import Image
+
+from projdist.applications.mosaics import Correspondences, correspondences_of, features, match, mosaic, open_pictures
+from projdist.applications.mosaics.images import Picture
+
+# Pixels. Features of SIFT lie within a tenth to a few tenths of a pixel (median 0.1); maps by two hundred of them
+# a pair are as good at the rims.
+SUB_PIXEL = 0.3
+
+
+def pairs_apart(found, H):
+    """The largest distance in pixels, over images that overlap by a third, of their maps from the known ones."""
+    M = found.matrices
+    worst = 0.0
+    for i in range(len(H)):
+        for j in range(len(H)):
+            known = moved(np.linalg.solve(H[j], H[i]), places())
+            inside = ((known >= 0) & (known <= [WIDTH, HEIGHT])).all(axis=1)
+            if i != j and inside.mean() > 0.25:
+                got = moved(np.linalg.solve(M[j], M[i]), places())
+                worst = max(worst, float(np.abs(got - known)[inside].max()))
+    return worst
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("model", "tilt"), [("affine", 0.0), ("homography", 3e-4)])
+def test_registration_recovers_the_maps(model, tilt):
+    """Pictures warped by known maps are registered to a fraction of a pixel."""
+    H = maps(np.random.default_rng(3), tilt=tilt)
+    points = match(open_pictures(cut(H)))
+    rows = zip(points.i, points.j, points.xi, strict=True)
+    known = np.array([moved(np.linalg.solve(H[j], H[i]), x[None])[0] for i, j, x in rows])
+    assert np.median(np.hypot(*(known - points.xj).T)) < 0.15
+    assert pairs_apart(mosaic(points, model=model), H) < SUB_PIXEL
+
+
+def test_large_images_are_reduced(monkeypatch):
+    """Features of reduced images are in pixels of the whole ones, without a shift."""
+    pytest.importorskip("cv2")
+    H = maps(np.random.default_rng(3))[:2]
+    pictures = open_pictures(cut(H))
+    monkeypatch.setattr(features, "_MOST_PIXELS", 0.5 * WIDTH * HEIGHT)
+    assert pairs_apart(mosaic(match(pictures)), H) < 2 * SUB_PIXEL
+
+
+@pytest.mark.slow
+def test_many_images_are_not_all_matched(monkeypatch):
+    """Beyond a number of images the pairs are neighbours and those that look alike, and these are enough."""
+    H = maps(np.random.default_rng(3))
+    order = [0, 4, 2, 3, 1, 5]
+    pictures = open_pictures([cut(H)[k] for k in order])
+    everything = match(pictures)
+    monkeypatch.setattr(features, "_ALL_PAIRS", 5)
+    monkeypatch.setattr(features, "_RESEMBLING", 2)
+    some = match(pictures)
+    assert len(set(zip(some.i, some.j, strict=True))) < len(set(zip(everything.i, everything.j, strict=True)))
+    assert pairs_apart(mosaic(some), H[order]) < SUB_PIXEL
+
+
+def test_nothing_in_common():
+    """Pictures without a feature, or of other things, have no points."""
+    pytest.importorskip("cv2")
+    rng = np.random.default_rng(1)
+    noise = [rng.integers(0, 255, size=(80, 90), dtype=np.uint8) for _ in range(2)]
+    for sources in ([np.zeros((50, 60), np.uint8)] * 2, noise):
+        with pytest.raises(ValueError, match=r"Invalid images. No two of them have anything in common."):
+            match(open_pictures(sources))
+    with pytest.raises(ValueError, match=r"There must be two or more, not 1."):
+        match(open_pictures(noise[:1]))
+
+
+def test_without_opencv(monkeypatch):
+    """What is missing is said in one line."""
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(ImportError, match=r"^Invalid images.* takes OpenCV: pip install 'projdist\[mosaic\]'.$"):
+        match(open_pictures([np.zeros((50, 60), np.uint8)] * 2))
+
+
+# ---- files ----------------------------------------------------------------------------------
+
+
+def test_kinds_of_images(tmp_path):
+    """Grey and coloured images of 8 and 16 bits, with palettes and alpha, are read alike."""
+    values = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
+    grey, colours = Image.fromarray(values), Image.fromarray(np.repeat(values[..., None], 3, axis=2))
+    alpha = colours.copy()
+    alpha.putalpha(Image.fromarray(np.where(values < 100, 0, 255).astype(np.uint8)))
+    deep = Image.fromarray(values.astype(np.uint16) * 257)
+    files = {"grey.png": grey, "rgb.tif": colours, "rgba.png": alpha, "deep.png": deep, "deep.tif": deep}
+    for name, image in {**files, "palette.png": grey.convert("P"), "cmyk.tif": colours.convert("CMYK")}.items():
+        image.save(tmp_path / name)
+        picture = Picture(tmp_path / name)
+        pixels = picture.read()
+        assert picture.size == (8, 6)
+        assert np.abs(pixels.colours.astype(int) - values[..., None]).max() <= (1 if "cmyk" in name else 0)
+        assert picture.is_grey == (name[:4] in ("grey", "deep"))
+        assert (pixels.mask == 255).all() if "rgba" not in name else ((pixels.mask == 0) == (values < 100)).all()
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_upright(tmp_path, orientation):
+    """Images that lie on their side are turned as their EXIF data say: the first row is at the top."""
+    upright = np.arange(48, dtype=np.uint8).reshape(6, 8)
+    # What a camera stores, from EXIF 2.3, 4.6.4 A: where the 0th row and the 0th column are.
+    stored = {
+        1: upright,
+        2: upright[:, ::-1],
+        3: upright[::-1, ::-1],
+        4: upright[::-1],
+        5: upright.T,
+        6: upright.T[::-1],
+        7: upright.T[::-1, ::-1],
+        8: upright.T[:, ::-1],
+    }[orientation]
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    Image.fromarray(np.ascontiguousarray(stored)).save(tmp_path / "turned.png", exif=exif)
+    picture = Picture(tmp_path / "turned.png")
+    assert picture.size == (8, 6)
+    assert (picture.read().colours[..., 0] == upright).all()
+
+
+def test_bombs_are_not_read(tmp_path):
+    """A file of 12 kB may claim more pixels than memory should hold."""
+    path = tmp_path / "bomb.png"
+    Image.new("1", (10_001, 10_000)).save(path)
+    with pytest.raises(
+        ValueError, match=r"Invalid image '.*bomb\.png'\. It cannot be read: 10001 x 10000 pixels are more"
+    ):
+        open_pictures([path])
+
+
+def test_unreadable(tmp_path):
+    """What is no image, is broken or has other pixels is told with its file, in one line."""
+    text, broken, floats = (tmp_path / name for name in ("text.png", "broken.png", "floats.tif"))
+    text.write_text("no image")
+    Image.fromarray(np.random.default_rng(1).integers(0, 255, (90, 90), np.uint8)).save(broken)
+    broken.write_bytes(broken.read_bytes()[:4000])
+    Image.fromarray(np.zeros((9, 9), np.float32)).save(floats)
+    for path, reason in ((text, "identify"), (floats, "floating-point"), (tmp_path / "none.png", "No such file")):
+        with pytest.raises(ValueError, match=f"Invalid image '{path}'. .*{reason}"):
+            open_pictures([path])
+    with pytest.raises(ValueError, match=f"Invalid image '{broken}'. It cannot be read"):
+        open_pictures([broken])[0].read()
+    (tmp_path / "broken.ppm").write_text("P6 4O 50 255 ")
+    with pytest.raises(ValueError, match=r"Invalid image '.*broken\.ppm'\. It cannot be read: invalid literal for int"):
+        open_pictures([tmp_path / "broken.ppm"])
+    with pytest.raises(ValueError, match=r"It has 40000 x 1 pixels; 32766 a side do."):
+        Picture(np.zeros((1, 40000), np.uint8))
+    with pytest.raises(ValueError, match=r"Invalid image '.*text.png'. It must be given once."):
+        open_pictures([text, text])
+
+
+def test_names(tmp_path):
+    """Images are called by their files, and by their paths where that is not enough."""
+    pictures = [np.zeros((5, 5), np.uint8)] * 2
+    first = save(tmp_path, pictures)
+    (tmp_path / "b").mkdir()
+    second = save(tmp_path / "b", pictures)
+    assert [one.name for one in open_pictures(first)] == ["sheet0.png", "sheet1.png"]
+    assert [one.name for one in open_pictures([first[0], second[0]])] == [str(first[0]), str(second[0])]
+
+
+def test_points_of_reduced_images(tmp_path):
+    """Points that were measured in reduced images are those of the images at hand."""
+    pictures = open_pictures([np.zeros((60, 90), np.uint8)] * 2)
+    half = Correspondences([0], [1], [[10.0, 20.0]], [[30.0, 15.0]], [[45.0, 30.0]] * 2)
+    found = correspondences_of(pictures, write_csv(tmp_path / "half.csv", half))
+    assert (found.xi.tolist(), found.xj.tolist()) == ([[20.0, 40.0]], [[60.0, 30.0]])
+    assert (found.sizes == [90, 60]).all()
+    assert found.names == ("0", "1")
+    plain = correspondences_of(pictures, write_csv(tmp_path / "plain.csv", half, sizes=False))
+    assert plain.xi.tolist() == [[10.0, 20.0]]
+    wide = open_pictures([np.zeros((60, 100), np.uint8)] * 2)
+    with pytest.raises(ValueError, match=r"Invalid image '0'. Its shape is not that of the correspondences."):
+        correspondences_of(wide, tmp_path / "half.csv")
+    with pytest.raises(ValueError, match=r"Invalid images. There are 3; the correspondences are of 2."):
+        correspondences_of([*pictures, pictures[0]], tmp_path / "half.csv")
+
+
+def test_many_images_are_matched_with_what_resembles_them(monkeypatch):
+    """Each of twelve with its neighbours, and with the two that most of its clearest features resemble."""
+    pytest.importorskip("cv2")
+    monkeypatch.setattr(features, "_ALL_PAIRS", 3)
+    monkeypatch.setattr(features, "_RESEMBLING", 2)
+    rng = np.random.default_rng(2)
+    kinds = rng.uniform(0, 255, (4, 30, 128))
+    # Images 0, 4, 8 show one thing, 1, 5, 9 another; the last one nothing.
+    found = [
+        features._Features(np.zeros((30, 2)), (kinds[k % 4] + rng.normal(0, 1, (30, 128))).astype(np.float32))
+        for k in range(12)
+    ]
+    found[11] = features._Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32))
+    pairs = set(features._candidates(found))
+    assert {(k, k + 1) for k in range(11)} <= pairs
+    assert {(0, 4), (0, 8), (4, 8), (1, 5), (5, 9), (3, 7)} <= pairs
+    assert (0, 6) not in pairs
+    assert len(pairs) < 12 * 11 / 2
+    assert set(features._candidates(found[:3])) == {(0, 1), (0, 2), (1, 2)}

@@ -1,0 +1,269 @@
+"""Images registered by the points that they have in common: exact recovery, wrong points, components, mirrors."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved, write_csv
+from scipy.optimize import least_squares
+
+from projdist.applications.mosaics import Correspondences, parse_sizes, read_correspondences, register
+
+MAKERS = {"affine": affine_maps, "homography": homographies}
+MODELS = pytest.mark.parametrize("model", MAKERS)
+
+
+def relative(H):
+    """From each image into the first, with a last entry of 1."""
+    S = np.linalg.solve(H[0], H)
+    return S / S[:, 2:, 2:]
+
+
+def errors(H, points):
+    """Both distances of each pair of points, by the definition."""
+    found = []
+    for i, j, xi, xj in zip(points.i, points.j, points.xi, points.xj, strict=True):
+        S = np.linalg.inv(H[j]) @ H[i]
+        found += [moved(S, xi[None])[0] - xj, moved(np.linalg.inv(S), xj[None])[0] - xi]
+    return np.array(found)
+
+
+def with_wrong(points, rng, share):
+    """Some of the points at random places."""
+    wrong = rng.random(len(points.i)) < share
+    xj = np.where(wrong[:, None], rng.uniform(size=points.xj.shape) * [300.0, 200.0], points.xj)
+    return dataclasses.replace(points, xj=xj), wrong
+
+
+# ---- maps -----------------------------------------------------------------------------------
+
+
+@MODELS
+def test_exact_points_give_the_maps(model):
+    """From points without error the maps come back to rounding, whatever plane they were made in."""
+    H = MAKERS[model](np.random.default_rng(1))
+    found = register(common_points(H), model=model)
+    np.testing.assert_allclose(relative(found.matrices), relative(H), rtol=1e-10, atol=1e-12)
+    assert found.rms_pixels < 1e-9
+    assert (found.images, found.left_out, found.components) == (list(range(6)), [], [list(range(6))])
+
+
+@MODELS
+def test_the_least_symmetric_transfer_error(model):
+    """The RMS is that of the definition, and scipy's general least squares find none that is less."""
+    rng = np.random.default_rng(2)
+    points = common_points(MAKERS[model](rng, count=3), SIZES[:3], rng, noise=0.5, grid=5)
+    found = register(points, model=model)
+    H = relative(found.matrices)
+    size = 6 if model == "affine" else 8
+    least = np.sum(errors(H, points) ** 2)
+    assert found.rms_pixels == pytest.approx(np.sqrt(least / (2 * len(points.i))), rel=1e-10)
+
+    def residuals(entries):
+        maps = np.tile(np.eye(3), (3, 1, 1))
+        maps[1:].reshape(2, 9)[:, :size] = entries.reshape(2, size)
+        return errors(maps, points).ravel()
+
+    start = H[1:].reshape(2, 9)[:, :size].ravel()
+    again = least_squares(residuals, start, x_scale="jac", max_nfev=5)
+    assert 2.0 * again.cost == pytest.approx(least, rel=1e-9)
+    np.testing.assert_allclose(again.x, start, rtol=1e-4, atol=1e-6)
+
+
+@MODELS
+def test_the_order_of_images_does_not_matter(model):
+    """Another first image is another plane, and the same maps from image to image, to 1e-10."""
+    rng = np.random.default_rng(3)
+    points = common_points(MAKERS[model](rng), SIZES, rng, noise=0.7)
+    order = rng.permutation(6)
+    place = np.argsort(order)
+    again = register(dataclasses.replace(points, i=place[points.i], j=place[points.j]), model=model)
+    maps = relative(again.matrices[place])
+    np.testing.assert_allclose(maps, relative(register(points, model=model).matrices), rtol=1e-10, atol=1e-10)
+
+
+def test_no_image_shrinks():
+    """Brought together in the plane of one image by linear least squares, others shrink; by transfer errors not."""
+    rng = np.random.default_rng(4)
+    H = np.tile(np.eye(3), (9, 1, 1))
+    H[:, 0, 2] = 200.0 * np.arange(9)
+    sizes = np.array([[300.0, 200.0]] * 9)
+    points = common_points(H, sizes, rng, noise=15.0, pairs=[(k, k + 1) for k in range(8)])
+    found = register(points, tolerance=500.0)
+    shrunk = np.log(np.linalg.det(linear_fit(points, 9)))
+    kept = np.log(np.linalg.det(relative(found.matrices)))
+    assert shrunk.mean() < -0.3
+    assert abs(kept.mean()) < 0.1
+
+
+def linear_fit(points, count):
+    """Maps for which M_i x_i = M_j x_j holds best in the plane of image 0."""
+    rows = np.zeros((len(points.i), count, 3))
+    for row, (i, j, xi, xj) in enumerate(zip(points.i, points.j, points.xi, points.xj, strict=True)):
+        rows[row, i], rows[row, j] = [*xi, 1.0], [-xj[0], -xj[1], -1.0]
+    M = np.tile(np.eye(3), (count, 1, 1))
+    right = -rows[:, 0] @ np.eye(3)[:, :2]
+    free = np.linalg.lstsq(rows[:, 1:].reshape(len(rows), -1), right, rcond=None)[0]
+    M[1:, :2] = free.reshape(count - 1, 3, 2).swapaxes(1, 2)
+    return M
+
+
+# ---- wrong points ---------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@MODELS
+@pytest.mark.parametrize("share", [0.1, 0.5])
+def test_wrong_points_do_not_count(model, share):
+    """With half of the points at random places the maps are the exact ones, and the same each time."""
+    rng = np.random.default_rng(5)
+    H = MAKERS[model](rng)
+    points, wrong = with_wrong(common_points(H, grid=15), rng, share)
+    found = register(points, model=model, tolerance=0.5)
+    np.testing.assert_allclose(relative(found.matrices), relative(H), rtol=2e-3, atol=2e-3)
+    for match in found.matches:
+        right = np.sum(~wrong[(points.i == match.i) & (points.j == match.j)])
+        # A wrong point may by chance be right; and where right ones are few they may be there by chance (Brown & Lowe).
+        assert match.agree in (right, right + 1) or (match.agree == 0 and right <= 8 + 0.3 * match.points)
+    np.testing.assert_array_equal(register(points, model=model, tolerance=0.5).matrices, found.matrices)
+
+
+def test_one_wrong_point():
+    """A point of twenty that is off by ten pixels does not count, and the maps are exact."""
+    H = affine_maps(np.random.default_rng(9), count=2)
+    points = common_points(H, SIZES[:2])
+    points.xj[3] += 10.0
+    found = register(points)
+    np.testing.assert_allclose(relative(found.matrices), relative(H), rtol=1e-10, atol=1e-12)
+    assert found.matches[0].agree == len(points.i) - 1
+
+
+def test_points_on_a_line_give_no_map():
+    """A pair whose points lie on a line is refused with that reason, and the images that it alone connects are left."""
+    H = np.tile(np.eye(3), (3, 1, 1))
+    H[:, 0, 2] = [0.0, 150.0, 300.0]
+    good = common_points(H, SIZES[:3], pairs=[(0, 1)])
+    x = np.column_stack([np.linspace(160.0, 290.0, 20), np.full(20, 100.0)])
+    both = Correspondences(
+        np.r_[good.i, np.full(20, 1)],
+        np.r_[good.j, np.full(20, 2)],
+        np.vstack([good.xi, x]),
+        np.vstack([good.xj, x - [150.0, 0.0]]),
+        SIZES[:3],
+    )
+    found = register(both)
+    assert (found.images, found.left_out) == ([0, 1], [2])
+    assert found.matches[1].reason == "the points lie on a line"
+
+
+# ---- components -----------------------------------------------------------------------------
+
+
+def test_components():
+    """The largest group is registered; other groups and single images are reported, none silently."""
+    H = np.tile(np.eye(3), (7, 1, 1))
+    H[:, 0, 2] = [0.0, 0.0, 150.0, 1000.0, 1150.0, 1300.0, 9000.0]
+    found = register(common_points(H, np.array([[300.0, 200.0]] * 7)))
+    assert found.components == [[0, 1, 2], [3, 4, 5]]
+    assert found.images == [0, 1, 2]
+    assert found.left_out == [3, 4, 5, 6]
+    np.testing.assert_allclose(relative(found.matrices)[:, :2, 2], [[0, 0], [0, 0], [150, 0]], atol=1e-9)
+
+
+def test_nothing_matches():
+    """Random points connect nothing, and the message says how many agree."""
+    rng = np.random.default_rng(6)
+    x = rng.uniform(size=(2, 60, 2)) * [300.0, 200.0]
+    points = Correspondences(np.zeros(60), np.ones(60), x[0], x[1], SIZES[:2])
+    with pytest.raises(
+        ValueError, match=r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
+    ):
+        register(points, tolerance=1.0)
+    few = Correspondences([0, 0], [1, 1], x[0, :2], x[0, :2], SIZES[:2])
+    with pytest.raises(ValueError, match=r"0 and 1, 2 points; it takes 3\.$"):
+        register(few)
+
+
+@MODELS
+def test_mirrored_images_are_named(model):
+    """Images that mirror the others are refused by name, whichever is the first."""
+    H = MAKERS[model](np.random.default_rng(7), count=5)
+    flip = np.array([[-1.0, 0.0, 300.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    names = tuple("abcde")
+    for odd, told in (([2], "c"), ([0, 3], "a and d"), ([1, 2, 3, 4], "a")):
+        mirrored = H.copy()
+        mirrored[odd] = mirrored[odd] @ flip
+        points = dataclasses.replace(common_points(mirrored, SIZES[:5]), names=names)
+        with pytest.raises(
+            ValueError, match=rf"^Invalid orientation of {told}\. They mirror the others; all must agree\.$"
+        ):
+            register(points, model=model)
+
+
+# ---- the table ------------------------------------------------------------------------------
+
+
+def test_the_table(tmp_path):
+    """The rows of a model, sizes from the comment line in either order, numbers of images from 0."""
+    points = common_points(affine_maps(np.random.default_rng(8)))
+    path = write_csv(tmp_path / "points.csv", points)
+    found = read_correspondences(path)
+    for name in ("i", "j", "xi", "xj", "sizes"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(points, name))
+    text = "model,i,j,xi,yi,xj,yj\naffine,0,1,1,2,3,4\n1,1,0,5,6,7,8\n\n# sizes w x h: 30x20, 40x30\n"
+    path.write_text(text)
+    found = read_correspondences(path, model="homography", names=["a", "b"])
+    np.testing.assert_array_equal([found.i[0], found.j[0], *found.xi[0], *found.xj[0]], [1, 0, 5, 6, 7, 8])
+    np.testing.assert_array_equal(found.sizes, [[30, 20], [40, 30]])
+    assert found.name(1) == "b"
+    np.testing.assert_array_equal(read_correspondences(path, sizes=parse_sizes("9x8")).sizes, [[9, 8], [9, 8]])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"It has no rows; it must have some of the model affine\.$"),
+        ("1,0,1,1,1,1,1\n", r"It has rows of the model homography; it must have some of the model affine\.$"),
+        ("0,0,1,1,1,1\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
+        ("# sizes h x w: (9, 9), (9, 9)\n0,0,one,1,1,1,1\n", r"Line 2 must be model"),
+        ("0,0,1.5,1,1,1,1\n", r"Line 1 must be model"),
+        ("0,0,nan,1,1,1,1\n", r"Line 1 must be model"),
+        ("2,0,1,1,1,1,1\n", r"Line 1 must be model"),
+        ("0,0,1,1,1,1,1\n", r"The sizes of the images must be given, or stand in a comment line"),
+        (
+            "# sizes h x w: (9, 9), (9, 9)\n0,0,1,1,1,1,1\n0,0,2,1,1,1,1\n",
+            r"correspondence 2\. Its images must be numbers",
+        ),
+        (
+            "# sizes h x w: (9, 9), (9, 9)\n0,0,-1,1,1,1,1\n",
+            r"correspondence 1\. Its images must be numbers from 0 to 1",
+        ),
+        ("# sizes h x w: (9, 9), (9, 9)\n0,1,1,1,1,1,1\n", r"correspondence 1\. It pairs an image with itself\.$"),
+        ("# sizes h x w: (9, 9), (9, 9)\n0,0,1,1,nan,1,1\n", r"correspondence 1\. Its coordinates must be finite\.$"),
+        ("# sizes h x w: (0, 9), (9, 9)\n0,0,1,1,1,1,1\n", r"^Invalid sizes of images\. There must be some, in pixels"),
+    ],
+)
+def test_the_table_is_checked(tmp_path, text, message):
+    """What is wrong with a table is told in one line, with its place."""
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read_correspondences(path)
+
+
+def test_arguments_are_checked(tmp_path):
+    """Files, models, sizes, names and tolerances that cannot be."""
+    points = common_points(affine_maps(np.random.default_rng(8)))
+    with pytest.raises(ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"):
+        read_correspondences(tmp_path / "none.csv")
+    for call in (lambda: read_correspondences("x", model="similar"), lambda: register(points, model="similar")):
+        with pytest.raises(ValueError, match=r"^Invalid model 'similar'\. It must be affine or homography\.$"):
+            call()
+    with pytest.raises(ValueError, match=r"^Invalid sizes '800,600'\. They must be WIDTHxHEIGHT"):
+        parse_sizes("800,600")
+    with pytest.raises(ValueError, match=r"^Invalid names of images\. There are 1; there must be 6, as sizes\.$"):
+        dataclasses.replace(points, names=("a",))
+    with pytest.raises(ValueError, match=r"^Invalid correspondences\. There must be as many i and j as points"):
+        dataclasses.replace(points, i=points.i[1:])
+    with pytest.raises(ValueError, match=r"^Invalid tolerance 0\. It must be a number of pixels above 0\.$"):
+        register(points, tolerance=0)

@@ -1,0 +1,412 @@
+"""Old maps: fits with exact derivatives, the field of distortion, folds and outliers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import RBFInterpolator
+
+from projdist.applications.oldmaps import (
+    LOCAL_MEASURES,
+    MODELS,
+    ControlPoints,
+    affine_fit,
+    fit,
+    helmert_fit,
+    old_map,
+)
+from projdist.applications.oldmaps.field import hull_nodes
+from projdist.field.at_points import jacobian
+from projdist.matrices.mean_transformation import mdt
+from projdist.matrices.measures import fisher
+from projdist.projections import Projection
+
+ROUNDING = 1e-9  # relative; the fits solve well-conditioned systems of at most a hundred unknowns
+RULE = 2e-5  # of means by 100 rows of midpoints: the error is 1e-4 / 24 of a second derivative
+
+LOST = (
+    1e-4 / 12.0
+)  # of the mean square of a slope, which the variance within the cells, 0.01 wide, takes from the whole
+
+
+def grid(count: int = 7) -> np.ndarray:
+    """Points of the unit square, its corners among them."""
+    return np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, count)] * 2), axis=-1).reshape(-1, 2)
+
+
+def scattered(count: int = 40, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Points of an old map and their true places, with a smooth distortion and noise."""
+    rng = np.random.default_rng(seed)
+    old = rng.uniform([0.0, 0.0], [900.0, 600.0], (count, 2))
+    x, y = old.T / 600.0
+    new = np.stack([40.0 * x + 3.0 * y + 2.0 * np.sin(2 * x), 41.0 * y - 2.0 * x + 1.5 * x * y], axis=-1)
+    return old, 1000.0 * new + rng.normal(0.0, 100.0, new.shape)
+
+
+# ---- fits -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_similarity_is_recovered(flip):
+    """Every model but one finds a similarity exactly, mirrored or not; so do both linear fits."""
+    old = grid(4) * [300.0, 200.0]
+    matrix = 5.0 * np.array([[0.8, -0.6], [0.6, 0.8]]) @ np.diag([1.0, flip])
+    points = ControlPoints(old, old @ matrix.T + [6e5, 2e5])
+    for linear in (affine_fit(points), helmert_fit(points)):
+        np.testing.assert_allclose(linear.matrix, matrix, atol=5 * ROUNDING)
+        np.testing.assert_allclose(linear.inverse()(linear(old)), old, atol=1e-6)
+    for model in MODELS:
+        found = fit(points, model)
+        np.testing.assert_allclose(found(old), points.new, rtol=ROUNDING)
+        np.testing.assert_allclose(found.jacobian(old), np.broadcast_to(matrix, (16, 2, 2)), atol=1e-8)
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.01, None, 10.0])
+def test_spline_reproduces_affine_maps(smoothing):
+    """Whatever its smoothing, a thin-plate spline of affine data is the affine map, inside and outside."""
+    old = np.random.default_rng(2).uniform(0.0, 500.0, (30, 2))
+    matrix, shift = np.array([[2.0, 0.7], [-0.4, 1.5]]), np.array([6e5, 2e5])
+    found = fit(ControlPoints(old, old @ matrix.T + shift), "tps", smoothing)
+    places = np.random.default_rng(3).uniform(-200.0, 700.0, (50, 2))
+    np.testing.assert_allclose(found(places), places @ matrix.T + shift, rtol=ROUNDING)
+    np.testing.assert_allclose(found.jacobian(places), np.broadcast_to(matrix, (50, 2, 2)), rtol=1e-7)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_polynomials_are_recovered(degree):
+    """A polynomial of the degree is found with its derivatives; one of a higher degree is not."""
+    rng = np.random.default_rng(degree)
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    C = rng.normal(size=(len(powers), 2))
+    old, places = rng.uniform(-1.0, 1.0, (30, 2)), rng.uniform(-1.0, 1.0, (20, 2))
+
+    def value(p):
+        return np.stack([p[:, 0] ** i * p[:, 1] ** j for i, j in powers], axis=-1) @ C
+
+    def derivative(p):
+        x, y = p.T
+        dx = np.stack([i * x ** max(i - 1, 0) * y**j for i, j in powers], axis=-1) @ C
+        dy = np.stack([j * x**i * y ** max(j - 1, 0) for i, j in powers], axis=-1) @ C
+        return np.stack([dx, dy], axis=-1)
+
+    found = fit(ControlPoints(old, value(old)), f"polynomial{degree}")
+    np.testing.assert_allclose(found(places), value(places), atol=1e-10)
+    np.testing.assert_allclose(found.jacobian(places), derivative(places), atol=1e-10)
+    assert found.freedom == len(powers)
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.02])
+def test_spline_is_scipys(smoothing):
+    """In the coordinates of the affine fit the spline is SciPy's, with the same smoothing."""
+    old, new = scattered()
+    points = ControlPoints(old, new)
+    registered = affine_fit(points)(old)
+    unit = np.sqrt(registered.var(axis=0).mean())
+    u = (registered - registered.mean(axis=0)) / unit
+    other = RBFInterpolator(u, new, kernel="thin_plate_spline", smoothing=smoothing)
+    places = np.random.default_rng(5).uniform([0.0, 0.0], [900.0, 600.0], (40, 2))
+    v = (affine_fit(points)(places) - registered.mean(axis=0)) / unit
+    np.testing.assert_allclose(fit(points, "tps", smoothing)(places), other(v), rtol=1e-9)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_analytic_jacobian_is_the_engines(model):
+    """The derivatives agree with differences of the map, as of any projection: J of the composition is J_fit J_map."""
+    old, new = scattered(25)
+    found = fit(ControlPoints(old, new), model)
+    base = Projection.from_user_input("+proj=eqc +R=6371000")
+
+    def composed(lon, lat):
+        x, y = base(lon, lat)
+        places = found(np.stack([np.ravel(x), np.ravel(y)], axis=-1) / 1000.0)
+        return places[:, 0].reshape(np.shape(lon)), places[:, 1].reshape(np.shape(lon))
+
+    lon, lat = np.random.default_rng(6).uniform(1.0, 5.0, (2, 20))
+    places = np.stack(base(lon, lat), axis=-1) / 1000.0
+    expected = found.jacobian(places) @ jacobian(base, lon, lat) / 1000.0
+    scale = np.abs(expected).max()
+    # Differences know nothing of the logarithm at the knots; away from them they are good to 1e-7.
+    measured = jacobian(Projection.from_function(composed, ellipsoid=base.ellipsoid), lon, lat)
+    np.testing.assert_allclose(measured, expected, atol=1e-7 * scale)
+
+
+def refitted(points: ControlPoints, model: str, k: int) -> np.ndarray:
+    """The residual of point k from least squares with the others, in plain coordinates."""
+    rest = np.arange(len(points.old)) != k
+    degree = {"affine": 1, "polynomial2": 2, "polynomial3": 3}[model]
+
+    def basis(p):
+        x, y = ((p - 300.0) / 300.0).T
+        return np.stack([x**i * y**j for i in range(degree + 1) for j in range(degree + 1 - i)], axis=-1)
+
+    C = np.linalg.lstsq(basis(points.old[rest]), points.new[rest], rcond=None)[0]
+    return points.new[k] - (basis(points.old[k : k + 1]) @ C)[0]
+
+
+@pytest.mark.parametrize("model", ["affine", "polynomial2", "polynomial3"])
+def test_left_out(model):
+    """What a point would be without it is what a fit without it says."""
+    points = ControlPoints(*scattered(20))
+    found = fit(points, model)
+    for k in (0, 7, 19):
+        np.testing.assert_allclose(found.left_out[k], refitted(points, model, k), rtol=1e-8, atol=1e-6)
+
+
+def test_left_out_of_helmert():
+    """The same of a similarity, by complex least squares."""
+    points = ControlPoints(*scattered(12))
+    found = fit(points, "helmert")
+    z, w = points.old @ [1, 1j], points.new @ [1, 1j]
+    for k in (0, 11):
+        rest = np.arange(12) != k
+        slope, shift = np.linalg.lstsq(np.stack([z[rest], np.ones(11)], axis=-1), w[rest], rcond=None)[0]
+        off = w[k] - slope * z[k] - shift
+        np.testing.assert_allclose(found.left_out[k], [off.real, off.imag], rtol=1e-8, atol=1e-6)
+
+
+def normalised(points: ControlPoints) -> np.ndarray:
+    registered = affine_fit(points)(points.old)
+    middle = registered.mean(axis=0)
+    return (registered - middle) / np.sqrt(((registered - middle) ** 2).mean())
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.05])
+def test_left_out_of_spline(smoothing):
+    """The same of a spline of given smoothing, by SciPy."""
+    points = ControlPoints(*scattered(15))
+    u, found = normalised(points), fit(points, "tps", smoothing)
+    for k in (0, 14):
+        rest = np.arange(15) != k
+        other = RBFInterpolator(u[rest], points.new[rest], kernel="thin_plate_spline", smoothing=smoothing)
+        np.testing.assert_allclose(found.left_out[k], points.new[k] - other(u[k : k + 1])[0], rtol=1e-6, atol=1e-5)
+
+
+def test_cross_validation():
+    """The smoothing has the least n RSS / tr(1 - H)^2, H by SciPy's splines through unit vectors."""
+    points = ControlPoints(*scattered(30))
+    u, found = normalised(points), fit(points)
+
+    def score(smoothing):
+        H = RBFInterpolator(u, np.eye(30), kernel="thin_plate_spline", smoothing=smoothing)(u)
+        return 30.0 * ((points.new - H @ points.new) ** 2).sum() / np.trace(np.eye(30) - H) ** 2, np.trace(H)
+
+    assert found.smoothing is not None
+    best, freedom = score(found.smoothing)
+    assert freedom == pytest.approx(found.freedom, rel=1e-8)
+    # Two refinements of 121 steps leave about a percent of the smoothing; the score is flat there.
+    assert best <= min(score(found.smoothing * 10.0**k)[0] for k in (-3, -2, -1, -0.3, -0.1, 0.1, 0.3, 1, 2, 3))
+
+
+def test_wrong_fits():
+    """Models, smoothings and points that make no fit are refused."""
+    points = ControlPoints(*scattered(5))
+    with pytest.raises(ValueError, match=r"Invalid model 'spline'. It must be one of helmert, affine, polynomial2"):
+        fit(points, "spline")
+    with pytest.raises(ValueError, match=r"Invalid smoothing '1' of model 'affine'. It is for tps"):
+        fit(points, "affine", 1.0)
+    with pytest.raises(ValueError, match="Invalid smoothing '-1' of model 'tps'"):
+        fit(points, "tps", -1.0)
+    with pytest.raises(ValueError, match=r"Invalid control points for model 'polynomial2'. There must be 6 or more"):
+        fit(points, "polynomial2")
+    with pytest.raises(ValueError, match=r"Invalid control points for model 'tps'. There must be 4 or more"):
+        fit(ControlPoints(points.old[:3], points.new[:3]), "tps")
+    old, new = scattered(6)
+    old[4] = old[1]
+    with pytest.raises(ValueError, match="Points '2' and '5' are too close on the old map to be interpolated"):
+        fit(ControlPoints(old, new), "tps", 0.0)
+
+
+# ---- the field --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_known_field(flip):
+    """Of f = (x + a x^2 / 2, y) the MDT is the geometric mean, and its cost the variance of ln(1 + a x)."""
+    a = 0.8
+    x, y = grid().T
+    points = ControlPoints(np.stack([x, flip * y], axis=-1), 1000.0 * np.stack([x + 0.5 * a * x * x, y], axis=-1))
+    found = old_map(points, model="polynomial2")
+    expected = np.zeros((len(found.nodes), 2, 2))
+    expected[:, 0, 0], expected[:, 1, 1] = 1e-3 / (1.0 + a * found.nodes[:, 0]), 1e-3 * flip
+    np.testing.assert_allclose(found.jacobian, expected, atol=1e-12)
+    log = np.log1p(a)
+    mean = ((1.0 + a) * log - a) / a
+    square = ((1.0 + a) * (log * log - 2.0 * log + 2.0) - 2.0) / a
+    correction = found.rectifications["mdt"]
+    np.testing.assert_allclose(correction.affine.matrix, 1000.0 * np.diag([np.exp(mean), flip]), rtol=RULE, atol=1e-6)
+    slope = a / (1.0 + a) * a  # the mean square of a / (1 + a x)
+    assert correction.distortion == pytest.approx(square - mean * mean - LOST * slope, rel=RULE)
+    assert (found.is_mirrored, found.fold_share, found.folds_near) == (flip < 0, 0.0, ())
+    assert found.area == pytest.approx(1.0, rel=1e-12)
+
+
+def test_distortion_of_rectifications():
+    """The means are those of Dist_F^2 of M J by the measure, the MDT's is that of `mdt`."""
+    found = old_map(ControlPoints(*scattered()))
+    assert found.rectifications["mdt"].distortion == pytest.approx(mdt(found.jacobian, found.weights).cost, rel=1e-12)
+    for one in found.rectifications.values():
+        mean = found.weights @ fisher(one.affine.matrix @ found.jacobian) ** 2
+        assert one.distortion == pytest.approx(mean, rel=1e-12)
+        assert one.distortion >= found.rectifications["mdt"].distortion
+
+
+@pytest.mark.slow
+@given(st.lists(st.floats(-0.3, 0.3), min_size=12, max_size=12), st.booleans(), st.sampled_from(["polynomial2", "tps"]))
+def test_no_affine_map_is_better(numbers, is_mirrored, model):
+    """The MDT's mean Dist_F^2 is never above the affine's, which may be a similarity, at the same nodes (theorem)."""
+    x, y = grid(5).T
+    basis = np.stack([x * x, x * y, y * y, x**3, np.sin(5 * x), np.cos(4 * y)], axis=-1)
+    new = 1000.0 * (grid(5) + 0.5 * basis @ np.reshape(numbers, (6, 2)))
+    old = grid(5) * [1.0, -1.0 if is_mirrored else 1.0]
+    found = old_map(ControlPoints(old, new), model=model).rectifications
+    for other in ("affine", "helmert"):
+        assert found["mdt"].distortion <= found[other].distortion + 1e-14
+    assert found["affine"].residual <= found["helmert"].residual + 1e-9
+    assert found["affine"].residual <= found["mdt"].residual + 1e-9
+
+
+@pytest.mark.parametrize(
+    "model", ["affine", *(pytest.param(model, marks=pytest.mark.slow) for model in ("polynomial2", "tps"))]
+)
+def test_units_and_axes_of_the_old_map(model):
+    """Affine changes of the old plane, mirrored ones too, change no figure but the Helmert fit's and the area."""
+    old, new = scattered()
+    first = old_map(ControlPoints(old, new), model=model)
+    for change in (np.array([[0.1, 0.0], [0.0, 0.3]]), np.array([[0.5, 2.0], [1.0, -0.4]])):
+        other = old_map(ControlPoints(old @ change.T + [50.0, -70.0], new), model=model)
+        assert other.is_mirrored == (np.linalg.det(change) < 0)
+        for name in ("mdt", "affine"):
+            one, two = (found.rectifications[name] for found in (first, other))
+            assert two.distortion == pytest.approx(one.distortion, rel=1e-8, abs=1e-20)
+            assert two.residual == pytest.approx(one.residual, rel=1e-8)
+        np.testing.assert_allclose(other.fit.left_out, first.fit.left_out, rtol=1e-6, atol=1e-4)
+        assert other.area == pytest.approx(first.area * abs(np.linalg.det(change)), rel=1e-9)
+        for name, values in first.statistics().items():
+            assert other.statistics()[name] == pytest.approx(values, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_folds(flip):
+    """f = (x, y - 0.625 y^2) folds where y > 0.8, on a fifth of the square; the figures are of the rest."""
+    x, y = grid(11).T
+    points = ControlPoints(np.stack([x, flip * y], axis=-1), 1000.0 * np.stack([x, y - 0.625 * y * y], axis=-1))
+    found = old_map(points, model="polynomial2")
+    assert found.fold_share == pytest.approx(0.2, abs=1e-12)
+    np.testing.assert_array_equal(np.isnan(found.jacobian[:, 0, 0]), flip * found.nodes[:, 1] > 0.8)
+    near = [points.names.index(name) for name in found.folds_near]
+    assert near
+    assert (y[near] >= 0.8 - 1e-9).all()
+    assert np.isfinite(found.rectifications["mdt"].distortion)
+    folds = found.to_dict()["folds"]
+    assert (folds["share"], folds["area"]) == (found.fold_share, found.fold_share * found.area)
+
+
+def test_outliers():
+    """Points that are moved far are named, the farthest first, and none of a set with normal errors."""
+    rng = np.random.default_rng(8)
+    old = rng.uniform(0.0, 100.0, (60, 2))
+    new = 50.0 * old + rng.normal(0.0, 5.0, (60, 2))
+    assert old_map(ControlPoints(old, new), model="affine").outliers == ()
+    new[17] += [90.0, 0.0]
+    new[4] += [0.0, -60.0]
+    names = tuple(f"P{k}" for k in range(60))
+    assert old_map(ControlPoints(old, new, names), model="affine").outliers == ("P17", "P4")
+
+
+def test_how_far_an_outlier_is():
+    """Of n normal residuals whose median length is m the longest is above m sqrt(ln(n / p) / ln 2) with chance p."""
+    rng = np.random.default_rng(8)
+    old = rng.uniform(0.0, 100.0, (100, 2))
+    found = old_map(ControlPoints(old, 50.0 * old), model="affine")
+    limit = math.sqrt(math.log(100 / 0.05) / math.log(2.0))
+    left_out = np.zeros((100, 2))
+    left_out[:, 1] = 1.0
+    for far, names in ((0.99 * limit, ()), (1.01 * limit, (found.points.names[30],))):
+        left_out[30] = 0.6 * far, -0.8 * far
+        assert replace(found, fit=replace(found.fit, left_out=left_out)).outliers == names
+
+
+def test_percentiles_of_measures():
+    """A twentieth of the area has less than the first, a half less than the second, nineteen twentieths the third."""
+    rng = np.random.default_rng(8)
+    old = rng.uniform(0.0, 100.0, (30, 2))
+    found = old_map(ControlPoints(old, 50.0 * old + 0.05 * old**2), model="polynomial2")
+    for name, shares in found.statistics().items():
+        values = LOCAL_MEASURES[name](found.corrected(found.jacobian))
+        for key, share in (("p05", 0.05), ("median", 0.5), ("p95", 0.95)):
+            assert found.weights[values <= shares[key]].sum() == pytest.approx(share, abs=0.01)
+
+
+def test_exact_points_have_no_outliers():
+    """Rounding makes no outlier; and points that determine just the model tell of none."""
+    points = ControlPoints(grid(4), grid(4) @ [[900.0, 100.0], [-30.0, 950.0]])
+    assert old_map(points, model="affine").outliers == ()
+    three = old_map(ControlPoints(points.old[[0, 1, 5]], points.new[[0, 1, 5]]), model="affine")
+    assert three.outliers == ()
+    assert three.to_dict()["residual_left_out"] is None
+
+
+def test_scale_and_turn_of_a_scan():
+    """A map 1 : 50,000, scanned with 300 dots per inch and turned clockwise by 10 degrees, is told so."""
+    truth = grid(5) * [9000.0, 6000.0]
+    angle, dots = np.radians(10.0), 300.0 / 0.0254 / 50_000.0
+    east, north = truth.T
+    right, up = np.cos(angle) * east + np.sin(angle) * north, -np.sin(angle) * east + np.cos(angle) * north
+    found = old_map(
+        ControlPoints(dots * np.stack([right, -up], -1) + 500.0, truth), model="affine", dots_per_inch=300.0
+    )
+    assert found.is_mirrored
+    assert "y axis points down" in found.notes[0]
+    for name, one in found.to_dict()["rectifications"].items():
+        assert one["denominator"] == pytest.approx(50_000.0, rel=1e-9), name
+        assert one["rotation"] == pytest.approx(10.0, abs=1e-7), name
+        assert one["stretch"] == pytest.approx(1.0, abs=1e-9), name
+    with pytest.raises(ValueError, match=r"Invalid dots per inch '0'. They must be positive"):
+        old_map(found.points, dots_per_inch=0.0)
+
+
+def test_no_denominator():
+    """Without the scan's resolution there is none."""
+    found = old_map(ControlPoints(*scattered()), model="affine")
+    assert found.denominator(2.0) is None
+    assert found.to_dict()["rectifications"]["mdt"]["denominator"] is None
+
+
+def test_local_measures():
+    """Rotation counts clockwise, and scale is the root of the areal scale, whatever the stretch."""
+    angle = np.radians(5.0)
+    clockwise = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    J = clockwise @ np.diag([2.0, 0.5])
+    assert LOCAL_MEASURES["rotation"](J) == pytest.approx(5.0)
+    assert LOCAL_MEASURES["scale"](3.0 * J) == pytest.approx(3.0)
+
+
+@pytest.mark.slow
+def test_answer():
+    """A row a control point, with the names of the JSON; a frame has them as columns."""
+    pytest.importorskip("pandas")
+    found = old_map(ControlPoints(*scattered(12)))
+    data, frame = found.to_dict(), found.to_frame()
+    assert list(frame.columns) == list(data["points"][0])
+    assert len(frame) == len(data["points"]) == 12
+    np.testing.assert_allclose(np.hypot(*found.fit.left_out.T), frame["left_out"])
+    assert found.to_json()
+
+
+@pytest.mark.parametrize(
+    ("corners", "area", "moment"),
+    [([[0, 0], [2, 0], [0, 1]], 1.0, 2 / 3), ([[0, 0], [1, 0], [1, 1], [0, 1]], 1.0, 1 / 3)],
+)
+def test_nodes(corners, area, moment):
+    """Over a triangle and a square the rule has the area, and the mean of x^2 with an error of second order."""
+    errors = []
+    for rows in (20, 40):
+        nodes, weights, found = hull_nodes(np.array(corners, dtype=float), rows)
+        assert found == pytest.approx(area, rel=1e-12)
+        assert weights.sum() == pytest.approx(1.0, rel=1e-12)
+        errors.append(abs(float(weights @ nodes[:, 0] ** 2) - moment))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+    assert errors[1] < 1e-3

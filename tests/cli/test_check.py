@@ -1,0 +1,298 @@
+"""The command `check`: formats, limits and their exit code, files, and what is refused."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from shapely import LineString, Point, box
+from typer.testing import CliRunner
+
+import projdist
+from projdist.cli.app import app
+from projdist.cli.check import _text
+from projdist.cli.formats import Format
+
+geopandas = pytest.importorskip("geopandas")
+GDAL = pytest.importorskip("pyogrio").__gdal_version__
+
+BOX = {"name": ["Germany", "a road", "a tower"], "area_note": [1, 2, 3]}
+SHAPES = [box(5.9, 47.3, 15.0, 55.1), LineString([(8, 50), (9, 51)]), Point(10, 50)]
+QUICK = ["--no-recommend"]
+IN_UTM = ["--crs", "EPSG:25832", *QUICK]
+
+
+def run(*words):
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["check", *map(str, words)])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return geopandas.GeoDataFrame(BOX, geometry=SHAPES, crs="EPSG:4326")
+
+
+@pytest.fixture(scope="module")
+def data(frame, tmp_path_factory):
+    """The folder with the data in every format, and a part of them in zone 32."""
+    folder = tmp_path_factory.mktemp("data")
+    frame.to_file(folder / "data.geojson")
+    frame.to_file(folder / "data.gpkg", layer="first")
+    frame.to_file(folder / "data.gpkg", layer="second")
+    frame.to_parquet(folder / "data.parquet")
+    frame[:1].to_crs("EPSG:25832").to_file(folder / "data.shp")
+    frame[2:].to_file(folder / "points.geojson")
+    return folder
+
+
+def test_json(data, frame):
+    """The dictionary of the Python function, the data's name, and the worst features."""
+    code, out, err = run(data / "data.geojson", *IN_UTM, "--format", "json", "--worst", "1")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    assert found.pop("data") == str(data / "data.geojson")
+    assert found.pop("worst") == found["results"][:1]
+    assert found == projdist.check(frame, "EPSG:25832", purpose=None).to_dict()
+    assert found["overall"]["area_error"] == pytest.approx(0.00029, abs=5e-6)
+
+
+def test_table(data):
+    """Totals, the worst features by name, and what was not measured."""
+    code, out, err = run(data / "data.geojson", "--crs", "EPSG:3857", *QUICK)
+    assert (code, err) == (0, "")
+    assert "(WGS 84): 2 of 3 features, 551,499 km2" in out
+    for text in ("2.553403", "+155.3 %", "Germany", "a road", "Points only: 1 feature(s)."):
+        assert text in out
+    assert "a tower" not in out
+
+
+def test_csv_and_markdown(data):
+    """A row a feature with all figures; the tables."""
+    code, out, _ = run(data / "data.geojson", *IN_UTM, "--format", "csv", "--id", "area_note")
+    assert code == 0
+    rows = list(csv.DictReader(io.StringIO(out)))
+    assert [row["name"] for row in rows] == ["1", "2", "3"]
+    assert float(rows[0]["area_error"]) == pytest.approx(0.00029, abs=5e-6)
+    assert (rows[2]["area_error"], rows[2]["note"]) == ("", "points only")
+    code, out, _ = run(data / "data.geojson", *IN_UTM, "--format", "markdown")
+    assert code == 0
+    assert out.startswith("| map | name | measured | area ratio |")
+    assert "+285.4 ppm" in out
+
+
+@pytest.mark.parametrize("file", ["data.gpkg#second", "data.parquet", "data.shp"])
+def test_files(file, data):
+    """GeoPackages with layers, GeoParquet; a Shapefile in a projected CRS is checked in that."""
+    words = QUICK if file == "data.shp" else IN_UTM
+    code, out, err = run(data / file, *words)
+    assert (code, err) == (0, "")
+    assert "ETRS89 / UTM zone 32N" in out
+    assert "1.00028" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["--fail-above", "1%"], 0),
+        (["--fail-above", "0.1%"], 0),
+        (["--fail-above", "500ppm"], 3),
+        (["--fail-above", "0.0005"], 3),
+        (["--fail-above", "700 PPM"], 0),
+        (["--fail-above", "6e-4"], 3),
+        (["--fail-above", "6e-4", "--fail-on", "overall"], 0),
+        (["--fail-above", "500ppm", "--fail-on", "overall"], 3),
+        (["--fail-above", ".1", "--fail-above-bearing", "3"], 3),
+        (["--fail-above-bearing", "4"], 0),
+    ],
+)
+def test_limits(words, code, data):
+    """The perimeter is off by 622 ppm, with the road by less, bearings by 3.2 degrees: 3 above the limit."""
+    found, out, err = run(data / "data.geojson", *IN_UTM, *words)
+    assert found == code
+    assert "Germany" in out
+    assert err.startswith("projdist: The ") if code else err == ""
+    assert err.count("\n") == bool(code)
+
+
+def test_what_cannot_be_drawn_is_above_every_limit(data):
+    """Half the Earth away from the zone."""
+    words = [data / "data.geojson", "--crs", "+proj=gnom +lat_0=-50 +lon_0=-170", *QUICK]
+    code, out, err = run(*words, "--fail-above", "1000%")
+    assert code == 3
+    assert "Not measured, as beyond the edge of the CRS: 0 Germany, 1 a road." in out
+    assert err == "projdist: 2 feature(s) cannot be drawn in this CRS, which is above every limit.\n"
+    assert run(*words)[0] == 0
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
+def test_layer(suffix, data, tmp_path, frame):
+    """The data with their errors as columns; no file is replaced unless asked."""
+    path = tmp_path / f"errors{suffix}"
+    assert run(data / "data.geojson", *IN_UTM, "-o", path)[0] == 0
+    layer = geopandas.read_file(path)
+    truth = projdist.check(frame, "EPSG:25832", purpose=None).features
+    assert layer["name"].tolist() == BOX["name"]
+    assert layer["length_error"][:2].tolist() == pytest.approx(truth["length_error"][:2].tolist())
+    assert layer.geometry.geom_equals_exact(frame.geometry, 1e-9).all()
+    code, out, err = run(data / "data.geojson", *IN_UTM, "-o", path)
+    assert (code, out) == (2, "")
+    assert err == f"projdist: Invalid output '{path}'. It exists; --overwrite replaces it.\n"
+    # A file of a check can be checked again, its errors are replaced; one column alone is the user's.
+    again = tmp_path / f"again{suffix}"
+    code, out, err = run(path, "--crs", "EPSG:3857", *QUICK, "-o", again)
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {again}\n")
+    second = geopandas.read_file(again)
+    truth = projdist.check(frame, "EPSG:3857", purpose=None).features
+    assert list(second.columns) == list(layer.columns)
+    assert second["length_error"][:2].tolist() == pytest.approx(truth["length_error"][:2].tolist())
+    own = tmp_path / f"own{suffix}"
+    frame.assign(area_km2=1.0).to_file(own)
+    code, _, err = run(own, *IN_UTM, "-o", tmp_path / "refused.gpkg")
+    assert code == 2
+    assert err.endswith("They have a column 'area_km2' already; rename it.\n")
+
+
+def feature(kind, coordinates, properties='{"name":"x"}'):
+    """A feature of GeoJSON as text; what is in it need not be right."""
+    geometry = f'{{"type":"{kind}","coordinates":{coordinates}}}'
+    return f'{{"type":"Feature","properties":{properties},"geometry":{geometry}}}'
+
+
+PARCEL = feature("Polygon", "[[[8,48],[9,48],[9,49],[8,48]]]")
+# Before 3.11 GDAL itself says nothing, and the geometry is missing as that of `null` is.
+CIRCLE = "Of 'x.geojson' GDAL says: Unsupported geometry type detected." if GDAL >= (3, 11) else ""
+
+
+@pytest.mark.parametrize(
+    ("other", "extra", "said"),
+    [
+        (
+            feature("LineString", "[[1,2]]"),
+            "",
+            "1 feature(s) of 'x.geojson' have a geometry that cannot be read and is",
+        ),
+        (feature("Polygon", "[[[1,2]]]"), "", "1 feature(s) of 'x.geojson' have a geometry that cannot be read and is"),
+        (feature("LineString", "[]"), "", ""),
+        (feature("Polygon", "null"), "", ""),
+        (feature("Circle", "[1,2]"), "", CIRCLE),
+        (feature("LineString", "[[1,2],[3,4]]", "[1,2]"), "", ""),
+        (
+            PARCEL,
+            '"crs":"EPSG:25832",',
+            "The member crs of 'x.geojson' is no object, as GeoJSON wants it: the data are",
+        ),
+    ],
+)
+def test_features_that_are_broken(other, extra, said, tmp_path, monkeypatch):
+    """They have no figures, which is said in one line at most; the others have theirs."""
+    monkeypatch.chdir(tmp_path)
+    text = f'{{"type":"FeatureCollection",{extra}"features":[{other},{PARCEL}]}}'
+    Path("x.geojson").write_text(text)
+    code, out, err = run("x.geojson", *IN_UTM, "--format", "json")
+    assert code == 0
+    assert json.loads(out)["results"][1]["area_km2"] == pytest.approx(4122.2, rel=1e-4)  # by pyproj's Geod
+    assert err.startswith(f"projdist: {said}" if said else "")
+    assert err.count("\n") == bool(said)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'{{"type":"FeatureCollection","features":[{PARCEL}',
+        '{"type":"FeatureCollection","features":"x"}',
+        f'{{"type":{"9" * 5000}',
+        "[" * 100_000 + "]" * 100_000,
+        "\0\1",
+    ],
+)
+def test_files_that_are_broken(text, tmp_path):
+    """One line, not too long, and 2."""
+    (tmp_path / "x.geojson").write_text(text)
+    code, out, err = run(tmp_path / "x.geojson", *IN_UTM)
+    assert (code, out) == (2, "")
+    assert err.startswith("projdist: Invalid data file")
+    assert err.count("\n") == 1
+    assert len(err) < 500
+
+
+@pytest.mark.slow
+def test_recommended(data):
+    """The second row is the recommended CRS, with the same data in it."""
+    code, out, err = run(data / "data.geojson", "--crs", "EPSG:3857", "--purpose", "equal-area")
+    assert (code, err) == (0, "")
+    assert "1.000000" in out
+    assert "The second line: the recommended CRS" in out
+
+
+@pytest.mark.parametrize(
+    ("crs", "said"),
+    [
+        ("{}", "its crs must have properties with the name of a CRS, a text."),
+        ('{"type":"link","properties":{"href":"x"}}', "its crs must have properties with the name of a CRS, a text."),
+        ('{"type":"name","properties":{"name":"nonsense"}}', "Invalid CRS 'nonsense'. It must be a CRS that PROJ"),
+    ],
+)
+def test_a_crs_that_is_none(crs, said, tmp_path):
+    """GeoJSON that states nonsense is refused (GDAL takes it for WGS 84); a feature may have a property crs."""
+    text = '{{"type":"FeatureCollection",{}"features":[{}]}}'
+    (tmp_path / "x.geojson").write_text(text.format(f'"crs" : {crs},', PARCEL))
+    code, out, err = run(tmp_path / "x.geojson", *IN_UTM)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert said in err
+    own = feature("Polygon", "[[[8,48],[9,48],[9,49],[8,48]]]", f'{{"crs":{crs}}}')
+    (tmp_path / "x.geojson").write_text(text.format("", own))
+    assert run(tmp_path / "x.geojson", *IN_UTM)[::2] == (0, "")
+
+
+@pytest.mark.parametrize("form", [Format.TABLE, Format.MARKDOWN])
+def test_the_recommended_crs_is_checked(form, frame):
+    """Where it is the one that is checked it has no row of its own, which would be the same; JSON has it."""
+    result = projdist.check(frame, "EPSG:25832", purpose=None)
+    itself = replace(result, recommended=result)
+    text = _text(itself, "data", 1, form)
+    assert text.count("ETRS89 / UTM zone 32N") == 1
+    assert "The recommended CRS for the box about the data is this one, EPSG:25832." in text
+    assert json.loads(_text(itself, "data", 1, Format.JSON))["recommended"] is not None
+    other = replace(result, recommended=projdist.check(frame, "EPSG:32632", purpose=None))
+    assert "UTM zone 32N" in _text(other, "data", 1, form).partition("ETRS89 / UTM zone 32N")[2]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["data.geojson"], 2, "Invalid CRS 'WGS 84' of the data to check."),
+        (["data.geojson", "--crs", "EPSG:4326"], 1, "Invalid projection 'EPSG:4326'. It is a Geographic 2D CRS"),
+        (["none.gpkg", *IN_UTM], 2, "Invalid data file"),
+        (["data.gpkg", *IN_UTM], 2, "Invalid data file"),
+        (
+            ["points.geojson", *IN_UTM],
+            2,
+            "Invalid data. They have no lines and no polygons to measure, but points only",
+        ),
+        (["data.geojson", *IN_UTM, "--fail-above", "1 percent"], 2, "Invalid limit '1 percent'. It must be a share"),
+        (["data.geojson", *IN_UTM, "--fail-above", "-1%"], 2, "Invalid limit '-1%'. It must be a share"),
+        (["data.geojson", *IN_UTM, "--fail-above", "1e400"], 2, "Invalid limit '1e400'. It must be a share"),
+        (["data.geojson", *IN_UTM, "--purpose", "nope"], 2, "Invalid purpose 'nope'. It must be any, equal-area"),
+        (["data.geojson", *IN_UTM, "--fail-above-bearing", "x"], 2, "Invalid bearing 'x'. It must be a number of degr"),
+        (["data.geojson", *IN_UTM, "--fail-on", "all"], 2, "Invalid thing to fail on 'all'. It must be worst or over"),
+        (
+            ["data.geojson", *IN_UTM, "--worst", "1.5"],
+            2,
+            "Invalid number of features '1.5'. It must be a whole number.",
+        ),
+        (["data.geojson", *IN_UTM, "--id", "x"], 2, "Invalid column 'x'. It must be name, area_note or geometry."),
+        (["data.geojson", "--crs", "moll", "--purpose", "x"], 2, "Invalid purpose 'x'. It must be any, equal-area"),
+        (["data.geojson", *IN_UTM, "-o", "x.csv"], 2, "Invalid output 'x.csv'. Its suffix must be .gpkg or .geojson."),
+    ],
+)
+def test_refused(words, code, message, data):
+    """Wrong words are one line; 2 for them, 1 for what is no projected CRS."""
+    found, out, err = run(data / words[0], *words[1:])
+    assert (found, out) == (code, "")
+    assert err.startswith(f"projdist: {message}")
+    assert err.count("\n") == 1

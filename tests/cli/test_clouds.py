@@ -1,0 +1,137 @@
+"""The command `clouds`: formats, options, files, and what is refused."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from projdist.applications.pointclouds import read_cloud, register
+from projdist.cli.app import app
+
+RNG = np.random.default_rng(1)
+POINTS = RNG.normal(size=(12, 3))
+CLOUDS = POINTS @ (np.eye(3) + 0.2 * RNG.normal(size=(3, 3, 3))) + 0.05 * RNG.normal(size=(3, 12, 3))
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["clouds", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def saved(path: Path, points: np.ndarray, head: str = "x,y,z") -> str:
+    np.savetxt(path, points, delimiter=",", header=head, comments="")
+    return str(path)
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> list[str]:
+    """Three clouds."""
+    return [saved(tmp_path / name, cloud) for name, cloud in zip(("a.csv", "b.csv", "c.csv"), CLOUDS, strict=True)]
+
+
+def test_json(files: list[str]) -> None:
+    """What the library answers."""
+    code, out, err = run(*files, "--format", "json")
+    assert (code, err) == (0, "")
+    clouds = [read_cloud(file).points for file in files]
+    assert json.loads(out) == register(clouds, names=files).to_dict()
+
+
+@pytest.mark.parametrize("form", ["table", "markdown", "csv"])
+def test_formats(files: list[str], form: str) -> None:
+    """Each cloud, each choice of a frame, and what the figures mean."""
+    code, out, err = run(*files, "-f", form)
+    assert (code, err) == (0, "")
+    if form == "csv":
+        assert [row["name"] for row in csv.DictReader(io.StringIO(out))] == files
+        return
+    assert out.startswith("3 clouds in 3 dimensions, by rows (symmetric), in the frame mdt: rms 0.0")
+    for word in ("Dist_F", "12 of 12", "best", "mdt", "the mean of all", *files):
+        assert word in out
+
+
+@pytest.mark.parametrize(("frame", "number"), [("2", 1), ("b.csv", 1), ("last", 2), ("first", 0), ("central", 1)])
+def test_frame(files: list[str], frame: str, number: int) -> None:
+    """A frame is a word, a file's name, or a number from 1."""
+    data = json.loads(run(*files, "--frame", frame, "-f", "json")[1])
+    assert data["reference"] == files[number]
+    np.testing.assert_allclose(data["clouds"][number]["matrix"], np.eye(3), atol=1e-12)
+
+
+def test_moved_files(files: list[str], tmp_path: Path) -> None:
+    """The moved clouds are files of the same names in a directory; they are not replaced unless asked."""
+    folder = tmp_path / "out"
+    code, out, err = run(*files, "-o", str(folder))
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {folder}\n")
+    found = register([read_cloud(file).points for file in files])
+    for file, points in zip(files, found.aligned, strict=True):
+        np.testing.assert_array_equal(read_cloud(folder / Path(file).name).points, points)
+    message = f"projdist: Invalid output '{folder}/a.csv'. It exists; --overwrite replaces it.\n"
+    assert run(*files, "-o", str(folder), "--frame", "first") == (2, "", message)
+    assert run(*files, "-o", str(folder), "--frame", "first", "--overwrite")[0] == 0
+    np.testing.assert_allclose(read_cloud(folder / "a.csv").points, CLOUDS[0], atol=1e-12)
+
+
+def test_ids_are_used_where_all_have_them(tmp_path: Path) -> None:
+    """With a column id in all files the rows may stand in any order; --correspond rows looks at rows."""
+    names = np.arange(12)[:, None]
+    files = [
+        saved(tmp_path / f"{k}.csv", np.hstack([names, cloud])[RNG.permutation(12)], "id,x,y,z")
+        for k, cloud in enumerate(CLOUDS)
+    ]
+    data = json.loads(run(*files, "-f", "json")[1])
+    assert data["correspond"] == "id"
+    assert data["rms"] == pytest.approx(register(CLOUDS).rms_total, rel=1e-9)
+    assert json.loads(run(*files, "-f", "json", "--correspond", "rows")[1])["rms"] > 2 * data["rms"]
+
+
+def test_closest_points(tmp_path: Path) -> None:
+    """--correspond icp needs neither order nor ids."""
+    files = [saved(tmp_path / f"{k}.csv", RNG.permutation(POINTS @ (np.eye(3) * (1 + 0.05 * k)))) for k in range(3)]
+    data = json.loads(run(*files, "-f", "json", "--correspond", "icp")[1])
+    assert data["rms"] < 1e-12
+
+
+def test_warnings_and_what_is_left_out(files: list[str], tmp_path: Path) -> None:
+    """Warnings are lines on the standard error; a cloud that is left out ends the command with 1."""
+    code, _, err = run(*files, "--method", "least_squares")
+    assert code == 0
+    assert err.startswith("projdist: Least squares shrinks the clouds, on average to ")
+    flat = saved(tmp_path / "flat.csv", CLOUDS[0] * [1, 1, 0])
+    code, out, err = run(*files, flat, "-o", str(tmp_path / "out"))
+    assert (code, "3 clouds" in out) == (1, True)
+    assert err == f"projdist: Left out '{flat}': the 12 points that it has span 2 of 3 dimensions.\n"
+    assert not (tmp_path / "out" / "flat.csv").exists()
+
+
+def test_refused(files: list[str], tmp_path: Path) -> None:
+    """Each wrong word is one line, and ends with 2."""
+    other = tmp_path / "other"
+    other.mkdir()
+    twin, short = saved(other / "a.csv", CLOUDS[1]), saved(tmp_path / "short.csv", CLOUDS[0][:9])
+    for words, said in {
+        (files[0],): "Invalid clouds. There must be at least two; there is one.",
+        (*files, "--frame", "4"): "Invalid frame '4'. There are 3 clouds, from 1 on.",
+        (*files, "--frame", "d.csv"): "Invalid frame 'd.csv'. It must be first, last, central, best, mdt or a cloud",
+        (*files, "--method", "ols"): "Invalid method 'ols'. It must be symmetric or least_squares.",
+        (*files, "--correspond", "row"): "Invalid correspondence 'row'. It must be rows, id or icp.",
+        (*files, "--correspond", "id"): f"Invalid cloud '{files[0]}'. For the correspondence id it must be a .csv with",
+        (*files, short): f"Invalid cloud '{short}'. It has 9 points, '{files[0]}' 12; rows that correspond must be as",
+        (*files, files[0]): f"Invalid cloud '{files[0]}'. It must be given once.",
+        (*files, twin, "-o", str(tmp_path / "out")): f"Invalid cloud '{files[0]}'. Another has its name, and",
+        (*files, "-o", str(tmp_path)): f"Invalid output '{tmp_path}'. It holds the clouds themselves.",
+        (*files, "-o", files[0]): f"Invalid output '{files[0]}'. It must be a directory.",
+        (*files, "-o", "no/where"): "Invalid output 'no/where'. There is no directory 'no'.",
+        (*files, "nothing.csv"): "Invalid cloud 'nothing.csv'. The file cannot be read: No such file or directory.",
+    }.items():
+        code, out, err = run(*words)
+        assert (code, out, err.count("\n")) == (2, "", 1), words
+        assert err.startswith(f"projdist: {said}"), err
+    assert not (tmp_path / "out").exists()

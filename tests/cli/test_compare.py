@@ -1,0 +1,392 @@
+"""The command `compare`: what is printed and written, and what it says of projections that fail."""
+
+import io
+import json
+import math
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyproj
+import pytest
+from commands import FORMATS, HIDDEN, QUICK, parse_csv, parse_markdown, run, run_json, run_ok
+
+from projdist import factors, summarize
+from projdist.cli.formats import Format, render_comparison, render_factors, rounded
+
+COMPARE_KEYS = [
+    "projection",
+    "name",
+    "definition",
+    "coverage",
+    "airy_kavrayskiy",
+    "airy_kavrayskiy_scaled",
+    "airy_kavrayskiy_affine",
+    "error_estimate",
+    "evaluations",
+]
+
+MEASURE_KEYS = ["mean", "rms", "median", "p95", "max", "min", "max_at", "min_at"]
+MEASURE_ERRORS = {"mean_error", "rms_error", "max_error", "min_error"}
+WKT = pyproj.CRS("EPSG:32632").to_wkt(pretty=True)
+
+# ---- compare: results -------------------------------------------------------------------------
+
+
+def test_compare_json_keys() -> None:
+    """The keys of the issue, in its order; more may stand after them."""
+    found = run_json("compare", "moll", "nosuch", "-m", "omega", "--region", "box:0,0,40,40", *QUICK, code=1)
+    assert list(found) == ["region", "results", "failures"]
+    assert list(found["region"]) == ["name", "area_km2"]
+    assert list(found["results"][0]) == [*COMPARE_KEYS, "omega"]
+    assert set(found["results"][0]["omega"]) == {*MEASURE_KEYS, *MEASURE_ERRORS}
+    assert list(found["failures"][0]) == ["projection", "error"]
+    assert found["failures"][0]["projection"] == "nosuch"
+
+
+def test_compare_json_is_what_python_says() -> None:
+    """Full precision: the JSON has the very numbers of `summarize`."""
+    found = run_json("compare", "winkel-tripel", "-m", "h")["results"][0]
+    assert found == summarize("winkel-tripel", measures=["h"]).to_dict()
+    lon, lat = found["h"]["max_at"]
+    assert -180 <= lon <= 180
+    assert -90 <= lat <= 90
+
+
+def test_compare_json_has_null_for_what_is_not_finite() -> None:
+    """Mercator's areal scale has no bound on the globe: null, not Infinity."""
+    found = run_json("compare", "merc", "-m", "s", *QUICK)["results"][0]
+    assert found["s"]["max"] is None
+    assert found["s"]["mean"] is None
+    assert math.isfinite(found["s"]["median"])
+
+
+def test_compare_region_of_json() -> None:
+    """Name and area of the region: that of an octant is an eighth of WGS 84's 510,065,621.7 km2."""
+    found = run_json("compare", "moll", "--region", "box:-90,0,0,90", *QUICK)["region"]
+    assert found["name"] == "box:-90,0,0,90"
+    assert found["area_km2"] == pytest.approx(510065621.724 / 8, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("region", "name"),
+    [
+        ("globe", "globe"),
+        ("GLOBE", "globe"),
+        ("box:-10,-20,30,40.5", "box:-10,-20,30,40.5"),
+        ("box:170,-20,-170,20", "box:170,-20,-170,20"),
+        ("cap:-10,-50,1e3", "cap:-10,-50,1000"),
+    ],
+)
+@pytest.mark.parametrize("option", ["--region", "-r"])
+def test_compare_regions(region: str, name: str, option: str) -> None:
+    """Negative numbers in regions need no `--`."""
+    assert run_json("compare", option, region, "moll", *QUICK)["region"]["name"] == name
+
+
+def test_compare_measures_repeat_or_have_commas() -> None:
+    """`-m a,b -m c`: statistics of all, by the names that were given."""
+    found = run_json("compare", "moll", "-m", "omega, h", "--measure", "scale@45", "-r", "box:0,0,9,9")["results"][0]
+    assert {"omega", "h", "scale@45"} < set(found)
+
+
+def test_compare_tolerance() -> None:
+    """A looser tolerance costs fewer evaluations, and its errors stay below it."""
+    tight = run_json("compare", "moll", "--tolerance", "1e-7")["results"][0]
+    loose = run_json("compare", "moll", "--tolerance", "1e-2")["results"][0]
+    assert loose["evaluations"] < tight["evaluations"]
+    assert loose["error_estimate"] < 1e-2
+    assert tight["error_estimate"] < 1e-7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("sort", "column"),
+    [
+        ("airy_kavrayskiy", "airy_kavrayskiy"),
+        ("airy_kavrayskiy_scaled", "airy_kavrayskiy_scaled"),
+        ("airy_kavrayskiy_affine", "airy_kavrayskiy_affine"),
+        ("coverage", "coverage"),
+        ("evaluations", "evaluations"),
+        ("error_estimate", "error_estimate"),
+        ("name", "name"),
+        ("s", "s.mean"),
+        *((f"s.{statistic}", f"s.{statistic}") for statistic in MEASURE_KEYS[:-2]),
+    ],
+)
+def test_compare_sort(sort: str, column: str) -> None:
+    """Rows ascend in the column of the key; a measure alone is its mean."""
+    words = ["winkel-tripel", "moll", "robin", "+proj=ortho +R=6371000", "-r", "box:-80,0,0,80", "-m", "s"]
+    found = run_json("compare", *words, "--sort", sort, "--tolerance", "1e-2")["results"]
+    name, _, statistic = column.partition(".")
+    values = [row[name][statistic] if statistic else row[name] for row in found]
+    assert len(values) == 4
+    assert values == sorted(values)
+
+
+def test_compare_sort_as_given() -> None:
+    """`--sort given` keeps the order of the command line."""
+    words = ["robin", "moll", "winkel-tripel"]
+    found = run_json("compare", *words, "--sort", "given", "-r", "box:0,0,9,9", *QUICK)
+    assert [row["projection"] for row in found["results"]] == words
+
+
+@pytest.mark.slow
+def test_compare_sort_puts_the_undefined_last() -> None:
+    """Where a statistic diverges the projection goes to the end."""
+    found = run_json("compare", "merc", "moll", "--sort", "s.max", "-m", "s", *QUICK)["results"]
+    assert [row["projection"] for row in found] == ["moll", "merc"]
+
+
+@pytest.mark.slow
+def test_compare_sort_by_a_measure_with_a_point_in_its_name() -> None:
+    """`scale@22.5.max` is the maximum of `scale@22.5`."""
+    for sort in ("scale@22.5", "scale@22.5.median"):
+        run_ok("compare", "robin", "moll", "-m", "scale@22.5", "--sort", sort, "-r", "box:0,0,40,40", *QUICK)
+
+
+@pytest.mark.parametrize("sort", ["given", "name", "airy_kavrayskiy"])
+def test_compare_the_same_projection_twice(sort: str) -> None:
+    """Two rows, as asked."""
+    found = run_json("compare", "moll", "moll", "--sort", sort, *QUICK)["results"]
+    assert [row["projection"] for row in found] == ["moll", "moll"]
+
+
+def test_compare_table_marks_the_best() -> None:
+    """A star behind the least of each column, on one row, and a note that says what the star is."""
+    text = run_ok("compare", "robin", "moll", *QUICK)
+    (robin,) = [line for line in text.splitlines() if "robin" in line]
+    (moll,) = [line for line in text.splitlines() if "moll" in line]
+    assert robin.count("*") == 3
+    assert "*" not in moll
+    assert "* is the best" in text
+    assert "1/sqrt(2)" in text
+    assert "globe (510,065,622 km2), by airy_kavrayskiy" in text
+
+
+def test_compare_table_of_one_has_no_best() -> None:
+    """Alone, a projection is not the best of anything."""
+    (line,) = [line for line in run_ok("compare", "robin", *QUICK).splitlines() if "robin" in line]
+    assert "*" not in line
+
+
+def test_compare_table_has_no_digits_that_the_error_makes_doubtful() -> None:
+    """A figure good to 1e-8 has six decimals, one good to 1e-4 at most four."""
+    (line,) = [line for line in run_ok("compare", "moll").splitlines() if "moll" in line]
+    assert "0.545459 " in line
+    found = run_json("compare", "moll", "--tolerance", "1e-2")["results"][0]
+    (line,) = [line for line in run_ok("compare", "moll", "--tolerance", "1e-2").splitlines() if "moll" in line]
+    decimals = len(re.findall(r"0\.(\d+) ", line)[0])
+    assert 10.0**-decimals > 0.5 * found["error_estimate"]
+
+
+def test_doubtful_figures_are_no_zeros() -> None:
+    """What is above its error has its first digit; what is not has none."""
+    assert [rounded(0.031, 0.016), rounded(0.0049, 0.0012), rounded(0.31, 0.16)] == ["0.03", "0.005", "0.3"]
+    assert [rounded(1e-12, 1e-9), rounded(0.01, 0.016)] == ["0.000000000", "0.0"]
+
+
+def test_digits_of_figures() -> None:
+    """Six decimals, or four digits where that is more, ten decimals at most, and none that the error makes doubtful."""
+    figures = [(0.123456789, 1e-12), (0.00123456789, 1e-12), (1.23456789e-6, 1e-15), (1.23456789e-9, 0.0)]
+    assert [rounded(*one) for one in figures] == ["0.123457", "0.001235", "0.000001235", "0.0000000012"]
+    assert [rounded(123.456, 0.0), rounded(0.0, 1e-12), rounded(0.0, 0.0)] == ["123.456000", "0.000000", "0.000000"]
+    assert [rounded(0.123456789, error) for error in (1e-4, 3e-5, 0.9, 20.0)] == ["0.1235", "0.1235", "0", "0"]
+    assert rounded(None, 0.1) == rounded(None, None) == "-"
+
+
+def test_compare_table_tells_coverage() -> None:
+    """Half of the globe can be projected: the table has the share and says what the figures are of."""
+    text = run_ok("compare", "+proj=ortho +lat_0=90 +R=6371000", "moll", "--tolerance", "1e-2")
+    assert "covers" in text
+    assert "the share of the region that can be projected" in text
+
+
+@pytest.mark.parametrize("measures", ["omega", pytest.param("omega,h,k,s,a,b", marks=pytest.mark.slow)])
+def test_compare_tables_are_never_cut_off(measures: str) -> None:
+    """However many columns: each number of the Markdown stands whole in the table."""
+    words = ["compare", "robin", "moll", "-m", measures, "-r", "box:0,0,40,40", *QUICK]
+    table = run_ok(*words)
+    for row in parse_markdown(run_ok(*words, "-f", "markdown")):
+        for cell in row.values():
+            assert f" {cell.replace(chr(92), '')} " in table
+
+
+@pytest.mark.parametrize("columns", [40, 80, 132])
+def test_tables_fit_into_a_terminal(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the terminal is narrow there are several tables; each repeats what its rows are of, none is cut off."""
+
+    class Terminal(io.StringIO):
+        encoding = "utf-8"
+
+        def isatty(self) -> bool:
+            return True
+
+    found = factors("robin", [10, 20], [30, 40]).to_dict()
+    whole = parse_markdown(render_factors(found, [], Format.MARKDOWN))
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr(sys, "stdout", Terminal())
+    text = re.sub(r"\x1b\[[0-9;]*m", "", render_factors(found, [], Format.TABLE))
+    assert all(len(line) <= columns for line in text.splitlines())
+    assert text.count(" lon ") > 1
+    for cell in {cell for row in whole for cell in row.values()}:
+        assert f" {cell} " in text
+
+
+def test_compare_csv() -> None:
+    """One row a projection, statistics as columns of their own, all digits."""
+    words = ["compare", "moll", "robin", "-m", "omega", "-r", "box:0,0,40,40", *QUICK]
+    rows = parse_csv(run_ok(*words, "--format", "csv"))
+    assert [row["projection"] for row in rows] == ["moll", "robin"]
+    for row, expected in zip(rows, run_json(*words)["results"], strict=True):
+        assert float(row["airy_kavrayskiy"]) == expected["airy_kavrayskiy"]
+        assert float(row["omega_rms"]) == expected["omega"]["rms"]
+        assert [float(row["omega_max_lon"]), float(row["omega_max_lat"])] == expected["omega"]["max_at"]
+
+
+def test_compare_markdown() -> None:
+    """A table that Markdown reads, with what would be markup escaped."""
+    rows = parse_markdown(run_ok("compare", "moll", "robin", "-f", "markdown", "-m", "scale@45", "-r", "box:0,0,80,80"))
+    assert {row["projection"] for row in rows} == {"robin", "moll"}
+    assert rows[0]["AK"].endswith("\\*")
+    assert "scale@45 mean" in rows[0]
+
+
+def test_compare_shows_long_definitions_by_name() -> None:
+    """WKT fills the screen: the table has the name of the CRS, the JSON what was given."""
+    words = ["compare", WKT, "-r", "box:6,40,12,50", *QUICK]
+    for form in ("table", "markdown"):
+        text = run_ok(*words, "-f", form)
+        assert "WGS 84 / UTM zone 32N" in text
+        assert "PROJCRS" not in text
+    assert run_json(*words)["results"][0]["projection"] == WKT
+
+
+def test_compare_shows_undefined_figures() -> None:
+    """A projection without a figure has `-`, and is not the best."""
+    result = {"region": {"name": "globe", "area_km2": 1.0}}
+    row = dict.fromkeys(COMPARE_KEYS[4:8]) | {"projection": "x", "name": "X", "coverage": 0.5}
+    other = dict.fromkeys(COMPARE_KEYS[4:8], 0.25) | {"projection": "y", "name": "Y", "coverage": 1.0}
+    text = render_comparison({**result, "results": [row, other]}, [], [], "given", 1e-8, Format.MARKDOWN)
+    first, second = parse_markdown(text)
+    assert first["AK"] == first["error"] == "-"
+    assert second["AK"].endswith("\\*")
+    assert np.isclose(float(second["covers"].removesuffix(" %")), 100)
+
+
+# ---- compare: failures ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_compare_failures_stand_beside_results(form: str) -> None:
+    """Good projections are measured, each bad one has its line, and the exit code is 1."""
+    result = run("compare", "nosuch", "moll", "EPSG:4326", "-f", form, *QUICK)
+    assert result.exit_code == 1
+    assert "moll" in result.stdout
+    lines = result.stderr.splitlines()
+    assert len(lines) == 2
+    assert lines[0].startswith("projdist: Invalid projection 'nosuch'. It must be a PROJ id or a name")
+    assert re.match(r"projdist: Invalid projection 'EPSG:4326'. It is a Geographic", lines[1])
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_compare_nothing_but_failures(form: str) -> None:
+    """Exit code 1; JSON and CSV still parse."""
+    result = run("compare", "nosuch", "EPSG:4979", "-f", form)
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 2
+    if form == "json":
+        found = json.loads(result.stdout)
+        assert found["results"] == []
+        assert [row["projection"] for row in found["failures"]] == ["nosuch", "EPSG:4979"]
+    if form == "csv":
+        assert parse_csv(result.stdout) == []
+    if form in ("table", "markdown"):
+        assert result.stdout == "No projection could be measured.\n"
+
+
+def test_compare_region_that_cannot_be_projected() -> None:
+    """A failure of the projection, not of the whole."""
+    found = run_json("compare", "moll", *HIDDEN, *QUICK, code=1)
+    assert [row["projection"] for row in found["results"]] == ["moll"]
+    assert re.search(r"No point of it can be projected", found["failures"][0]["error"])
+
+
+HOSTILE = [
+    "",
+    " ",
+    "-",
+    "0",
+    "-10",
+    "ünïcödé",
+    "\N{SNOWMAN}",
+    "\u202e",
+    "+proj=",
+    "+proj=nosuch",
+    "+proj=utm +zone=99",
+    "+proj=robin +R=-1",
+    "+proj=robin +R=0",
+    "+proj=merc +k_0=0",
+    "+proj=merc +to_meter=0",
+    "+proj=pipeline",
+    "EPSG:",
+    "EPSG:99999999",
+    "EPSG:4326",
+    "EPSG:4978",
+    "ESRI:foo",
+    '{"a": 1}',
+    "{",
+    "PROJCRS[",
+    WKT[:200],
+    "https://example.com",
+    "/etc/passwd",
+    "a" * 100_000,
+    "[bold]",
+    "%s",
+    "robin\nmoll",
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_compare_hostile_projections(text: str) -> None:
+    """Each is refused in one line that names it, and says what is allowed."""
+    result = run("compare", "--format", "json", "--", text)
+    assert result.exit_code == 1
+    assert re.fullmatch(r"projdist: Invalid [^\n]+\n", result.stderr)
+    assert len(result.stderr) < 1000
+    assert json.loads(result.stdout)["failures"][0]["projection"] == text
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\xff\xfe\x00", b'GEOGCS["x"', b"hello", b"+proj=robin +R"])
+def test_compare_bad_files(content: bytes | None, tmp_path: Path) -> None:
+    """A directory, an empty, a binary and a broken file are refused by their name."""
+    path = tmp_path / "some.prj"
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content)
+    result = run("compare", str(path))
+    assert result.exit_code == 1
+    assert re.fullmatch(r"projdist: Invalid [^\n]+\n", result.stderr)
+    assert "some.prj" in result.stderr
+
+
+def test_compare_files(tmp_path: Path) -> None:
+    """A .prj and a .wkt file of one CRS give the same numbers."""
+    crs = pyproj.CRS("EPSG:3035")
+    (tmp_path / "a.prj").write_text(crs.to_wkt("WKT1_ESRI"))
+    (tmp_path / "b.wkt").write_text(crs.to_wkt(pretty=True))
+    found = run_json("compare", str(tmp_path / "a.prj"), str(tmp_path / "b.wkt"), "-r", "box:0,40,20,60", *QUICK)
+    first, second = (row["airy_kavrayskiy"] for row in found["results"])
+    assert first == pytest.approx(second, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_compare_many_projections() -> None:
+    """Two hundred are no trouble."""
+    words = [f"+proj=eqc +lat_ts={k / 4} +R=6371000" for k in range(200)]
+    found = run_json("compare", *words, "-r", "box:0,0,10,10", *QUICK)
+    assert len(found["results"]) == 200

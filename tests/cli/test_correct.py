@@ -1,0 +1,172 @@
+"""The command `correct`: formats, pictures, words, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from pyproj import CRS, Transformer
+from typer.testing import CliRunner
+
+from projdist import correct
+from projdist.cli.app import app
+
+KEYS = {
+    "matrix",
+    "airy_kavrayskiy",
+    "airy_kavrayskiy_scaled",
+    "airy_kavrayskiy_affine",
+    "airy_kavrayskiy_corrected",
+    "pipeline",
+    "wkt",
+    "wkt_reason",
+    "scale",
+    "stretch",
+    "stretch_azimuth",
+}
+EUROPE = ["--region", "box:-10,35,40,70"]
+SEA = ["--region", "box:-40,30,-30,40"]  # no land takes no time
+
+
+def run(*words):
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["correct", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_json():
+    """All figures at full precision, under the keys that programs rely on."""
+    code, out, err = run("moll", "--format", "json")
+    assert (code, err) == (0, "")
+    data = json.loads(out)
+    assert data.keys() >= KEYS
+    assert data["projection"] == "moll"
+    assert data == correct("moll").to_dict()
+
+
+def test_table():
+    """The four errors, the matrix, what it means, and where the exports are."""
+    code, out, err = run("plate-carree")
+    assert (code, err) == (0, "")
+    for text in (
+        "0.521240",
+        "0.421347",
+        "corrected (affine), measured again",
+        "x' = 0.735758882 x",
+        "stretch 1.359141 along the vertical",
+        "By its own parameters: +proj=eqc +R=6371008.7714 +lat_ts=42.6286",
+        "PROJ: +proj=pipeline",
+        "WKT2: see --format wkt",
+    ):
+        assert text in out
+
+
+def test_proj_and_wkt():
+    """What is printed is what pyproj reads."""
+    truth = correct("moll").corrected(10.0, 50.0)
+    code, out, err = run("moll", "--format", "proj")
+    assert (code, err) == (0, "")
+    np.testing.assert_allclose(Transformer.from_pipeline(out.strip()).transform(10.0, 50.0), truth, atol=2e-9)
+    code, out, err = run("moll", "--format", "wkt")
+    assert (code, err) == (0, "")
+    crs = CRS.from_wkt(out)
+    assert crs.name == "Mollweide, corrected"
+
+
+def test_no_wkt():
+    """Where there is no WKT2 the reason is said, with exit code 1."""
+    code, out, err = run("+proj=pipeline +step +proj=moll +R=1", "--format", "wkt")
+    assert (code, out) == (1, "")
+    assert err == "projdist: Invalid format 'wkt' for Mollweide. Mollweide is no CRS, but a function or a pipeline.\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "determinant", "vertical"),
+    [
+        (["--constraint", "stretch"], 1.0, True),
+        (["--constraint", "scale"], None, True),
+        (["--free"], None, False),
+        (["--keep-north"], None, True),
+    ],
+)
+def test_options(words, determinant, vertical):
+    """Constraints and north do what they say."""
+    data = json.loads(run("laea", *EUROPE, "--format", "json", *words)[1])
+    M = np.array(data["matrix"])
+    if determinant is not None:
+        assert np.linalg.det(M) == pytest.approx(determinant, rel=1e-12)
+    assert bool(M[0, 1] == 0.0) == vertical
+
+
+@pytest.mark.parametrize("words", [pytest.param([], marks=pytest.mark.slow), ["--local", "300"]])
+def test_pictures(words, tmp_path):
+    """Before and after, or the field of local corrections, as a picture."""
+    path = tmp_path / "x.png"
+    code, out, err = run("moll", *SEA, "-o", str(path), *words, "--size", "5,4", "--dpi", "50")
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {path}\n")
+    assert imread(path).shape[:2] == (200, 250)
+
+
+@pytest.mark.slow
+def test_local_json(tmp_path):
+    """The values of a drawn field as JSON."""
+    words = [*SEA, "--local", "300", "--step", "5", "--format", "json", "-o", str(tmp_path / "x.svg")]
+    data = json.loads(run("moll", *words)[1])
+    assert data["radius_km"] == 300.0
+    assert data["results"][0].keys() == {"lon", "lat", "matrix", "scale", "stretch", "stretch_azimuth", "error"}
+
+
+@pytest.mark.slow
+def test_local_json_alone():
+    """The values can be had without a picture."""
+    data = json.loads(run("moll", *SEA, "--local", "300", "--format", "json")[1])
+    assert data["name"] == "Mollweide"
+    assert len(data["results"]) > 10
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["nosuch"], 1, "Invalid projection 'nosuch'"),
+        (["moll", "--constraint", "shear"], 2, "Invalid constraint 'shear'. It must be affine, stretch or scale."),
+        (["moll", "--format", "csv"], 2, "Invalid format 'csv'. It must be table, json, proj or wkt."),
+        (
+            ["moll", "--local", "300"],
+            2,
+            "Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.",
+        ),
+        (["moll", "--local", "300", "-o", "x.png", "-f", "wkt"], 2, "Invalid format 'wkt' with --local."),
+        (["moll", "--local", "-3", "-o", "x.png"], 2, "Invalid radius '-3'. It must be a number of km within"),
+        (["moll", "-o", "x.gif"], 2, "Invalid picture file 'x.gif'. Its suffix must be .png, .svg or .pdf."),
+        (["moll", "--region", "box:1,2"], 2, "Invalid region 'box:1,2'"),
+        (["moll", "--dpi", "100"], 2, "Invalid option '--dpi'. It needs a picture to draw to: -o FILE."),
+        (["moll", "--local", "300", "-o", "x.png", "--free"], 2, "Invalid option '--free' with --local."),
+        (["moll", "robin"], 2, "unexpected extra argument"),
+    ],
+)
+def test_wrong_words(words, code, text, tmp_path, monkeypatch):
+    """One line on standard error, and nothing else."""
+    monkeypatch.chdir(tmp_path)
+    found, out, err = run(*words)
+    assert (found, out) == (code, "")
+    assert text in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_picture_shows(tmp_path, monkeypatch):
+    """Indicatrices before and after, of the same region, with both figures."""
+    drawn = []
+    monkeypatch.setattr("projdist.plots.tissot_figure", lambda maps, **options: drawn.append((maps, options)))
+    monkeypatch.setattr("projdist.cli.pictures.PictureFile.save", lambda _, draw: draw())
+    path = tmp_path / "x.png"
+    code, out, err = run("mollweide", *SEA, "-o", str(path))
+    assert (code, err, out.endswith(f"Wrote: {path}\n")) == (0, "", True)
+    ((maps, options),) = drawn
+    found = correct("mollweide", "box:-40,30,-30,40")
+    lon, lat = np.array([-38.0, -32.0]), np.array([31.0, 39.0])
+    np.testing.assert_allclose(np.array(maps[1](lon, lat)), found.matrix @ np.array(maps[0](lon, lat)), rtol=1e-12)
+    assert options["airy_kavrayskiy"] == pytest.approx([found.airy_kavrayskiy, found.airy_kavrayskiy_corrected])
+    assert options["region"].bounds == (-40.0, 30.0, -30.0, 40.0)

@@ -1,0 +1,208 @@
+"""The command `factors`, and the points that it reads."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from commands import FORMATS, HIDDEN, parse_csv, parse_markdown, refused, run, run_json, run_ok
+
+from projdist import factors
+
+FACTORS_KEYS = ["lon", "lat", "x", "y", "h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher", "quality"]
+
+
+def test_factors_json() -> None:
+    """These keys and no others, and the very numbers of `factors`."""
+    found = run_json("factors", "winkel-tripel", "10", "20", "-150.5", "-60")
+    assert list(found) == ["projection", "name", "definition", "results"]
+    assert (found["projection"], found["name"]) == ("winkel-tripel", "Winkel Tripel")
+    assert found["definition"].startswith("+proj=wintri +R=6371008.77")
+    assert [list(row) for row in found["results"]] == [FACTORS_KEYS, FACTORS_KEYS]
+    expected = factors("winkel-tripel", [10, -150.5], [20, -60])
+    for name in FACTORS_KEYS:
+        assert [row[name] for row in found["results"]] == getattr(expected, name).tolist()
+
+
+@pytest.mark.parametrize(
+    ("given", "title"),
+    [
+        ("krovak", "krovak (+proj=krovak +ellps=bessel)"),
+        ("utm33", "utm33 (EPSG:32633)"),
+        ("EPSG:5514", "EPSG:5514"),
+        ("+proj=moll +R=1", "+proj=moll +R=1"),
+    ],
+)
+def test_factors_name_what_they_measure(given: str, title: str, tmp_path: Path) -> None:
+    """The figure of the Earth of a name, which it does not tell, stands in its definition; also of points in a file."""
+    assert run_ok("factors", given, "15", "50").splitlines()[0].strip() == title
+    (tmp_path / "p.csv").write_text("lon,lat\n15,50\n")
+    words = ["factors", given, "--at", str(tmp_path / "p.csv")]
+    assert run_ok(*words).splitlines()[0].strip() == title
+    found = run_json(*words)
+    assert found["projection"] == given
+    assert title.rstrip(")").endswith(found["definition"])
+
+
+def test_factors_json_has_null_where_undefined() -> None:
+    """Beyond the horizon nothing is defined: null, with the quality that says so."""
+    (row,) = run_json("factors", "+proj=ortho +lat_0=90 +R=6371000", "0", "-80")["results"]
+    assert row["quality"] == "outside"
+    assert {row[name] for name in FACTORS_KEYS if name not in ("lon", "lat", "quality")} == {None}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["robin", "-10", "-20"],
+        ["robin", "-1e1", "-2e+1"],
+        ["robin", "-10.", "-20.0"],
+        ["-m", "h", "robin", "-10", "-20"],
+        ["robin", "-10", "-m", "h", "-20"],
+        ["robin", "--", "-10", "-20"],
+        ["--", "robin", "-10", "-20"],
+        ["robin", " -10", "-20 "],
+    ],
+    ids=" ".join,
+)
+def test_factors_negative_numbers(words: list[str]) -> None:
+    """Negative numbers are numbers, with or without `--`, wherever options stand."""
+    words = ["-m", "ppm", "-f", "json", *words]
+    (row,) = json.loads(run_ok("factors", *words))["results"]
+    assert (row["lon"], row["lat"]) == (-10, -20)
+
+
+def test_factors_more_negative_numbers() -> None:
+    """Points beginning with a decimal point, too."""
+    (row,) = run_json("factors", "robin", "-.5", "-.25")["results"]
+    assert (row["lon"], row["lat"]) == (-0.5, -0.25)
+
+
+def test_factors_measures() -> None:
+    """Measures beyond the standard ones are columns."""
+    (row,) = run_json("factors", "robin", "10", "20", "-m", "flexion,skewness", "-m", "scale@45")["results"]
+    assert list(row) == [*FACTORS_KEYS, "flexion", "skewness", "scale@45"]
+
+
+def test_factors_csv_and_markdown() -> None:
+    """One row a point: all digits in the CSV, readable ones in the Markdown."""
+    words = ["factors", "robin", "10", "20", "-30", "-40"]
+    expected = run_json(*words)["results"]
+    for row, wanted in zip(parse_csv(run_ok(*words, "-f", "csv")), expected, strict=True):
+        assert list(row) == FACTORS_KEYS
+        assert float(row["omega"]) == wanted["omega"]
+    for row, wanted in zip(parse_markdown(run_ok(*words, "-f", "markdown")), expected, strict=True):
+        assert float(row["h"]) == pytest.approx(wanted["h"], abs=1e-8)
+
+
+def test_factors_csv_without_points(tmp_path: Path) -> None:
+    """The header is what it always is: of lines that cannot be read, and of tables without rows."""
+    header = ",".join([*FACTORS_KEYS, "flexion"]) + "\n"
+    words = ["factors", "robin", "-m", "flexion", "-f", "csv"]
+    result = run(*words, "-", stdin="a b\nc d\n")
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (1, header, 2)
+    (tmp_path / "p.csv").write_text("lon,lat\n")
+    assert run_ok(*words, "--at", str(tmp_path / "p.csv")) == header
+    assert run_ok(*words[:-2], "--at", str(tmp_path / "p.csv"), "-o", str(tmp_path / "o.csv"))
+    assert (tmp_path / "o.csv").read_text() == header
+
+
+def test_factors_table() -> None:
+    """For people: the projection, a row a point, `-` where undefined, no negative zero."""
+    text = run_ok("factors", "EPSG:32632", "9", "0", "9", "45")
+    assert text.startswith("EPSG:32632\n")
+    assert "0.99960000" in text
+    assert "-0.000000" not in text
+    (line,) = [line for line in run_ok("factors", HIDDEN[0], "0", "-80").splitlines() if "outside" in line]
+    assert line.count(" - ") == 11
+
+
+def test_factors_of_a_bad_projection() -> None:
+    """Nothing on stdout, one line, exit code 1."""
+    result = run("factors", "nosuch", "1", "2")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert re.fullmatch(r"projdist: Invalid projection 'nosuch'. [^\n]+\n", result.stderr)
+
+
+def test_factors_looks_at_the_projection_first() -> None:
+    """Before it waits for lines, and before it reads coordinates of which the first was taken for a projection."""
+    for words in (["nosuch", "-"], ["5", "6"]):
+        result = run("factors", *words)
+        assert (result.exit_code, result.stdout) == (1, "")
+        assert re.fullmatch(rf"projdist: Invalid projection '{words[0]}'. [^\n]+\n", result.stderr)
+
+
+LINES = """\ufeff# longitude latitude name
+10 20 Ab c, d
+-10,-20,Zürich|x
+ -.5\t1e1
+3
+foo bar
+
+8 95 beyond
+720 -90  *last*
+"""
+
+
+def test_factors_stdin_json() -> None:
+    """Points in their order with the text that came with them; bad lines by their number, and exit code 1."""
+    result = run("factors", "robin", "-", "-f", "json", stdin=LINES)
+    assert result.exit_code == 1
+    rows = json.loads(result.stdout)["results"]
+    assert [(row["lon"], row["lat"], row["text"]) for row in rows] == [
+        (10, 20, "Ab c, d"),
+        (-10, -20, "Zürich|x"),
+        (-0.5, 10, ""),
+        (720, -90, "*last*"),
+    ]
+    assert result.stderr.splitlines() == [
+        "projdist: line 5: Invalid point '3'. It must be 'lon lat [text]'.",
+        "projdist: line 6: Invalid point 'foo bar'. Longitude and latitude must be numbers of degrees.",
+        "projdist: line 8: Invalid latitude '95'. It must lie within -90 and 90 degrees.",
+    ]
+
+
+@pytest.mark.parametrize("form", ["csv", "markdown", "table"])
+def test_factors_stdin_text(form: str) -> None:
+    """The text is kept in every format, and escaped where the format asks for it."""
+    result = run("factors", "robin", "-", "-f", form, stdin=LINES)
+    assert result.exit_code == 1
+    if form == "csv":
+        assert [row["text"] for row in parse_csv(result.stdout)] == ["Ab c, d", "Zürich|x", "", "*last*"]
+    elif form == "markdown":
+        rows = parse_markdown(result.stdout)
+        assert [row["text"] for row in rows] == ["Ab c, d", "Zürich\\|x", "", "\\*last\\*"]
+    else:
+        assert all(text in result.stdout for text in ("Ab c, d", "Zürich|x", "*last*"))
+
+
+def test_factors_stdin_without_text() -> None:
+    """No text, no column."""
+    rows = parse_csv(run_ok("factors", "robin", "-", "-f", "csv", stdin="1 2\n3,4\n"))
+    assert [list(row) for row in rows] == [FACTORS_KEYS, FACTORS_KEYS]
+
+
+@pytest.mark.parametrize("text", ["", "\n\n", "# only a remark\n"])
+def test_factors_stdin_empty(text: str) -> None:
+    """Nothing to measure is a usage error."""
+    assert "It must have lines of 'lon lat [text]'; there were none." in refused("factors", "robin", "-", stdin=text)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_factors_stdin_of_bad_lines_only(form: str) -> None:
+    """What there is of results, which is none, still parses."""
+    result = run("factors", "robin", "-", "-f", form, stdin="a\nb c\n")
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 2
+    if form == "json":
+        assert json.loads(result.stdout)["results"] == []
+    if form == "csv":
+        assert parse_csv(result.stdout) == []
+
+
+def test_factors_stdin_of_bytes() -> None:
+    """Lines of any bytes are told without sending these to the terminal, and each in a line of its own length."""
+    result = run("factors", "robin", "-", stdin=b"\x1b[31mred\n1 2\n\0 \x07" + b"x" * 1000)
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 2
+    assert all(line.isprintable() and len(line) < 200 for line in result.stderr.splitlines())

@@ -1,0 +1,276 @@
+"""The command line's files for GIS programs, and the rule that no file is overwritten unless asked."""
+
+import csv
+import io
+import json
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from projdist import factors
+from projdist.cli.app import app
+
+geopandas = pytest.importorskip("geopandas")
+pd = pytest.importorskip("pandas")
+rasterio = pytest.importorskip("rasterio")
+
+BOX = ["-r", "box:0,20,40,60"]
+POINTS = 'id,lon,lat,note\n007,7.44,46.95,\n8,9.53,46.85,"a, b"\n'
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, list(words))
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def run_ok(*words: str) -> str:
+    code, out, err = run(*words)
+    assert (code, err) == (0, "")
+    return out
+
+
+def refused(*words: str) -> str:
+    code, out, err = run(*words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    return err.removeprefix("projdist: ").rstrip("\n")
+
+
+@pytest.fixture
+def points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The file p.csv in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "p.csv").write_text(POINTS)
+    return tmp_path
+
+
+# ---- rasters and layers ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "shape"),
+    [
+        (["--size", "40"], (40, 40)),
+        (["--size", "40,30"], (30, 40)),
+        pytest.param(["--size", "40x30"], (30, 40), marks=pytest.mark.slow),
+        pytest.param(["--resolution", "100000"], None, marks=pytest.mark.slow),
+        (["--resolution", "2", "--grid", "lonlat"], (20, 20)),
+    ],
+)
+def test_heatmap_as_a_raster(options: list[str], shape: tuple[int, int] | None, tmp_path: Path) -> None:
+    """One band a measure, in their order, of the pixels asked for; the path is printed."""
+    path = tmp_path / "x.tif"
+    assert run_ok("heatmap", "eqc", *BOX, "-m", "omega,s", "-m", "h", *options, "-o", str(path)) == f"Wrote: {path}\n"
+    with rasterio.open(path) as image:
+        assert image.descriptions == ("omega", "s", "h")
+        assert image.crs.is_geographic == ("lonlat" in options)
+        if "100000" in options:
+            assert image.res == (1e5, 1e5)
+            assert image.bounds.left % 1e5 == 0
+        else:
+            assert image.shape == shape
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_raster_that_falls_back(tmp_path: Path) -> None:
+    """The file is written, and a line on standard error says in which CRS."""
+    path = tmp_path / "x.tif"
+    code, out, err = run("heatmap", "+proj=pipeline +step +proj=moll", *BOX, "--size", "9", "-o", str(path))
+    assert (code, out) == (0, f"Wrote: {path}\n")
+    assert err == "projdist: Note: Mollweide has no CRS; the raster is in longitude and latitude.\n"
+    with rasterio.open(path) as image:
+        assert image.descriptions == ("fisher",)
+
+
+@pytest.mark.parametrize("name", [pytest.param("x.gpkg", marks=pytest.mark.slow), "x.geojson"])
+def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
+    """The indicatrices of the step asked for; a map without a CRS has a note."""
+    path = tmp_path / name
+    assert run_ok("tissot", "EPSG:3035", *BOX, "--step", "10", "-o", str(path)) == f"Wrote: {path}\n"
+    assert geopandas.read_file(path).crs.to_epsg() == 3035
+    code, out, err = run(
+        "tissot", "+proj=pipeline +step +proj=moll", *BOX, "--step", "10", "-o", str(path), "--overwrite"
+    )
+    assert (code, out) == (0, f"Wrote: {path}\n")
+    assert err.startswith("projdist: Note: Mollweide has no CRS; that of the layer is undefined")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("heatmap moll robin -o x.tif", "Invalid projections 'moll robin' for 'x.tif'. A .tif file has one map;"),
+        ("tissot moll robin -o x.gpkg", "Invalid projections 'moll robin' for 'x.gpkg'. A .gpkg file has one map;"),
+        ("heatmap moll -o x.tif --levels 5", "Invalid option '--levels' for 'x.tif'. It is for pictures."),
+        ("heatmap moll -o x.tif --dpi 50", "Invalid option '--dpi' for 'x.tif'. It is for pictures."),
+        ("tissot moll -o x.gpkg --size 5,5", "Invalid option '--size' for 'x.gpkg'. It is for pictures."),
+        ("heatmap moll -o x.png --grid lonlat", "Invalid option '--grid' for 'x.png'. It is for rasters"),
+        ("heatmap moll -o x.png --resolution 9", "Invalid option '--resolution' for 'x.png'. It is for rasters"),
+        ("heatmap moll -o x.png -m h,k", "Invalid measures 'h,k' for 'x.png'. A picture shows one;"),
+        ("heatmap moll -o x.tif --grid foo", "Invalid grid 'foo'. It must be map or lonlat."),
+        ("heatmap moll -o x.tif --size 5.5", "Invalid size '5.5'. It must be pixels of the longer side, or WIDTH,"),
+        ("heatmap moll -o x.tif --size 0", "Invalid size '0'. It must be a number of pixels within 1 and"),
+        ("heatmap moll -o x.tif --resolution -1", "Invalid resolution '-1'. It must be a number within"),
+        ("heatmap moll -r box:0,0,9,9 -o x.tif --resolution 1", "Invalid resolution '1'. It makes"),
+        ("heatmap moll -o x.tif -m foo", "Invalid measure 'foo'."),
+        ("factors moll", "Invalid points. They must be LON LAT..., - for stdin, or --at FILE."),
+        ("factors moll 1 2 --at p.csv", "Invalid points. They must be LON LAT..."),
+        ("factors moll --at no.csv", "Invalid points file 'no.csv'. It cannot be read: No such file or directory."),
+        ("factors moll --at no.gpkg", "Invalid points file 'no.gpkg'. There is no file 'no.gpkg'."),
+        ("factors moll --at p.csv -o x.txt", "Invalid output 'x.txt'. Its suffix must be .csv, .parquet, .gpkg or"),
+        ("factors moll --at p.csv -o x.csv -f json", "Invalid format 'json' for 'x.csv'. Its suffix tells the format."),
+        (
+            "factors moll --at bad.csv",
+            "Invalid point in row 2. Its lat is '99'; it must lie within -90 and 90 degrees.",
+        ),
+        ("factors moll --at bad.csv -o x.gpkg", "Invalid point in row 2. Its lat is '99'; it must lie within"),
+        ("factors moll --at names.csv", "Invalid points file 'names.csv'. It must have one column 'lon', in degrees."),
+        ("factors moll --at ragged.csv", "Invalid points file 'ragged.csv'. Row 1 has 3 cells; it must have 2."),
+        ("factors moll --at taken.csv", "Invalid points. They have a column 'k' already; rename it, or give the new"),
+        ("factors moll --at empty.csv", "Invalid points file 'empty.csv'. It must have one column 'lon', in degrees."),
+    ],
+)
+def test_wrong_words(words: str, message: str, points: Path) -> None:
+    """One line, exit code 2, and no file."""
+    files = {
+        "bad.csv": "lon,lat\n1,2\n3,99\n",
+        "names.csv": "longitude,lat\n1,2\n",
+        "ragged.csv": "lon,lat\n1,2,3\n",
+        "taken.csv": "lon,lat,K\n1,2,3\n",
+        "empty.csv": "",
+    }
+    for name, text in files.items():
+        (points / name).write_text(text)
+    assert refused(*words.split()).startswith(message)
+    assert {path.name for path in points.iterdir()} == {"p.csv", *files}
+
+
+def test_projections_that_fail(points: Path) -> None:
+    """Exit code 1, as everywhere."""
+    for words in ("heatmap nosuch -o x.tif", "tissot nosuch -o x.gpkg", "factors nosuch --at p.csv"):
+        code, out, err = run(*words.split())
+        assert (code, out) == (1, "")
+        assert err.startswith("projdist: Invalid projection 'nosuch'.")
+
+
+@pytest.mark.parametrize(
+    ("words", "library", "thing"),
+    [
+        ("heatmap moll -o x.tif", "rasterio", "output 'x.tif'"),
+        ("tissot moll -o x.gpkg", "geopandas", "output 'x.gpkg'"),
+        ("factors moll --at p.csv -o x.parquet", "pyarrow", "output 'x.parquet'"),
+        ("factors moll --at p.gpkg", "geopandas", "points file 'p.gpkg'"),
+        ("factors moll 1 2 -o x.gpkg", "pyogrio", "output 'x.gpkg'"),
+    ],
+)
+def test_a_missing_library(words: str, library: str, thing: str, points: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line that says what to install."""
+    monkeypatch.setitem(sys.modules, library, None)
+    assert refused(*words.split()) == f"Invalid {thing}. It needs {library}: pip install 'projdist[gis]'."
+
+
+# ---- tables ---------------------------------------------------------------------------------
+
+
+def test_csv_needs_no_library(points: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Own cells come back as they were, the added ones are those of `factors` to the last digit."""
+    for library in ("pandas", "geopandas", "pyogrio", "pyarrow"):
+        monkeypatch.setitem(sys.modules, library, None)
+    assert run_ok("factors", "EPSG:2056", "--at", "p.csv", "-m", "airy", "-o", "o.csv") == "Wrote: o.csv\n"
+    rows = list(csv.DictReader(io.StringIO((points / "o.csv").read_text())))
+    for row, before in zip(rows, csv.DictReader(io.StringIO(POINTS)), strict=True):
+        assert {name: row[name] for name in before} == before
+        truth = factors("EPSG:2056", float(row["lon"]), float(row["lat"]), measures=["airy"])
+        assert float(row["convergence"]) == truth.convergence
+        assert float(row["airy"]) == truth.extra["airy"]
+        assert row["quality"] == "ok"
+    assert run_ok("factors", "EPSG:2056", "--at", "p.csv", "-m", "airy", "-f", "csv") == (points / "o.csv").read_text()
+
+
+def test_points_from_file_to_file(points: Path) -> None:
+    """From CSV to a GeoPackage, to GeoJSON, to Parquet, to CSV: each has the columns of those before."""
+    steps = [("p.csv", "a.gpkg"), ("a.gpkg", "b.geojson"), ("b.geojson", "c.parquet"), ("c.parquet", "d.csv")]
+    for number, (source, target) in enumerate(steps):
+        assert (
+            run_ok("factors", "EPSG:2056", "--at", source, "-o", target, "--prefix", f"p{number}_")
+            == f"Wrote: {target}\n"
+        )
+    read = pd.read_csv("d.csv", dtype={"id": str})
+    assert read.id.tolist() == ["007", "8"]
+    truth = factors("EPSG:2056", [7.44, 9.53], [46.95, 46.85])
+    for number in range(len(steps)):
+        np.testing.assert_allclose(read[f"p{number}_convergence"], truth.convergence, atol=1e-6)
+        np.testing.assert_allclose(read[f"p{number}_x"], truth.x, atol=5e-2)
+
+
+@pytest.mark.parametrize("form", ["table", "json", "csv", "markdown"])
+def test_points_of_a_layer_are_printed(form: str, points: Path) -> None:
+    """With their own columns, and longitude and latitude in the place of the geometry."""
+    frame = geopandas.GeoDataFrame(
+        {"name": ["Bern"], "day": [pd.Timestamp("2024-05-01")]},
+        geometry=geopandas.points_from_xy([7.44], [46.95]),
+        crs=4326,
+    )
+    frame.to_file("p.gpkg")
+    out = run_ok("factors", "EPSG:32632", "--at", "p.gpkg", "-f", form)
+    assert "Bern" in out
+    assert "2024-05-01" in out
+    if form == "json":
+        row = json.loads(out)["results"][0]
+        assert (row["lon"], row["lat"]) == pytest.approx((7.44, 46.95), abs=1e-9)
+        assert row["k"] == pytest.approx(float(factors("EPSG:32632", 7.44, 46.95).k), rel=1e-12)
+
+
+def test_points_of_the_command_line_as_a_layer(points: Path) -> None:
+    """The suffix tells where a format is for GIS programs."""
+    assert run_ok("factors", "EPSG:2056", "7.44", "46.95", "-o", "x.gpkg") == "Wrote: x.gpkg\n"
+    read = geopandas.read_file("x.gpkg")
+    assert read.crs.to_epsg() == 4150
+    assert read.h[0] == float(factors("EPSG:2056", 7.44, 46.95).h)
+
+
+# ---- files that are there -------------------------------------------------------------------
+
+WRITING = [
+    "compare moll -r box:0,0,9,9 --tolerance 1e-3 -o x.txt",
+    "factors moll 1 2 -o x.csv",
+    "factors moll 1 2 -o x.gpkg",
+    "factors moll --at p.csv -o x.csv",
+    "factors moll --at p.csv -o x.parquet",
+    "factors moll --at p.csv -o x.geojson",
+    "tissot eqc -r box:0,0,9,9 --dpi 20 -o x.png",
+    "tissot eqc -r box:0,0,40,30 -o x.gpkg",
+    "heatmap eqc -r box:0,0,40,30 --dpi 20 -o x.svg",
+    "heatmap eqc -r box:0,0,40,30 --size 9 -o x.tif",
+    "correct moll -r box:0,0,9,9 -o x.png --dpi 20",
+    "correct moll -r box:0,0,40,30 -o x.png --dpi 20 --local 900",
+]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        words if words.endswith(("x.csv", "x.geojson")) else pytest.param(words, marks=pytest.mark.slow)
+        for words in WRITING
+    ],
+)
+def test_overwriting(words: str, points: Path) -> None:
+    """An existing file is refused in one line and stays as it was; --overwrite replaces it."""
+    path = points / words.split("-o ")[1].split()[0]
+    path.write_text("old")
+    assert refused(*words.split()) == f"Invalid output '{path.name}'. It exists; --overwrite replaces it."
+    assert path.read_text() == "old"
+    run_ok(*words.split(), "--overwrite")
+    assert path.read_bytes() != b"old"
+    assert {file.name for file in points.iterdir()} == {"p.csv", path.name}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="devices of Unix")
+@pytest.mark.parametrize("words", ["factors moll 1 2", "factors moll --at p.csv"])
+def test_devices_are_written_to(words: str, points: Path) -> None:
+    """/dev/null is there, and holds nothing to lose."""
+    assert run_ok(*words.split(), "-o", "/dev/null") == ""
+    assert Path("/dev/null").is_char_device()

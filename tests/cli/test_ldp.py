@@ -1,0 +1,204 @@
+"""The command `ldp`: formats, options, pictures, and what is refused."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.text import Text
+from pyproj import CRS
+from typer.testing import CliRunner
+
+from projdist import plots
+from projdist.cli.app import app
+from projdist.decisions.surveying import LDP, ldp
+from projdist.decisions.surveying.ground import statistics_of
+
+SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
+QUICK = ["--families", "tmerc"]
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["ldp", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture
+def heights(tmp_path: Path) -> Path:
+    """A hundred points on a slope."""
+    lon, lat = (axis.ravel() for axis in np.meshgrid(np.linspace(-40, -39.5, 10), np.linspace(30, 30.4, 10)))
+    path = tmp_path / "heights.csv"
+    np.savetxt(
+        path, np.column_stack([lon, lat, 300 + 400 * (lon + 40)]), delimiter=",", header="lon,lat,h", comments=""
+    )
+    return path
+
+
+@pytest.mark.slow
+def test_json() -> None:
+    """What the library answers."""
+    code, out, err = run(SEA, "--height", "250", *QUICK, "--format", "json")
+    assert (code, err) == (0, "")
+    assert json.loads(out) == ldp(SEA, height=250.0, families=["tmerc"]).to_dict()
+
+
+@pytest.mark.slow
+def test_table(heights: Path) -> None:
+    """Parameters in degrees, minutes and seconds; statistics of all maps; that heights are ellipsoidal."""
+    code, out, err = run(SEA, "--heights", str(heights), "--against", "EPSG:32624", "--criterion", "rms", *QUICK)
+    assert (code, err) == (0, "")
+    for words in (
+        "lon_0",
+        "°",
+        "tmerc",
+        "EPSG:32624",
+        "within 20",
+        "ellipsoidal, not orthometric",
+        "100 points",
+        "PROJ:",
+    ):
+        assert words in out
+
+
+@pytest.mark.slow
+def test_other_forms(heights: Path) -> None:
+    """PROJ, WKT2, Esri's WKT, and the points as CSV."""
+    common = [SEA, "--heights", str(heights), *QUICK, "--round-axis", '30"', "--round-k", "1e-5", "--target-ppm", "5"]
+    assert run(*common, "-f", "proj")[1].startswith("+proj=tmerc +ellps=WGS84")
+    wkt = run(*common, "-f", "wkt", "--geodetic", "EPSG:6318", "--name", "My LDP")[1]
+    assert CRS.from_wkt(wkt).name == "My LDP"
+    assert run(*common, "-f", "esri")[1].startswith("PROJCS[")
+    rows = list(csv.DictReader(io.StringIO(run(*common, "-f", "csv")[1])))
+    assert len(rows) == 100
+    assert list(rows[0]) == ["lon", "lat", "height", "ppm"]
+
+
+@pytest.mark.parametrize("kind", [pytest.param("level", marks=pytest.mark.slow), "points"])
+def test_pictures(tmp_path: Path, heights: Path, kind: str) -> None:
+    """A field of colour for level ground, dots for points."""
+    path = tmp_path / "ppm.png"
+    ground = ["--height", "500"] if kind == "level" else ["--heights", str(heights)]
+    code, out, err = run(SEA, *ground, *QUICK, "-o", str(path), "--size", "4,4", "--dpi", "60")
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {path}\n")
+    picture = imread(path)
+    assert picture.shape[:2] == (240, 240)
+    assert len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0)) > 50
+
+
+@pytest.mark.slow
+def test_colours_on_given_axes(heights: Path) -> None:
+    """`ground_map` draws on any axes, with neutral colours at 0 ppm."""
+    from matplotlib.figure import Figure
+
+    found = ldp(SEA, heights=np.loadtxt(heights, delimiter=",", skiprows=1), families=["tmerc"], target_ppm=5.0)
+    axes = Figure().add_subplot()
+    scale = plots.ground_map(axes, found, title="ground")
+    assert scale.label == "Distortion (ppm)"
+    assert scale.limits[0] < 0 < scale.limits[1]
+    assert axes.get_title() == "ground"
+
+
+@pytest.fixture(scope="module")
+def level() -> LDP:
+    """A map for level ground, with a coarse axis, so that it is quick."""
+    return ldp(SEA, height=250.0, families=["tmerc"], round_axis=0.25, round_k=1e-5)
+
+
+@pytest.fixture
+def known(level: LDP, monkeypatch: pytest.MonkeyPatch) -> LDP:
+    """The answer is there already: what it looks like takes no search."""
+    monkeypatch.setattr("projdist.cli.ldp.ldp", lambda *_, **__: level)
+    return level
+
+
+def test_forms_of_an_answer(known: LDP) -> None:
+    """JSON, PROJ, two kinds of WKT, the points as CSV; a form that there is not ends with 1."""
+    words = [SEA, "--height", "250"]
+    assert json.loads(run(*words, "-f", "json")[1]) == known.to_dict()
+    assert known.to_dict()["height"] == {"min": 250.0, "max": 250.0, "kind": "ellipsoidal"}
+    assert run(*words, "-f", "proj")[1] == f"{known.proj}\n"
+    assert CRS.from_wkt(run(*words, "-f", "wkt")[1]) == CRS.from_wkt(known.wkt)
+    assert run(*words, "-f", "esri")[1].startswith("PROJCS[")
+    rows = list(csv.DictReader(io.StringIO(run(*words, "-f", "csv")[1])))
+    assert list(rows[0]) == ["lon", "lat", "height", "ppm"]
+    assert [float(row["ppm"]) for row in rows] == known.ppm.tolist()
+
+
+def test_a_form_that_there_is_not(level: LDP, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Esri has no such map: said in a line, with 1."""
+    monkeypatch.setattr("projdist.cli.ldp.ldp", lambda *_, **__: replace(level, esri=None))
+    code, out, err = run(SEA, "--height", "250", "-f", "esri")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith("projdist: Invalid format 'esri' for ")
+
+
+def test_level_ground_is_a_field(level: LDP) -> None:
+    """Colours from 0 ppm to the largest distortion; the height is told."""
+    axes = Figure().add_subplot()
+    scale = plots.ground_map(axes, level, title="ground", colourbar=False)
+    assert scale.label == "Distortion (ppm)"
+    assert scale.limits[0] <= 0.0 < scale.limits[1]
+    # The field is at more points than the nodes of the answer.
+    assert scale.limits[1] == pytest.approx(max(abs(level.ppm.min()), level.ppm.max()), rel=0.1)
+    assert axes.get_title() == "ground"
+    words = " ".join(text.get_text() for text in axes.findobj(Text))
+    assert "at an ellipsoidal height of 250 m" in words
+
+
+def test_simpler_maps(level: LDP) -> None:
+    """An oblique map that holds hardly more of the points is told of a simpler one; one that holds more is not."""
+    ppm, weight = np.array([1.0, 3.0, 30.0, 40.0]), np.full(4, 0.25)
+    mine = replace(level, ppm=ppm, weight=weight, statistics=statistics_of(ppm, weight, [20.0]))
+    oblique = replace(mine, family="omerc", criterion="share", target_ppm=20.0, others=(mine,))
+    assert oblique.simpler is mine
+    assert oblique.notes == (
+        "A simpler map is nearly as good: tmerc has 50.0 % within 20 ppm, RMS 25.05 ppm; "
+        "this has 50.0 % within 20 ppm, RMS 25.05 ppm.",
+    )
+    worse = replace(mine, ppm=2.0 * ppm)
+    assert replace(oblique, criterion="rms", others=(worse,)).simpler is None
+    assert replace(oblique, criterion="minimax", others=(replace(mine, ppm=1.04 * ppm),)).simpler is not None
+    assert mine.simpler is None
+    assert mine.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "Invalid heights. There must be either --heights FILE or --height METRES."),
+        (["--height", "1", "--heights", "x.csv"], "Invalid heights. There must be either"),
+        (["--heights", "none.csv"], "Invalid heights 'none.csv'. It cannot be read"),
+        (["--height", "x"], "Invalid height 'x'"),
+        (["--height", "1", "--round-axis", "2"], "Invalid rounding of the axis '2'"),
+        (["--height", "1", "--round-axis", "1.2.3'"], "Invalid rounding of the axis"),
+        (["--height", "1", "--round-k", "1"], "Invalid rounding of k_0 '1'"),
+        (["--height", "1", "--target-ppm", "0"], "Invalid target '0'"),
+        (["--height", "1", "--families", "merc"], "Invalid families 'merc'"),
+        (["--height", "1", "--criterion", "x"], "Invalid criterion 'x'"),
+        (["--height", "1", "--size", "10"], "Invalid option '--size'. It needs a picture to draw to: -o FILE."),
+        (["--height", "1", "--dpi", "100"], "Invalid option '--dpi'. It needs a picture"),
+        (["--height", "1", "--size", "10", "-o", "x.png"], "Invalid size '10'. It must be WIDTH,HEIGHT in inches"),
+        (["--height", "1", "-o", "x.gif"], "Invalid picture file 'x.gif'"),
+    ],
+)
+def test_refused(words: list[str], message: str) -> None:
+    """Wrong usage ends with 2 and one line."""
+    code, out, err = run(SEA, *words)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"projdist: {message}")
+    assert err.count("\n") == 1
+
+
+def test_failures() -> None:
+    """A geographic CRS that there is not ends with 1."""
+    code, _, err = run(SEA, "--height", "1", "--geodetic", "EPSG:32633")
+    assert code == 1
+    assert "Invalid geographic CRS" in err

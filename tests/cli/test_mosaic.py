@@ -1,0 +1,276 @@
+"""The command `mosaic`: formats, the report, and what is refused."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+from mosaic_pictures import cut, maps, save
+from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
+from PIL import Image
+from typer.testing import CliRunner
+
+from projdist.applications.mosaics import (
+    MeanGeoreference,
+    mosaic,
+    read_correspondences,
+    read_world_file,
+    world_file,
+    write_world_file,
+)
+from projdist.cli.app import app
+from projdist.gis import save_geotiff
+
+KEYS = {"frames", "matrices", "rms_pixels", "left_out", "resultant_length"}
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["mosaic", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture
+def points(tmp_path):
+    """Three images."""
+    rng = np.random.default_rng(1)
+    return write_csv(tmp_path / "points.csv", common_points(affine_maps(rng, count=3), SIZES[:3], rng, noise=0.3))
+
+
+def test_json_and_report(points, tmp_path):
+    """What the library answers, printed and written; a file is not replaced unasked."""
+    report = tmp_path / "report.json"
+    words = ["--correspondences", str(points), "--report", str(report), "--format", "json"]
+    code, out, err = run(*words)
+    assert (code, err) == (0, "")
+    expected = mosaic(read_correspondences(points)).to_dict()
+    assert json.loads(out) == json.loads(report.read_text()) == expected
+    assert set(expected) >= KEYS
+    code, out, err = run(*words)
+    assert (code, out) == (2, "")
+    assert "It exists; --overwrite replaces it." in err
+    assert run(*words, "--overwrite", "--frame", "first", "--weights", "1,2,3")[0] == 0
+    assert json.loads(report.read_text())["matrices"][0] == np.eye(3).tolist()
+
+
+def test_table(points):
+    """Dist_F of each image in each frame, the reference images, the sums."""
+    code, out, err = run("--correspondences", str(points), "--rotation", "log", "--tolerance", "5")
+    assert (code, err) == (0, "")
+    for words in ("3 images, affine", "first (0)", "last (2)", "central (", "best (", "mdt", "all", "pixels RMS"):
+        assert words in out
+    assert "| image |" in run("--correspondences", str(points), "--format", "markdown")[1]
+
+
+def test_csv(points):
+    """A row an image."""
+    rows = list(csv.DictReader(io.StringIO(run("--correspondences", str(points), "-f", "csv")[1])))
+    assert list(rows[0]) == ["image", "first", "last", "central", "best", "mdt"]
+    assert [row["image"] for row in rows] == ["0", "1", "2"]
+    assert float(rows[0]["first"]) == 0
+
+
+def test_homographies_and_sizes(tmp_path):
+    """Homographies, with sizes that the file does not have."""
+    path = write_csv(
+        tmp_path / "h.csv", common_points(homographies(np.random.default_rng(2), count=3), SIZES[:3]), 1, False
+    )
+    words = ["--correspondences", str(path), "--model", "homography"]
+    code, out, err = run(*words, "--sizes", "300x200", "-f", "json")
+    assert (code, err) == (0, "")
+    assert json.loads(out)["sizes"] == [[300, 200]] * 3
+    assert run(*words)[0] == 2
+
+
+def test_left_out_is_said(tmp_path, points):
+    """An image that nothing connects is named on standard error, and its row is empty."""
+    text = points.read_text().replace(")]", "), (200, 300)]")
+    points.write_text(text)
+    code, out, err = run("--correspondences", str(points))
+    assert (code, err) == (0, "projdist: Left out: 3. Nothing connects them with the other images.\n")
+    assert "3 images, affine" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["--model", "similarity"], 2, "Invalid model 'similarity'. It must be affine or homography."),
+        (["--model", "homography"], 2, "It has rows of the model affine; it must have some of the model homography."),
+        (["--frame", "3"], 2, "Invalid frame '3'. It must be mdt, first, last, central, best, or the number"),
+        (["--rotation", "none"], 2, "Invalid rotation 'none'. It must be chordal or log."),
+        (["--tolerance", "0"], 2, "Invalid tolerance '0'. It must be a number of pixels within"),
+        (["--sizes", "300"], 2, "Invalid sizes '300'. They must be WIDTHxHEIGHT"),
+        (["--sizes", "300x200,300x200"], 2, "Its images must be numbers from 0 to 1"),
+        (["--weights", "1,2"], 2, "Invalid weights '1,2'. There must be 3, one an image."),
+        (["--weights", "1,-2,1"], 2, "Invalid weight '-2'"),
+        (["--format", "xml"], 2, "Invalid format 'xml'"),
+        (["--report", "/nowhere/at/all.json"], 2, "There is no directory"),
+        (["--tolerance", "0.001"], 1, "Invalid correspondences. No two images match: 0 and 1, "),
+    ],
+)
+def test_refused(points, words, code, message):
+    """Wrong usage ends with 2, what cannot be registered with 1; either in one line."""
+    result = run("--correspondences", str(points), *words)
+    assert result[:2] == (code, "")
+    assert message in result[2]
+    assert result[2].count("\n") == 1
+
+
+@pytest.mark.slow
+def test_images(tmp_path):
+    """Points are found in images, which are called by their files; what matches nothing is named."""
+    pytest.importorskip("cv2")
+    H = maps(np.random.default_rng(3))[[0, 1, 3]]
+    noise = np.random.default_rng(1).integers(0, 255, (200, 200, 3), np.uint8)
+    sheets = [str(path) for path in save(tmp_path, [*cut(H), noise])]
+    code, out, err = run(*sheets, "-f", "json")
+    assert (code, err) == (0, "projdist: Left out: sheet3.png. Nothing connects them with the other images.\n")
+    found = json.loads(out)
+    assert found["images"] == ["sheet0.png", "sheet1.png", "sheet2.png", "sheet3.png"]
+    assert found["left_out"] == ["sheet3.png"]
+    table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 3)))
+    code, out, err = run(*sheets[:3], "--correspondences", str(table))
+    assert (code, err) == (0, "")
+    assert "first (sheet0.png)" in out
+
+
+def test_picture(tmp_path):
+    """A mosaic of sheets with world files is drawn with one of its own, or as a GeoTIFF, and is told in the report."""
+    rasterio = pytest.importorskip("rasterio")
+    H = maps(np.random.default_rng(3))[:2]
+    sheets = save(tmp_path, cut(H))
+    for sheet, one in zip(sheets, H, strict=True):
+        write_world_file(world_file(sheet), np.diag([5.0, -5.0, 1.0]) @ one)
+    table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 2)))
+    words = [*map(str, sheets), "--correspondences", str(table)]
+    picture, report = tmp_path / "m.png", tmp_path / "report.json"
+    code, out, err = run(*words, "-o", str(picture), "--report", str(report), "--crop", "--blend", "feather")
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {picture}\nWrote: {report}\n")
+    assert "Georeference: the mean of 2 sheets by least squares of their corners" in out
+    written = json.loads(report.read_text())["picture"]
+    assert (written["file"], written["georeference"]["sheets"]) == (str(picture), 2)
+    with Image.open(picture) as image:
+        assert image.size == (written["width"], written["height"])
+    known = np.diag([5.0, -5.0, 1.0]) @ H[0] @ np.linalg.inv(written["matrices"][0])
+    assert np.abs(read_world_file(picture).matrix - known).max() < 1e-6
+    assert run(*words, "-o", str(tmp_path / "m.tif"))[0] == 0
+    with rasterio.open(tmp_path / "m.tif") as image:
+        assert np.abs(np.array(image.transform)[[0, 4]] - [5.0, -5.0]).max() < 0.5
+    picture.unlink()
+    for more, message in (
+        (["-o", str(picture)], "m.pgw'. It exists; --overwrite replaces it."),
+        (["-o", str(sheets[0]), "--overwrite"], "It is one of the images."),
+        (["-o", str(tmp_path / "m.gif")], "Its suffix must be .png, .jpg, .jpeg, .tif or .tiff."),
+        (["-o", str(tmp_path / "n.jpg"), "--blend", "soft"], "Invalid blend 'soft'. It must be"),
+        (["-o", str(tmp_path / "n.jpg"), "--exposure", "auto"], "Invalid exposure 'auto'. It must be"),
+        (["--crop"], "Invalid option '--crop'. It needs a mosaic to draw: -o FILE."),
+        (["--pixels", "10"], "Invalid pixels '10'."),
+    ):
+        result = run(*words, *more)
+        assert result[:2] == (2, "")
+        assert message in result[2]
+    assert not picture.exists()
+    code, out, err = run(*words, "-o", str(tmp_path / "small.jpg"), "--pixels", "1e4")
+    assert code == 0
+    assert "The canvas would have" in err
+    code, out, err = run("--correspondences", str(table), "-o", str(picture))
+    assert (code, "A mosaic is drawn from images, and there are none." in err) == (2, True)
+
+
+@pytest.mark.slow
+def test_compare(points, tmp_path):
+    """The frames side by side, of images or of their rims."""
+    figure = tmp_path / "frames.png"
+    words = ["--correspondences", str(points), "--compare", str(figure)]
+    code, out, err = run(*words)
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {figure}\n")
+    with Image.open(figure) as image:
+        assert min(image.size) > 500
+    assert "It exists; --overwrite replaces it." in run(*words)[2]
+    assert "Its suffix must be .png, .svg or .pdf." in run(*words[:-1], str(tmp_path / "frames.gif"))[2]
+
+
+def test_sheets_in_two_crss(tmp_path):
+    """Sheets that are in different CRSs make a mosaic that is in none, which is said."""
+    rasterio = pytest.importorskip("rasterio")
+    H = maps(np.random.default_rng(3))[:2]
+    sheets = [tmp_path / "a.tif", tmp_path / "b.tif"]
+    for sheet, pixels, code in zip(sheets, cut(H), (2056, 21781), strict=True):
+        place = MeanGeoreference(np.diag([5.0, -5.0, 1.0]), rasterio.CRS.from_epsg(code).to_wkt(), 0.0, 1)
+        save_geotiff(np.dstack([pixels, np.full(pixels.shape[:2], 255, np.uint8)]), sheet, place)
+    table = write_csv(tmp_path / "points.csv", common_points(H, np.array([[300.0, 240.0]] * 2)))
+    code, _, err = run(*map(str, sheets), "--correspondences", str(table), "-o", str(tmp_path / "m.png"))
+    assert code == 0
+    assert err == "projdist: Invalid georeferences. The sheets are in different CRSs. The mosaic has none.\n"
+    assert not (tmp_path / "m.pgw").exists()
+
+
+def test_images_refused(tmp_path, points):
+    """Wrong images end with 2, those without anything in common with 1; either in one line."""
+    pytest.importorskip("cv2")
+    rng = np.random.default_rng(1)
+    sheets = [str(path) for path in save(tmp_path, rng.integers(0, 255, (2, 200, 200, 3), np.uint8))]
+    for words, code, message in (
+        ([sheets[0]], 2, "Invalid images. There must be two or more, not 1."),
+        ([*sheets, str(points)], 2, f"Invalid image '{points}'. It cannot be read"),
+        ([*sheets, "--sizes", "20x20"], 2, "Invalid sizes '20x20'. The images have their own."),
+        ([*sheets, "--frame", "2"], 2, "Invalid frame '2'."),
+        ([*sheets, "--correspondences", str(points)], 2, "Invalid images. There are 2; the correspondences are of 3."),
+        (sheets, 1, "Invalid images. No two of them have anything in common."),
+    ):
+        result = run(*words)
+        assert result[:2] == (code, "")
+        assert message in result[2]
+        assert result[2].count("\n") == 1
+
+
+def test_no_file():
+    """Without a file there is nothing to do."""
+    assert run()[0] == 2
+    code, out, err = run("--correspondences", "none.csv")
+    assert (code, out) == (2, "")
+    assert err.startswith("projdist: Invalid correspondences 'none.csv'. It cannot be read as text")
+
+
+@pytest.mark.parametrize(
+    ("where", "error", "code", "message"),
+    [
+        ("render", ImportError("It needs OpenCV."), 2, "It needs OpenCV."),
+        ("render", ValueError("Invalid crop."), 1, "Invalid crop."),
+        ("render", MemoryError(), 2, "It needs more memory than there is: take fewer --pixels."),
+        ("save_mosaic", FileExistsError("Invalid output 'm.png'. It exists."), 2, "Invalid output 'm.png'. It exists."),
+        ("save_mosaic", OSError(28, "No space left on device"), 2, "It cannot be written: No space left on device."),
+        ("read_world_file", ValueError("Invalid world file 'a.pgw'."), 2, "Invalid world file 'a.pgw'."),
+    ],
+)
+def test_pictures_that_cannot_be(where, error, code, message, tmp_path, monkeypatch):
+    """A line each; no traceback, and no file."""
+    pytest.importorskip("cv2")
+    sheets = save(tmp_path, np.random.default_rng(1).integers(0, 255, (2, 60, 80, 3), np.uint8))
+    shifts = np.stack([np.eye(3), np.eye(3)])
+    shifts[1, :2, 2] = 20.0, 10.0
+    table = write_csv(tmp_path / "points.csv", common_points(shifts, np.array([[80.0, 60.0]] * 2)))
+
+    def failing(*_, **__):
+        raise error
+
+    monkeypatch.setattr(f"projdist.cli.mosaic_pictures.{where}", failing)
+    words = [*map(str, sheets), "--correspondences", str(table), "-o", str(tmp_path / "m.png")]
+    found, _, err = run(*words)
+    assert (found, err.count("\n"), (tmp_path / "m.png").exists()) == (code, 1, False)
+    assert message in err
+
+
+def test_frames_that_cannot_be_drawn(points, tmp_path, monkeypatch):
+    """A library that is missing is told."""
+
+    def failing(*_, **__):
+        raise ImportError("It needs OpenCV.")
+
+    monkeypatch.setattr("projdist.plots.mosaic_figure", failing)
+    result = run("--correspondences", str(points), "--compare", str(tmp_path / "frames.png"))
+    assert (result[0], result[2]) == (2, "projdist: It needs OpenCV.\n")

@@ -1,0 +1,163 @@
+"""The command `oldmap`: formats, pictures, and what is refused."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from typer.testing import CliRunner
+
+from projdist import old_map, plots, read_control_points
+from projdist.cli import oldmap
+from projdist.cli.app import app
+
+QUICK = ["--model", "polynomial2"]
+
+
+@pytest.fixture
+def points(tmp_path):
+    """A file of 25 control points, of which a known quadratic map leads to the truth."""
+    x, y = np.stack(np.meshgrid(*[np.linspace(0.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2).T
+    path = tmp_path / "points.csv"
+    table = np.stack([x, y, 6e5 + 50.0 * x + 0.02 * x * x, 2e5 - 52.0 * y + 0.01 * x * y], axis=-1)
+    np.savetxt(path, table, delimiter=",", header="x_old,y_old,x_new,y_new", comments="")
+    return path
+
+
+def run(*words):
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["oldmap", *map(str, words)])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_json(points):
+    """All figures at full precision, as the library has them."""
+    code, out, err = run(points, "--format", "json")
+    assert (code, err) == (0, "")
+    assert json.loads(out) == old_map(read_control_points(points)).to_dict()
+
+
+def test_table(points):
+    """The three rectifications, the fit, folds, outliers and what is to be noted."""
+    code, out, err = run(points, *QUICK, "--scan-dpi", "300")
+    assert (code, err) == (0, "")
+    for text in (
+        "25 control points, polynomial2",
+        "mean Dist_F^2",
+        "MDT",
+        "affine, least squares",
+        "Helmert, least squares",
+        "scale 1 :",
+        "The fit has 6 parameters a coordinate; the points are ",
+        "After the MDT, on nine tenths of the area: fisher ",
+        "The fit has no folds.",
+        "The old map is mirrored as a whole: its y axis points down",
+    ):
+        assert text in out
+
+
+def test_markdown(points):
+    """A table that a page can hold."""
+    code, out, err = run(points, *QUICK, "--format", "markdown")
+    assert (code, err) == (0, "")
+    assert out.startswith("| map | mean Dist_F^2 | RMS at points, m | m per unit | stretch |")
+    assert out.count("\n| ") == 4
+
+
+def test_csv(points):
+    """A row a control point, at full precision."""
+    code, out, err = run(points, *QUICK, "--format", "csv")
+    assert (code, err) == (0, "")
+    rows = list(csv.DictReader(io.StringIO(out)))
+    expected = old_map(read_control_points(points), model="polynomial2").to_dict()["points"]
+    assert len(rows) == 25
+    assert float(rows[7]["fisher"]) == expected[7]["fisher"]
+    assert rows[7]["id"] == "8"
+
+
+def test_folds_and_outliers_are_named(tmp_path):
+    """Folds are told with their area, and what lies near; so are outliers."""
+    rng = np.random.default_rng(3)
+    old = rng.uniform(0.0, 100.0, (40, 2))
+    new = 30.0 * old + rng.normal(0.0, 2.0, (40, 2))
+    new[5] += [0.0, 900.0]
+    path = tmp_path / "p.txt"
+    np.savetxt(path, np.hstack([np.arange(40)[:, None], old, new]), fmt="%.9g")
+    out = run(path, "--smoothing", "0")[1]
+    assert "The fit folds on " in out
+    assert "square units), near " in out
+    assert "Outliers, the farthest first: 5" in out
+
+
+def test_smoothing(points):
+    """A smoothing that is given is used; without one it is found."""
+    data = json.loads(run(points, "--smoothing", "0.5", "--format", "json")[1])
+    assert data["smoothing"] == 0.5
+
+
+def test_longitudes_and_latitudes(tmp_path):
+    """With a CRS the truth may be in degrees."""
+    path = tmp_path / "p.csv"
+    path.write_text("x_old,y_old,lon,lat\n0,0,7,47\n100,0,8,47\n0,100,7,48\n100,100,8,48\n", encoding="utf-8")
+    data = json.loads(run(path, *QUICK[:1], "affine", "--crs", "EPSG:32632", "--format", "json")[1])
+    # A degree of latitude is 111.2 km long at 47.5 degrees, one of longitude 75.3 km.
+    assert data["rectifications"]["affine"]["scale"] == pytest.approx(np.sqrt(1112.0 * 753.0), rel=2e-3)
+    code, _, err = run(path, "--crs", "nosuch")
+    assert (code, "Invalid projection 'nosuch'" in err) == (1, True)
+
+
+@pytest.mark.slow
+def test_picture(points, tmp_path):
+    """The panels that are asked for, in the size that is asked for; the table says where."""
+    path = tmp_path / "x.png"
+    words = ["-o", path, "--size", "8,4", "--dpi", "50", "--draw", "grid,heatmap", "-m", "areal_scale"]
+    code, out, err = run(points, *QUICK, *words)
+    assert (code, err) == (0, "")
+    assert f"Wrote: {path}" in out
+    assert imread(path).shape[:2] == (200, 400)
+    assert run(points, *QUICK, *words)[0] == 2
+    assert run(points, *QUICK, *words, "--overwrite")[0] == 0
+
+
+def test_words_are_those_of_the_pictures():
+    """The command line names the panels and measures that can be drawn."""
+    assert set(oldmap.PANELS) == set(plots.OLD_MAP_PANELS)
+    assert oldmap.DRAWN_MEASURES == plots.OLD_MAP_MEASURES
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--model", "spline"], "Invalid model 'spline'. It must be helmert, affine, polynomial2, polynomial3 or tps."),
+        (["--smoothing", "-1"], "Invalid smoothing '-1'. It must be a number within 0 and 1e+09."),
+        (["--smoothing", "1", "--model", "affine"], "Invalid smoothing '1' of model 'affine'. It is for tps"),
+        (["--scan-dpi", "x"], "Invalid scan dpi 'x'. It must be a number within 1 and 100000."),
+        (["--format", "proj"], "Invalid format 'proj'."),
+        (["--draw", "grid"], "Invalid option '--draw'. It needs a picture to draw to: -o FILE."),
+        (["--image", "x.jpg"], "Invalid option '--image'. It needs a picture to draw to: -o FILE."),
+        (["--measure", "areal_scale"], "Invalid option '--measure'. It needs a picture"),
+        (["--draw", "map", "-o", "x.png"], "Invalid panel 'map'. It must be tissot, heatmap, rotation, scale or grid."),
+        (["--measure", "h", "-o", "x.png"], "Invalid measure 'h'. It must be fisher or areal_scale."),
+        (["--image", "none.jpg", "-o", "x.png"], "Invalid image 'none.jpg'. It cannot be read: No such file"),
+        (["--size", "0.6,0.6", "-o", "x.png"], "Invalid size '0.6,0.6'. It has no room for 4 panels."),
+        (["-o", "x.gif"], "Invalid picture file 'x.gif'. Its suffix must be .png, .svg or .pdf."),
+    ],
+)
+def test_wrong_words(words, text, points, tmp_path, monkeypatch):
+    """One line on standard error, and nothing else."""
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(points.name, *(words if "--model" in words or "--smoothing" in words else [*words, *QUICK]))
+    assert (code, out) == (2, "")
+    assert text in err
+    assert err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == [points.name]
+
+
+def test_no_file():
+    """A file that is not there."""
+    code, out, err = run("nosuch.csv")
+    assert (code, out) == (2, "")
+    assert "Invalid points file 'nosuch.csv'. It cannot be read as text: No such file" in err

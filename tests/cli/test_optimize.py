@@ -1,0 +1,199 @@
+"""The command `optimize`: formats, options, and what is refused."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from pyproj import CRS
+from typer.testing import CliRunner
+
+from projdist import optimize, recommend, summarize
+from projdist.cli.app import app
+from projdist.cli.optimize import _best_existing
+from projdist.decisions.optimization import Optimum
+from projdist.regions import get_region
+
+SQUARE = "box:5,47,15,55"
+KEYS = {
+    "family",
+    "region",
+    "criterion",
+    "parameters",
+    "scale",
+    "value",
+    "proj",
+    "wkt",
+    "roundings",
+    "baselines",
+    "others",
+}
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["optimize", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.mark.slow
+def test_json() -> None:
+    """What the library answers."""
+    code, out, err = run("lcc", SQUARE, "--round", "0.5", "--format", "json")
+    assert (code, err) == (0, "")
+    answer = json.loads(out)
+    assert set(answer) >= KEYS
+    assert answer == optimize("lcc", SQUARE, round_to=0.5).to_dict()
+
+
+@pytest.mark.slow
+def test_against() -> None:
+    """A projection, or the best existing CRS: the last of the baselines, with the figure that recommend has."""
+    code, out, err = run("laea", SQUARE, "--against", "EPSG:4839", "--against", "robinson", "--format", "json")
+    assert (code, err) == (0, "")
+    *_, one, other = json.loads(out)["baselines"]
+    assert (one["definition"], other["name"]) == ("EPSG:4839", "Robinson")
+    assert one["value"] == pytest.approx(summarize("EPSG:4839", SQUARE).airy_kavrayskiy, rel=1e-5)
+    code, out, err = run("laea", SQUARE, "--against", "recommend", "--criterion", "max_omega", "--format", "json")
+    assert (code, err) == (0, "")
+    (best,) = recommend(SQUARE, criterion="max_omega", limit=1).results
+    last = json.loads(out)["baselines"][-1]
+    assert last["definition"] == best.code
+    assert last["value"] == pytest.approx(best.value, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_against_what_does_not_show_the_region() -> None:
+    """It is said, with exit code 1."""
+    code, out, err = run("lcc", SQUARE, "--against", "+proj=ortho +lat_0=0 +lon_0=100 +R=6371000")
+    assert (code, out) == (1, "")
+    assert err.endswith(f"to compare with. It shows 50 % of {SQUARE}.\n")
+
+
+@pytest.mark.slow
+def test_proj_and_wkt(tmp_path: Path) -> None:
+    """Forms for other programs, also in a file."""
+    code, out, _ = run("lcc", SQUARE, "--free", "lat_1, lat_2", "-f", "proj")
+    assert code == 0
+    assert out.startswith("+proj=lcc +ellps=WGS84")
+    path = tmp_path / "best.wkt"
+    assert run("lcc", SQUARE, "-f", "wkt", "-o", str(path))[:2] == (0, f"Wrote: {path}\n")
+    assert CRS.from_wkt(path.read_text()).is_projected
+
+
+@pytest.fixture(scope="module")
+def best() -> Optimum:
+    return optimize("lcc", SQUARE)
+
+
+def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """JSON, PROJ, WKT, also in a file; where there is no WKT the reason, with 1."""
+    monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: best)
+    assert json.loads(run("lcc", SQUARE, "-f", "json")[1]) == best.to_dict()
+    assert run("lcc", SQUARE, "-f", "proj")[1] == f"{best.proj}\n"
+    assert run("lcc", SQUARE, "-f", "wkt")[1] == f"{best.wkt}\n"
+    path = tmp_path / "best.wkt"
+    assert run("lcc", SQUARE, "-f", "wkt", "-o", str(path)) == (0, f"Wrote: {path}\n", "")
+    assert CRS.from_wkt(path.read_text()).is_projected
+    nothing = replace(best, wkt=None, wkt_reason="It has none.")
+    monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: nothing)
+    name = best.projection.name
+    assert run("lcc", SQUARE, "-f", "wkt") == (1, "", f"projdist: Invalid format 'wkt' for {name}. It has none.\n")
+
+
+def test_the_best_existing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of recommend, by the same criterion; where there is none that is said."""
+    asked = []
+
+    def recommended(codes: list[str]) -> Callable[..., SimpleNamespace]:
+        def recommend(region: object, **options: object) -> SimpleNamespace:
+            asked.append(options)
+            return SimpleNamespace(results=[SimpleNamespace(code=code) for code in codes])
+
+        return recommend
+
+    monkeypatch.setattr("projdist.cli.optimize.recommend", recommended(["EPSG:4839"]))
+    assert _best_existing(get_region(SQUARE), "kavrayskiy") == "EPSG:4839"
+    assert asked == [{"criterion": "airy_kavrayskiy", "limit": 1}]
+    monkeypatch.setattr("projdist.cli.optimize.recommend", recommended([]))
+    with pytest.raises(ValueError, match=f"^Invalid option '--against recommend'. No CRS serves the region '{SQUARE}'"):
+        _best_existing(get_region(SQUARE), "max_omega")
+
+
+@pytest.mark.slow
+def test_table() -> None:
+    """The report names the parameters, the rule of thumb, UTM, and what rounding costs."""
+    code, out, err = run("tmerc", SQUARE, "--criterion", "max_scale_error_ppm", "--ellipsoid", "GRS80")
+    assert (code, err) == (0, "")
+    for words in (
+        "lon_0",
+        "k_0",
+        "true on the middle meridian",
+        "UTM 32N",
+        "rounded to",
+        "ppm",
+        "+ellps=GRS80",
+        "WKT2:",
+    ):
+        assert words in out
+
+
+def test_templates() -> None:
+    """A PROJ string with ranges is one word of the command line."""
+    code, out, _ = run("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)
+    assert code == 0
+    assert "lon_0 is at the end of its range." in out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["lcc", "box:1"], "Invalid region 'box:1'"),
+        (["lcx", SQUARE], "Invalid family 'lcx'"),
+        (["lcc", SQUARE, "--round", "0"], "Invalid rounding '0'"),
+        (["lcc", SQUARE, "--criterion", "x"], "Invalid criterion 'x'"),
+        (["lcc", SQUARE, "--free", "alpha"], "Invalid free parameter 'alpha' for lcc"),
+        (["lcc", SQUARE, "--format", "csv"], "Invalid format 'csv'"),
+        (
+            ["lcc", SQUARE, "--criterion", "airy", "--against", "recommend"],
+            "Invalid criterion 'airy' with --against rec",
+        ),
+        (
+            ["lcc", SQUARE, "--criterion", "x", "--against", "recommend"],
+            "Invalid criterion 'x'. It must be one of airy",
+        ),
+    ],
+)
+def test_refused(words: list[str], message: str) -> None:
+    """Wrong usage ends with 2 and one line."""
+    code, out, err = run(*words)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"projdist: {message}")
+    assert err.count("\n") == 1
+
+
+def test_failures() -> None:
+    """A map that shows nothing of the region ends with 1."""
+    code, _, err = run("+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000", "box:-5,-5,5,5")
+    assert code == 1
+    assert "It shows no part of it" in err
+
+
+@pytest.mark.slow
+def test_a_criterion_that_vanishes() -> None:
+    """It is said, and what is compared is the error that has decided."""
+    code, out, err = run("lcc", SQUARE, "--criterion", "max_omega")
+    assert (code, err) == (0, "")
+    assert "max_omega vanishes for all of lcc: the least Airy-Kavrayskiy error has decided." in out
+    assert "airy_kavrayskiy" in out
+
+
+@pytest.mark.slow
+def test_no_bound() -> None:
+    """One line, and exit code 1."""
+    code, out, err = run("merc", "globe", "--criterion", "max_scale_error_ppm")
+    assert (code, out) == (1, "")
+    assert err == "projdist: Invalid criterion 'max_scale_error_ppm' for merc over globe. It is not finite there.\n"

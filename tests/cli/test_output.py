@@ -1,0 +1,288 @@
+"""Files that are written, lists, and the command as a process."""
+
+import errno
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from commands import FORMATS, QUICK, parse_csv, parse_markdown, refused, run, run_ok
+
+from projdist import CRITERIA, MEASURES, projection_names
+from projdist.answers.published_indices import INDICES
+from projdist.cli.formats import certain
+
+
+def process(*words: str, **options: object) -> subprocess.CompletedProcess:
+    """The command in a process of its own."""
+    settings = {"capture_output": True, "timeout": 60, **options}
+    return subprocess.run([sys.executable, "-m", "projdist", *words], check=False, **settings)
+
+
+# ---- files ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("command", ["compare", "factors"])
+def test_output_file(command: str, form: str, tmp_path: Path) -> None:
+    """`-o` writes what would have been printed, replaces what was there if told to, and leaves nothing else."""
+    words = {"compare": ["moll", "-r", "box:0,0,9,9", *QUICK], "factors": ["moll", "-10", "20"]}[command]
+    path = tmp_path / "out.txt"
+    path.write_text("old\n" * 1000)
+    assert run_ok(command, *words, "-f", form, "-o", str(path), "--overwrite") == f"Wrote: {path}\n"
+    assert path.read_text(encoding="utf-8") == run_ok(command, *words, "-f", form)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_output_file_with_a_failure(tmp_path: Path) -> None:
+    """The results are written, the failure is told, the exit code is 1."""
+    path = tmp_path / "out.json"
+    result = run("compare", "moll", "nosuch", *QUICK, "-f", "json", "--output", str(path))
+    assert (result.exit_code, result.stdout) == (1, f"Wrote: {path}\n")
+    assert len(json.loads(path.read_text())["results"]) == 1
+
+
+PLACES = {
+    "compare": ["moll", "-r", "box:0,0,9,9", *QUICK],
+    "factors": ["moll", "-10", "20"],
+    "tissot": ["eqc", "-r", "box:0,0,40,30", "--dpi", "20"],
+    "heatmap": ["eqc", "-r", "box:0,0,40,30", "--dpi", "20"],
+}
+
+FILES = {"compare": "x.txt", "factors": "x.csv", "tissot": "x.png", "heatmap": "x.png"}
+
+
+@pytest.mark.parametrize("command", PLACES)
+def test_output_that_cannot_be_written(command: str, tmp_path: Path) -> None:
+    """A directory that is not there, and a directory in the place of the file: one line, and nothing left behind."""
+    (tmp_path / "dir.png").mkdir()
+    for path in (tmp_path / "no" / FILES[command], tmp_path / "dir.png"):
+        assert refused(command, *PLACES[command], "-o", str(path)).startswith(f"projdist: Invalid output '{path}'. ")
+    assert [path.name for path in tmp_path.rglob("*")] == ["dir.png"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [pytest.param(name, marks=pytest.mark.slow) if name in ("tissot", "heatmap") else name for name in PLACES],
+)
+def test_output_that_fails_at_the_end(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disk that is full when the file is written: one line, the old file as it was, no other left behind."""
+    path = tmp_path / FILES[command]
+    path.write_text("old")
+
+    def full(*arguments: object, **options: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", full)
+    message = refused(command, *PLACES[command], "-o", str(path), "--overwrite")
+    assert "It cannot be written: No space left on device." in message
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("command", PLACES)
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
+def test_output_to_a_directory_without_permission(command: str, tmp_path: Path) -> None:
+    """The same where the directory may not be written to."""
+    tmp_path.chmod(0o500)
+    assert "Permission denied" in refused(command, *PLACES[command], "-o", str(tmp_path / FILES[command]))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="devices of Unix")
+def test_output_to_a_device() -> None:
+    """/dev/null stays a device."""
+    run_ok("factors", "moll", "10", "20", "-o", "/dev/null")
+    assert Path("/dev/null").is_char_device()
+
+
+# ---- list -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("what", "names"),
+    [
+        ("projections", [*projection_names()]),
+        ("measures", [*MEASURES, "scale@AZIMUTH"]),
+        ("criteria", [*CRITERIA, "pNN", *INDICES]),
+        ("indices", [*INDICES]),
+    ],
+    ids=["projections", "measures", "criteria", "indices"],
+)
+@pytest.mark.parametrize("form", FORMATS)
+def test_list(what: str, names: list[str], form: str) -> None:
+    """All that there is, in every format, each with something said of it."""
+    text = run_ok("list", what, "--format", form)
+    if form == "table":
+        assert all(f" {name} " in text for name in names)
+        return
+    rows = {"json": json.loads, "csv": parse_csv, "markdown": parse_markdown}[form](text)
+    assert [row["name"] for row in rows] == names
+    assert all(row.get("description") or row.get("definition") for row in rows)
+
+
+@pytest.mark.slow
+def test_list_says_what_names_need() -> None:
+    """Parameters that a name needs stand beside it, with an example that is taken; most need none."""
+    rows = {row["name"]: row for row in json.loads(run_ok("list", "projections", "-f", "json"))}
+    needs = {name: row["needs"] for name, row in rows.items() if row["needs"]}
+    assert needs["aea"] == "lat_1, lat_2"
+    assert needs["utm"] == "zone, ellps"
+    assert "robinson" not in needs
+    assert 20 < len(needs) < 50
+    for name in needs:
+        assert run("factors", name, "1", "2").exit_code == 1
+        run_ok("factors", rows[name]["definition"], "1", "2")
+
+
+def test_list_has_names_that_work() -> None:
+    """At least forty friendly names; those of the issue among them, and they are taken."""
+    rows = json.loads(run_ok("list", "projections", "-f", "json"))
+    friendly = [row["name"] for row in rows if row["kind"] == "name"]
+    assert len(friendly) >= 40
+    wanted = ["robinson", "winkel-tripel", "equal-earth", "plate-carree"]
+    assert set(wanted) <= set(friendly)
+    for name in wanted:
+        run_ok("factors", name, "1", "2")
+
+
+# ---- as a process -----------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_module_is_the_command() -> None:
+    """`python -m projdist` compares, and returns the exit code."""
+    done = process("compare", "moll", "nosuch", *QUICK, "-f", "json", text=True)
+    assert done.returncode == 1
+    assert len(json.loads(done.stdout)["results"]) == 1
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_script_is_the_command() -> None:
+    """So does the installed `projdist`."""
+    script = Path(sys.executable).with_name("projdist")
+    done = subprocess.run([script, "factors", "merc", "-10", "-60", "-f", "csv"], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert float(parse_csv(done.stdout)[0]["k"]) == pytest.approx(2, rel=1e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="pipes of Unix")
+def test_broken_pipe() -> None:
+    """`projdist list projections | head -1` says nothing on stderr."""
+    command = f"{sys.executable} -m projdist list projections | head -1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert done.stderr == ""
+    assert len(done.stdout.splitlines()) == 1
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "wb") as closed:
+        done = subprocess.run(
+            [sys.executable, "-m", "projdist", "list", "projections", "-f", "json"],
+            stdout=closed,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert done.stderr == ""
+    assert done.returncode != 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="devices and descriptors of Unix")
+@pytest.mark.parametrize("redirection", [">/dev/full", ">&-", "<&-", "2>&-"])
+@pytest.mark.parametrize("words", ["list projections", "factors robin -", "compare nosuch"])
+def test_streams_that_are_closed_or_full(redirection: str, words: str) -> None:
+    """A standard stream that cannot be used is no traceback; what cannot be written is said."""
+    command = f"echo 1 2 | {sys.executable} -m projdist {words} {redirection}"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert "Traceback" not in done.stderr
+    if "full" in redirection:
+        assert done.returncode == 2
+        assert "It cannot be written: No space left on device." in done.stderr.splitlines()[0]
+
+
+@pytest.mark.slow
+def test_output_that_is_not_utf8() -> None:
+    """Where the locale has ASCII only, tables are drawn with ASCII and nothing stops."""
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = process("factors", "robin", "-", input="1 2 Zürich\n".encode(), env=environment)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"+--" in done.stdout
+    done = process("factors", "robin", "-", "-f", "json", input=b"1 2 Z\xfcrich\n", env=environment)
+    assert done.returncode == 0
+    assert "rich" in json.loads(done.stdout)["results"][0]["text"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="arguments of Unix are bytes")
+def test_bytes_that_are_no_text() -> None:
+    """Broken UTF-8 in arguments and on stdin stops nothing, and the JSON is valid."""
+    done = process("compare", b"\xff", "-f", "json")
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1
+    assert len(json.loads(done.stdout)["failures"]) == 1
+    done = process("factors", "robin", "-", "-f", "csv", input=b"1 2 \xff\n3 4 ok\n")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert len(done.stdout.splitlines()) == 3
+
+
+@pytest.mark.parametrize("words", ["compare eqc -r cap:10,50,100", "factors eqc 10 50", "tables"])
+def test_the_suffix_of_a_file_tells_its_format(tmp_path: Path, words: str) -> None:
+    """What is written is what --format prints; a suffix that contradicts it is refused, and .txt holds any."""
+    for suffix, form in {".json": "json", ".csv": "csv", ".md": "markdown", ".txt": "table"}.items():
+        path = tmp_path / f"x{suffix}"
+        run_ok(*words.split(), "-o", str(path))
+        assert path.read_text(encoding="utf-8") == run_ok(*words.split(), "-f", form)
+    run_ok(*words.split(), "-o", str(tmp_path / "any.txt"), "-f", "json")
+    other = tmp_path / "other.json"
+    message = refused(*words.split(), "-o", str(other), "-f", "csv")
+    assert message == f"projdist: Invalid format 'csv' for '{other}'. Its suffix tells the format, json.\n"
+    assert not other.exists()
+
+
+TEXT_SUFFIXES = {
+    "compare eqc -o": ".json, .csv, .md, .txt, .log",
+    "factors eqc 10 50 -o": ".json, .csv, .md, .parquet, .gpkg, .geojson, .txt, .log",
+    "tables -o": ".json, .csv, .md, .txt, .log",
+    "optimize eqc cap:10,50,100 -o": ".json, .wkt, .txt, .log",
+    "mosaic --correspondences nosuch.csv --report": ".json, .txt, .log",
+}
+
+
+@pytest.mark.parametrize("words", TEXT_SUFFIXES)
+@pytest.mark.parametrize("form", [[], ["-f", "json"]])
+@pytest.mark.parametrize("name", ["x.xlsx", "x.json.gz", "x.html"])
+def test_other_suffixes_are_refused(words: str, form: list[str], name: str) -> None:
+    """Before any work, in one line that says what is allowed; optimize has no CSV."""
+    for given in [name, "x.csv"] if ".csv" not in TEXT_SUFFIXES[words] else [name]:
+        expected = f"projdist: Invalid output '{given}'. Its suffix must be {TEXT_SUFFIXES[words]}, or none.\n"
+        assert refused(*words.split(), given, *form) == expected
+
+
+def test_logs_and_files_without_a_suffix_hold_tables(tmp_path: Path) -> None:
+    """As .txt does."""
+    for name in ("x", "x.LOG"):
+        run_ok("factors", "eqc", "10", "50", "-o", str(tmp_path / name))
+        assert (tmp_path / name).read_text(encoding="utf-8") == run_ok("factors", "eqc", "10", "50")
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (None, None, "-"),
+        (1155.31234, None, "1155.3"),
+        (1155.31234, 0.2, "1155"),
+        (0.9997881485, 3e-10, "0.99979"),
+        (179.955, 0.045, "180"),
+        (0.012345, 2e-4, "0.012"),
+        (3e-9, 1e-8, "0"),
+        (-0.53333333, 1e-3, "-0.533"),
+    ],
+)
+def test_only_certain_digits(value: float | None, error: float | None, text: str) -> None:
+    """A figure is printed with five digits, or as many as its error leaves certain."""
+    assert certain(value, error) == text

@@ -1,0 +1,151 @@
+"""The commands `tissot` and `heatmap`."""
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from commands import HIDDEN, QUICK, refused, run, run_ok
+from matplotlib.image import imread
+
+from projdist import projection_names
+
+SMALL = ["eqc", "--dpi", "30"]
+PATCH = ["-r", "box:0,0,40,30"]
+
+
+def check_picture(path: Path, size: tuple[float, float] | None = None, dpi: float = 150) -> None:
+    """The file is what its suffix says, and as large as asked."""
+    data = path.read_bytes()
+    if path.suffix.lower() == ".png":
+        pixels = imread(path)
+        assert pixels[..., :3].std() > 0.02, "an empty picture"
+        if size:
+            assert pixels.shape[:2] == (round(size[1] * dpi), round(size[0] * dpi))
+    elif path.suffix == ".svg":
+        root = ElementTree.fromstring(data)
+        assert root.tag == "{http://www.w3.org/2000/svg}svg"
+        if size:  # SVG and PDF are in points, 72 in an inch
+            assert [float(root.get(key).removesuffix("pt")) for key in ("width", "height")] == [72 * x for x in size]
+    else:
+        assert data.startswith(b"%PDF-")
+        assert data.rstrip().endswith(b"%%EOF")
+        if size:
+            box = re.search(rb"/MediaBox \[ ?([\d. ]+) ?\]", data)
+            assert [float(x) for x in box[1].split()][2:] == [72 * x for x in size]
+
+
+@pytest.mark.parametrize(
+    "suffix", ["PNG", pytest.param("svg", marks=pytest.mark.slow), pytest.param("pdf", marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize("command", [pytest.param("tissot", marks=pytest.mark.slow), "heatmap"])
+def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
+    """PNG, SVG and PDF by suffix, of the size and dots asked for; the path is printed; nothing else is left."""
+    path = tmp_path / f"map.{suffix}"
+    words = ["eqc", "-r", "box:0,0,40,30", "--size", "5,4", "--dpi", "50", "-o", str(path)]
+    assert run_ok(command, *words) == f"Wrote: {path}\n"
+    check_picture(path, (5, 4), 50)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["tissot", "heatmap"])
+def test_pictures_have_default_names(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without -o the picture is tissot.png or heatmap.png, where one is."""
+    monkeypatch.chdir(tmp_path)
+    assert run_ok(command, *SMALL, *PATCH) == f"Wrote: {command}.png\n"
+    check_picture(tmp_path / f"{command}.png")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["tissot", "heatmap"])
+def test_pictures_beside_failures(command: str, tmp_path: Path) -> None:
+    """Good projections are drawn, each bad one has its line, and the exit code is 1."""
+    path = tmp_path / "map.png"
+    result = run(command, "nosuch", "eqc", *HIDDEN, "--dpi", "20", "-o", str(path))
+    assert (result.exit_code, result.stdout) == (1, f"Wrote: {path}\n")
+    lines = result.stderr.splitlines()
+    assert len(lines) == 2
+    assert "'nosuch'" in lines[0]
+    assert "No point of it can be projected" in lines[1]
+    check_picture(path)
+
+
+@pytest.mark.parametrize("command", ["tissot", "heatmap"])
+def test_pictures_of_nothing_but_failures(command: str, tmp_path: Path) -> None:
+    """No picture, exit code 1."""
+    result = run(command, "nosuch", "EPSG:4326", "-o", str(tmp_path / "map.png"))
+    assert (result.exit_code, result.stdout, len(result.stderr.splitlines())) == (1, "", 2)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """A picture of each kind without any option beyond `SMALL` and `PATCH`."""
+    folder = tmp_path_factory.mktemp("plain")
+    for command in ("tissot", "heatmap"):
+        run_ok(command, *SMALL, *PATCH, "-o", str(folder / f"{command}.png"))
+    return {path.stem: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "options",
+    [
+        [*PATCH, "--levels", "5"],
+        [*PATCH, "--levels", "0.5,1,2"],
+        [*PATCH, "--cmap", "cividis"],
+        [*PATCH, "--step", "7"],
+        [*PATCH, "--measure", "convergence"],
+        [*PATCH, "--size", "6x4"],
+        ["--region", "cap:-10,-40,2000"],
+    ],
+    ids=" ".join,
+)
+def test_heatmap_options_change_the_picture(options: list[str], plain: dict[str, bytes], tmp_path: Path) -> None:
+    """Each option is taken, and changes what is drawn."""
+    run_ok("heatmap", *SMALL, *options, "-o", str(tmp_path / "x.png"))
+    assert (tmp_path / "x.png").read_bytes() != plain["heatmap"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "options", [[*PATCH, "--step", "5"], [*PATCH, "--size", "6,4"], ["-r", "cap:0,40,2000"]], ids=" ".join
+)
+def test_tissot_options_change_the_picture(options: list[str], plain: dict[str, bytes], tmp_path: Path) -> None:
+    """The same for the indicatrices."""
+    run_ok("tissot", *SMALL, *options, "-o", str(tmp_path / "x.png"))
+    assert (tmp_path / "x.png").read_bytes() != plain["tissot"]
+
+
+def test_heatmap_of_an_unknown_colour_map(tmp_path: Path) -> None:
+    """Refused by its name, and no picture is written."""
+    message = refused("heatmap", *SMALL, *PATCH, "--cmap", "nosuch", "-o", str(tmp_path / "x.png"))
+    assert "Invalid colour map 'nosuch'. It must be a name of matplotlib" in message
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_heatmap_too_small_for_its_panels(tmp_path: Path) -> None:
+    """A size without room is a usage error, not a broken picture."""
+    assert "no room" in refused("heatmap", "robin", "--size", "0.5,0.5", "-o", str(tmp_path / "x.png"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("projection", {text: name for name, text in projection_names().items()}.values())
+def test_every_name_makes_numbers_and_a_picture(
+    projection: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What `list projections` names is compared and drawn, or asks for its parameters; each map by one of its names.
+
+    On stderr there is no word, unless on a map of one region that is no longer conformal around the globe.
+    """
+    monkeypatch.setattr("projdist.surfaces.surface._GLOBE_STEP", 2.0)  # a ninth of the cells
+    result = run("compare", projection, *QUICK)
+    if result.exit_code:
+        assert re.fullmatch(r"projdist: [^\n]* needs [^\n]*: give a PROJ string[^\n]*\n", result.stderr)
+        return
+    drawn = run("heatmap", projection, "--dpi", "30", "-o", str(tmp_path / "map.png"))
+    assert drawn.exit_code == 0
+    for text in (result.stderr, drawn.stderr):
+        assert re.fullmatch(r"(projdist: \+proj=(alsk|gs48|gs50|nzmg) [^\n]* too far from [^\n]*\n)?", text)

@@ -1,0 +1,277 @@
+"""The command `recommend`: formats, options, the picture, words, and what is refused."""
+
+import contextlib
+import csv
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from typer.testing import CliRunner
+
+from projdist import recommend
+from projdist.cli.app import app
+from projdist.cli.recommend import _drawable
+from projdist.decisions.recommendation.candidates import INTERRUPTED, Rejected
+from projdist.decisions.recommendation.custom import Custom
+from projdist.decisions.recommendation.zones import Zone, ZoneSystem
+from projdist.regions import GLOBE
+
+ISLAND = "box:-7.2,61.3,-6.2,62.5"
+QUICK = ["--authority", "EPSG", "--limit", "3"]
+
+
+def run(*words):
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, ["recommend", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture(scope="module")
+def found():
+    return recommend(ISLAND, authorities=["EPSG"], limit=3)
+
+
+def test_json(found):
+    """The dictionary of the Python function, and no progress bar where there is no terminal."""
+    code, out, err = run(ISLAND, *QUICK, "--format", "json")
+    assert (code, err) == (0, "")
+    assert json.loads(out) == found.to_dict()
+
+
+@pytest.mark.slow
+def test_table(found):
+    """Every candidate with its columns; below, what draws the same map, and what was rejected."""
+    code, out, err = run(ISLAND, *QUICK)
+    assert (code, err) == (0, "")
+    assert out.startswith(f"{ISLAND} (")
+    for one in found.results:
+        assert one.code in out
+        assert f"{one.value:.5g}" in out
+        for other, _ in one.same:
+            assert other in out.partition("draws the same map as")[2]
+    for text in ("ppm max", "omega max", "areal scale", "covers", "in area", "area of use", "were tried", "Rejected"):
+        assert text in out
+
+
+def test_far_parts_are_told_once():
+    """What lies far away stands on the standard error; the answer says what part it is for, and no more of it."""
+    code, out, err = run("country:FR", "--authority", "EPSG", "--datum", "RGF93 v1", "--limit", "1")
+    assert code == 0
+    assert "\nThe answer is for the main part, country:FR@main.\n" in out
+    assert (out.count("km from the main part"), err.count("km from the main part")) == (0, 1)
+
+
+@pytest.mark.slow
+def test_custom(tmp_path):
+    """Custom projections have a table of their own, rows in CSV, and a panel; CRSs what they lose."""
+    words = [*QUICK, "--purpose", "conformal", "--custom"]
+    expected = recommend(ISLAND, authorities=["EPSG"], limit=3, purpose="conformal", custom=True)
+    path = tmp_path / "best.png"
+    code, out, err = run(ISLAND, *words, "-o", str(path), "--dpi", "50")
+    assert (code, err) == (0, "")
+    assert path.exists()
+    for one in expected.custom:
+        assert f"custom {one.family} " in out
+        assert one.proj in out
+    for one in expected.results:
+        assert f"{100 * (one.ratio_to_custom - 1):+.2f} %" in out
+    assert json.loads(run(ISLAND, *words, "--format", "json")[1]) == expected.to_dict()
+    rows = list(csv.DictReader(io.StringIO(run(ISLAND, *words, "--format", "csv")[1])))
+    assert [row["proj"] for row in rows] == [*[""] * 3, *(one.proj for one in expected.custom)]
+    assert [float(row["ratio_to_custom"]) for row in rows[:3]] == [one.ratio_to_custom for one in expected.results]
+    assert expected.custom[0].proj in run(ISLAND, *words, "--format", "markdown")[1]
+
+
+@pytest.mark.slow
+def test_uninterrupted():
+    """Cuts have a column where there are any."""
+    code, out, err = run("globe", "--limit", "1", "--authority", "ESRI", "--uninterrupted")
+    assert (code, err) == (0, "")
+    for text in ("cuts km", "20,015", "that are interrupted"):
+        assert text in out
+    assert "cuts" not in run(ISLAND, *QUICK)[1]
+
+
+@pytest.fixture
+def known(found, monkeypatch):
+    """The answer is there already: what it looks like takes no second search."""
+    monkeypatch.setattr("projdist.cli.recommend.recommend", lambda *_, **__: found)
+    return found
+
+
+def test_forms_of_an_answer(known):
+    """Rows of CSV have their numbers in full and nothing where there is none, tables begin with the codes."""
+    code, out, err = run(ISLAND, *QUICK, "--format", "csv")
+    assert (code, err) == (0, "")
+    rows = list(csv.DictReader(io.StringIO(out)))
+    assert [row["code"] for row in rows] == [one.code for one in known.results]
+    assert [float(row["value"]) for row in rows] == [one.value for one in known.results]
+    assert {row["ratio_to_custom"] for row in rows} == {""}
+    out = run(ISLAND, *QUICK, "--format", "markdown")[1]
+    assert out.startswith("| code | name | method | ranks by | airy_kavrayskiy |")
+    assert f"| {known.results[0].code} |" in out
+
+
+@pytest.fixture
+def rich(found, monkeypatch):
+    """An answer with all that there may be: cuts, zones, custom projections, reasons; two of its CRSs are torn."""
+    whole, *others = found.results
+    torn = [replace(one, distortion=replace(one.distortion, cut_km=1234.6)) for one in others]
+    figures = replace(whole.distortion, airy_kavrayskiy=0.5 * whole.value, max_omega=np.inf, max_areal_scale=np.inf)
+    custom = Custom("laea", "LAEA", "+proj=laea +lat_0=62", {"lat_0": 62.0}, 0.5 * whole.value, figures, ())
+    zones = [
+        ZoneSystem("A to B", national, 1.0, 1e-4, 73.04, (Zone("EPSG:1", "A", 0.25, 1e-4, 73.04),))
+        for national in (True, False)
+    ]
+    reasons = ("Its area of use holds 3 % of the region.", "It can be projected to 50 %.", INTERRUPTED, "Broken.")
+    answer = replace(
+        found,
+        results=(replace(whole, ratio_to_custom=2.0), *torn),
+        custom=(custom,),
+        not_custom=(Rejected("", "tmerc", "It is not equal-area."),),
+        zones=tuple(zones),
+        rejected=tuple(Rejected("EPSG:9", "C", reason) for reason in (*reasons, reasons[0])),
+    )
+    monkeypatch.setattr("projdist.cli.recommend.recommend", lambda *_, **__: answer)
+    return answer
+
+
+def test_all_that_an_answer_may_have(rich):
+    """Cuts, zones and custom projections have columns and tables, in Markdown, too; what has no bound says so."""
+    for form in ("table", "markdown"):
+        code, out, err = run(ISLAND, "--format", form)
+        assert (code, err) == (0, "")
+        for text in (
+            "+100.00 %",
+            "cuts km",
+            "1,235",
+            "custom laea",
+            "+proj=laea +lat_0=62",
+            "EPSG:1",
+            "25 %",
+            "No custom tmerc: It is not equal-area.",
+            "Zones: no conformal map serves all of the region to 100 ppm",
+            "2 whose area of use holds too little of the region; 1 that project too little of it; 1 that are "
+            "interrupted; 1 that PROJ cannot compute.",
+        ):
+            assert text in out
+        assert out.count("inf") >= 2
+    table = run(ISLAND)[1]
+    assert "1 national zones, each in its part at most 73.04 ppm" in table
+    assert "1 zones of the world" in table
+    rows = list(csv.DictReader(io.StringIO(run(ISLAND, "--format", "csv")[1])))
+    assert [row["proj"] for row in rows] == [*[""] * len(rich.results), "+proj=laea +lat_0=62"]
+    assert rows[-1]["max_omega"] == ""
+    data = json.loads(run(ISLAND, "--format", "json")[1])
+    assert data["custom"][0]["max_omega"] is None
+    assert data["custom"][0]["parameters"] == {"lat_0": 62.0}
+
+
+def test_what_a_picture_shows(rich, tmp_path, monkeypatch):
+    """The best that are not torn, the best custom projection last; torn ones where there is nothing else."""
+    drawn = []
+    monkeypatch.setattr("projdist.plots.heatmap_figure", lambda maps, **options: drawn.append((maps, options)))
+    monkeypatch.setattr("projdist.cli.pictures.PictureFile.save", lambda _, draw: draw())
+    code, _, err = run(ISLAND, "-o", str(tmp_path / "x.png"))
+    assert (code, err) == (0, "")
+    ((maps, options),) = drawn
+    assert maps == [rich.results[0].code, "+proj=laea +lat_0=62"]
+    assert options["titles"] == [rich.results[0].code, "custom laea"]
+    assert options["airy_kavrayskiy"] == [rich.results[0].distortion.airy_kavrayskiy, 0.5 * rich.results[0].value]
+    torn = replace(rich, results=rich.results[1:])
+    assert _drawable(torn) == torn.results
+    assert _drawable(replace(torn, region=GLOBE)) == torn.results
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (OSError("Timed out."), "Invalid executor 'dask://localhost:1'. Nothing answers there."),
+        (ImportError("It needs Dask."), "It needs Dask."),
+    ],
+)
+def test_nobody_answers(error, message, monkeypatch):
+    """A scheduler that is not there, or a library, is told in a line."""
+
+    @contextlib.contextmanager
+    def missing(_):
+        raise error
+        yield
+
+    monkeypatch.setattr("projdist.cli.recommend.open_executor", missing)
+    code, out, err = run(ISLAND, "--executor", "dask://localhost:1")
+    assert (code, out, err) == (1, "", f"projdist: {message}\n")
+
+
+@pytest.mark.slow
+def test_options():
+    """Every option that narrows the candidates reaches the function."""
+    words = ["--purpose", "conformal", "--criterion", "max_omega", "--datum", "ETRS89", "--intersects", "--deprecated"]
+    code, out, err = run(ISLAND, *QUICK, *words, "--format", "json")
+    assert (code, err) == (0, "")
+    options = {"purpose": "conformal", "criterion": "max_omega", "datum": "ETRS89", "area": "intersects"}
+    expected = recommend(ISLAND, authorities=["EPSG"], limit=3, deprecated=True, **options)
+    assert json.loads(out) == expected.to_dict()
+
+
+@pytest.mark.slow
+def test_what_is_drawn():
+    """A map cut at 180 degrees is a result for Fiji, and none to draw."""
+    fiji = recommend("box:177,-20,-178,-15", authorities=["EPSG", "ESRI"], limit=5)
+    torn = [one for one in fiji.results if one.distortion.cut_km]
+    assert torn
+    assert _drawable(fiji) == tuple(one for one in fiji.results if one not in torn)
+
+
+@pytest.mark.slow
+def test_picture(tmp_path):
+    """Heat maps of the best, in a picture that is no blank."""
+    path = tmp_path / "comparison.png"
+    code, out, err = run(ISLAND, *QUICK, "-o", str(path), "--dpi", "50")
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {path}\n")
+    picture = imread(path)
+    assert picture.shape[1] > picture.shape[0] * 0.8
+    assert picture[..., :3].std() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nowhere"], "Invalid region 'nowhere'."),
+        ([ISLAND, "--purpose", "pretty"], "Invalid purpose 'pretty'. It must be any, equal-area,"),
+        ([ISLAND, "--criterion", "max_omeg"], "Invalid criterion 'max_omeg'. Did you mean max_omega"),
+        ([ISLAND, "--authority", "IAU"], "Invalid authority 'IAU'. It must be EPSG, ESRI or IGNF."),
+        (
+            [ISLAND, "--custom", "--criterion", "airy_kavrayskiy_affine"],
+            "Invalid criterion 'airy_kavrayskiy_affine' for",
+        ),
+        ([ISLAND, "--limit", "0"], "Invalid limit '0'. It must be a number within 1 and 10000."),
+        ([ISLAND, "--limit", "1.5"], "Invalid limit '1.5'. It must be a whole number."),
+        ([ISLAND, "--contains", "--intersects"], "Invalid option '--intersects'. It cannot stand with --contains."),
+        ([ISLAND, "--executor", "dask"], "Invalid executor 'dask'. It must be dask://HOST:PORT"),
+        ([ISLAND, "--size", "10"], "Invalid option '--size'. It needs a picture to draw to: -o FILE."),
+        ([ISLAND, "--dpi", "5"], "Invalid option '--dpi'. It needs a picture to draw to: -o FILE."),
+        ([ISLAND, "--dpi", "5", "-o", "map.png"], "Invalid dpi '5'. It must be a number within 10 and 1200."),
+        ([ISLAND, "-o", "map.gif"], "Invalid picture file 'map.gif'."),
+        ([ISLAND, "--format", "xml"], "Invalid format 'xml'."),
+        ([ISLAND, "--datum", "Mars", "--authority", "EPSG"], "Invalid datum 'Mars'. It must be a part of the name"),
+    ],
+)
+def test_refused(words, message):
+    """Wrong words are one line, with exit code 2."""
+    code, out, err = run(*words)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"projdist: {message}")
+    assert err.count("\n") == 1
+
+
+def test_nothing_serves():
+    """Where no CRS serves the purpose that is said, with exit code 1."""
+    code, out, err = run(ISLAND, "--purpose", "equidistant", "--contains", "--authority", "IGNF")
+    assert (code, out) == (1, "")
+    assert err == f"projdist: No CRS serves the region '{ISLAND}' with these options.\n"

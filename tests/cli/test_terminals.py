@@ -1,0 +1,140 @@
+"""Every command in a terminal: what people see is whole, fits, and is what a pipe would get."""
+
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_lines import FAROES, LINES, write_files
+from rich.cells import cell_len
+
+from projdist.cli.app import app
+
+pytest.importorskip("termios", reason="pseudo-terminals of Unix")
+import fcntl
+import termios
+
+from terminals import Screen, in_terminal
+
+from projdist.cli.terminal import folded, takes_escapes, width_of
+
+FIGURE = re.compile(r"[-+]?\d[\d.,:e+-]*\d|\d")
+TERMINALS = {60: {}, 80: {"NO_COLOR": "1"}, 120: {"TERM": "dumb"}}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the files that the command lines read."""
+    folder = tmp_path_factory.mktemp("files")
+    write_files(folder)
+    return folder
+
+
+@pytest.fixture
+def fresh(files: Path, tmp_path: Path) -> Path:
+    """A copy of them, to write beside."""
+    return shutil.copytree(files, tmp_path / "fresh")
+
+
+def check_screen(screen: Screen, columns: int) -> None:
+    """No traceback, and no line wider than the terminal."""
+    assert "Traceback" not in screen.text
+    assert [line for line in screen.lines if cell_len(line) > columns] == []
+    assert screen.widest <= columns
+
+
+def figures(text: str) -> set[str]:
+    """All figures; where those of a table are repeated or in another order, they are the same."""
+    return set(FIGURE.findall(text))
+
+
+@pytest.mark.slow
+def test_recommend_in_a_terminal() -> None:
+    """Its progress bar counts, and is gone when the answer comes."""
+    screen = in_terminal("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54", NO_COLOR="1")
+    assert screen.code == 0, screen.text
+    assert "maps" in screen.sent.partition("FD54")[0]
+    assert screen.lines[0].startswith(FAROES)
+    assert screen.colours == []
+    check_screen(screen, 80)
+
+
+@pytest.mark.slow
+def test_escape_codes_are_for_terminals_only(fresh: Path) -> None:
+    """Bold figures on the screen; none in a file, though a terminal says what is wrong, in lines that fit."""
+    words = ["compare", "robin", "moll", "EPSG:4326", "-r", "box:0,40,10,50", "--tolerance", "1e-2"]
+    shown = in_terminal(*words, columns=60, folder=fresh)
+    assert (shown.code, "\x1b[1m" in shown.colours) == (1, True)
+    check_screen(shown, 60)
+    filed = in_terminal(*words, columns=60, folder=fresh, stdout=fresh / "out")
+    text = (fresh / "out").read_text()
+    assert (filed.code, "\x1b" in text, "\x1b" in filed.sent) == (1, False, False)
+    assert filed.text.startswith("projdist: Invalid projection 'EPSG:4326'. ")
+    check_screen(filed, 60)
+    assert figures(shown.text) == figures(text + filed.text)
+
+
+@pytest.mark.parametrize(
+    ("columns", "stated", "expected"), [(97, "", 97), (97, "50", 50), (97, "x", 97), (97, "0", 97), (0, "", 80)]
+)
+def test_width_of_a_terminal(columns: int, stated: str, expected: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What COLUMNS says, else the terminal; 80 where it does not tell."""
+    monkeypatch.setenv("COLUMNS", stated)
+    ours, theirs = os.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 25, columns, 0, 0))
+    with os.fdopen(ours, "rb"), os.fdopen(theirs, "w") as stream:
+        assert width_of(stream) == expected
+
+
+def test_what_is_no_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file has no width; what calls itself a terminal and is none has 80 columns."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    with open(tmp_path / "x", "w") as stream:
+        assert (width_of(stream), takes_escapes(stream)) == (None, False)
+        feigned = type("Feigned", (), {"isatty": lambda _: True, "fileno": lambda _: stream.fileno()})()
+        assert (width_of(feigned), takes_escapes(feigned)) == (80, True)
+
+
+def test_folded_lines() -> None:
+    """Lines are broken at blanks before they are too wide, wide letters are two columns, long words stay whole."""
+    assert folded("one two three four", 8) == "one two\nthree\nfour"
+    assert folded("one two", 7) == "one two"
+    assert folded("a/very/long/path to it", 6) == "a/very/long/path\nto it"
+    assert folded("日本 日本", 8) == "日本\n日本"
+    assert folded("x\n\none two", 3) == "x\n\none\ntwo"
+    assert folded("one two three four", None) == "one two three four"
+
+
+def test_there_is_a_line_of_every_command() -> None:
+    """A new command is tested in terminals, too."""
+    assert {words[0] for words in LINES.values() if words} >= {command.name for command in app.registered_commands}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LINES)
+def test_every_command_in_every_terminal(name: str, files: Path, tmp_path: Path) -> None:
+    """Exit code and figures are those of a pipe; lines fit; no codes in a file, nor where they are not wanted."""
+    folders = iter(shutil.copytree(files, tmp_path / str(number)) for number in range(10))
+    command, folder = [sys.executable, "-m", "projdist", *LINES[name]], next(folders)
+    piped = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
+    written = {path.name: path.read_bytes() for path in folder.glob("*.txt")}
+    for columns, environment in TERMINALS.items():
+        folder = next(folders)
+        screen = in_terminal(*LINES[name], columns=columns, folder=folder, **environment)
+        assert screen.code == piped.returncode, (columns, screen.text)
+        check_screen(screen, columns)
+        assert figures(screen.text) == figures(piped.stdout + piped.stderr)
+        assert screen.colours == [] or not environment
+        assert {path.name: path.read_bytes() for path in folder.glob("*.txt")} == written
+    folder = next(folders)
+    screen = in_terminal(*LINES[name], folder=folder, stdout=folder / "stdout")
+    assert (folder / "stdout").read_text() == piped.stdout
+    assert screen.code == piped.returncode
+    assert " ".join(screen.text.split()) == " ".join(piped.stderr.split())
+    check_screen(screen, 80)

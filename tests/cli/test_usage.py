@@ -1,0 +1,187 @@
+"""What is no command line is refused in one line."""
+
+import re
+from pathlib import Path
+
+import pytest
+from commands import refused, run, run_ok
+
+from projdist import __version__
+
+COMMANDS = [
+    *("compare", "factors", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
+    *("mosaic", "clouds", "oldmap", "list"),
+]
+
+
+def test_repairs_are_said(tmp_path: Path) -> None:
+    """A region that had to be repaired is measured, and the repair is told on standard error."""
+    path = tmp_path / "bow.geojson"
+    path.write_text('{"type": "Polygon", "coordinates": [[[0, 0], [10, 10], [10, 0], [0, 10], [0, 0]]]}')
+    result = run("compare", "robin", "--region", f"file:{path}")
+    assert result.exit_code == 0
+    assert re.fullmatch(r"projdist: file:.*: 1 self-intersecting polygon\(s\) repaired; [^\n]*\n", result.stderr)
+    assert "AK" in result.stdout
+
+
+def test_a_set_of_points(tmp_path: Path) -> None:
+    """A table over points tells how many there are, and that they are weighed."""
+    path = tmp_path / "a.csv"
+    path.write_text("lon,lat,weight\n1,2,1\n3,4,5\n")
+    shown = run_ok("compare", "robin", "--region", f"points:{path}")
+    assert "(2 points)" in shown
+    assert "by the points' weights" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["tissot", "heatmap"])
+def test_pictures_of_countries(tmp_path: Path, command: str) -> None:
+    """Pictures show a country, also one across the antimeridian, and the surroundings of points."""
+    (tmp_path / "a.csv").write_text("lon,lat\n1,2\n30,40\n")
+    for region in ("country:FJ", f"points:{tmp_path / 'a.csv'}"):
+        picture = tmp_path / "a.png"
+        run_ok(command, "robin", "--region", region, "-o", str(picture), "--dpi", "40", "--overwrite")
+        assert picture.stat().st_size > 2000
+
+
+USAGE = {
+    "compare --region glob robin": r"Invalid region 'glob'. Did you mean globe\? It must be globe, land, ocean, ",
+    "compare --region= robin": r"Invalid region ''",
+    "compare --region box:-10,30,20 robin": r"Invalid region 'box:-10,30,20'. It must be box:W,S,E,N, 4 numbers.",
+    "compare --region box:a,b,c,d robin": r"Invalid region 'box:a,b,c,d'",
+    "compare --region box:-10,30,-10,40 robin": r"Invalid box '-10,30,-10,40'. It must be wider than 0",
+    "compare --region box:0,40,10,30 robin": r"Invalid box '0,40,10,30'. Did you mean 0,30,10,40\? South must be",
+    "compare --region box:0,0,nan,1 robin": r"Invalid box '0,0,nan,1'",
+    "compare --region box:0,0,1e400,1 robin": r"Invalid box '0,0,inf,1'",
+    "compare --region cap:0,0,0 robin": r"Invalid cap '0,0,0'. Its radius must be above 0",
+    "compare --region cap:0,0,-5 robin": r"Invalid cap '0,0,-5'",
+    "compare --region cap:0,0,1e6 robin": r"Invalid cap '0,0,1e\+06'. .*at most 20015 km",
+    "compare --region cap:0,91,10 robin": r"Invalid cap '0,91,10'",
+    "compare --measure foo robin": r"Invalid measure 'foo'. It must be one of fisher, .*scale@AZIMUTH",
+    "compare --measure omga robin": r"Invalid measure 'omga'. Did you mean omega",
+    "compare --measure omega,,h robin": r"Invalid measure ''",
+    "compare --measure scale@nan robin": r"Invalid azimuth 'nan'",
+    "compare --sort foo robin": r"Invalid sort key 'foo'. It must be given, name, .*airy_kavrayskiy, .*\.median",
+    "compare --sort foo nosuch": r"Invalid sort key 'foo'",
+    "compare --sort omega robin": r"Invalid sort key 'omega'.*asked for with --measure",
+    "compare --sort omega.bad -m omega robin": r"Invalid sort key 'omega.bad'",
+    "compare --sort name.x robin": r"Invalid sort key 'name.x'",
+    "compare --sort definition robin": r"Invalid sort key 'definition'",
+    "compare --sort= robin": r"Invalid sort key ''",
+    "compare --tolerance 0 robin": r"Invalid tolerance '0'. It must be a number within 1e-15 and 1.",
+    "compare --tolerance -1e-3 robin": r"Invalid tolerance '-1e-3'",
+    "compare --tolerance nan robin": r"Invalid tolerance 'nan'",
+    "compare --tolerance inf robin": r"Invalid tolerance 'inf'",
+    "compare --tolerance abc robin": r"Invalid tolerance 'abc'",
+    "compare --format yaml robin": r"Invalid format 'yaml'. It must be table, json, csv or markdown.\n$",
+    "compare --format= robin": r"Invalid format ''",
+    "compare --format JSON robin": r"Invalid format 'JSON'",
+    "compare robin -f json -f csv": r"Invalid option '--format'. It must be given once.",
+    "compare robin --region globe -r globe": r"Invalid option '--region'. It must be given once.",
+    "compare --format": r"--format.*requires an argument. See 'projdist compare --help'.",
+    "compare --formt json robin": r"Invalid option '--formt'. Did you mean --format\? See 'projdist compare --help'.",
+    "compare --projection robin": r"Invalid option '--projection'. See 'projdist compare --help'.",
+    "compare robin -o ": r"Invalid output ''. It must be the name of a file.",
+    "compare robin -o new/": r"Invalid output 'new/'. It is a directory.",
+    f"compare robin -o {'x' * 300}": r"Invalid output 'x+'. It cannot be written: File name too long.",
+    "compare robin --tolerance -inf": r"Invalid tolerance '-inf'. It must be a number within 1e-15 and 1.",
+    "compare": r"Missing argument 'PROJECTION...'. See 'projdist compare --help'",
+    "compare --": r"Missing argument 'PROJECTION...'",
+    "factors": r"Missing argument 'PROJECTION'",
+    "factors robin": r"Invalid points. They must be LON LAT..., - for stdin, or --at FILE.",
+    "factors robin 1 2 3": r"Invalid coordinates '1 2 3'. They must be pairs of LON LAT, or - for stdin.",
+    "factors robin 1 2 -": r"Invalid coordinates '1 2 -'",
+    "factors robin 10 90.001": r"Invalid latitude '90.001'. It must lie within -90 and 90 degrees.",
+    "factors robin 10 -91": r"Invalid latitude '-91'",
+    "factors robin 10 nan": r"Invalid latitude 'nan'",
+    "factors robin 1e300 10": r"Invalid longitude '1e300'. It must be a number of degrees within -720 and 720.",
+    "factors robin inf 10": r"Invalid longitude 'inf'",
+    "factors robin -inf 5": r"Invalid longitude '-inf'. It must be a number of degrees within -720 and 720.",
+    "factors robin 5 -Infinity": r"Invalid latitude '-Infinity'. It must lie within -90 and 90 degrees.",
+    "factors robin -- -inf 5": r"Invalid longitude '-inf'",
+    "factors robin 5 -nan": r"Invalid option '-nan'",
+    "factors robin 5,6,7": r"Invalid coordinates '5,6,7'. They must be pairs of LON LAT, or - for stdin.",
+    "factors robin 5": r"Invalid coordinates '5'",
+    "factors robin x y": r"Invalid point 'x y'. Longitude and latitude must be numbers of degrees.",
+    "factors robin 10N 20N": r"Invalid point '10N 20N'",
+    "factors robin −10 20": r"Invalid point '−10 20'",
+    "factors robin 1 2 --measure foo": r"Invalid measure 'foo'",
+    "factors robin 1 2 --format xml": r"Invalid format 'xml'. It must be table, json, csv or markdown.",
+    "tissot robin -o x.jpg": r"Invalid output 'x.jpg'. Its suffix must be .png, .svg, .pdf, .gpkg or .geojson.",
+    "tissot robin -o noname": r"Invalid output 'noname'",
+    "tissot robin -o ": r"Invalid output ''",
+    "tissot robin -o new.png/": r"Invalid output 'new.png/'. It is a directory.",
+    "tissot robin -o x.png -o y.png": r"Invalid option '--output'. It must be given once.",
+    "tissot robin --region foo": r"Invalid region 'foo'",
+    "tissot robin --step 0": r"Invalid step '0'. It must be a number of degrees within 1e-05 and 90.",
+    "tissot robin --step -5": r"Invalid step '-5'",
+    "tissot robin --step x": r"Invalid step 'x'",
+    "tissot robin --size big": r"Invalid size 'big'. It must be WIDTH,HEIGHT in inches, as 10,6.",
+    "tissot robin --size 1,2,3": r"Invalid size '1,2,3'",
+    "tissot robin --size 0,6": r"Invalid width '0'. It must be a number of inches within 0.5 and 200.",
+    "tissot robin --size 6,nan": r"Invalid height 'nan'",
+    "tissot robin --size 200,200 --dpi 1200": r"Invalid size '200,200' at 1200 dots per inch. It must have at most",
+    "tissot robin --dpi 0": r"Invalid dpi '0'. It must be a number within 10 and 1200.",
+    "tissot robin --dpi nan": r"Invalid dpi 'nan'",
+    "tissot": r"Missing argument 'PROJECTION...'",
+    "heatmap robin -o x.gif": r"Invalid output 'x.gif'. Its suffix must be .png, .svg, .pdf, .tif or .tiff.",
+    "heatmap robin --measure foo": r"Invalid measure 'foo'",
+    "heatmap robin --measure a,b": r"Invalid measures 'a,b' for 'heatmap.png'. A picture shows one;",
+    "heatmap robin --measure=": r"Invalid measure ''",
+    "heatmap robin --levels foo": r"Invalid levels 'foo'. It must be a number of them, 1 to 100, or values as 1,1.5,2.",
+    "heatmap robin --levels 0": r"Invalid levels '0'",
+    "heatmap robin --levels -3": r"Invalid levels '-3'",
+    "heatmap robin --levels 100000": r"Invalid levels '100000'",
+    "heatmap robin --levels 1,nan": r"Invalid levels '1,nan'",
+    "heatmap robin --levels=": r"Invalid levels ''",
+    "heatmap robin --step 100": r"Invalid step '100'",
+    "heatmap robin --dpi 5000": r"Invalid dpi '5000'",
+    "heatmap robin -m h -m k": r"Invalid measures 'h,k' for 'heatmap.png'.",
+    "list": r"Missing argument 'projections\|measures\|figures\|criteria\|indices'. See 'projdist list --help'.",
+    "list nothing": r"Invalid list 'nothing'. It must be projections, measures, figures, criteria or indices.\n$",
+    "list measures criteria": r"unexpected extra argument.*criteria",
+    "list measures --format xml": r"Invalid format 'xml'. It must be table, json, csv or markdown.",
+    "list measures -o x": r"No such option:? '?-o",
+    "foo": r"No such command 'foo'. See 'projdist --help'.",
+    "compar robin": r"No such command 'compar'",
+    "--format json list measures": r"No such option:? '?--format",
+    "--foo": r"No such option:? '?--foo",
+}
+
+
+@pytest.mark.parametrize("words", USAGE)
+def test_usage_errors(words: str) -> None:
+    """One line that names what was wrong and what is allowed, nothing on stdout, exit code 2."""
+    assert re.search(USAGE[words], refused(*words.split(" ")))
+
+
+@pytest.mark.parametrize("option", ["--formt", "--region-x", "-x", "--", "---", "-q5", "--formt=json"])
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("position", ["first", "last"])
+def test_unknown_options(command: str, option: str, position: str) -> None:
+    """An option that there is not is refused in every command, wherever it stands."""
+    arguments = {"factors": ["robin", "1", "2"], "list": ["measures"]}.get(command, ["robin"])
+    if option == "--":
+        arguments, option = ["--", *arguments], "--formt"
+    words = [option, *arguments] if position == "first" else [*arguments, option]
+    assert option.split("=")[0][:2] in refused(command, *words)
+
+
+def test_no_arguments_is_help() -> None:
+    """Alone, the command says what it can do; that is no success."""
+    result = run()
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert all(command in result.stderr for command in COMMANDS)
+
+
+def test_version() -> None:
+    """The version of the package, and nothing is done besides."""
+    assert run_ok("--version") == f"projdist {__version__}\n"
+    assert run_ok("--version", "compare", "robin") == f"projdist {__version__}\n"
+
+
+@pytest.mark.parametrize("command", [[], *([command] for command in COMMANDS)], ids=["projdist", *COMMANDS])
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help(command: list[str], option: str) -> None:
+    """Every command has help with its usage."""
+    assert "Usage: " in run_ok(*command, option)

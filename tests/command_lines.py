@@ -1,0 +1,72 @@
+"""A quick command line of every command and format of people's, and the files that they read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mosaic_sets import SIZES, affine_maps, common_points, write_csv
+from shapely import LineString, Point, box
+
+geopandas = pytest.importorskip("geopandas")
+
+FAROES = "box:-7.2,61.3,-6.2,62.5"
+EUROPE = "box:-10,35,30,70"
+QUICK = ("--tolerance", "1e-3")
+
+LINES: dict[str, tuple[str, ...]] = {
+    "compare": ("compare", "robin", "mollweide", "EPSG:3857", "-r", EUROPE, "-m", "omega", "-m", "s", *QUICK),
+    "compare_indices": ("compare", "robin", "mollweide", "-r", EUROPE, "--indices", "all", *QUICK),
+    "compare_part": ("compare", "+proj=ortho +lat_0=90 +R=6371000", "moll", "-m", "s", "--tolerance", "1e-2"),
+    "compare_failures": ("compare", "robin", "EPSG:4326", "nosuch", "-r", EUROPE, *QUICK),
+    "factors": ("factors", "EPSG:32633", "15", "50", "16", "51"),
+    "factors_file": ("factors", "robin", "--at", "points.csv"),
+    "tissot": ("tissot", "robin", "-o", "tissot.png", "--dpi", "30"),
+    "heatmap": ("heatmap", "EPSG:2169", "-o", "heatmap.png", "--dpi", "30"),
+    "recommend": ("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54"),
+    "recommend_picture": (
+        *("recommend", FAROES, "--authority", "EPSG", "--datum", "ETRS89", "--custom", "--purpose", "conformal"),
+        *("-o", "best.png", "--dpi", "30"),
+    ),
+    "optimize": ("optimize", "lcc", EUROPE, "--round", "0.5", "--against", "EPSG:3034"),
+    "optimize_file": ("optimize", "lcc", EUROPE, "-o", "optimum.txt"),
+    "ldp": ("ldp", "box:-104.2,38.9,-103.2,39.6", "--height", "1610", "--against", "EPSG:32613"),
+    "check": ("check", "parcels.geojson", "--crs", "EPSG:25832", "--no-recommend"),
+    "check_above": ("check", "parcels.geojson", "--crs", "EPSG:3857", "--no-recommend", "--fail-above", "1%"),
+    "correct": ("correct", "mollweide", "-r", EUROPE),
+    "correct_local": ("correct", "robin", "-r", EUROPE, "--local", "500", "-o", "local.png", "--dpi", "30"),
+    "mosaic": ("mosaic", "--correspondences", "common.csv"),
+    "clouds": ("clouds", "a.csv", "b.csv", "c.csv", "-o", "moved"),
+    "oldmap": ("oldmap", "control.csv", "--scan-dpi", "300", "-o", "oldmap.png", "--dpi", "30"),
+    "tables": ("tables",),
+    "tables_one": ("tables", "snyder"),
+    "tables_canters": ("tables", "canters-decleir"),
+    "list_projections": ("list", "projections"),
+    "list_measures": ("list", "measures"),
+    "list_criteria": ("list", "criteria"),
+    "list_indices": ("list", "indices"),
+    "version": ("--version",),
+    "help": ("--help",),
+    "nothing": (),
+    "unknown_command": ("compere",),
+    "unknown_option": ("compare", "robin", "--reigon", "globe"),
+    "wrong_region": ("compare", "robin", "-r", "country:Nowhereland & (box:1,2,3,4 - cap:10,50,abc)"),
+}
+
+
+def write_files(folder: Path) -> None:
+    """The files that the command lines name."""
+    rng = np.random.default_rng(1)
+    (folder / "points.csv").write_text("name,lon,lat\nPraha,14.42,50.09\nBrno,16.61,49.2\n", encoding="utf-8")
+    shapes = [box(5.9, 47.3, 15.0, 55.1), LineString([(8, 50), (9, 51)]), Point(10, 50)]
+    names = {"name": ["Germany", "a road", "a tower"]}
+    geopandas.GeoDataFrame(names, geometry=shapes, crs="EPSG:4326").to_file(folder / "parcels.geojson")
+    write_csv(folder / "common.csv", common_points(affine_maps(rng, count=3), SIZES[:3], rng, noise=0.3))
+    points = rng.normal(size=(12, 3))
+    for name in ("a.csv", "b.csv", "c.csv"):
+        moved = points @ (np.eye(3) + 0.2 * rng.normal(size=(3, 3)))
+        np.savetxt(folder / name, moved, delimiter=",", header="x,y,z", comments="")
+    x, y = np.stack(np.meshgrid(*[np.linspace(0.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2).T
+    table = np.stack([x, y, 6e5 + 50.0 * x + 0.02 * x * x, 2e5 - 52.0 * y + 0.01 * x * y], axis=-1)
+    np.savetxt(folder / "control.csv", table, delimiter=",", header="x_old,y_old,x_new,y_new", comments="")

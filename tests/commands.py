@@ -1,0 +1,55 @@
+"""Commands run in this process or one of their own, and what they print, read back."""
+
+import csv
+import io
+import json
+import re
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from projdist.cli.app import app
+from projdist.cli.formats import Format
+
+FORMATS = [form.value for form in Format]
+QUICK = ["--tolerance", "1e-3"]
+HIDDEN = ["+proj=ortho +lat_0=90 +R=6371000", "--region", "box:0,-40,40,-10"]
+
+
+def run(*words: str, stdin: str | bytes = "") -> Result:
+    result = CliRunner().invoke(app, list(words), input=stdin)
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    assert "Traceback" not in result.output
+    return result
+
+
+def run_ok(*words: str, stdin: str | bytes = "") -> str:
+    result = run(*words, stdin=stdin)
+    assert (result.exit_code, result.stderr) == (0, "")
+    return result.stdout
+
+
+def run_json(*words: str, stdin: str = "", code: int = 0) -> dict:
+    result = run(*words, "--format", "json", stdin=stdin)
+    assert result.exit_code == code, result.stderr
+    return json.loads(result.stdout, parse_constant=lambda text: pytest.fail(f"{text} is not JSON"))
+
+
+def refused(*words: str, stdin: str = "") -> str:
+    """The one line of a usage error, which ends with 2 and prints nothing else."""
+    result = run(*words, stdin=stdin)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert re.fullmatch(r"projdist: [^\n]+\n", result.stderr)
+    return result.stderr
+
+
+def parse_markdown(text: str) -> list[dict[str, str]]:
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    cells = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+    assert all(re.fullmatch("-{3}:?", cell) for cell in cells[1])
+    assert len({len(row) for row in cells}) == 1
+    return [dict(zip(cells[0], row, strict=True)) for row in cells[2:]]
+
+
+def parse_csv(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))

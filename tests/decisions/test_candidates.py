@@ -1,0 +1,75 @@
+"""Single candidates measured in full, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from projdist.answers.summaries import summarize
+from projdist.decisions.recommendation.candidates import Full, measure
+from projdist.decisions.recommendation.trial_nodes import probe_of
+from projdist.earth.ellipsoid import WGS84
+from projdist.regions import get_region
+
+
+def measured(code, region, keeps=()):
+    """A candidate's figures over a region."""
+    region = get_region(region)
+    return measure(Full(code, code, region, probe_of(region), keeps, 0.01, "airy_kavrayskiy"))
+
+
+def test_no_noise_beside_the_centre():
+    """An equal-area azimuthal map of Antarctica shears most at the northernmost vertex, not where J is noise."""
+    lat = get_region("continent:Antarctica").edges[:, 1].max()
+    e = math.sqrt(WGS84.f * (2 - WGS84.f))
+
+    def q(sine):  # Snyder 1987, 3-12
+        return (1 - e * e) * (sine / (1 - (e * sine) ** 2) + math.atanh(e * sine) / e)
+
+    sine = math.sin(math.radians(-lat))
+    m = math.cos(math.radians(lat)) / math.sqrt(1 - (e * sine) ** 2)
+    k = math.sqrt(q(1) - q(sine)) / m  # 21-32, 24-23; h is 1 / k
+    expected = math.degrees(2 * math.asin((k - 1 / k) / (k + 1 / k)))
+    found = measured("EPSG:6932", "continent:Antarctica", ("equal-area",))
+    assert found.max_omega == pytest.approx(expected, abs=1e-6)
+
+
+# ---- means where PROJ's own map is noisy -----------------------------------------------------
+
+
+def van_der_grinten(lam, phi):
+    """x and y in radii north-east of the centre (Snyder 1987, 29-1 to 29-6)."""
+    sine = 2 * phi / np.pi
+    cosine = np.sqrt(1 - sine**2)
+    A, G = 0.5 * (np.pi / lam - lam / np.pi), cosine / (sine + cosine - 1)
+    P, Q = G * (2 / sine - 1), A**2 + G
+    below = P**2 + A**2
+    x = A * (G - P**2) + np.sqrt(A**2 * (G - P**2) ** 2 - below * (G**2 - P**2))
+    y = P * Q - A * np.sqrt((A**2 + 1) * below - Q**2)
+    return np.pi * x / below, np.pi * y / below
+
+
+@pytest.fixture(scope="module")
+def mean_scale_error():
+    """The mean of max(|a - 1|, |b - 1|) of the formulas, in ppm, on 100 by 100 cells, by differences."""
+    middles, step = np.radians(0.2 * np.arange(100) + 0.1), 1e-4
+    lam, phi = np.meshgrid(middles, middles)
+    east = np.subtract(van_der_grinten(lam + step, phi), van_der_grinten(lam - step, phi)) / (2 * step)
+    north = np.subtract(van_der_grinten(lam, phi + step), van_der_grinten(lam, phi - step)) / (2 * step)
+    e2 = WGS84.f * (2 - WGS84.f)
+    w = np.sqrt(1 - e2 * np.sin(phi) ** 2)
+    M, parallel = (1 - e2) / w**3, np.cos(phi) / w
+    scales = np.linalg.svd(np.moveaxis(np.stack([east / parallel, north / M], axis=1), (0, 1), (-2, -1)))[1]
+    scales *= math.sqrt(WGS84.area / (4 * math.pi)) / WGS84.a  # ESRI's CRS has the sphere of the same area (+R_A)
+    return 1e6 * np.average(np.abs(scales - 1).max(axis=-1), weights=M * parallel)
+
+
+@pytest.mark.slow
+def test_mean_beside_noise(mean_scale_error):
+    """PROJ's Van der Grinten map rounds by kilometres beside its centre: its mean is found where cells are larger."""
+    found = measured("ESRI:54029", "box:-20,-20,20,20")
+    assert found.mean_scale_error_ppm == pytest.approx(mean_scale_error, rel=1e-4)
+    summary = summarize("ESRI:54029", "box:-20,-20,20,20", measures=["scale_error_ppm"])
+    assert summary.measures["scale_error_ppm"].mean == pytest.approx(mean_scale_error, rel=1e-4)
+    assert summary.airy_kavrayskiy == pytest.approx(found.airy_kavrayskiy, rel=1e-6)
+    assert summary.error_estimate < 1e-5

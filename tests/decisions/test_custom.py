@@ -1,0 +1,205 @@
+"""Custom projections beside existing CRSs: optimality, closed forms, purposes, criteria, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from projdist import recommend
+from projdist.decisions.recommendation.candidates import Rejected
+from projdist.decisions.recommendation.custom import Design, check_customizable, design, families_for
+from projdist.decisions.recommendation.rankings import PURPOSES, RANKINGS, suits
+from projdist.decisions.recommendation.trial_nodes import probe_of
+from projdist.earth.ellipsoid import WGS84
+from projdist.regions import get_region
+
+GERMANY = "box:5.9,47.3,15.0,55.1"
+CAP = "cap:10,50,300"
+
+
+def best(family, region, ranking="airy_kavrayskiy", purpose="any"):
+    place = get_region(region)
+    return design(Design(family, place, probe_of(place), ranking, purpose))
+
+
+@pytest.fixture(scope="module")
+def conformal():
+    """Two families only, so that it is quick."""
+    return recommend("box:9,45,11,50", purpose="conformal", authorities=["EPSG"], limit=2, custom=True)
+
+
+# ---- truths ----------------------------------------------------------------------------------
+
+
+def test_the_best_stereographic_map_of_a_cap():
+    """k grows as 1 / cos^2(c / 2) from the middle, c the distance over the Gaussian radius: half of that remains."""
+    found = best("stere", CAP, "max_scale_error_ppm")
+    meridian, vertical = WGS84.radii(np.array([50.0]))
+    growth = 1.0 / np.cos(0.5 * 300e3 / np.sqrt(meridian * vertical)[0]) ** 2
+    # The cap's radius is measured on a sphere, off by the flattening, 0.34 %, at most, and k - 1 by twice that.
+    assert found.value == pytest.approx(1e6 * (growth - 1.0) / (growth + 1.0), rel=0.0067)
+    assert found.value == found.distortion.max_scale_error_ppm
+
+
+# Names of methods, in EPSG's and ESRI's words, and the family that they are of.
+METHODS = {
+    "lcc": ("Lambert Conic Conformal (1SP)", "Lambert Conic Conformal (2SP)"),
+    "aea": ("Albers Equal Area",),
+    "eqdc": ("Equidistant Conic",),
+    "tmerc": ("Transverse Mercator",),
+    "laea": ("Lambert Azimuthal Equal Area",),
+    "aeqd": ("Azimuthal Equidistant",),
+    "stere": ("Polar Stereographic (variant A)", "Polar Stereographic (variant B)"),
+    "merc": ("Mercator (variant A)", "Mercator (variant B)"),
+    "omerc": ("Hotine Oblique Mercator (variant A)", "Hotine Oblique Mercator (variant B)"),
+    "cea": ("Lambert Cylindrical Equal Area",),
+    "wintri": ("Winkel Tripel",),
+}
+FAMILY = {method: family for family, methods in METHODS.items() for method in methods}
+# Of a figure: the nodes of a search are fixed, an optimum is flat, and means are measured to 1e-4.
+SLACK = 2e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("region", "criterion"),
+    [
+        (GERMANY, "airy_kavrayskiy"),
+        (GERMANY, "max_scale_error_ppm"),
+        (GERMANY, "max_omega"),
+        (GERMANY, "mean_omega"),
+        (GERMANY, "max_areal_error_ppm"),
+        ("box:-76,-56,-66,-17.5", "airy_kavrayskiy"),
+        ("box:-180,-90,180,-60", "airy_kavrayskiy"),
+        ("box:177,-20,-178,-15", "max_scale_error_ppm"),
+        ("cap:13.4,52.5,200", "max_scale_error_ppm"),
+        ("country:NO", "airy_kavrayskiy"),
+        ("country:CH", "mean_scale_error_ppm"),
+        ("globe", "airy_kavrayskiy"),
+    ],
+)
+def test_no_crs_is_better_than_the_best_of_its_family(region, criterion):
+    """What holds by optimality, over every CRS of the same method; angles to 1e-6 degrees, areas to 0.1 ppm."""
+    found = recommend(region, criterion=criterion, authorities=["EPSG"], area="intersects", limit=20, custom=True)
+    optima = {one.family: one.value for one in found.custom}
+    rounding = RANKINGS[criterion].of.rounding
+    families = []
+    for one in found.results:
+        family = FAMILY.get(one.method)
+        if family in optima:
+            families.append(family)
+            assert one.value >= (1.0 - SLACK) * optima[family] - rounding, one.code
+    assert families or region == "globe"
+
+
+@pytest.mark.slow
+def test_winkel_tripel():
+    """Over the globe ESRI's two Winkel Tripel are of the family of the best."""
+    found = recommend("globe", authorities=["ESRI"], limit=20, custom=True)
+    (least,) = [one.value for one in found.custom if one.family == "wintri"]
+    values = [one.value for one in found.results if one.method == "Winkel Tripel"]
+    assert values
+    assert min(values) > least
+
+
+# ---- the answer ------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_ratios(conformal):
+    """Each CRS's figure over, and less, that of the best custom projection, which come in order."""
+    least = conformal.custom[0].value
+    assert [one.value for one in conformal.custom] == sorted(one.value for one in conformal.custom)
+    for one in conformal.results:
+        assert one.ratio_to_custom == one.value / least
+        assert one.difference_to_custom == one.value - least
+
+
+@pytest.mark.slow
+def test_forms(conformal):
+    """The dictionary is JSON; a frame and rows have the custom projections last."""
+    pytest.importorskip("pandas")
+    data = json.loads(conformal.to_json())
+    assert data == conformal.to_dict()
+    assert [one["proj"] for one in data["custom"]] == [one.proj for one in conformal.custom]
+    assert {one["family"] for one in data["custom"]} == {"lcc", "tmerc", "omerc", "stere"}
+    rows = conformal.rows()
+    assert [row["code"] for row in rows] == [*(one.code for one in conformal.results), *[""] * len(conformal.custom)]
+    assert all(list(row) == list(rows[0]) for row in rows)
+    assert conformal.to_frame()["proj"].tolist()[-1] == conformal.custom[-1].proj
+
+
+@pytest.mark.slow
+def test_none_unless_asked_for():
+    """Without custom projections there is nothing to compare with."""
+    found = recommend("box:-7.2,61.3,-6.2,62.5", authorities=["EPSG"], limit=1)
+    assert found.custom == found.not_custom == ()
+    assert found.results[0].ratio_to_custom is None
+    assert found.results[0].difference_to_custom is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("region", [CAP, "country:CH", "globe"])
+@pytest.mark.parametrize("purpose", PURPOSES)
+def test_purposes(region, purpose):
+    """What is found keeps what is asked for, as measured."""
+    place = get_region(region)
+    found = [best(name, place, purpose=purpose) for name in families_for(place, purpose)]
+    served = [one for one in found if not isinstance(one, Rejected)]
+    assert all(suits(one.keeps, purpose) for one in served)
+    # PROJ's equidistant cylindrical map has formulas for the sphere only.
+    assert served or (region, purpose) == ("globe", "equidistant")
+
+
+@pytest.mark.slow
+def test_what_vanishes_for_a_family():
+    """Of maps that change no angles the one of the least Airy-Kavrayskiy error is the best; no ratio is to 0."""
+    found = best("tmerc", GERMANY, "max_omega")
+    assert found.proj == best("tmerc", GERMANY).proj
+    assert found.value < RANKINGS["max_omega"].of.rounding
+    answer = recommend(GERMANY, criterion="max_omega", authorities=["EPSG"], limit=2, custom=True)
+    assert answer.custom[0].family == "omerc"  # by Airy-Kavrayskiy the best of the conformal ones
+    assert all(one.ratio_to_custom is None for one in answer.results)
+
+
+def test_a_figure_without_a_search():
+    """There is no search after the best linear map."""
+    with pytest.raises(
+        ValueError, match=r"^Invalid criterion 'airy_kavrayskiy_affine' for custom projections. It must"
+    ):
+        recommend(CAP, criterion="airy_kavrayskiy_affine", custom=True)
+
+
+# ---- parts ------------------------------------------------------------------------------------
+
+
+def test_families_for_a_purpose():
+    """Of those that suit the region's place those that serve; all that serve where none of them suits."""
+    europe, world = get_region(GERMANY), get_region("globe")
+    assert set(families_for(europe, "conformal")) == {"lcc", "tmerc", "omerc", "stere"}
+    assert set(families_for(europe, "equal-area")) == {"laea", "aea"}
+    assert "laea" in families_for(europe, "any")
+    assert set(families_for(world, "conformal")) == {"merc"}
+    assert set(families_for(world, "compromise")) == {"wintri"}
+    assert set(families_for(get_region("cap:0,90,300"), "compromise")) == {"wintri", "airy"}
+
+
+@pytest.mark.slow
+def test_a_custom_projection_as_a_row():
+    """The columns of candidates: no code, the figures, what it keeps; in JSON its parameters, too."""
+    found = best("stere", CAP, "mean_scale_error_ppm", "conformal")
+    row, data = found._row(), found.to_dict()
+    assert (row["code"], row["method"], row["proj"], row["keeps"]) == ("", "stere", found.proj, "conformal")
+    assert row["mean_scale_error_ppm"] == row["value"] == found.value == data["mean_scale_error_ppm"]
+    assert data["parameters"] == found.parameters
+    assert data["keeps"] == ["conformal"]
+
+
+def test_what_does_not_serve_is_rejected():
+    """A conformal map of a purpose that it does not serve, and a family that cannot map the region."""
+    refused = best("stere", CAP, purpose="equal-area")
+    assert refused == Rejected("", "stere", "It is not equal-area on the ellipsoid.")
+    for name in ("airy_kavrayskiy", "max_omega"):
+        check_customizable(name)
+    with pytest.raises(ValueError, match=r"^Invalid criterion 'nothing' for custom projections. It must be one of a"):
+        check_customizable("nothing")

@@ -1,0 +1,484 @@
+"""Errors of people's own data in a CRS, against closed forms, geodesics, and the map's own scales."""
+
+import json
+import sys
+
+import numpy as np
+import pyproj
+import pytest
+import shapely
+from shapely import (
+    GeometryCollection,
+    LineString,
+    MultiPoint,
+    MultiPolygon,
+    Point,
+    Polygon,
+    box,
+)
+
+import projdist
+from projdist.decisions.checking.errors import OUTSIDE, TORN
+from projdist.decisions.checking.outlines import MISSING, NOT_FINITE, POINTS, REPAIRED
+from projdist.decisions.recommendation.siting import Site
+
+geopandas = pytest.importorskip("geopandas")
+
+GERMANY = (5.9, 47.3, 15.0, 55.1)
+# Relative: five nodes on an edge, halved where quartics do not follow, are good to 1e-11 and better.
+EXACT = 1e-10
+BEARING = 1e-5  # degrees: those at the nodes of an edge, from the same quartics
+# Chords of 200 m leave curves of the Earth's radius by 1 mm.
+CHORDS = 1e-8
+AUTHALIC = 1e-9  # PROJ's authalic latitudes are a series of three terms
+
+
+def frame(*shapes, crs="EPSG:4326", **columns):
+    return geopandas.GeoDataFrame(columns, geometry=list(shapes), crs=crs)
+
+
+def checked(*shapes, crs="EPSG:4326", to=None, **columns):
+    return projdist.check(frame(*shapes, crs=crs, **columns), to, purpose=None)
+
+
+def zone_area(crs, west, south, east, north):
+    """km^2 between two parallels and two meridians: Snyder 1987, equation 3-12."""
+    ellipsoid = pyproj.CRS(crs).ellipsoid
+    a, b = ellipsoid.semi_major_metre, ellipsoid.semi_minor_metre
+    e = np.sqrt(1 - (b / a) ** 2)
+    sin = np.sin(np.radians([south, north]))
+    q = sin / (1 - (e * sin) ** 2) - np.log((1 - e * sin) / (1 + e * sin)) / (2 * e)
+    return float(np.radians(east - west) * b**2 * np.diff(q)[0] / 2) / 1e6
+
+
+def parallel(crs, lat, width):
+    """Kilometres along a parallel, in closed form."""
+    geod = pyproj.CRS(crs).get_geod()
+    sin, cos = np.sin(np.radians(lat)), np.cos(np.radians(lat))
+    return geod.a * cos / np.sqrt(1 - geod.es * sin**2) * np.radians(width) / 1e3
+
+
+def box_perimeter(crs, west, south, east, north):
+    """Kilometres along two parallels and two meridians, which are geodesics."""
+    meridian = pyproj.CRS(crs).get_geod().inv(0, south, 0, north)[2] / 1e3
+    return sum(parallel(crs, lat, east - west) for lat in (south, north)) + 2 * meridian
+
+
+# ---- boxes in longitude and latitude --------------------------------------------------------
+
+
+@pytest.mark.parametrize(("crs", "ratio"), [("EPSG:3857", 2.5534), ("EPSG:25832", 1.00029), ("ESRI:54009", 0.9986)])
+def test_germany(crs, ratio):
+    """Its box of four corners has sides along parallels and meridians: the map's area is the mean areal scale."""
+    found = checked(box(*GERMANY), to=crs)
+    total = found.overall
+    assert 1 + total.area_error == pytest.approx(ratio, abs=5e-5 if ratio > 2 else 5e-6 if ratio > 1 else 5e-5)
+    region = "box:" + ",".join(map(str, GERMANY))
+    mean = projdist.summarize(crs, region, measures=["s"], tolerance=1e-10).measures["s"].mean
+    assert 1 + total.area_error == pytest.approx(mean, rel=EXACT)
+    assert total.area_km2 == pytest.approx(zone_area(crs, *GERMANY), rel=EXACT)
+    assert total.length_km == pytest.approx(box_perimeter(crs, *GERMANY), rel=EXACT)
+
+
+def test_vertices_do_not_count():
+    """A box of four corners and one with a vertex every hundredth of a degree are the same figure."""
+    few, many = box(*GERMANY), shapely.segmentize(box(*GERMANY), 0.01)
+    found = checked(few, many, to="EPSG:25832").features
+    for name in ("area_km2", "map_area_km2", "length_km", "map_length_km", "bearing_error"):
+        assert found[name][0] == pytest.approx(found[name][1], rel=EXACT)
+
+
+def test_web_mercator_length():
+    """Along parallels its scale is a / (N cos lat), along meridians a / M sec lat: from its spherical formulas."""
+    west, south, east, north = GERMANY
+    y = np.diff(np.arctanh(np.sin(np.radians([south, north]))))[0]
+    truth = 2 * 6378.137 * (np.radians(east - west) + y)
+    assert checked(box(*GERMANY), to="EPSG:3857").overall.map_length_km == pytest.approx(truth, rel=EXACT)
+
+
+@pytest.mark.parametrize(
+    ("west", "south", "east", "north"),
+    [(-180, -90, 180, 90), (-180, -90, 180, -60), (-180, 60, 180, 90), (-180, 10, 180, 20), (0, -60, 90, 90)],
+)
+def test_boxes_to_the_poles_and_round_the_earth(west, south, east, north):
+    """Areas on the ground in closed form, on an equal-area map of the world the same."""
+    bounds = (west, south, east, north)
+    found = checked(box(*bounds), to="EPSG:8857").overall
+    assert found.area_km2 == pytest.approx(zone_area("EPSG:4326", *bounds), rel=EXACT)
+    assert found.area_error == pytest.approx(0, abs=AUTHALIC)
+
+
+def test_an_edge_along_a_pole_is_as_wide_as_it_is_said_to_be():
+    """Others of 200 degrees go the shorter way; on plate carree, in closed form, the pole is a line like others."""
+    south = [(lon, 60) for lon in range(-100, 101, 50)]
+    found = checked(Polygon([*south, (100, 90), (-100, 90)]), to="+proj=eqc +ellps=WGS84").overall
+    wide, high = 6378.137 * np.radians([200.0, 30.0])
+    assert found.map_area_km2 == pytest.approx(wide * high, rel=EXACT)
+    assert found.map_length_km == pytest.approx(2.0 * (wide + high), rel=EXACT)
+    assert found.area_km2 == pytest.approx(zone_area("EPSG:4326", -100, 60, 100, 90), rel=EXACT)
+
+
+def test_antimeridian():
+    """Edges wider than 180 degrees go the shorter way; a map that is cut there does not draw it."""
+    corners = [(177, -20), (-178, -20), (-178, -15), (177, -15)]
+    cut = MultiPolygon([box(177, -20, 180, -15), box(-180, -20, -178, -15)])
+    fiji = checked(Polygon(corners), cut, crs="EPSG:4720", to="EPSG:3460")  # on its own datum
+    assert fiji.features["area_km2"] == pytest.approx(zone_area("EPSG:3460", 177, -20, 182, -15), rel=EXACT)
+    assert fiji.features["map_area_km2"][0] == pytest.approx(fiji.features["map_area_km2"][1], rel=EXACT)
+    world = checked(Polygon(corners), cut, LineString(corners[:2]), to="EPSG:3857")
+    assert world.features["note"].tolist() == [TORN, "", TORN]
+    assert world.overall.measured == 1
+    assert world.undrawn() == [0, 2]
+
+
+def test_rings_and_lines_round_the_earth():
+    """A coast round a pole holds the pole, whether its ring is led there or not; a parallel is a whole circle."""
+    coast = [(lon, -80) for lon in range(-180, 181, 30)]
+    led = [*coast, (180, -90), (-180, -90)]
+    found = checked(Polygon(coast), Polygon(led), LineString([(-180, 60), (180, 60)]), to="EPSG:6932").features
+    truth = zone_area("EPSG:4326", -180, -90, 180, -80)
+    assert found["area_km2"][:2] == pytest.approx(truth, rel=EXACT)
+    assert found["map_area_km2"][:2] == pytest.approx(truth, rel=AUTHALIC)
+    assert found["length_km"][2] == pytest.approx(parallel("EPSG:4326", 60, 360), rel=EXACT)
+
+
+# ---- data on a plane ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("crs", ["EPSG:25832", "EPSG:3035", "EPSG:3857", "EPSG:2056", "ESRI:54009"])
+def test_straight_on_the_plane(crs):
+    """Edges stored in a projected CRS are straight there: the truth is of many geodesics along them."""
+    plane = box(*frame(box(*GERMANY)).to_crs(crs).total_bounds)
+    found = checked(plane, crs=crs).overall
+    to_lonlat = pyproj.Transformer.from_crs(crs, pyproj.CRS(crs).geodetic_crs, always_xy=True)
+    dense = shapely.transform(
+        shapely.segmentize(plane, plane.length / 2e4), lambda xy: np.column_stack(to_lonlat.transform(*xy.T))
+    )
+    area, length = pyproj.CRS(crs).get_geod().geometry_area_perimeter(dense)
+    assert found.area_km2 == pytest.approx(abs(area) / 1e6, rel=CHORDS)
+    assert found.length_km == pytest.approx(length / 1e3, rel=CHORDS)
+    assert found.map_area_km2 == pytest.approx(plane.area / 1e6, rel=AUTHALIC)
+    assert found.map_length_km == pytest.approx(plane.length / 1e3, rel=AUTHALIC)
+
+
+def test_a_box_on_the_plane_is_another_figure():
+    """Germany's corners joined in zone 32 are not joined along parallels: 0.3 % of the area, 5 ppm of the ratio."""
+    corners = frame(box(*GERMANY)).to_crs("EPSG:25832")
+    on_plane, along = projdist.check(corners, purpose=None), checked(box(*GERMANY), to="EPSG:25832")
+    assert on_plane.overall.area_km2 / along.overall.area_km2 == pytest.approx(0.9967, abs=1e-4)  # by Geod, as above
+    assert abs(on_plane.overall.area_error - along.overall.area_error) > 4e-6
+    # On Web Mercator's plane parallels and meridians are straight: the same figure.
+    stored = projdist.check(frame(box(*GERMANY)).to_crs("EPSG:3857"), purpose=None).overall
+    assert stored.area_error == pytest.approx(checked(box(*GERMANY), to="EPSG:3857").overall.area_error, rel=EXACT)
+
+
+def test_another_crs_than_the_datas():
+    """A square of Lambert-93 in Mollweide's map: many vertices, taken there by pyproj."""
+    square = box(6e5, 6.2e6, 9e5, 6.8e6)
+    found = checked(square, crs="EPSG:2154", to="ESRI:54009").overall
+    there = frame(shapely.segmentize(square, 50), crs="EPSG:2154").to_crs("ESRI:54009").geometry.iloc[0]
+    assert found.map_area_km2 == pytest.approx(there.area / 1e6, rel=CHORDS)
+    assert found.map_length_km == pytest.approx(there.length / 1e3, rel=CHORDS)
+    assert found.area_km2 == pytest.approx(
+        checked(square, crs="EPSG:2154").overall.area_km2, rel=1e-7
+    )  # two ellipsoids
+
+
+def test_feet():
+    """Long Island's grid in US feet and in metres are the same map: figures are metric."""
+    square = box(3e5, 5e4, 3.5e5, 9e4)
+    metres, feet = (
+        checked(square, crs="EPSG:32118"),
+        checked(shapely.transform(square, lambda xy: xy * 3937 / 1200), crs="EPSG:2263"),
+    )
+    for name in ("area_km2", "map_area_km2", "length_km", "map_length_km", "bearing_error"):
+        assert feet.features[name] == pytest.approx(metres.features[name], rel=1e-7)  # its origin is rounded to a foot
+
+
+@pytest.mark.parametrize("crs", ["EPSG:6931", "EPSG:6932", "EPSG:3035"])
+def test_round_a_pole_and_from_it(crs):
+    """Equal-area maps are right about squares that hold a pole, have it for a corner, or on a side."""
+    centre = np.array([4321e3, 3210e3]) if crs == "EPSG:3035" else np.zeros(2)
+    squares = [(-1, -1, 1, 1), (0, 0, 1, 1), (-1, 0, 1, 1), (-3, -1, 2, 4)]
+    shapes = [shapely.transform(box(*square), lambda xy: centre + 1e6 * xy) for square in squares]
+    found = checked(*shapes, crs=crs).features
+    assert found["area_km2"] == pytest.approx([4e6, 1e6, 2e6, 25e6], rel=AUTHALIC)
+    assert found["note"].tolist() == [""] * 4
+
+
+def test_data_on_the_edge_of_the_map():
+    """Rounding puts vertices at 180 degrees beyond the edge of Mollweide's map: they are drawn all the same."""
+    shapes = [shapely.segmentize(box(*bounds), 0.05) for bounds in ((165, 10, 180, 40), (-180, -30, -165, 0))]
+    found = projdist.check(frame(*shapes).to_crs("ESRI:54009"), purpose=None)
+    assert found.undrawn() == []
+    truth = [zone_area("ESRI:54009", 165, 10, 180, 40), zone_area("ESRI:54009", -180, -30, -165, 0)]
+    assert found.features["area_km2"] == pytest.approx(truth, rel=1e-6)  # chords of 0.05 degrees
+
+
+@pytest.mark.parametrize("crs", ["EPSG:25832", "EPSG:3035", "EPSG:2056", "EPSG:3857", "ESRI:54009", "ESRI:54030"])
+@pytest.mark.parametrize("side", [10.0, 1000.0])
+def test_small_squares(crs, side):
+    """A building has the scales of its place: the rounding of inverses, up to millimetres, does no harm."""
+    x, y = pyproj.Transformer.from_crs(pyproj.CRS(crs).geodetic_crs, crs, always_xy=True).transform(8.5, 47.4)
+    found = checked(box(x - side / 2, y - side / 2, x + side / 2, y + side / 2), crs=crs).overall
+    here = projdist.factors(crs, 8.5, 47.4)
+    # Second differences over a kilometre, 1e-4 of a radian; rounding of 1e-9 m over ten metres.
+    assert 1 + found.area_error == pytest.approx(float(here.s), rel=1e-7)
+    inverse = np.linalg.inv(here.jacobian)
+    assert 1 / (1 + found.length_error) == pytest.approx(np.linalg.norm(inverse, axis=0).mean(), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    "crs", ["EPSG:2053", "EPSG:5513", "EPSG:27572", "EPSG:2263", "EPSG:3031", "EPSG:2065", "EPSG:5653", "EPSG:7415"]
+)
+def test_unusual_crs(crs):
+    """Axes to south or west, other meridians, feet, poles, heights: the areal scale and convergence of the place."""
+    stated = pyproj.CRS(crs)
+    area = stated.area_of_use
+    here = projdist.factors(crs, 0.6 * area.west + 0.4 * area.east, 0.6 * area.south + 0.4 * area.north)
+    plane = projdist.projections.plane_of(here.projection)
+    centre = np.linalg.solve(plane.to_metres, [float(here.x), float(here.y)])
+    side = 1000.0 / stated.axis_info[0].unit_conversion_factor
+    found = checked(shapely.transform(box(-0.5, -0.5, 0.5, 0.5), lambda xy: centre + side * xy), crs=crs).overall
+    # A square of a kilometre; the convergence near a pole changes by 1e-3 degrees across it.
+    assert 1 + found.area_error == pytest.approx(float(here.s), rel=2e-7)
+    assert found.bearing_error == pytest.approx(abs(float(here.convergence)), abs=1e-2)
+
+
+# ---- lines and bearings ---------------------------------------------------------------------
+
+
+def test_a_rhumb_line():
+    """Straight on Mercator's map; on the ground as long as its meridian arc times the secant of its bearing."""
+    ends = np.array([[-20.0, 5.0], [60.0, 50.0]])
+    plane = np.column_stack(pyproj.Transformer.from_crs("EPSG:4326", "EPSG:3395", always_xy=True).transform(*ends.T))
+    found = checked(LineString(plane), crs="EPSG:3395").overall
+    step = plane[1] - plane[0]
+    arc = pyproj.Geod(ellps="WGS84").inv(0, 5, 0, 50)[2]
+    assert found.length_km == pytest.approx(arc * np.hypot(*step) / step[1] / 1e3, rel=EXACT)
+    assert found.map_length_km == pytest.approx(np.hypot(*step) / 1e3, rel=EXACT)
+    assert found.bearing_error < BEARING
+    assert np.isnan(found.area_error)
+
+
+def test_convergence():
+    """Bearings are off by the convergence: UTM 10N at 120 W 34 N, 1 deg 40' 43.13" by the NGS's NCAT."""
+    line = LineString([(-120.001, 33.999), (-119.999, 34.001)])
+    found = checked(line, to="EPSG:32610").overall
+    assert found.bearing_error == pytest.approx(1 + 40 / 60 + 43.13 / 3600, abs=1e-5)  # 0.01" are 3e-6 degrees
+
+
+def test_bearings_along_a_parallel():
+    """Lambert-93 turns by n (lon - 3), n = 0.725607765 (IGN): along 6 degrees of a parallel n 6 / sqrt 3 as RMS."""
+    lines = [LineString(ends) for ends in ([(3, 46), (9, 46)], [(9, 46), (3, 46)])]
+    found = checked(*lines, crs="EPSG:4171", to="EPSG:2154").features
+    n = 0.7256077650
+    assert found["bearing_error"] == pytest.approx(6 * n / np.sqrt(3), abs=BEARING)
+    assert found["largest_bearing_error"] == pytest.approx(6 * n, abs=BEARING)
+
+
+# ---- all kinds of geometries ----------------------------------------------------------------
+
+
+def test_parts():
+    """Holes count less; the parts of a collection add up; points in it do not matter."""
+    outer, inner, other = box(8, 48, 12, 52), box(9, 49, 10, 50), box(1, 44, 2, 45)
+    line = LineString([(3, 45), (5, 47)])
+    holed = outer.difference(inner)
+    together = GeometryCollection([MultiPolygon([holed, other]), line, Point(0, 0)])
+    found = checked(outer, inner, other, line, holed, together, to="EPSG:3857").features
+    for name in ("area_km2", "map_area_km2", "length_km", "map_length_km"):
+        one, hole, beside, road, ring, all_ = np.nan_to_num(found[name])
+        assert ring == pytest.approx(one - hole if "area" in name else one + hole)
+        assert all_ == pytest.approx(ring + beside + road)
+
+
+def test_totals():
+    """Sums, the worst, RMS of features, and bearings as RMS along all edges."""
+    found = checked(
+        box(0, 0, 1, 1), box(0, 60, 2, 61), LineString([(5, 70), (6, 71)]), to="EPSG:25832", name=list("abc")
+    )
+    one, total = found.features, found.overall
+    assert total.measured == 3
+    assert total.area_error == pytest.approx(np.nansum(one["map_area_km2"]) / np.nansum(one["area_km2"]) - 1)
+    assert total.length_error == pytest.approx(one["map_length_km"].sum() / one["length_km"].sum() - 1)
+    assert total.worst_length_error == one["length_error"][np.argmax(np.abs(one["length_error"]))]
+    assert total.rms_area_error == pytest.approx(np.sqrt(np.nanmean(one["area_error"] ** 2)))
+    assert total.bearing_error == pytest.approx(
+        np.sqrt(np.average(one["bearing_error"] ** 2, weights=one["length_km"]))
+    )
+    assert found.worst(2) == list(np.argsort(-np.fmax(abs(one["area_error"]), abs(one["length_error"])))[:2])
+    assert one["name"].tolist() == ["a", "b", "c"]
+
+
+def test_lines_have_no_area():
+    """No 0 that a mean, a total or a file would take for one."""
+    road = LineString([(8, 50), (9, 51)])
+    found = checked(road, box(8, 48, 9, 49), GeometryCollection([road]), to="EPSG:25832")
+    for name in ("area_km2", "map_area_km2", "area_error"):
+        assert np.isnan(found.features[name]).tolist() == [True, False, True]
+    assert found.overall.rms_area_error == abs(found.features["area_error"][1])
+    lines = checked(road, to="EPSG:25832")
+    total = lines.to_dict()["overall"]
+    names = ("area_km2", "map_area_km2", "area_error", "worst_area_error", "rms_area_error")
+    assert [total[name] for name in names] == [None] * 5
+
+
+def test_one_word_for_one_thing_of_bearings():
+    """Worst is that of the worst feature, as RMS along it; largest is anywhere. By hand for parallels of Lambert-93."""
+    lines = [LineString(ends) for ends in ([(3, 46), (9, 46)], [(3, 46), (5, 46)])]
+    found = checked(*lines, crs="EPSG:4171", to="EPSG:2154").overall
+    n = 0.7256077650
+    assert found.worst_bearing_error == pytest.approx(6 * n / np.sqrt(3), abs=BEARING)
+    assert found.largest_bearing_error == pytest.approx(6 * n, abs=BEARING)
+
+
+def test_names():
+    """The usual column, else the only one of texts that tells all features apart, which is said; missing is empty."""
+    shapes = box(8, 48, 9, 49), box(9, 48, 10, 49)
+    usual = checked(*shapes, to="EPSG:25832", use=["a", "b"], Name=["x", None])
+    assert (usual.features["name"].tolist(), usual.notes) == (["x", ""], ())
+    only = checked(*shapes, to="EPSG:25832", parcel=["17/1", "17/2"], size=[1, 2])
+    assert only.features["name"].tolist() == ["17/1", "17/2"]
+    assert only.notes == ("Names are those of 'parcel', the only column of texts.",)
+    for columns in ({"use": ["forest", "forest"]}, {"one": ["a", "b"], "two": ["c", "d"]}, {"size": [1, 2]}):
+        none = checked(*shapes, to="EPSG:25832", **columns)
+        assert (none.features["name"].tolist(), none.notes) == (["", ""], ())
+
+
+def test_what_cannot_be_measured():
+    """Each gets a note, and the others their figures."""
+    with np.errstate(invalid="ignore"):
+        broken = LineString([(0, 0), (np.nan, 1)])
+    bow = Polygon([(8, 48), (10, 50), (10, 48), (8, 50)])
+    shapes = [None, Polygon(), Point(9, 48), MultiPoint([(9, 48), (8, 47)]), broken, box(95, -5, 105, 5), bow]
+    found = checked(
+        *shapes, Polygon([(8, 48), (9, 49), (8, 50)]), Polygon([(9, 49), (10, 48), (10, 50)]), to="EPSG:25832"
+    )
+    notes = [MISSING, MISSING, POINTS, POINTS, NOT_FINITE, OUTSIDE, REPAIRED, "", ""]
+    assert found.features["note"].tolist() == notes
+    area = found.features["area_km2"]
+    assert np.isnan(area[:6]).all()
+    assert area[6] == pytest.approx(area[7] + area[8])
+    assert (found.overall.measured, found.overall.undrawn) == (3, 1)
+
+
+def test_metres_that_are_said_to_be_degrees():
+    """Nothing is drawn, and nothing recommended."""
+    found = projdist.check(frame(box(5e5, 5e6, 6e5, 5.1e6)), "EPSG:25832")
+    assert found.features["note"].tolist() == [OUTSIDE]
+    assert found.above(1e9)
+    assert found.worst(5) == []
+    assert found.recommended is None
+    assert found.notes == ("No CRS is recommended: the data have no place on the Earth.",)
+    json.loads(found.to_json())
+
+
+def test_limits():
+    """An error above a limit, of a feature or of the totals; what cannot be drawn is above every limit."""
+    found = checked(box(8, 48, 9, 49), box(15, 48, 20, 49), to="EPSG:25832")
+    worst, overall = found.overall.worst_area_error, found.overall.area_error
+    assert overall < worst
+    assert found.above(0.99 * worst)
+    assert not found.above(1.01 * worst)
+    assert found.above(0.99 * overall, on="overall")
+    assert not found.above(1.01 * overall, on="overall")
+    assert not found.above()
+    assert not found.above(bearing=10.0)
+    assert found.above(1.0, bearing=1.0)
+    undrawn = checked(box(8, 48, 9, 49), box(95, -5, 105, 5), to="EPSG:25832")
+    assert undrawn.above(1e3)
+    assert undrawn.above(bearing=180.0)
+    assert not undrawn.above()
+    with pytest.raises(ValueError, match=r"^Invalid choice 'all' of what to fail on. It must be worst or overall\.$"):
+        found.above(1.0, on="all")
+
+
+# ---- answers and refusals -------------------------------------------------------------------
+
+
+def test_forms():
+    """The dictionary is JSON with null where nothing was measured; the frame has a row a feature."""
+    found = checked(box(*GERMANY), Point(0, 0), to="EPSG:25832", NAME=["box", "point"])
+    data = json.loads(found.to_json())
+    assert (data["crs"], data["data_crs"], data["recommended"]) == ("EPSG:25832", "WGS 84", None)
+    assert [row["name"] for row in data["results"]] == ["box", "point"]
+    assert data["results"][1]["area_km2"] is None
+    assert data["overall"]["area_error"] == found.overall.area_error
+    table = found.to_frame()
+    assert list(table["note"]) == ["", POINTS]
+    assert list(table["area_error"][:1]) == [found.overall.area_error]
+
+
+@pytest.mark.slow
+def test_recommended():
+    """The same data in the best equal-area CRS of their box, Europe's grid, which is right about areas."""
+    found = projdist.check(frame(box(*GERMANY)), "EPSG:25832", purpose="equal-area", authorities=["EPSG"])
+    assert found.recommended.projection.definition == "EPSG:3035"
+    assert found.recommended.overall.area_error == pytest.approx(0, abs=EXACT)
+    assert found.recommended.overall.area_km2 == pytest.approx(found.overall.area_km2, rel=EXACT)
+    assert found.to_dict()["recommended"]["crs"] == "EPSG:3035"
+    none = projdist.check(
+        frame(box(-7, 61, -6, 62)), "EPSG:25832", purpose="equidistant", area="contains", authorities=["IGNF"]
+    )
+    assert none.recommended is None
+    assert none.notes[0].startswith("No CRS is recommended: none serves 'equidistant' in box:")
+
+
+def recommended_for(monkeypatch, answer, shapes, **options):
+    """What a check says when a CRS is found, and where and for what it was sought."""
+    asked = {}
+
+    def site(crs, region, lon, lat, **words):
+        asked.update(words, region=region, lon=lon, lat=lat, crs=crs)
+        return answer
+
+    monkeypatch.setattr(sys.modules["projdist.decisions.checking.errors"], "site", site)
+    return projdist.check(shapes, "EPSG:3832", **options), asked
+
+
+def test_a_recommended_crs_is_measured(monkeypatch):
+    """With the same data; it is sought in the narrowest box about them, across the antimeridian, by their vertices."""
+    line, area = LineString([(178, -20), (-178, -15)]), box(175, -17, 176, -16)
+    answer = Site("EPSG:3460", None, 0.25)
+    found, asked = recommended_for(monkeypatch, answer, frame(line, area), purpose="conformal", area="contains")
+    assert found.recommended.projection.definition == "EPSG:3460"
+    # On the ground, of WGS 72 and of WGS 84, two metres larger.
+    assert found.recommended.overall.area_km2 == pytest.approx(found.overall.area_km2, rel=2e-6)
+    assert found.notes[-1].startswith("EPSG:3460: Its grid north is off true north by 0.25 degrees")
+    assert asked["region"].bounds == pytest.approx((175.0, -20.0, 182.0, -15.0))
+    assert (asked["purpose"], asked["area"], asked["crs"].to_epsg()) == ("conformal", "contains", 4326)
+    assert sorted(set(np.mod(asked["lon"], 360.0).tolist())) == [175.0, 176.0, 178.0]
+    none, _ = recommended_for(monkeypatch, None, frame(line), purpose="conformal")
+    assert (none.recommended, none.notes[-1]) == (
+        None,
+        "No CRS is recommended: none serves 'conformal' in box:178,-20,-178,-15.",
+    )
+
+
+def test_no_crs_is_recommended_on_other_bodies():
+    """The registry's areas of use are the Earth's."""
+    found = projdist.check(frame(box(0, 0, 1, 1), crs="IAU_2015:30100"), "IAU_2015:30110")
+    assert found.recommended is None
+    assert found.notes[-1] == "No CRS is recommended: these are of the Earth only."
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "message"),
+    [
+        (frame(box(0, 0, 1, 1)), {}, r"^Invalid CRS 'WGS 84' of the data to check. It has longitudes and latitudes"),
+        (frame(box(0, 0, 1, 1), crs=None), {"crs": "moll"}, r"^Invalid data. They state no CRS"),
+        (frame(box(0, 0, 1, 1)), {"crs": "EPSG:4258"}, r"^Invalid projection 'EPSG:4258'. It is a Geographic 2D CRS"),
+        (frame(Point(0, 0), None), {"crs": "moll"}, r"to measure, but no geometry, points only"),
+        (frame(), {"crs": "moll"}, r"^Invalid data. They have no lines and no polygons to measure, but no fea"),
+        (frame(box(0, 0, 1, 1), a=[1]), {"crs": "moll", "column": "b"}, r"^Invalid column 'b'. It must be a or geom"),
+        (frame(box(0, 0, 1, 1)), {"crs": "moll", "purpose": "best"}, r"^Invalid purpose 'best'"),
+        ([box(0, 0, 1, 1)], {"crs": "moll"}, r"^Invalid data of type 'list'"),
+        (frame(box(0, 0, 1, 1)), {"crs": "IAU_2015:30120"}, r"^Invalid CRS 'WGS 84' of the data. PROJ has no way"),
+        (frame(box(0, 0, 1, 1), crs="EPSG:4978"), {}, r"^Invalid projection 'WGS 84'. It is a Geocentric CRS"),
+    ],
+)  # fmt: skip
+def test_refused(data, options, message):
+    """One line each."""
+    with pytest.raises(ValueError, match=message):
+        projdist.check(data, **options)

@@ -1,0 +1,52 @@
+"""Whose areas of use are, and whose land a region is."""
+
+import numpy as np
+import pytest
+
+from projdist.decisions.recommendation.nations import home_of, named
+from projdist.decisions.recommendation.trial_nodes import Lattice
+from projdist.regions import get_region
+
+NAMED = [
+    (["Kenya - onshore"], {"Kenya"}),
+    (["USA - New Mexico - SPCS - E"], {"United States of America"}),
+    (["World - N hemisphere - 36°E to 42°E - by country", "Between 36°E and 42°E. Kenya. Somalia."], set()),
+    (["Europe - Czechoslovakia", "Czechia; Slovakia."], {"Czechia", "Slovakia"}),
+    (["Africa - Kenya and Tanzania - south of equator and east of 36°E"], {"Kenya", "Tanzania"}),
+    (
+        ["Europe between 6°E and 12°E: Austria; Denmark - onshore and offshore; Spain - offshore."],
+        {"Austria", "Denmark"},
+    ),
+    (["Papua New Guinea - west of 144°E"], {"Papua New Guinea"}),
+    (["Korea, Republic of (South Korea)"], {"South Korea"}),
+    (["Nigeria - offshore deep water - west of 6°E"], set()),
+    ([], set()),
+]
+
+
+@pytest.mark.parametrize(("extents", "countries"), NAMED, ids=[" ".join(extents)[:30] for extents, _ in NAMED])
+def test_named(extents, countries):
+    """Countries by whole words, on land, the first of a name that goes on; nobody by what is for the world."""
+    assert named(extents) == countries
+
+
+@pytest.mark.parametrize(
+    ("region", "home"),
+    [
+        ("country:KE", "Kenya"),
+        ("box:5.9,47.3,15.0,55.1", "Germany"),
+        ("box:177,-20,-178,-15", "Fiji"),  # most of it is sea
+        ("box:2,54,4,56", ""),  # the North Sea
+        ("box:-180,-90,180,90", ""),
+    ],
+)
+def test_home(region, home):
+    """The country that has most of a region's land; none at sea, and none that has half of the world."""
+    lattice = Lattice(get_region(region))
+    names = ["Kenya", "Germany", "France", "Poland", "Fiji", "Netherlands", "Russia", "China", "Canada"]
+    assert home_of(names, lattice.lon, lattice.lat, lattice.weight) == home
+
+
+def test_no_names():
+    """Where nothing is named the region is nobody's."""
+    assert home_of([], np.zeros(1), np.zeros(1), np.ones(1)) == ""

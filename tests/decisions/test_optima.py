@@ -1,0 +1,360 @@
+"""What is answered of an optimum, and what is refused."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pyproj import CRS
+
+from projdist import Projection, ProjectionError, optimize, summarize
+from projdist.decisions.families import cylinder_of, extent_of, get_family, sensible_families, usual_crs
+from projdist.decisions.members import Flat, Members
+from projdist.decisions.objectives import OBJECTIVES, get_objective
+from projdist.decisions.optimization import _baseline
+from projdist.earth.ellipsoid import SPHERE, WGS84
+from projdist.field.at_nodes import nodes_of
+from projdist.regions import Box, get_region
+
+SQUARE = "box:5,47,15,55"
+
+# ---- what is answered -------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_result_is_a_projection_and_a_crs() -> None:
+    """PROJ string, projection and WKT are the same map, on WGS 84."""
+    found = optimize("omerc", SQUARE, round_to=0.5)
+    crs = CRS.from_wkt(found.wkt)
+    assert crs.geodetic_crs == CRS("EPSG:4326")
+    assert found.region.name in crs.name
+    lon, lat = np.array([6.0, 11.0]), np.array([48.0, 54.0])
+    assert_allclose(Projection.from_user_input(crs)(lon, lat), found.projection(lon, lat), atol=1e-6)
+    assert_allclose(Projection.from_user_input(found.proj)(lon, lat), found.projection(lon, lat), atol=0)
+
+
+@pytest.mark.slow
+def test_a_scale_that_the_method_does_not_know() -> None:
+    """It is applied from without: a pipeline, and a derived CRS."""
+    found = optimize("aeqd", SQUARE, free=["lat_0", "lon_0", "k_0"])
+    assert "+proj=affine" in found.proj
+    assert found.scale == found.parameters["k_0"] < 1.0
+    assert found.wkt is not None
+    assert found.wkt.startswith("DERIVEDPROJCRS")
+    assert found.value < optimize("aeqd", SQUARE).value
+
+
+@pytest.mark.parametrize("south", [-60.0, 20.0])
+@pytest.mark.parametrize("west", [-180.0, -178.5, -7.0, 0.0, 172.0, 178.5, 181.0, 357.0, -185.0])
+def test_usual_crs(west: float, south: float) -> None:
+    """The UTM zone of a region has the region's middle in its area of use, on either side of the antimeridian."""
+    extent = extent_of(Box(west, south, west + 2.0, south + 2.0))
+    name, code = usual_crs(extent)
+    crs = CRS(code)
+    zone, meridian = crs.utm_zone, crs.coordinate_operation.params[1].value
+    assert name == f"UTM {zone}"
+    assert abs((west + 1.0 - meridian + 180.0) % 360.0 - 180.0) <= 3.0
+    assert zone[-1] == ("N" if south > 0 else "S")
+
+
+@pytest.mark.parametrize(("south", "code"), [(85.0, "EPSG:32661"), (-89.0, "EPSG:32761")])
+def test_usual_crs_of_the_poles(south: float, code: str) -> None:
+    """Beyond 84 degrees there are no zones."""
+    assert usual_crs(extent_of(Box(10.0, south, 20.0, south + 2.0))) == ("UPS", code)
+
+
+@pytest.mark.parametrize("name", ["laea", "omerc"])
+@pytest.mark.parametrize("lat", [-110.0, -90.0, -45.0, 45.0, 90.0, 100.0])
+@pytest.mark.parametrize("lon", [-190.0, -170.0, 20.0, 180.0])
+def test_centres_beyond_a_pole(name: str, lat: float, lon: float) -> None:
+    """A centre that is beyond a pole is the same point of the globe in its usual coordinates."""
+    longitude = "lonc" if name == "omerc" else "lon_0"
+    family = get_family(name, extent_of(get_region(SQUARE)))
+    found = family.normalised({"lat_0": lat, longitude: lon})
+    assert abs(found["lat_0"]) <= 90.0
+    assert abs(found[longitude]) <= 180.0
+
+    def point(lon: float, lat: float) -> list[float]:
+        lam, phi = math.radians(lon), math.radians(lat)
+        return [math.cos(phi) * math.cos(lam), math.cos(phi) * math.sin(lam), math.sin(phi)]
+
+    assert_allclose(point(found[longitude], found["lat_0"]), point(lon, lat), atol=1e-14)
+
+
+@pytest.mark.slow
+def test_digits_of_rounded_parameters() -> None:
+    """Multiples of a tenth have one decimal, and no rest of the multiplication (102 x 0.1 is 10.200000000000001)."""
+    found = optimize("tmerc", "box:5.2,50,15.2,52", free=["lon_0"], round_to=0.1)
+    assert 102 * 0.1 != 10.2
+    assert found.parameters == {"lon_0": 10.2}
+    assert {one.step: one.parameters["lon_0"] for one in found.roundings[:3]} == {0.01: 10.2, 0.1: 10.2, 0.5: 10.0}
+
+
+@pytest.mark.slow
+def test_rounding() -> None:
+    """Angles are multiples, scales have six decimals, and the cost of other roundings is told, never negative."""
+    found = optimize("tmerc", "box:5.13,47,15.27,55", round_to=0.25)
+    assert found.parameters["lon_0"] % 0.25 == 0.0
+    assert found.parameters["k_0"] == round(found.parameters["k_0"], 6)
+    assert [one.step for one in found.roundings] == sorted(one.step for one in found.roundings)
+    assert all(one.loss >= -1e-9 for one in found.roundings)
+    assert found.roundings[0].loss < 1e-4
+
+
+@pytest.mark.slow
+def test_templates() -> None:
+    """A PROJ string with ranges; what is stated stays, and a k_0 within limits is found in closed form."""
+    found = optimize("+proj=tmerc +lon_0={5..15} +k_0={0.9..1.1} +lat_0=3 +x_0=500000 +ellps=bessel", SQUARE)
+    assert found.parameters["lon_0"] == pytest.approx(10.0, abs=1e-5)
+    assert "+x_0=500000" in found.proj
+    assert "+ellps=bessel" in found.proj
+    limited = optimize("+proj=tmerc +lon_0={lon_0:5..15} {k_0:0.9998..1.1} +ellps=bessel", SQUARE)
+    assert limited.parameters["k_0"] == 0.9998
+    assert limited.value > found.value
+    one = optimize("+proj=lcc +lat_2=53 {lat_1:40..52} +ellps=GRS80", SQUARE)
+    assert list(one.parameters) == ["lat_1"]
+
+
+@pytest.mark.slow
+def test_ends_of_ranges_are_told() -> None:
+    """A parameter that wants to leave its range is named."""
+    found = optimize("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)
+    assert found.at_limit == ("lon_0",)
+    assert found.parameters["lon_0"] == 12.0
+
+
+@pytest.mark.slow
+def test_auto() -> None:
+    """The best of the families comes first, the others by their values; a strip along a meridian wants tmerc."""
+    found = optimize("auto", "box:9,35,11,60")
+    assert found.family in ("tmerc", "omerc")
+    values = [found.value, *(other.value for other in found.others)]
+    assert values == sorted(values)
+    assert len(values) + len(found.failures) == len(sensible_families(extent_of(found.region), None))
+
+
+@pytest.mark.slow
+def test_json_and_frame() -> None:
+    """All that is known as JSON, and a row a family."""
+    pytest.importorskip("pandas")
+    found = optimize("lcc", SQUARE)
+    read = json.loads(found.to_json())
+    assert read == found.to_dict()
+    assert read["proj"] == found.proj
+    assert found.to_frame()["airy_kavrayskiy"].tolist() == [found.value]
+
+
+def test_extents() -> None:
+    """A box's middle and reach; the long axis of a strip; the globe has no middle."""
+    strip = extent_of(get_region("box:0,-20,4,20"))
+    assert (strip.lon, strip.lat) == (pytest.approx(2.0), pytest.approx(0.0, abs=1e-9))
+    assert strip.azimuth == pytest.approx(0.0, abs=1e-6)
+    assert strip.radius == pytest.approx(20.1, abs=0.1)
+    assert extent_of(get_region("globe")).radius == 180.0
+
+
+# ---- what vanishes, and what has no bound -----------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("family", "region", "criterion"),
+    [
+        ("lcc", "box:5,45,10,50", "max_omega"),
+        ("lcc", "box:5,45,10,50", "mean_omega"),
+        ("laea", "box:5,45,10,50", "max_areal_error_ppm"),
+        ("+proj=stere +lat_0={46..49} +lon_0=7.5 +ellps=GRS80", "box:5,45,10,50", "angular_distortion"),
+    ],
+)
+def test_criteria_that_vanish(family: str, region: str, criterion: str) -> None:
+    """Of maps that are all true the one of the least Airy-Kavrayskiy error is chosen, and it is said."""
+    found, usual = optimize(family, region, criterion=criterion), optimize(family, region)
+    assert found.parameters == usual.parameters
+    assert found.airy_kavrayskiy == pytest.approx(usual.airy_kavrayskiy, abs=1e-6)
+    assert found.value < 1e-5
+    assert found.note == f"{criterion} vanishes for all of {family}: the least Airy-Kavrayskiy error has decided."
+    assert found.to_dict()["note"] == found.note
+    assert usual.note is None
+
+
+def test_members_that_keep_nothing() -> None:
+    """Near poles and antipodes rounding hides no property; maps that keep another are not taken for true."""
+    place = get_region("globe")
+    for family, criterion, vanishes in (
+        ("merc", "max_omega", True),
+        ("laea", "mean_areal_error_ppm", True),
+        ("cea", "max_omega", False),
+        ("merc", "max_areal_error_ppm", False),
+        ("merc", "max_scale_error_ppm", False),
+    ):
+        members = Members(get_family(family, extent_of(place)), place, OBJECTIVES[criterion], None, None)
+        assert members.vanishes() == vanishes, (family, criterion)
+
+
+def test_members_that_proj_refuses() -> None:
+    """Show nothing, as a cone with opposite parallels: that is no error of the search."""
+    place = get_region(SQUARE)
+    family = get_family("+proj=lcc {lat_1:-80..80} +lat_2=-40", extent_of(place))
+    members = Members(family, place, OBJECTIVES["airy_kavrayskiy"], None, None)
+    nodes = nodes_of(place, WGS84, 40)
+    _, _, weights, hidden = members.scales({"lat_1": 40.0}, nodes)
+    assert (hidden, weights.sum()) == (1.0, 0.0)
+    assert members._leaves({"lat_1": 40.0}, nodes) == np.inf
+    assert members.scales({"lat_1": 50.0}, nodes)[2].sum() == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+def test_no_bound() -> None:
+    """Mercator's scale at the poles is infinite, whatever it is multiplied by."""
+    message = "Invalid criterion 'max_scale_error_ppm' for merc over globe"
+    with pytest.raises(ProjectionError, match=message):
+        optimize("merc", criterion="max_scale_error_ppm")
+
+
+# ---- what is refused --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("family", "options", "message"),
+    [
+        ("lccc", {}, "Invalid family 'lccc'. Did you mean lcc"),
+        ("lcc", {"free": ["lon_0"]}, "Invalid free parameter 'lon_0' for lcc. It must be one of lat_1, lat_2, k_0"),
+        ("lcc", {"free": []}, "Invalid free parameters ''"),
+        ("auto", {"free": ["lat_1"]}, "Invalid free parameters for family 'auto'"),
+        ("lcc", {"criterion": "best"}, "Invalid criterion 'best'"),
+        ("lcc", {"ellipsoid": "potato"}, "Invalid ellipsoid 'potato'"),
+        ("lcc", {"round_to": 0.0}, "Invalid rounding '0.0'"),
+        ("+proj=lcc +lat_1=30 +lat_2=40", {}, "A PROJ string must have free parameters"),
+        ("+proj=lcc +lat_1={30..20}", {}, "Invalid range '30..20'"),
+        ("+proj=lcc +lat_1={a}", {}, "Invalid range 'a'"),
+        (" +".join(["+proj=lcc", *(f"p{i}={{1..2}}" for i in range(7))]), {}, "There must be at most 6."),
+        ("+proj=lcc +lat_1=3{30..40}", {}, "Invalid free parameter"),
+        ("+proj=lcc +lat_1={30..40} +ellps=GRS80", {"ellipsoid": "GRS80"}, "The PROJ string states its own"),
+        ("ob_tran:nothing", {}, "Invalid family 'ob_tran:nothing'"),
+    ],
+)
+def test_refused(family: str, options: dict[str, object], message: str) -> None:
+    """One line says what it must be."""
+    with pytest.raises(ValueError, match=message.replace("(", r"\(")):
+        optimize(family, SQUARE, **options)  # type: ignore[arg-type]
+
+
+def test_maps_that_do_not_show_the_region() -> None:
+    """The far side of the Earth is nothing that an orthographic map of this side can be chosen for."""
+    with pytest.raises(ProjectionError, match="It shows no part of it"):
+        optimize("+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000", "box:-5,-5,5,5")
+
+
+def test_families_state_their_limits() -> None:
+    """Every free parameter has a range, ascending."""
+    extent = extent_of(get_region(SQUARE))
+    for name in (*sensible_families(extent, None), "airy", "merc", "cea", "eqc", "wintri", "ob_tran:wintri"):
+        family = get_family(name, extent)
+        for free in family.free:
+            assert free == family.scale or family.limits[free][0] < family.limits[free][1]
+
+
+@pytest.mark.parametrize(
+    ("region", "families"),
+    [
+        ("globe", {"wintri", "eqc", "cea", "merc"}),
+        ("cap:0,0,12000", {"wintri", "eqc", "cea", "merc", "aeqd", "laea", "airy"}),
+        ("box:0,40,10,50", {"laea", "aeqd", "stere", "omerc", "lcc", "aea", "eqdc", "tmerc"}),
+        ("box:-180,-5,180,5", {"wintri", "eqc", "cea", "merc"}),
+        ("box:20,-5,30,5", {"laea", "aeqd", "stere", "omerc", "lcc", "aea", "eqdc", "tmerc", "merc", "cea"}),
+        ("cap:0,90,300", {"laea", "aeqd", "stere", "omerc"}),
+    ],
+)
+def test_sensible_families(region: str, families: set[str]) -> None:
+    """Azimuthal maps anywhere but on the globe, cones beside the poles, cylinders about the equator."""
+    assert set(sensible_families(extent_of(get_region(region)), WGS84)) == families
+
+
+def test_families_of_a_sphere() -> None:
+    """What PROJ has for the sphere only is tried where the Earth is one."""
+    extent = extent_of(get_region("box:20,-5,30,5"))
+    more = set(sensible_families(extent, SPHERE)) - set(sensible_families(extent, WGS84))
+    assert more == {"airy", "eqc"}
+
+
+@pytest.mark.parametrize(
+    ("text", "scale"),
+    [
+        ("+proj=tmerc +lon_0={5..15} +k_0={0.9..1.1} +ellps=bessel", "k_0"),
+        ("+proj=merc {k:0.9..1.1}", "k"),
+        ("+proj=merc {k_0:-1..1}", ""),
+        ("+proj=tmerc +lon_0={5..15}", ""),
+    ],
+)
+def test_scales_of_templates(text: str, scale: str) -> None:
+    """A parameter that multiplies the map, as PROJ draws it; it has no need of a search."""
+    assert get_family(text, extent_of(get_region(SQUARE))).scale == scale
+
+
+@pytest.mark.parametrize(("alpha", "usual"), [(100.0, -80.0), (-100.0, 80.0), (30.0, 30.0), (270.0, -90.0)])
+def test_azimuths_in_their_usual_range(alpha: float, usual: float) -> None:
+    """An oblique cylinder's line has the azimuths alpha and alpha + 180."""
+    found = get_family("omerc", extent_of(get_region(SQUARE))).normalised({"alpha": alpha})["alpha"]
+    assert found == pytest.approx(usual, abs=0.1)
+    assert abs(found) < 90.0
+
+
+def test_cones_next_to_cylinders() -> None:
+    """With parallels as far north as south the cone's constant vanishes; with others it does not."""
+    said = cylinder_of("lcc", {"lat_1": -20.0, "lat_2": 20.0 + 1e-6})
+    assert said.startswith("The cone is nearly a cylinder (n = 8e-09): the map is that of merc, true at 20 degrees")
+    assert cylinder_of("aea", {"lat_1": -20.0, "lat_2": 20.2}) == ""
+    assert "the map is that of eqc" in cylinder_of("eqdc", {"lat_1": -30.0, "lat_2": 30.0})
+    assert cylinder_of("tmerc", {"lat_1": -20.0, "lat_2": 20.0}) == cylinder_of("lcc", {"lat_1": 30.0}) == ""
+
+
+def test_baselines_must_show_the_region() -> None:
+    """A map of one hemisphere is nothing to compare with in the other; what is said tells how much it shows."""
+    message = "Invalid projection '.*' to compare with. It shows 50 % of box:-10,-10,10,10."
+    with pytest.raises(ProjectionError, match=message):
+        _baseline("+proj=ortho +lat_0=90 +R=6371000", get_region("box:-10,-10,10,10"), get_objective("airy_kavrayskiy"))
+
+
+# ---- what is to be known of an optimum --------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("family", "name"), [("lcc", "merc"), ("aea", "cea"), ("eqdc", "eqc")])
+def test_a_cone_that_is_a_cylinder(family: str, name: str) -> None:
+    """Parallels on both sides of the equator make the cylindrical map, whose error is the same; others do not."""
+    found = optimize(family, "box:20,-10,50,10", ellipsoid="sphere")
+    south, north = found.parameters["lat_1"], found.parameters["lat_2"]
+    assert north == pytest.approx(-south, abs=0.01)  # the region is symmetric
+    true = 0.5 * (north - south)
+    assert f"the map is that of {name}, true at {true:.4g} degrees" in found.cylinder
+    assert found.cylinder in found.to_dict()["remarks"]
+    cylinder = summarize(f"+proj={name} +lat_ts={true} +R=6371008.7714", "box:20,-10,50,10").airy_kavrayskiy
+    assert cylinder == pytest.approx(found.airy_kavrayskiy, rel=1e-4)
+    assert optimize(family, "box:20,10,50,30").cylinder == ""
+
+
+@pytest.mark.slow
+def test_a_flat_optimum() -> None:
+    """The ends of the range are where the criterion, measured anew, is 1 % larger; a sharp optimum has none."""
+    text = "+proj=lcc +lat_1={40..50} +lat_2=48 +lon_0=10 +ellps=GRS80"
+    found = optimize(text, "box:0,46,20,50", criterion="max_scale_error_ppm")
+    assert found.flats == ()
+    wide = optimize("+proj=laea +lat_0={49.9..50.1} +lon_0=10 +ellps=GRS80", "box:0,40,20,60")
+    (flat,) = wide.flats
+    assert (flat.low, flat.high) == (49.9, 50.1)
+    for end in (flat.low, flat.high):
+        at_end = summarize(f"+proj=laea +lat_0={end} +lon_0=10 +ellps=GRS80", "box:0,40,20,60").airy_kavrayskiy
+        assert at_end <= 1.01 * wide.value
+    assert wide.remarks[-1] == "The optimum is flat: with lat_0 from 49.9 to 50.1 it loses at most 1 %."
+    some = optimize("+proj=laea +lat_0={48..52} +lon_0=10 +ellps=GRS80", "box:0,40,20,60")
+    (flat,) = some.flats
+    assert 48 < flat.low < some.parameters["lat_0"] < flat.high < 52
+    for end in (flat.low, flat.high):
+        at_end = summarize(f"+proj=laea +lat_0={end} +lon_0=10 +ellps=GRS80", "box:0,40,20,60").airy_kavrayskiy
+        assert at_end == pytest.approx(1.01 * some.value, rel=1e-4)  # the nodes' figure against the cubature's
+
+
+def test_what_is_flat_is_told() -> None:
+    """In a sentence."""
+    assert str(Flat("lat_1", 30.04, 61.96)) == ("The optimum is flat: with lat_1 from 30 to 62 it loses at most 1 %.")

@@ -1,0 +1,235 @@
+"""The best parameters: closed forms, published figures and symmetries."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pyproj import Proj
+from scipy.integrate import solve_bvp
+
+from projdist import Projection, optimize, summarize
+from projdist.decisions.families import extent_of, get_family
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
+from projdist.regions import get_region
+
+SQUARE = "box:5,47,15,55"
+
+
+def cap(lon: float, lat: float, degrees: float) -> str:
+    return f"cap:{lon},{lat},{math.radians(degrees) * MEAN_EARTH_RADIUS / 1000.0!r}"
+
+
+# ---- closed forms and published figures -------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_plate_carree_on_the_globe() -> None:
+    """The best standard parallel is arccos(2/e), and leaves sqrt(1 - pi^2/12 + ...) = 0.4213466110."""
+    found = optimize("eqc")
+    assert found.parameters["lat_ts"] == pytest.approx(math.degrees(math.acos(2 / math.e)), abs=2e-6)
+    # With h = 1 and k = c / cos, ln^2 k has the variance of ln cos: mean ln^2 - mean^2, both known integrals.
+    variance = 2 - 2 * math.log(2) + math.log(2) ** 2 - math.pi**2 / 12 - (1 - math.log(2)) ** 2
+    assert found.value == pytest.approx(math.sqrt(variance), abs=1e-6)
+    assert found.value == pytest.approx(0.4213466110, abs=1e-6)
+
+
+def test_mercator_on_the_globe() -> None:
+    """The best scale is 2/e, and leaves 0.5958740917."""
+    found = optimize("merc", ellipsoid="sphere")
+    assert found.parameters == {"k_0": pytest.approx(2 / math.e, abs=1e-7)}
+    assert found.value == pytest.approx(0.5958740917, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_equidistant_conic() -> None:
+    """Standard parallels for 30 to 60 degrees north on the sphere: 36.704 and 54.023."""
+    found = optimize("eqdc", "box:0,30,10,60", ellipsoid="sphere")
+    assert found.parameters == {"lat_1": pytest.approx(36.704, abs=5e-4), "lat_2": pytest.approx(54.023, abs=5e-4)}
+
+
+def best_azimuthal(radius: float) -> float:
+    """The least Airy-Kavrayskiy error, with the half, of any azimuthal map of a cap.
+
+    r(c) minimises the integral of (ln^2 r' + ln^2 (r / sin c)) sin c; with q = ln r' the Euler-Lagrange equation is
+    d/dc (sin c q exp(-q)) = sin c ln(r / sin c) / r, and the edge is free: q = 0 there.
+    """
+    first = 1e-4
+
+    def slopes(c: np.ndarray, y: np.ndarray) -> np.ndarray:
+        r, q = y
+        right = np.sin(c) * np.log(r / np.sin(c)) / r
+        return np.vstack([np.exp(q), (right * np.exp(q) - np.cos(c) * q) / (np.sin(c) * (1.0 - q))])
+
+    def ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        return np.array([low[0] - math.sin(first) * math.exp(low[1]), high[1]])
+
+    c = np.linspace(first, radius, 200)
+    found = solve_bvp(slopes, ends, c, np.vstack([0.99 * c, -0.01 * (1.0 - c / radius)]), tol=1e-9, max_nodes=100_000)
+    c = np.linspace(first, radius, 100_001)
+    r, q = found.sol(c)
+    integral = np.trapezoid((q**2 + np.log(r / np.sin(c)) ** 2) * np.sin(c), c)
+    return float(math.sqrt(0.5 * integral / (1.0 - math.cos(radius))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("degrees", "published", "above"), [(30, 0.014060, 1e-5), (60, 0.057063, 1e-4), (90, 0.131347, 6e-4)]
+)
+def test_the_best_azimuthal_maps(degrees: float, published: float, above: float) -> None:
+    """Airy's maps for other radii, scaled, come within so much of the bound for any azimuthal map; none is below."""
+    bound = best_azimuthal(math.radians(degrees))
+    assert bound == pytest.approx(published, abs=1e-6)
+    found = optimize("airy", cap(0, 90, degrees), free=["lat_b", "k_0"], criterion="kavrayskiy")
+    assert bound * (1 - 1e-6) <= found.value <= bound * (1 + above)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("degrees", "published"), [(30, 0.014152), (60, 0.058602), (90, 0.139811)])
+def test_airys_map_minimises_airys_criterion(degrees: float, published: float) -> None:
+    """Airy's map for the cap's own radius is best by Airy's criterion, at the published figures."""
+    found = optimize("airy", cap(0, 90, degrees), free=["lat_b"], criterion="airy")
+    assert found.parameters["lat_b"] == pytest.approx(90 - degrees, abs=1e-4)
+    assert found.value == pytest.approx(published, abs=6e-7)
+
+
+@pytest.mark.slow
+def test_lambert_for_europe() -> None:
+    """Baselga 2018: 36 and 61.5 degrees for Europe's 27 to 71 degrees, a tenth better than 35 and 65."""
+    found = optimize("lcc", "box:-30,27,45,71", ellipsoid="GRS80")
+    assert_allclose([found.parameters["lat_1"], found.parameters["lat_2"]], [36.0, 61.5], atol=0.26)
+    usual = summarize("+proj=lcc +lat_1=35 +lat_2=65 +ellps=GRS80", "box:-30,27,45,71", tolerance=1e-6)
+    assert 1.0 - found.value / usual.airy_kavrayskiy == pytest.approx(0.10, abs=0.01)
+
+
+@pytest.mark.slow
+def test_lambert_for_spain() -> None:
+    """Baselga 2018: 37 and 42 degrees, 828 ppm; between the parallels of Melilla and Estaca de Bares."""
+    found = optimize("lcc", "box:-9.3,35.267,3.33,43.79", criterion="kavrayskiy", ellipsoid="GRS80", round_to=0.5)
+    assert found.parameters == {"lat_1": 37.0, "lat_2": 42.0}
+    assert 1e6 * found.value == pytest.approx(828, rel=0.01)
+
+
+@pytest.mark.slow
+def test_countries() -> None:
+    """Polygons are regions like others: the best cone of mainland Spain, and nothing near it is better."""
+    spain = "country:ES & box:-10,35.9,5,44"
+    found = optimize("lcc", spain)
+    assert found.value < found.baselines[0].value
+    for name, step in (("lat_1", 0.1), ("lat_1", -0.1), ("lat_2", 0.1), ("lat_2", -0.1)):
+        p = found.parameters | {name: found.parameters[name] + step}
+        moved = f"+proj=lcc +lat_1={p['lat_1']} +lat_2={p['lat_2']} +ellps=WGS84"
+        assert summarize(moved, spain, tolerance=1e-8).airy_kavrayskiy > found.value
+
+
+@pytest.mark.slow
+def test_minimax_is_balanced() -> None:
+    """The least largest |k - 1| of a conformal cone: as far below 1 between its parallels as above on either edge."""
+    found = optimize("lcc", "box:0,40,20,50", criterion="max_scale_error_ppm")
+    lat = np.linspace(40, 50, 2001)
+    k = meridional_scale(found.projection, lat)
+    extremes = np.array([k[0], k[-1], 2.0 - k.min()])
+    assert_allclose(1e6 * (extremes - 1.0), found.value, rtol=2e-4)
+
+
+def meridional_scale(projection: Projection, lat: np.ndarray) -> np.ndarray:
+    step = 1e-4
+    x, y = projection(10.0, np.stack([lat - step, lat + step]))
+    meridian, _ = projection.ellipsoid.radii(lat)
+    return np.hypot(x[1] - x[0], y[1] - y[0]) / (np.radians(2 * step) * meridian)
+
+
+# ---- laws -------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["tmerc", "laea", pytest.param("omerc", marks=pytest.mark.slow)])
+def test_rotating_a_region_about_the_pole_rotates_the_optimum(family: str) -> None:
+    """Longitudes move with the region, all else stays."""
+    one = optimize(family, "box:5,40,17,49")
+    two = optimize(family, "box:150.25,40,162.25,49")
+    assert two.value == pytest.approx(one.value, rel=1e-7)
+    for name, value in one.parameters.items():
+        moved = 145.25 if name in ("lon_0", "lonc") else 0.0
+        assert two.parameters[name] == pytest.approx(value + moved, abs=2e-5), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["aeqd", "laea", "stere"])
+def test_caps_are_mapped_from_their_centres(family: str) -> None:
+    """On the sphere the best azimuthal map of a cap is centred on it."""
+    found = optimize(family, cap(20, 40, 12), ellipsoid="sphere")
+    assert_allclose([found.parameters["lat_0"], found.parameters["lon_0"]], [40.0, 20.0], atol=1e-4)
+
+
+@pytest.mark.slow
+def test_a_cap_about_the_pole() -> None:
+    """The pole is a centre like others."""
+    found = optimize("laea", cap(0, 90, 12), ellipsoid="sphere")
+    assert found.parameters["lat_0"] == pytest.approx(90.0, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_oblique_aspects_find_the_region() -> None:
+    """A strip along an oblique great circle is mapped by the Mercator of that circle as an equatorial one would be."""
+    strip = optimize("ob_tran:cea", cap(30, 60, 15), free=["pole", "lat_ts"])
+    plain = optimize("cea", cap(0, 0, 15), ellipsoid="sphere")
+    assert strip.value == pytest.approx(plain.value, rel=2e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["lcc", "eqdc", "aea"])
+def test_nothing_near_is_better(family: str) -> None:
+    """Neither parallel can be moved with a gain; the one-sixth rule is worse."""
+    found = optimize(family, SQUARE)
+    for name in ("lat_1", "lat_2"):
+        for step in (-0.05, 0.05):
+            moved = found.proj.replace(f"+{name}={found.parameters[name]:.7f}".rstrip("0"), f"+{name}=FREE")
+            text = moved.replace("FREE", str(found.parameters[name] + step))
+            assert text != found.proj
+            assert summarize(text, SQUARE, tolerance=1e-9).airy_kavrayskiy > found.value
+    rule = found.baselines[0]
+    assert rule.name == "one-sixth rule"
+    assert rule.value > found.value
+    assert "+lat_1=48.3333333 +lat_2=53.6666667" in rule.definition
+
+
+# ---- where the optimum lies -------------------------------------------------------------------
+
+
+def test_centres_beside_a_region() -> None:
+    """A strip's centre may lie off its coasts, as that of an arc of land does; the globe has no place beside it."""
+    limits = get_family("stere", extent_of(get_region("box:-75,-56,-67,-17"))).limits
+    assert limits["lon_0"][0] < -100.0 < -40.0 < limits["lon_0"][1]
+    assert limits["lat_0"][0] >= -110.0
+    world = get_family("laea", extent_of(get_region("globe"))).limits
+    assert world["lon_0"][1] - world["lon_0"][0] == pytest.approx(360.0)
+
+
+@pytest.mark.slow
+def test_the_best_stereographic_map_of_chile() -> None:
+    """It is centred on the other coast; the same is found from ranges that are far wider."""
+    found = optimize("stere", "country:CL")
+    wide = optimize("+proj=stere +ellps=WGS84 +lat_0={-60..-10} +lon_0={-110..-30} +k_0={0.9..1.1}", "country:CL")
+    assert found.at_limit == ()
+    assert found.value == pytest.approx(wide.value, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_minimax_over_polygons() -> None:
+    """By PROJ's own factors at every vertex: as many are the worst as there are parameters and one, and none near is
+    better (the alternation theorem)."""
+    found = optimize("aea", "country:US", criterion="max_omega")
+    lon, lat = found.region.edges[:, :2].T
+
+    def omega(lat_1: float, lat_2: float) -> np.ndarray:
+        return Proj(proj="aea", ellps="WGS84", lat_1=lat_1, lat_2=lat_2).get_factors(lon, lat).angular_distortion
+
+    best = omega(**found.parameters)
+    assert found.value == pytest.approx(best.max(), rel=1e-5)
+    worst = np.flatnonzero(best > (1.0 - 1e-4) * best.max())
+    assert len({(round(lat[k]), round(lon[k])) for k in worst}) >= 3
+    for east, north in ((0.01, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.0, -0.01), (0.01, 0.03), (-0.01, -0.03)):
+        moved = omega(found.parameters["lat_1"] + east, found.parameters["lat_2"] + north)
+        assert moved.max() > best.max()

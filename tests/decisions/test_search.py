@@ -1,0 +1,453 @@
+"""Recommendations: known answers, the order of brute force, what is grouped and what is refused."""
+
+import dataclasses
+import json
+import re
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+from pyproj import Proj
+
+import projdist
+from projdist.decisions.recommendation.rankings import RANKINGS
+from projdist.decisions.recommendation.search import recommend
+from projdist.decisions.recommendation.standing import CLOSE, WIDE_FACTOR
+from projdist.projections import ProjectionError, registry
+from projdist.projections import database as crs_database
+from projdist.regions import get_region
+
+GERMANY = "box:5.9,47.3,15.0,55.1"
+ISLAND = "box:-7.2,61.3,-6.2,62.5"  # the Faroe Islands: few candidates
+
+
+@pytest.fixture(scope="module")
+def germany():
+    return recommend(GERMANY, criterion="max_scale_error_ppm", authorities=["EPSG"], limit=20)
+
+
+def code_of(result, code):
+    """The candidate that is a code, or draws the same map."""
+    return next(one for one in result.results if code == one.code or code in [other for other, _ in one.same])
+
+
+def test_germany(germany):
+    """EPSG:3035 has less error than both UTM zones and the national conics, and not half of it: these come first."""
+    europe = code_of(germany, "EPSG:3035")
+    assert europe.wide
+    assert europe.ranked == WIDE_FACTOR * europe.value
+    assert germany.country == "Germany"
+    assert germany.results[0].national
+    for code in ("EPSG:25832", "EPSG:25833", "EPSG:4839", "EPSG:5243"):
+        own = code_of(germany, code)
+        assert own.national
+        assert own.ranked == pytest.approx(own.value / own.share)
+        assert own.value > europe.value
+        before = germany.results.index(own) < germany.results.index(europe)
+        assert before == (own.ranked < (1 + CLOSE) * europe.ranked)
+
+
+@pytest.mark.parametrize("code", ["EPSG:3035", "EPSG:25832", "EPSG:4839"])
+def test_figures_against_pyproj(germany, code):
+    """Largest and mean |scale - 1| and areal range agree with PROJ's own factors on a fine grid with its edges."""
+    lon, lat = np.meshgrid(np.linspace(5.9, 15.0, 183), np.linspace(47.3, 55.1, 157))
+    found = Proj(code).get_factors(lon, lat)
+    ppm = 1e6 * np.maximum(np.abs(found.tissot_semimajor - 1), np.abs(found.tissot_semiminor - 1))
+    one = code_of(germany, code).distortion
+    assert one.max_scale_error_ppm == pytest.approx(ppm.max(), abs=0.1)
+    middle = 0.25 * (ppm[1:, 1:] + ppm[1:, :-1] + ppm[:-1, 1:] + ppm[:-1, :-1])
+    weight = np.cos(np.radians(0.5 * (lat[1:, 1:] + lat[:-1, 1:])))
+    assert one.mean_scale_error_ppm == pytest.approx(np.average(middle, weights=weight), rel=3e-3)
+    assert one.min_areal_scale == pytest.approx(found.areal_scale.min(), abs=1e-6)
+    assert one.max_areal_scale == pytest.approx(found.areal_scale.max(), abs=1e-6)
+
+
+def test_datums_are_grouped(germany):
+    """UTM zone 32N is one map, whose CRSs on other datums and ellipsoids are all named."""
+    one = code_of(germany, "EPSG:25832")
+    named = {one.code, *(code for code, _ in one.same)}
+    assert named >= {"EPSG:25832", "EPSG:32632", "EPSG:23032", "EPSG:32232"}
+    assert len({code for result in germany.results for code in [result.code, *(c for c, _ in result.same)]}) == sum(
+        1 + len(result.same) for result in germany.results
+    )
+
+
+def test_no_other_planets(germany):
+    """Only the authorities asked for, none of them of other bodies."""
+    codes = [one.code for one in germany.results] + [one.code for one in germany.rejected]
+    assert {code.partition(":")[0] for code in codes} == {"EPSG"}
+
+
+def test_rejected_with_reasons(germany):
+    """What is no candidate is listed with why; zone 2 ends at 7.5 E, and is 9.8 % of the box."""
+    reasons = {one.code: one.reason for one in germany.rejected}
+    held = re.fullmatch(r"Its area of use holds (\S+) % of the region\.", reasons["EPSG:31466"])
+    assert float(held[1]) == pytest.approx(9.8, abs=1.0)  # by a thousand nodes
+    assert "PROJ cannot compute" in reasons["EPSG:32600"]
+
+
+def reasons_of_proj(codes):
+    """What PROJ's own reading of each CRS has against it."""
+    reasons = {}
+    for code in codes:
+        try:
+            crs_database.load_crs(code)
+        except ProjectionError as error:
+            reasons[code] = str(error)
+    return reasons
+
+
+def test_reasons_against():
+    """Spheres and other bodies are told from the database's texts as PROJ would.
+
+    Web Mercator is left to PROJ, which takes this text of it for a sphere since 9.8, and did not before.
+    """
+    codes = ["ESRI:53012", "ESRI:103880", "ESRI:54012", "ESRI:102113", "EPSG:3035"]
+    found = crs_database.reasons_against(codes)
+    assert list(found) == codes[:2]
+    assert found == reasons_of_proj(set(codes) - {"ESRI:102113"})
+
+
+@pytest.mark.slow
+def test_all_reasons_against():
+    """No CRS is refused by its text that PROJ would not refuse, for the same reason."""
+    records = crs_database.crs_records(["EPSG", "ESRI", "IGNF"], deprecated=True)
+    found = crs_database.reasons_against(record.code for record in records)
+    assert len(found) > 40
+    assert found == reasons_of_proj(found)
+
+
+def test_no_database_to_read(monkeypatch, tmp_path):
+    """Where PROJ's database is no file, PROJ reads every CRS."""
+    monkeypatch.setattr(registry, "get_data_dir", lambda: str(tmp_path))
+    crs_database._spheroids.cache_clear()
+    assert crs_database.reasons_against(["ESRI:53012"]) == {}
+    crs_database._spheroids.cache_clear()
+
+
+@pytest.mark.slow
+def test_preference_for_areas_that_hold_the_region():
+    """UTM zone 32N, whose area ends at 12 E, counts over the share that it holds, is left out, or counts in full."""
+    for area in ("preferred", "intersects"):
+        result = recommend(GERMANY, area=area, authorities=["EPSG"], limit=4)
+        utm, conic = code_of(result, "EPSG:25832"), code_of(result, "EPSG:4839")
+        assert utm.value < conic.value < utm.value / utm.share
+        assert (result.results.index(utm) < result.results.index(conic)) == (area == "intersects")
+    result = recommend(GERMANY, area="contains", authorities=["EPSG"], limit=100)
+    assert all(one.share >= 0.99 for one in result.results)
+    with pytest.raises(StopIteration):
+        code_of(result, "EPSG:25832")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("purpose", ["equal-area", "conformal", "equidistant", "compromise"])
+def test_purpose(purpose):
+    """All that is recommended for a purpose keeps what it asks for, in its own figures."""
+    result = recommend(ISLAND, purpose=purpose, authorities=["EPSG"], limit=3)
+    for one in result.results:
+        found = one.distortion
+        areal = found.max_areal_scale / found.min_areal_scale - 1
+        kept = {"equal-area": areal < 1e-7, "conformal": found.max_omega < 1e-5}
+        if purpose in kept:
+            assert kept[purpose]
+        elif purpose == "compromise":
+            assert not any(kept.values())
+        else:
+            assert "equidistant" in one.keeps
+
+
+@pytest.mark.slow
+def test_datum():
+    """Only CRSs of a datum, by a part of its name in any spelling."""
+    result = recommend(GERMANY, datum="etrs-89", authorities=["EPSG"], limit=5)
+    assert {one.datum for one in result.results} <= {"ETRS89", "ETRS89-extended"}
+    with pytest.raises(ValueError, match=r"^Invalid datum 'ETSR89'. Did you mean ETRS89.*\? It must be a part"):
+        recommend(ISLAND, datum="ETSR89", authorities=["EPSG"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"criterion": "airy"}, r"^Invalid criterion 'airy'. Did you mean airy_kavrayskiy, .*\? It must be"),
+        ({"purpose": "best"}, r"^Invalid purpose 'best'. It must be any, equal-area, conformal, equidistant or comp"),
+        ({"authorities": ["IAU_2015"]}, r"^Invalid authority 'IAU_2015'. It must be EPSG, ESRI or IGNF.$"),
+        ({"authorities": ["ESPG"]}, r"^Invalid authority 'ESPG'. Did you mean EPSG\? It must be"),
+        ({"area": "inside"}, r"^Invalid area 'inside'. It must be preferred, contains or intersects.$"),
+        ({"limit": 0}, r"^Invalid limit '0'. It must be at least 1.$"),
+    ],
+)
+def test_wrong_options(options, message):
+    """One line each, before any work."""
+    with pytest.raises(ValueError, match=message):
+        recommend(ISLAND, **options)
+
+
+def test_forms(germany):
+    """The dictionary is JSON, the frame has a row a result."""
+    pytest.importorskip("pandas")
+    data = json.loads(germany.to_json())
+    assert data == json.loads(json.dumps(germany.to_dict(), allow_nan=False))
+    assert data["region"]["name"] == "box:5.9,47.3,15,55.1"
+    assert data["results"][0]["code"] == germany.results[0].code
+    assert data["country"] == "Germany"
+    for name, value in dataclasses.asdict(germany.results[0]).items():
+        if name in data["results"][0] and isinstance(value, (bool, int, float, str)):
+            assert data["results"][0][name] == value
+    frame = germany.to_frame()
+    assert list(frame["code"]) == [one.code for one in germany.results]
+    assert list(frame["value"]) == list(frame["max_scale_error_ppm"])
+
+
+def test_progress():
+    """The listener hears rising numbers that end at the total."""
+    heard = []
+    recommend(ISLAND, authorities=["EPSG"], limit=2, progress=lambda *numbers: heard.append(numbers))
+    done = [number for number, _ in heard]
+    assert done == sorted(done)
+    assert heard[-1][0] == heard[-1][1]
+
+
+@pytest.mark.slow
+def test_an_executor():
+    """Processes give what this one gives."""
+    with ProcessPoolExecutor(2) as pool:
+        spread = recommend(ISLAND, authorities=["EPSG"], limit=3, executor=pool)
+    assert spread.to_dict() == recommend(ISLAND, authorities=["EPSG"], limit=3).to_dict()
+
+
+def test_public():
+    """The function of the index is the module's."""
+    assert projdist.recommend is recommend
+
+
+REGIONS = [
+    GERMANY,
+    "box:177,-20,-178,-15",
+    "box:158,62,-170,70",
+    "box:10,76,35,81",
+    "box:-180,-90,180,-60",
+    "box:-76,-56,-66,-17.5",
+    "box:166,-47.5,179,-34",
+    "globe",
+    "cap:13.4,52.5,20",
+    "box:-125,24,-66,50",
+    "cap:20,0,2500",
+    "box:-75,15,-60,25",
+    "country:DE",
+    "country:CL",
+    "country:FJ",
+    "country:NP",
+    # The Alps, concave, with a hole; GeoJSON.
+    {
+        "type": "Polygon",
+        "coordinates": [
+            [
+                [5.5, 43.8],
+                [8, 44.2],
+                [8.2, 45.6],
+                [12, 45.8],
+                [14.5, 46.2],
+                [16, 47.7],
+                [10, 47.5],
+                [6.5, 46.5],
+                [5.5, 43.8],
+            ],
+            [[10, 46.2], [11, 46.2], [11, 46.9], [10, 46.9], [10, 46.2]],
+        ],
+    },
+]
+
+
+# By the largest scale fewer: nearly all maps of the world have none.
+QUESTIONS = [
+    *((region, "airy_kavrayskiy") for region in REGIONS[::2]),
+    *((region, "max_scale_error_ppm") for region in REGIONS[1::2] if region != "globe"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("region", "criterion"), QUESTIONS, ids=str)
+def test_brute_force(region, criterion):
+    """The five best are those of measuring every candidate in full, in the same order."""
+    # Searches for largest values in ESRI's maps of the world, torn at 180 degrees, take minutes, and never rank.
+    authorities = ["EPSG", "ESRI"] if criterion == "airy_kavrayskiy" else ["EPSG"]
+    best = recommend(region, criterion=criterion, authorities=authorities, limit=5)
+    every = recommend(region, criterion=criterion, authorities=authorities, limit=None)
+    assert len(every.results) > len(best.results)
+    assert best.to_dict()["results"] == every.to_dict()["results"][:5]  # as there NaN equals NaN
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("region", "expected"),
+    [
+        ("box:177,-20,-178,-15", "EPSG:3460"),  # Fiji Map Grid
+        ("box:10,76,35,81", "EPSG:6070"),  # Svalbard: the Arctic zone made for it
+        ("box:-76,-56,-66,-17.5", "EPSG:20049"),  # Chile: UTM zone 19S, on the datum of 2021
+        ("box:166,-47.5,179,-34", "EPSG:2193"),  # New Zealand Transverse Mercator
+        ("cap:13.4,52.5,20", "EPSG:3068"),  # Soldner Berlin
+        ("country:CH", "EPSG:2056"),
+        ("country:FJ", "EPSG:3460"),
+        ("country:AT", "EPSG:3416"),
+        ("country:FR & box:-6,41,10,52", "EPSG:2154"),
+        ("country:GB", "EPSG:27700"),
+        ("country:CZ", "EPSG:5514"),
+        ("box:-106.6,25.9,-93.6,36.4", "EPSG:3083"),  # Texas
+    ],
+)
+def test_countries(region, expected):
+    """The CRS that a country or a city uses itself comes first, also across the antimeridian."""
+    assert recommend(region, authorities=["EPSG"], limit=1).results[0].code == expected
+
+
+@pytest.mark.slow
+def test_poles_and_antimeridian():
+    """Antarctica gets azimuthal maps about the pole, Chukotka an Arctic zone that crosses the antimeridian."""
+    polar = recommend("box:-180,-90,180,-60", authorities=["EPSG"], limit=3)
+    assert {one.method.partition(" (")[0] for one in polar.results} <= {
+        "Azimuthal Equidistant",
+        "Lambert Azimuthal Equal Area",
+        "Polar Stereographic",
+    }
+    east = recommend("box:158,62,-170,70", authorities=["EPSG"], limit=1).results[0]
+    assert east.code == "EPSG:5935"
+    assert east.share > 0.99
+
+
+@pytest.mark.slow
+def test_uninterrupted():
+    """Goode's maps lead for the world, with three half meridians of cuts; without them Winkel's does, with one."""
+    first = recommend("globe", limit=1).results[0]
+    assert first.method.startswith("Interrupted Goode")
+    assert first.distortion.cut_km > 2.5 * 20015
+    whole = recommend("globe", limit=2, uninterrupted=True)
+    assert whole.results[0].method == "Winkel Tripel"
+    assert whole.results[0].distortion.cut_km == pytest.approx(20015, abs=1)
+    assert first.code in [one.code for one in whole.rejected if one.reason == "It is cut within the region."]
+
+
+@pytest.mark.slow
+def test_the_world():
+    """Equal Earth is the world's equal-area map in EPSG."""
+    world = recommend("globe", purpose="equal-area", authorities=["EPSG"], limit=1)
+    assert world.results[0].method == "Equal Earth"
+    assert world.results[0].share > 0.99
+
+
+# ---- figures that vanish ---------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("criterion", ["max_omega", "mean_omega"])
+def test_angles_of_conformal_maps(criterion):
+    """All have none, so that the order is that by the Airy-Kavrayskiy error, and maps are told apart as by it."""
+    found, usual = (
+        recommend("country:DE", purpose="conformal", criterion=name, limit=6) for name in (criterion, "airy_kavrayskiy")
+    )
+    assert [one.code for one in found.results] == [one.code for one in usual.results]
+    assert found.maps == usual.maps
+
+
+@pytest.mark.slow
+def test_areas_of_equal_area_maps():
+    """The continent's map is before those of the world, whose errors of areas are as much rounding as its own."""
+    found = recommend(GERMANY, criterion="max_areal_error_ppm", limit=5)
+    assert found.results[0].code == "EPSG:3035"
+    levels = [one.distortion.airy_kavrayskiy / one.share * (WIDE_FACTOR if one.wide else 1.0) for one in found.results]
+    assert levels == sorted(levels)
+
+
+def test_rounding_is_no_figure():
+    """What keeps true to 0.1 ppm counts as nothing, in each unit."""
+    told = {name: RANKINGS[name].told for name in ("max_areal_error_ppm", "max_omega", "airy_kavrayskiy")}
+    assert [told["max_areal_error_ppm"](value) for value in (0.09, 0.2)] == [0.0, 0.2]
+    assert [told["max_omega"](value) for value in (5e-6, 6e-6)] == [0.0, 6e-6]  # 1e-7 radians are 5.73e-6 degrees
+    assert [told["airy_kavrayskiy"](value) for value in (9e-8, 2e-7)] == [0.0, 2e-7]
+
+
+# ---- for whom maps are -----------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_areas_of_use_of_one_map_are_one():
+    """UTM zone 37 is Kenya's best, before maps of the world: its area of use is on both sides of the equator."""
+    kenya = recommend("country:KE", limit=4)
+    first = kenya.results[0]
+    assert {first.code, *(code for code, _ in first.same)} >= {"EPSG:21037", "EPSG:21097", "EPSG:32637", "EPSG:32737"}
+    assert first.value == min(one.value for one in kenya.results)
+    assert first.national
+    region = get_region("country:KE")
+    zone = get_region("country:KE & box:36,-12,42,6")  # the zone's meridians; areas of use end at 4.49 N
+    assert first.share == pytest.approx(zone.area_km2 / region.area_km2, abs=0.02)
+    assert all(one.wide for one in kenya.results[1:])
+
+
+@pytest.mark.slow
+def test_zones_of_a_country():
+    """Kenya's four zones, each over its own part; the largest scale error against PROJ's factors on a grid."""
+    (system,) = recommend("country:KE", authorities=["EPSG"], limit=1).zones
+    assert {zone.code for zone in system.zones} == {"EPSG:21036", "EPSG:21037", "EPSG:21096", "EPSG:21097"}
+    assert system.national
+    kenya = get_region("country:KE")
+    lon, lat = np.meshgrid(np.linspace(33.9, 42, 400), np.linspace(-4.8, 5.1, 400))
+    inside = kenya.contains(lon, lat)
+    for zone in system.zones:
+        west, south, east, north = Proj(zone.code).crs.area_of_use.bounds
+        part = inside & (lon >= west) & (lon <= east) & (lat >= south) & (lat <= north)
+        k = Proj(zone.code).get_factors(lon[part], lat[part]).meridional_scale
+        assert zone.max_scale_error_ppm == pytest.approx(1e6 * np.abs(k - 1).max(), abs=15)  # a cell of the grid
+        assert zone.share == pytest.approx(part.sum() / inside.sum(), abs=0.01)
+    assert system.max_scale_error_ppm == max(zone.max_scale_error_ppm for zone in system.zones)
+
+
+@pytest.mark.slow
+def test_no_zones_where_one_map_serves():
+    """A small country is within 100 ppm of the truth in one system, and equal-area maps have no zones."""
+    assert recommend("country:LU", authorities=["EPSG"], limit=1).zones == ()
+    assert recommend(ISLAND, purpose="equal-area", authorities=["EPSG"], limit=1).zones == ()
+
+
+@pytest.mark.slow
+def test_parts_far_away():
+    """The answer for France is that for its main part, and says so; with @all it is for all of it."""
+    france = recommend("country:FR", authorities=["EPSG"], limit=1)
+    assert france.region.name == "country:FR@main"
+    assert france.results == recommend("country:FR@main", authorities=["EPSG"], limit=1).results
+    assert france.results[0].code == "EPSG:2154"
+    assert france.notes[0] == "The answer is for the main part, country:FR@main."
+    everywhere = recommend("country:FR@all", authorities=["EPSG"], limit=1)
+    assert everywhere.region.area_km2 == pytest.approx(1.16 * france.region.area_km2, rel=0.02)
+
+
+@pytest.mark.slow
+def test_norway():
+    """UTM zones 32 and 33 of the official datum come first, also where these areas of use hold less than half."""
+    norway = recommend("country:NO", limit=2)
+    named = [{one.code, *(code for code, _ in one.same)} for one in norway.results]
+    assert [sorted(codes & {"EPSG:25832", "EPSG:25833"}) for codes in named] == [["EPSG:25832"], ["EPSG:25833"]]
+
+
+@pytest.mark.slow
+def test_why_not_the_countrys_own():
+    """Where another system comes first, a note has the figures of the country's own."""
+    argentina = recommend("country:AR", authorities=["EPSG"], purpose="conformal", limit=1)
+    first = argentina.results[0]
+    assert not first.national
+    (note,) = argentina.notes
+    counts = re.fullmatch(
+        r"(\S+), the best of those of Argentina, counts (\S+) by airy_kavrayskiy, (\S+) (\S+)\.", note
+    )
+    assert counts[3] == first.code
+    assert float(counts[4]) == pytest.approx(first.ranked, rel=1e-4)
+    every = recommend("country:AR", authorities=["EPSG"], purpose="conformal", limit=None)
+    own = code_of(every, counts[1])
+    assert own.national
+    assert float(counts[2]) == pytest.approx(own.ranked, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_intersects_is_the_order_of_figures():
+    """Nothing else counts when areas of use do not."""
+    found = recommend(GERMANY, authorities=["EPSG"], area="intersects", limit=8)
+    assert [one.ranked for one in found.results] == [one.value for one in found.results]
+    assert [one.value for one in found.results] == sorted(one.value for one in found.results)

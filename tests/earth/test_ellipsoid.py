@@ -1,0 +1,130 @@
+"""The ellipsoid against pyproj's geodesics, quadrature, published constants and identities."""
+
+import dataclasses
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyproj import Geod
+
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
+
+FLATTENINGS = st.floats(0.0, 0.5)
+LATITUDES = st.floats(-90.0, 90.0)
+
+# Rounding of a handful of float64 operations.
+ROUNDING = 1e-14
+
+
+def test_wgs84_radii_at_pole_and_equator():
+    """At the pole M = N = a^2 / b, at the equator N = a and M = b^2 / a (Snyder 1987, page 25)."""
+    b = WGS84.a * (1 - WGS84.f)
+    np.testing.assert_allclose(WGS84.radii(90.0), WGS84.a**2 / b, rtol=ROUNDING)
+    np.testing.assert_allclose(WGS84.radii(-90.0), WGS84.a**2 / b, rtol=ROUNDING)
+    np.testing.assert_allclose(WGS84.radii(0.0), (b**2 / WGS84.a, WGS84.a), rtol=ROUNDING)
+    # NGA.STND.0036 "World Geodetic System 1984", 2014, table 3.5: polar radius of curvature.
+    assert WGS84.radii(90.0)[0] == pytest.approx(6399593.6258, abs=5e-5)
+
+
+@pytest.mark.parametrize("lat", [-80.0, -37.0, 0.5, 20.0, 45.0, 71.0, 89.0])
+def test_radii_against_geodesic_lengths(lat):
+    """M and N cos(lat) are metres per radian along the meridian and the parallel, as pyproj measures them."""
+    geod = Geod(a=WGS84.a, f=WGS84.f)
+    M, N = WGS84.radii(lat)
+    # A chord of 1e-3 degrees (100 m) differs from the arc by 1e-11; Geod is good to 15 nm, 1e-10 of it.
+    step = 1e-3
+    north = geod.inv(10.0, lat - step / 2, 10.0, lat + step / 2)[2]
+    east = geod.inv(10.0 - step / 2, lat, 10.0 + step / 2, lat)[2]
+    assert north / np.radians(step) == pytest.approx(M, rel=1e-9)
+    assert east / np.radians(step) == pytest.approx(N * math.cos(math.radians(lat)), rel=1e-9)
+
+
+def test_areas_of_the_earth():
+    """Areas of WGS 84 and of the sphere are 510 065 621.724 and 4 pi R^2 square kilometres."""
+    # NGA.STND.0036, 2014 (and Moritz 1980 for GRS 80, 5.10065622e14): 510 065 621.724 km^2.
+    assert WGS84.area / 1e6 == pytest.approx(510_065_621.724, abs=5e-4)
+    assert pytest.approx(4 * math.pi * MEAN_EARTH_RADIUS**2, rel=ROUNDING) == SPHERE.area
+
+
+def test_mean_radius():
+    """The mean radius is (2 a + b) / 3, and SPHERE has it."""
+    assert pytest.approx((2 * WGS84.a + WGS84.a * (1 - WGS84.f)) / 3, abs=1e-4) == MEAN_EARTH_RADIUS
+    assert Ellipsoid(MEAN_EARTH_RADIUS, 0.0) == SPHERE
+    assert SPHERE.is_sphere
+    assert not WGS84.is_sphere
+
+
+@pytest.mark.parametrize("f", [0.0, 1e-12, 1e-6, 1 / 298.257223563, 0.1, 0.4])
+@pytest.mark.parametrize("lat", [-90.0, -33.0, 1e-3, 45.0, 89.5])
+def test_area_below_is_the_integral_of_m_n_cos(f, lat):
+    """`area_below` is the integral of M N cos(lat), by mpmath's quadrature."""
+    ellipsoid = Ellipsoid(6378137.0, f)
+    e2 = mpmath.mpf(f) * (2 - mpmath.mpf(f))
+
+    def element(phi):
+        return (1 - e2) * mpmath.cos(phi) / (1 - e2 * mpmath.sin(phi) ** 2) ** 2
+
+    with mpmath.workdps(30):
+        truth = float(ellipsoid.a**2 * mpmath.quad(element, [0, mpmath.radians(lat) / 2, mpmath.radians(lat)]))
+    assert float(ellipsoid.area_below(lat)) == pytest.approx(truth, rel=1e-13)
+
+
+@given(f=FLATTENINGS, lat=LATITUDES)
+def test_symmetry_and_bounds(f, lat):
+    """M <= N, both even in latitude and between b^2 / a and a^2 / b; the area is odd and below a hemisphere's."""
+    ellipsoid = Ellipsoid(1.0, f)
+    M, N = ellipsoid.radii(lat)
+    b = 1.0 - f
+    assert M <= N * (1 + ROUNDING)
+    assert b * b * (1 - ROUNDING) <= M <= (1 + ROUNDING) / b
+    assert 1 - ROUNDING <= N <= (1 + ROUNDING) / b
+    assert ellipsoid.radii(-lat) == (M, N)
+    assert ellipsoid.area_below(-lat) == -ellipsoid.area_below(lat)
+    assert abs(ellipsoid.area_below(lat)) <= ellipsoid.area / (4 * math.pi) * (1 + ROUNDING)
+
+
+@given(lat=LATITUDES, radius=st.floats(1e-3, 1e9))
+def test_a_sphere_is_f_zero(lat, radius):
+    """With f = 0 both radii are R, and the area below a latitude is R^2 sin(lat)."""
+    sphere = Ellipsoid(radius)
+    np.testing.assert_allclose(sphere.radii(lat), radius, rtol=ROUNDING)
+    np.testing.assert_allclose(sphere.area_below(lat), radius**2 * math.sin(math.radians(lat)), rtol=ROUNDING)
+
+
+def test_arrays_keep_their_shape():
+    """Latitudes of any shape give radii and areas of that shape."""
+    lat = np.linspace(-90, 90, 12).reshape(3, 4)
+    M, N = WGS84.radii(lat)
+    assert M.shape == N.shape == WGS84.area_below(lat).shape == (3, 4)
+    assert np.isnan(WGS84.radii(np.nan)).all()
+
+
+def test_eccentricity():
+    """e^2 of WGS 84 is 0.00669437999014 (NGA.STND.0036, 2014, table 3.5)."""
+    assert WGS84.eccentricity_squared == pytest.approx(0.00669437999014, abs=5e-15)
+    assert SPHERE.eccentricity_squared == 0.0
+
+
+@pytest.mark.parametrize("a", [0.0, -1.0, math.inf, math.nan])
+def test_semi_major_axis_is_checked(a):
+    """A semi-major axis that is not positive and finite is refused."""
+    with pytest.raises(ValueError, match=rf"^Invalid semi-major axis '{a}'\. It must be positive, in metres\.$"):
+        Ellipsoid(a, 0.0)
+
+
+@pytest.mark.parametrize("f", [-1e-3, 1.0, 298.257, math.nan])
+def test_flattening_is_checked(f):
+    """A flattening outside [0, 1), such as an inverse one, is refused."""
+    with pytest.raises(ValueError, match=rf"^Invalid flattening '{f}'\. It must be at least 0 and below 1\.$"):
+        Ellipsoid(6378137.0, f)
+
+
+def test_frozen_and_hashable():
+    """An ellipsoid is a value: equal by content, hashable, not changed in place."""
+    assert Ellipsoid(6378137.0, 1 / 298.257223563) == WGS84
+    assert len({WGS84, Ellipsoid(6378137.0, 1 / 298.257223563), SPHERE}) == 2
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'a'"):
+        WGS84.a = 1.0

@@ -1,0 +1,218 @@
+"""Every CRS of the database is what its method promises, unmirrored and in metres; answers that are not say so."""
+
+import csv
+import dataclasses
+import functools
+import importlib.resources
+import warnings
+
+import numpy as np
+import pyproj.list
+import pytest
+from pyproj import CRS, Transformer
+from pyproj.database import query_crs_info
+
+from projdist import factors, summarize
+from projdist.field.at_points import Quality, derivatives
+from projdist.field.guard import tell_of_contradiction
+from projdist.matrices.measures import log_anisotropy, log_areal_scale, orientation
+from projdist.projections import Projection, ProjectionError, nature_of
+from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS
+from projdist.support.notices import Notice
+
+CHUNKS = 12
+HOMES = {"nzmg": (172.0, -42.0)}  # of operations that are series
+FLAT = 0.3  # Halley's comet and Haumea; PROJ's series in the flattening are for planets (Saturn: 0.098)
+EXACT = 1e-7  # of scales: a tenth of a part per million; the derivatives are good to 1e-10
+
+
+@functools.cache
+def codes():
+    """All projected CRSs of PROJ's database, deprecated ones too: 10,202 in PROJ 9.5."""
+    infos = query_crs_info(pj_types=["PROJECTED_CRS"], allow_deprecated=True)
+    return sorted(f"{info.auth_name}:{info.code}" for info in infos)
+
+
+def inner_points(area):
+    """Nine points of an area of use, away from its edges, on no round longitudes."""
+    west, south, east, north = area
+    width = (east - west) % 360.0 or 360.0
+    share = np.array([0.13, 0.51, 0.87])
+    return tuple(axis.ravel() for axis in np.meshgrid(west + width * share, south + (north - south) * share))
+
+
+def assert_sound(code):
+    """A CRS is refused in one line, or is what its method promises, east to the right, and in metres."""
+    try:
+        projection = Projection.from_user_input(code)
+    except ProjectionError as error:
+        assert "\n" not in str(error)  # noqa: PT017
+        return "refused"
+    lon, lat = inner_points(projection.area_of_use or (-170.0, -80.0, 170.0, 80.0))
+    found = derivatives(projection, lon, lat)
+    J = found.jacobian[found.quality <= Quality.ONE_SIDED]
+    assert len(J), f"{code} has no coordinates in its area of use"
+    assert (orientation(J) > 0).all(), f"{code} is mirrored"
+    nature = nature_of(projection)
+    assert_in_metres(projection, code, lon, lat)
+    if nature is None or projection.ellipsoid.f > FLAT:
+        return ""
+    departs = np.max(log_anisotropy(J)) if nature.keeps == "conformal" else np.ptp(log_areal_scale(J))
+    assert departs <= EXACT, f"{code} is not {nature.keeps}, as {nature.name} is: {departs}"
+    return nature.keeps
+
+
+def assert_in_metres(projection, code, lon, lat):
+    """Distances between coordinates are those of the CRS's own, in authority order, times its unit."""
+    # Of the WKT: for a few codes PROJ's database has shifts of datum beside the conversion, for metres.
+    crs = CRS.from_wkt(CRS.from_user_input(code).to_wkt())
+    if projection.function.greenwich or projection.function.angle_unit != 1.0:
+        return  # `test_projections` has these, against published origins
+    geodetic = crs.geodetic_crs
+    east, north = (axis.direction for axis in sorted(geodetic.axis_info[:2], key=lambda axis: axis.direction != "east"))
+    if (east, north) != ("east", "north") or not geodetic.is_geographic:
+        return  # `test_bodies` has these
+    given = (lon, lat) if geodetic.axis_info[0].direction == "east" else (lat, lon)
+    own = np.array(Transformer.from_crs(geodetic, crs).transform(*given)[:2])
+    own *= np.array([[axis.unit_conversion_factor] for axis in crs.axis_info[:2]])
+    x, y = projection(lon, lat)
+    both = np.isfinite(own).all(axis=0) & np.isfinite(x)
+    distances = [np.hypot(*(values - values[:, :1])) for values in (np.stack([x, y])[:, both], own[:, both])]
+    np.testing.assert_allclose(distances[0], distances[1], rtol=1e-9, atol=1e-6, err_msg=code)
+
+
+SAMPLE = 83  # every so many-th: 120 of them, of all authorities
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", range(3))
+def test_a_sample_of_the_database(start):
+    """Of each 83rd CRS, conformal ones measure conformal, equal-area ones equal-area, all unmirrored and in metres."""
+    for code in codes()[start * SAMPLE // 3 :: SAMPLE * 3]:
+        assert_sound(code)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_the_whole_database(chunk):
+    """So do all. Refused are those that PROJ cannot compute (59 in PROJ 9.5), and nearly all have a known method."""
+    told = [assert_sound(code) for code in codes()[chunk::CHUNKS]]
+    assert told.count("refused") <= 0.02 * len(told)
+    assert told.count("conformal") > 0.7 * len(told)
+    assert told.count("equal-area") > 0
+
+
+def test_methods_that_promise_nothing_are_no_news():
+    """Web Mercator, spherical methods on ellipsoids, pipelines and functions are not held to anything."""
+    for given in (
+        "EPSG:3857",
+        "ESRI:54009",
+        "robin",
+        "+proj=moll +ellps=WGS84",
+        "EPSG:4087",
+        lambda lon, lat: (lon, lat),
+    ):
+        assert nature_of(Projection.from_user_input(given)) is None
+    assert nature_of(Projection.from_user_input("ESRI:53009")).keeps == "equal-area"
+    assert nature_of(Projection.from_user_input("EPSG:32633")) == ("Transverse Mercator", "conformal")
+    assert nature_of(Projection.from_user_input("moll")) == ("moll", "equal-area")
+
+
+def natures():
+    """The rows of the list."""
+    file = importlib.resources.files("projdist") / "data" / "natures.csv"
+    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+
+
+@pytest.mark.parametrize("row", [row for row in natures() if row["kind"] == "operation"], ids=lambda row: row["name"])
+def test_operations_of_the_list(row):
+    """Each operation of the list is one of PROJ's, and what the list says, on a sphere or on ellipsoids, too."""
+    name = row["name"]
+    assert name in pyproj.list.get_proj_operations_map()
+    assert name not in NOT_MAPS
+    needed = " ".join(token for token in NEEDED_PARAMETERS.get(name, "").split() if "ellps" not in token)
+    lon, lat = HOMES.get(name, (10.0, 20.0))
+    figures = ["+R=6371000"] if row["figure"] == "sphere" else ["+R=6371000", "+ellps=WGS84"]
+    if name in ("etmerc", "ups", "utm"):
+        figures = figures[1:]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)  # of figures of their own
+        for figure in figures:
+            projection = Projection.from_user_input(f"+proj={name} {needed} {figure}")
+            assert nature_of(projection) == (name, row["nature"])
+            found = derivatives(projection, lon + np.array([0.3, 1.1, 2.7, 3.3]), lat + np.array([0.2, -1.9, 2.3, 4.1]))
+            kept = log_anisotropy if row["nature"] == "conformal" else lambda J: np.ptp(log_areal_scale(J))
+            assert np.max(kept(found.jacobian)) < 3e-6  # hatano's iteration and guyou's integrals leave 1e-6
+
+
+def test_each_row_of_the_list_has_its_source():
+    """Names are told once a kind, and a nature is one of two, on any figure or the sphere."""
+    rows = natures()
+    assert len({(row["kind"], row["name"]) for row in rows}) == len(rows)
+    for row in rows:
+        assert row["nature"] in ("conformal", "equal-area")
+        assert row["figure"] in ("any", "sphere")
+        assert len(row["source"]) > 10
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [("+proj=lcc +lat_1=20 +lat_2=60", "angles are off"), ("+proj=cea +lat_ts=30", "areas differ by")],
+)
+def test_a_broken_border_is_told(given, message):
+    """Jacobians of swapped coordinates contradict the method, conformal or equal-area; the right ones do not."""
+    right = Projection.from_user_input(given)
+    lon, lat = np.array([10.0, 20.0, 33.0, 40.0]), np.array([12.0, 30.0, 41.0, 55.0])
+    tell_of_contradiction(right, derivatives(right, lon, lat).jacobian)
+    swapped = dataclasses.replace(right, function=lambda lon, lat: right.function(lat, lon))
+    J = derivatives(swapped, lon, lat).jacobian
+    with pytest.warns(Notice, match=rf"is not (conformal|equal-area) here, as .* should be: {message}"):
+        tell_of_contradiction(right, J)
+
+
+def test_answers_far_from_home_are_told():
+    """Beyond its reach a series is no conformal map, at points and over regions; over New Zealand NZMG is."""
+    with pytest.warns(Notice, match=r"nzmg .* is not conformal here, as nzmg should be: angles are off by \d"):
+        factors("nzmg", 160.0, -10.0)
+    with pytest.warns(Notice, match=r"angles are off by 1\d\d degrees\."):  # in plain digits
+        factors("nzmg", 15.0, 50.0)
+    with pytest.warns(Notice, match="is not conformal here"):
+        summarize("nzmg", "box:140,-20,150,-10", tolerance=1e-3)
+    assert summarize("nzmg", "box:170,-45,174,-40", tolerance=1e-6).airy_kavrayskiy < 1e-3
+
+
+@pytest.mark.slow
+def test_nodes_crowded_at_a_singular_point_are_no_contradiction():
+    """Lambert's map of the globe has most of its nodes at the antipode, where PROJ's rounding is large."""
+    assert summarize("+proj=laea +R=6371000", tolerance=1e-6).airy_kavrayskiy == pytest.approx(1.0, abs=1e-4)
+
+
+def test_points_without_jacobians_are_no_contradiction():
+    """NaN alone says nothing, nor does a single point of an equal-area map."""
+    tell_of_contradiction(Projection.from_user_input("merc"), np.full((3, 2, 2), np.nan))
+    factors("EPSG:3035", 10.0, 52.0)
+    assert np.isnan(factors("merc", 0.0, 90.0).k)
+
+
+@pytest.mark.parametrize("code", ["IAU_2015:200043361", "IAU_2015:200043321"])
+def test_bodies_that_are_too_flat_for_proj_are_told(code):
+    """Haumea (f = 0.68) has a transverse Mercator map that is not conformal, a sinusoidal one not equal-area."""
+    with pytest.warns(Notice, match=r"is not (conformal|equal-area) here, as"):
+        factors(code, [10.0, 20.0, 30.0, 40.0], [15.0, 33.0, 47.0, 68.0])
+
+
+def test_areas_of_use_that_proj_does_not_know():
+    """PROJ's -1000 for the bounds of fourteen deprecated CRSs is no area of use."""
+    assert Projection.from_user_input("EPSG:29119").area_of_use is None
+
+
+@pytest.mark.parametrize("name", ["august", "guyou", "tobmerc"])
+def test_a_rough_answer_contradicts_nothing(name):
+    """What is asked for to a thousandth only is not called wrong by a hundredth of that (warnings are errors here)."""
+    assert summarize(name, tolerance=1e-3).error_estimate < 0.01
+
+
+@pytest.mark.slow
+def test_an_answer_is_as_rough_as_its_error():
+    """Guyou's map is singular at four points, where rounding keeps the error above what is asked for."""
+    assert summarize("guyou", tolerance=1e-5).error_estimate > 1e-5

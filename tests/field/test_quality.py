@@ -1,0 +1,395 @@
+"""The flags of a Jacobian, at poles and seams."""
+
+import math
+
+import numpy as np
+import pytest
+from jacobians import ACCURACY, FORMS, UNDEFINED, R, eccentricity, m_of, make, random_points, t_of, value
+
+from projdist.earth.ellipsoid import WGS84
+from projdist.field.at_points import Derivatives, Quality, derivatives, jacobian
+from projdist.matrices.measures import principal_scales
+from projdist.projections import Projection
+
+# ---- the result and its flags -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3), (2, 1, 4), (0,), (0, 3)])
+def test_shapes(shape):
+    """lon and lat of any shape give x, y, quality and error of that shape, and J with two more axes."""
+    result = derivatives(make("robin"), np.full(shape, 12.0), np.full(shape, 47.0))
+    assert isinstance(result, Derivatives)
+    for array in (result.x, result.y, result.quality, result.error):
+        assert array.shape == shape
+    assert result.jacobian.shape == (*shape, 2, 2)
+    assert jacobian(make("robin"), np.full(shape, 12.0), 47.0).shape == (*shape, 2, 2)
+
+
+def test_lon_and_lat_broadcast():
+    """A row of longitudes and a column of latitudes make a grid, each point the same as alone."""
+    projection = make("wintri")
+    lon, lat = np.array([[-100.0, 0.0, 33.0]]), np.array([[-90.0], [10.0], [89.995]])
+    grid = derivatives(projection, lon, lat)
+    assert grid.jacobian.shape == (3, 3, 2, 2)
+    for i, j in np.ndindex(3, 3):
+        one = derivatives(projection, lon[0, j], lat[i, 0])
+        np.testing.assert_allclose(one.jacobian, grid.jacobian[i, j], rtol=1e-13, atol=1e-13)
+        assert one.quality == grid.quality[i, j]
+
+
+def test_coordinates_are_the_projection():
+    """x and y are those of the projection itself."""
+    lon, lat = random_points(100)
+    projection = make("EPSG:3035")
+    result = derivatives(projection, lon, lat)
+    np.testing.assert_array_equal((result.x, result.y), projection(lon, lat))
+
+
+def test_points_do_not_influence_each_other():
+    """A point has the same J alone and among 20,000 others, undefined ones too."""
+    lon, lat = random_points(20_000)
+    lon[::7], lat[::11] = np.nan, 91.0
+    projection = make("gnom")
+    together = derivatives(projection, lon, lat)
+    some = np.arange(0, 20_000, 997)
+    alone = derivatives(projection, lon[some], lat[some])
+    # To rounding: numpy's vector loops treat the ends of an array apart.
+    np.testing.assert_allclose(alone.jacobian, together.jacobian[some], rtol=1e-14)
+    np.testing.assert_array_equal(alone.quality, together.quality[some])
+
+
+def test_outside_is_nan():
+    """Beyond the horizon, beyond the poles and at NaN: J is NaN, the quality OUTSIDE, x and y NaN."""
+    result = derivatives(make("gnom"), [100.0, 180.0, np.nan, 0.0, 0.0, np.inf], [0.0, 0.0, 0.0, np.nan, 91.0, 0.0])
+    assert (result.quality == Quality.OUTSIDE).all()
+    for array in (result.x, result.y, result.jacobian, result.error):
+        assert np.isnan(array).all()
+    assert np.isnan(jacobian(make("ortho"), 120.0, 5.0)).all()
+
+
+def test_the_label_of_a_quality():
+    """Qualities are printed in small letters with a hyphen."""
+    assert [quality.label for quality in Quality] == ["ok", "one-sided", "rough", "seam", "singular", "outside"]
+
+
+@pytest.mark.parametrize("degree", range(5))
+def test_exact_on_polynomials(degree):
+    """The stencils are exact, to rounding, on polynomials of longitude and latitude of degree 4 and less."""
+    rng = np.random.default_rng(degree)
+    A, B = rng.normal(size=(2, 5, 5))
+    for i, j in np.ndindex(5, 5):
+        if i + j > degree:
+            A[i, j] = B[i, j] = 0.0
+    A[1, 0] += 3.0
+    B[0, 1] += 3.0
+    polyval, polyder = np.polynomial.polynomial.polyval2d, np.polynomial.polynomial.polyder
+
+    def function(lon, lat):
+        lam, phi = np.radians(lon), np.radians(lat)
+        return R * polyval(lam, phi, A), R * polyval(lam, phi, B)
+
+    lon, lat = rng.uniform(-60, 60, 1000), rng.uniform(-80, 80, 1000)
+    lam, phi = np.radians(lon), np.radians(lat)
+    truth = [
+        [polyval(lam, phi, polyder(C, axis=0)) / np.cos(phi), polyval(lam, phi, polyder(C, axis=1))] for C in (A, B)
+    ]
+    truth = np.moveaxis(np.array(truth), -1, 0)
+    J = jacobian(Projection.from_function(function), lon, lat)
+    size = np.linalg.norm(truth, axis=(1, 2), keepdims=True)
+    assert np.abs((J - truth) / size).max() <= ACCURACY
+
+
+@pytest.mark.parametrize("waves", [1, 10, 50, 200, 500])
+def test_accuracy_on_waves(waves):
+    """Maps with ripples down to 0.7 degrees are differentiated to 1e-10: the step follows the map."""
+
+    def function(lon, lat):
+        lam, phi = np.radians(lon), np.radians(lat)
+        return R * (lam + 0.5 * np.sin(waves * phi) / waves), R * (phi + 0.5 * np.sin(waves * lam) / waves)
+
+    lon, lat = random_points(2000, limit=85.0)
+    result = derivatives(Projection.from_function(function), lon, lat)
+    lam, phi = np.radians(lon), np.radians(lat)
+    truth = np.moveaxis(
+        np.array(
+            [[1 / np.cos(phi), 0.5 * np.cos(waves * phi)], [0.5 * np.cos(waves * lam) / np.cos(phi), 1 + 0 * lam]]
+        ),
+        -1,
+        0,
+    )
+    actual = np.abs(result.jacobian - truth).max(axis=(1, 2)) / np.linalg.norm(truth, axis=(1, 2))
+    assert (result.quality == Quality.OK).all()
+    assert actual.max() <= 1e-10
+    # The error bar may be twenty times too small, no more: it is of two gaps, and one may vanish by chance.
+    assert (actual <= 20 * result.error + ACCURACY).all()
+
+
+NOISY = pytest.param(
+    "laea",
+    marks=pytest.mark.xfail(strict=True, reason="PROJ's q_p - q cancels near the pole, in steps that differences miss"),
+)
+
+
+@pytest.mark.parametrize("name", [NOISY if name == "laea" else name for name in FORMS])
+def test_the_error_estimate_is_honest(name):
+    """The error that is reported is not less than a tenth of the true one, above rounding."""
+    definition, form = FORMS[name]
+    lon, lat = random_points(4000)
+    result = derivatives(make(f"{definition} +ellps=WGS84"), lon, lat)
+    h, k = form(WGS84, np.radians(lat))
+    actual = np.hypot(value("h", result.jacobian) - h, value("k", result.jacobian) - k) / np.hypot(h, k)
+    given = np.isfinite(actual)
+    assert given.mean() > 0.99
+    assert (actual <= 10 * result.error + ACCURACY)[given].all(), (actual / result.error)[given].max()
+
+
+def test_the_error_estimate_includes_rounding():
+    """No derivative by differences of rounded coordinates is better than 1e-15, and the error bar says so."""
+    lon, lat = random_points(1000)
+    for name in ("eqc", "moll", "aea"):
+        definition = FORMS["aea"][0] + f" +R={R}" if name == "aea" else name
+        assert derivatives(make(definition), lon, lat).error.min() >= 1e-15
+
+
+# ---- poles ------------------------------------------------------------------------------------
+
+POLE_LONGITUDES = np.array([-180.0, -77.0, 0.0, 30.0, 90.0, 180.0])
+
+# Maps that are smooth at the pole, and h = k there.
+REGULAR_POLES = {
+    "+proj=stere +lat_0=90 +R=6371000": (90, 1.0),
+    "+proj=stere +lat_0=90 +ellps=WGS84": (90, 1.0),
+    "+proj=stere +lat_0=-90 +k_0=0.994 +ellps=WGS84": (-90, 0.994),
+    "+proj=laea +lat_0=90 +R=6371000": (90, 1.0),
+    "+proj=laea +lat_0=90 +ellps=WGS84": (90, 1.0),
+    "+proj=aeqd +lat_0=90 +R=6371000": (90, 1.0),
+    "+proj=aeqd +lat_0=90 +ellps=WGS84": (90, 1.0),
+    "+proj=aeqd +lat_0=-90 +ellps=WGS84": (-90, 1.0),
+    "+proj=gnom +lat_0=90 +R=6371000": (90, 1.0),
+    "+proj=ortho +lat_0=90 +R=6371000": (90, 1.0),
+    "+proj=stere +lat_0=40 +R=6371000": (90, 1 / math.cos(math.radians(25)) ** 2),
+    "+proj=stere +lat_0=40 +lon_0=20 +R=6371000": (-90, 1 / math.cos(math.radians(65)) ** 2),
+    "+proj=tmerc +R=6371000": (90, 1.0),
+    "+proj=tmerc +k_0=0.9996 +ellps=WGS84": (90, 0.9996),
+    "+proj=utm +zone=32 +ellps=WGS84": (-90, 0.9996),
+    "EPSG:3031": (-90, None),
+    "EPSG:5041": (90, 0.994),
+    "+proj=ob_tran +o_proj=merc +o_lat_p=0 +o_lon_p=0 +R=6371000": (90, 1.0),
+}
+
+
+@pytest.mark.parametrize("definition", REGULAR_POLES)
+def test_regular_poles(definition):
+    """Where the map is smooth at a pole, the pole is a point like others: J is that of the closed form, quality OK."""
+    lat, k = REGULAR_POLES[definition]
+    if definition == "EPSG:3031":  # true scale at 71 S (EPSG:19992): 15-7 with m and t at 71 degrees
+        phi = math.radians(71)
+        e = eccentricity(WGS84)
+        k = m_of(WGS84, phi) / t_of(WGS84, phi) / 2 * math.sqrt((1 + e) ** (1 + e) * (1 - e) ** (1 - e))
+    result = derivatives(make(definition), POLE_LONGITUDES, float(lat))
+    assert (result.quality == Quality.OK).all(), result.quality
+    # Rounding of x and y against the step allows 1e-11. PROJ's ellipsoidal laea loses digits there (see above).
+    rtol = 1e-9 if definition == "+proj=laea +lat_0=90 +ellps=WGS84" else 1e-10
+    np.testing.assert_allclose(principal_scales(result.jacobian), k, rtol=rtol)
+    # The east of longitude lam is turned by lam against that of longitude 0: J turns with it.
+    angle = np.radians(POLE_LONGITUDES) * np.sign(lat)
+    turn = np.moveaxis(np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]), -1, 0)
+    np.testing.assert_allclose(result.jacobian, result.jacobian[2] @ turn, atol=1e-9 * k)
+
+
+def test_poles_of_oblique_equal_area_and_equidistant_maps():
+    """At the pole an oblique azimuthal map has the scales of its distance from the centre."""
+    c = math.radians(50)
+    result = derivatives(make("+proj=laea +lat_0=40 +lon_0=20 +R=6371000"), POLE_LONGITUDES, 90.0)
+    assert (result.quality == Quality.OK).all()
+    expected = np.broadcast_to([1 / math.cos(c / 2), math.cos(c / 2)], (6, 2))
+    np.testing.assert_allclose(principal_scales(result.jacobian), expected, rtol=1e-10)
+    result = derivatives(make("+proj=aeqd +lat_0=40 +lon_0=20 +R=6371000"), POLE_LONGITUDES, 90.0)
+    assert (result.quality == Quality.OK).all()
+    np.testing.assert_allclose(
+        principal_scales(result.jacobian), np.broadcast_to([c / math.sin(c), 1.0], (6, 2)), rtol=1e-10
+    )
+
+
+@pytest.mark.parametrize("gap", [1e-1, 1.1e-2, 1e-2, 9e-3, 1e-4, 1e-7, 1e-10, 1e-13])
+@pytest.mark.parametrize("definition", ["+proj=stere +lat_0=90 +R=6371000", "+proj=laea +lat_0=40 +R=6371000"])
+def test_on_the_way_to_a_regular_pole(definition, gap):
+    """From a tenth of a degree to 1e-13 degrees from the pole J goes to its value at the pole."""
+    projection = make(definition)
+    result = derivatives(projection, POLE_LONGITUDES, 90.0 - gap)
+    assert (result.quality == Quality.OK).all()
+    at_pole = derivatives(projection, POLE_LONGITUDES, 90.0).jacobian
+    # The change on the way is the Hessian, about 1 a radian, times the gap.
+    np.testing.assert_allclose(result.jacobian, at_pole, atol=2 * math.radians(gap) + 1e-10)
+
+
+# Pole lines, the apexes of cones, points where meridians meet at other than their angles, and poles at infinity.
+SINGULAR_POLES = ["eqc", "merc", "mill", "robin", "eck4", "natearth", "wintri", "sinu", "moll", "hammer", "aitoff"]
+
+
+SINGULAR_POLES += [
+    "+proj=lcc +lat_1=30 +lat_2=60 +R=6371000",
+    "+proj=aea +lat_1=30 +lat_2=60 +R=6371000",
+    "+proj=eqdc +lat_1=30 +lat_2=60 +ellps=WGS84",
+    "+proj=bonne +lat_1=45 +R=6371000",
+    "cea",
+    "goode",
+    "igh",
+    "EPSG:3857",
+    "ESRI:54009",
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("definition", SINGULAR_POLES)
+def test_singular_poles(definition):
+    """Where the pole is a line, the apex of a cone or at infinity there is no derivative: NaN with its reason."""
+    for lat in (90.0, -90.0):
+        result = derivatives(make(definition), POLE_LONGITUDES, lat)
+        assert np.isnan(result.jacobian).all()
+        assert np.isin(result.quality, UNDEFINED).all(), result.quality
+
+
+def test_far_from_home_is_not_garbage():
+    """A parallel that the map sends to infinity (a cone's, 90 degrees from its tangent) is undefined, not 1e16."""
+    for definition in ("+proj=ccon +lat_1=45", "+proj=murd2 +lat_1=30 +lat_2=60", "+proj=pconic +lat_1=30 +lat_2=60"):
+        result = derivatives(make(f"{definition} +R=6371000"), [-150.0, 0.0, 30.0, 180.0], -45.0)
+        assert np.isnan(result.jacobian).all(), definition
+        assert np.isin(result.quality, UNDEFINED).all()
+
+
+# ---- seams ------------------------------------------------------------------------------------
+
+
+# Goode's interrupted map: seams, the central meridians west and east of each (Snyder 1987, page 250).
+GOODE = [(-40.0, 30.0, -100.0, 30.0), (-100.0, -30.0, -160.0, -60.0), (-20.0, -30.0, -60.0, 20.0)]
+
+GOODE += [(80.0, -30.0, 20.0, 140.0)]
+
+
+def sinusoidal_jacobian(lon, lat, centre):
+    return np.array([[1.0, -math.radians(lon - centre) * math.sin(math.radians(lat))], [0.0, 1.0]])
+
+
+@pytest.mark.parametrize(("lon", "lat", "west", "east"), GOODE)
+def test_seams_of_goode(lon, lat, west, east):
+    """On a seam of the interrupted homolosine J is the limit from the lobe that the point belongs to."""
+    projection = make("igh")
+    result = derivatives(projection, lon, lat)
+    assert result.quality == Quality.ONE_SIDED
+    limits = [sinusoidal_jacobian(lon, lat, centre) for centre in (west, east)]
+    x = projection(lon, lat)[0] / R
+    # x of a lobe: its centre plus the sinusoidal's own.
+    places = [math.radians(c) + math.radians(lon - c) * math.cos(math.radians(lat)) for c in (west, east)]
+    own = limits[int(np.argmin(np.abs(np.array(places) - x)))]
+    np.testing.assert_allclose(result.jacobian, own, atol=1e-9)
+
+
+@pytest.mark.parametrize("gap", [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize(("lon", "lat", "west", "east"), GOODE)
+def test_near_seams_of_goode(lon, lat, west, east, gap):
+    """A point beside a seam, however near, has the J of its own lobe and never the quotient across the cut."""
+    result = derivatives(make("igh"), [lon - gap, lon + gap], lat)
+    assert (result.quality <= Quality.ONE_SIDED).all(), result.quality
+    truth = [sinusoidal_jacobian(lon - gap, lat, west), sinusoidal_jacobian(lon + gap, lat, east)]
+    np.testing.assert_allclose(result.jacobian, truth, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["moll", "robin", "wintri", "eqc", "merc", "hammer", "natearth", "sinu"])
+def test_the_antimeridian(name):
+    """At +-180 degrees J is the limit from inside; that of -180 is that of 180 mirrored."""
+    projection = make(name)
+    lat = np.array([-60.0, -12.0, 0.0, 33.0, 71.0])
+    sides = [derivatives(projection, lon, lat) for lon in (-180.0, 180.0)]
+    for result, sign in zip(sides, (-1, 1), strict=True):
+        assert (result.quality <= Quality.ONE_SIDED).all()
+        # The limit by extrapolation from 1, 2, 3 and 4 thousandths of a degree inside.
+        inside = [derivatives(projection, sign * (180 - 1e-3 * i), lat).jacobian for i in (1, 2, 3, 4)]
+        limit = 4 * inside[0] - 6 * inside[1] + 4 * inside[2] - inside[3]
+        np.testing.assert_allclose(result.jacobian, limit, atol=1e-9)
+    mirrored = sides[1].jacobian * [[1, -1], [-1, 1]]
+    np.testing.assert_allclose(sides[0].jacobian, mirrored, atol=1e-9)
+
+
+@pytest.mark.parametrize("lat", [-45.0, -20.0, 0.0, 10.0])
+def test_the_seam_of_an_oblique_map(lat):
+    """On both sides of the cut of an oblique Mollweide, found by bisection, J is its own side's and equal-area."""
+    projection = make(f"+proj=ob_tran +o_proj=moll +o_lat_p=35 +o_lon_p=15 +R={R}")
+    lon = np.linspace(-180, 180, 7201)
+    x, y = projection(lon, lat)
+    jump = np.hypot(np.diff(x), np.diff(y))
+    i = int(np.argmax(jump))
+    assert jump[i] > 0.1 * R  # lat was chosen so that the cut crosses the parallel
+    left, right = lon[i], lon[i + 1]
+    for _ in range(60):
+        middle = 0.5 * (left + right)
+        xm, ym = projection(middle, lat)
+        xl, yl = projection(left, lat)
+        left, right = (middle, right) if math.hypot(xm - xl, ym - yl) < 0.05 * R else (left, middle)
+    assert right - left < 1e-12
+    for lon_here, away in ((left, -1), (right, 1)):
+        result = derivatives(projection, lon_here + away * np.array([0.0, 1e-9, 1e-6, 1e-4, 1e-2]), lat)
+        assert (result.quality <= Quality.ROUGH).all(), result.quality
+        # One-sided stencils of a map that PROJ rounds to 1e-9 m; the iteration of moll stops at 1e-10.
+        np.testing.assert_allclose(value("s", result.jacobian), 1.0, atol=1e-6)
+        for k, gap in enumerate((1e-9, 1e-6, 1e-4)):
+            assert np.abs(result.jacobian[0] - result.jacobian[k + 1]).max() <= 1e-6 + 10 * math.radians(gap)
+
+
+def test_torn_on_all_sides():
+    """A map that jumps at every point has no derivative: SEAM, not a number."""
+    projection = Projection.from_function(lambda lon, lat: (R * np.sin(1e9 * lon), R * np.cos(1e9 * lat)))
+    result = derivatives(projection, [10.0, 20.0], [30.0, 40.0])
+    assert np.isnan(result.jacobian).all()
+    assert (result.quality == Quality.SEAM).all()
+
+
+def test_kinks_are_one_sided():
+    """At a kink J is one of its two limits, and not their mean."""
+
+    def function(lon, lat):
+        lam, phi = np.radians(lon), np.radians(lat)
+        return R * lam, R * np.where(phi > 0, 2 * phi, phi)
+
+    result = derivatives(Projection.from_function(function), 10.0, 0.0)
+    assert result.quality == Quality.ONE_SIDED
+    assert min(abs(result.jacobian[1, 1] - 2), abs(result.jacobian[1, 1] - 1)) < 1e-10
+
+
+@pytest.mark.parametrize("lon", [-120.0, 40.0, 90.0])
+@pytest.mark.parametrize("name", ["eck1", "eck2", "putp3p", "collg"])
+def test_the_equator_of_maps_with_a_kink_there(name, lon):
+    """On an equator where the meridians break J is a limit from one side, not the mean of the two."""
+    projection = make(name)
+    north, south, here = (jacobian(projection, lon, lat) for lat in (1e-5, -1e-5, 0.0))
+    # 1e-5 degrees beside it the Hessian makes 1e-7 of a difference.
+    assert min(np.abs(here - north).max(), np.abs(here - south).max()) <= 1e-5
+
+
+def test_a_cone_has_no_derivative_at_its_apex():
+    """Where the derivative is not linear in the direction, as at the apex of a cone, J is NaN and SINGULAR."""
+    for n in (0.5, 0.9, 0.999):
+
+        def function(lon, lat, n=n):
+            rho, theta = R * (np.pi / 2 - np.radians(lat)), n * np.radians(lon)
+            return rho * np.sin(theta), -rho * np.cos(theta)
+
+        result = derivatives(Projection.from_function(function), [0.0, 50.0], 90.0)
+        assert np.isnan(result.jacobian).all()
+        assert np.isin(result.quality, (Quality.SINGULAR, Quality.SEAM)).all()
+
+
+def test_a_mirrored_map_is_no_error():
+    """det J < 0 is a fact of the map, kept in J."""
+    result = derivatives(
+        Projection.from_function(lambda lon, lat: (-R * np.radians(lon), R * np.radians(lat))), 3.0, 4.0
+    )
+    assert result.quality == Quality.OK
+    assert value("orientation", result.jacobian) == -1
+
+
+def test_a_constant_map_is_singular_and_no_crash():
+    """A function that maps all to one point has J = 0 or NaN, without a warning."""
+    result = derivatives(Projection.from_function(lambda lon, lat: (0 * lon, 0 * lat)), [10.0, 0.0], [20.0, 90.0])
+    assert (np.isnan(result.jacobian) | (result.jacobian == 0)).all()

@@ -1,0 +1,263 @@
+"""Layers and tables for GIS programs, read back by pyogrio and held against `factors`."""
+
+import errno
+import json
+import os
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyproj
+import pytest
+import shapely
+from gis_files import greenwich_degrees, some_slow
+
+from projdist import Projection, factors, gis
+from projdist.projections import plane_of, same_map
+
+geopandas = pytest.importorskip("geopandas")
+pd = pytest.importorskip("pandas")
+pyogrio = pytest.importorskip("pyogrio")
+
+# ---- indicatrices -----------------------------------------------------------------------------
+
+
+LAYERS = {
+    "mollweide": {"region": "box:-180,0,20,90"},
+    "EPSG:2263": {"step": 0.5},
+    "EPSG:5513": {"step": 1},
+    "ESRI:54009": {"region": "cap:0,40,3000"},
+    "equal-earth": {"region": "box:0,0,60,60", "step": 15},  # of which WKT 1 knows nothing
+    "EPSG:3832": {"region": "box:170,-30,-170,10", "step": 10},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
+@pytest.mark.parametrize("projection", some_slow(LAYERS, {"ESRI:54009", "EPSG:5513"}))
+def test_indicatrices(projection: str, suffix: str, tmp_path: Path) -> None:
+    """Ellipses in the map's CRS and its unit, about the points, of the area and the axes that `factors` says."""
+    path = gis.save_layer(gis.indicatrices(projection, **LAYERS[projection]), tmp_path / f"e{suffix}")
+    read = geopandas.read_file(path)
+    map_ = Projection.from_user_input(projection)
+    assert pyogrio.list_layers(path)[0, 0] == "e"
+    assert same_map(map_, read.crs.to_wkt()) is not None
+    names = ["lon", "lat", "x", "y", "a", "b", "h", "k", "s", "omega", "azimuth", "radius"]
+    assert list(read.columns) == [*names, "geometry"]
+    truth = factors(map_, read.lon, read.lat)
+    for name in names[2:10]:
+        np.testing.assert_allclose(read[name], getattr(truth, name), rtol=1e-12, atol=1e-6)
+    unit = read.crs.axis_info[0].unit_conversion_factor
+    # A polygon of 72 vertices in an ellipse has 36 sin(5 degrees) / pi of its area.
+    area = 36 * np.sin(np.radians(5)) * read.s * read.radius**2 / unit**2
+    np.testing.assert_allclose(read.geometry.area, area, rtol=1e-9)
+    # The centre, by pyproj; the antimeridian is of no concern to it.
+    u, v = read.geometry.centroid.x, read.geometry.centroid.y
+    lon, lat = greenwich_degrees(pyproj.CRS(read.crs.to_wkt()), u.to_numpy(), v.to_numpy())
+    np.testing.assert_allclose(np.mod(lon - read.lon + 180, 360), 180, atol=1e-7)
+    np.testing.assert_allclose(lat, read.lat, atol=1e-7)
+
+
+def test_the_azimuth_of_the_major_axis() -> None:
+    """Plate carree stretches along the parallels; conformal maps have none; the radius may be given."""
+    layer = gis.indicatrices("eqc", region="box:0,20,40,60", step=10, radius=1e5)
+    assert np.abs(layer.azimuth - 90).max() < 1e-6
+    assert (layer.radius == 1e5).all()
+    assert gis.indicatrices("merc", region="box:0,20,40,60", step=10).azimuth.isna().all()
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
+def test_indicatrices_of_a_map_without_a_crs(suffix: str, tmp_path: Path) -> None:
+    """Metres, and a CRS that is undefined (GeoPackage) or of no place on the Earth (GeoJSON)."""
+    layer = gis.indicatrices("+proj=pipeline +step +proj=moll", region="box:0,0,40,40", step=10)
+    assert layer.crs is None
+    read = geopandas.read_file(gis.save_layer(layer, tmp_path / f"e{suffix}"))
+    assert read.crs is None or read.crs.type_name == "Engineering CRS"
+    np.testing.assert_allclose(shapely.get_coordinates(read.geometry), shapely.get_coordinates(layer.geometry))
+
+
+# ---- tables -----------------------------------------------------------------------------------
+
+PLACES = pd.DataFrame({"name": ["Bern", "Chur"], "height": [540, 593], "lon": [7.44, 9.53], "lat": [46.95, 46.85]})
+LIKE = geopandas.points_from_xy(PLACES.lon, PLACES.lat)
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".geojson", ".parquet", ".fgb", ".shp"])
+def test_points_are_read_from(suffix: str, tmp_path: Path) -> None:
+    """Whatever GDAL or pyarrow reads; other columns and the CRS are kept."""
+    path = tmp_path / f"p{suffix}"
+    frame = geopandas.GeoDataFrame(PLACES[["name", "height"]], geometry=LIKE, crs=4326)
+    frame.to_parquet(path) if suffix == ".parquet" else frame.to_file(path)
+    read = gis.read_points(path).sort_values("name", ignore_index=True)  # FlatGeobuf has an order of its own
+    assert read.crs == frame.crs
+    pd.testing.assert_frame_equal(pd.DataFrame(read[["name", "height"]]), PLACES[["name", "height"]], check_dtype=False)
+
+
+def test_points_are_read_from_tables(tmp_path: Path) -> None:
+    """CSV and Parquet without geometries; what begins with a zero stays text."""
+    PLACES.to_parquet(tmp_path / "p.parquet")
+    pd.testing.assert_frame_equal(gis.read_points(tmp_path / "p.parquet"), PLACES)
+    (tmp_path / "p.csv").write_text("code,n,lon,lat,note\n007,1,0.1,2,\n8,,3,4,\n", encoding="utf-8-sig")
+    read = gis.read_points(tmp_path / "p.csv")
+    assert read.code.tolist() == ["007", "8"]
+    assert read.lon.tolist() == [0.1, 3.0]
+    assert read.n[0] == 1
+    assert np.isnan(read.n[1])
+
+
+def test_layers_of_points(tmp_path: Path) -> None:
+    """One of several must be named, behind a #."""
+    path = tmp_path / "p.gpkg"
+    for layer in ("one", "two"):
+        geopandas.GeoDataFrame({"layer": [layer]}, geometry=LIKE[:1], crs=4326).to_file(path, layer=layer)
+    assert gis.read_points(f"{path}#two").layer.tolist() == ["two"]
+    for wrong in (f"{path}", f"{path}#three"):
+        with pytest.raises(ValueError, match=r"Invalid points file '.*'. It must name a layer, .* it has one, two."):
+            gis.read_points(wrong)
+
+
+@pytest.mark.parametrize("name", ["x.gpkg", "x.parquet", "x.csv", "x.txt"])
+def test_points_that_cannot_be_read(name: str, tmp_path: Path) -> None:
+    """No file, and a file of something else: one line."""
+    path = tmp_path / name
+    with pytest.raises(ValueError, match="There is no file"):
+        gis.read_points(path)
+    path.write_bytes(b"\xff\xfe\0nothing" * 10)
+    with pytest.raises(ValueError, match="It cannot be read") as refused:
+        gis.read_points(path)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("lon,lat,lon\n1,2,3\n", "It has two columns 'lon'."),
+        ("lon,lat,name\n1,2,x\n3,4\n", "Line 3 has 2 cells; it must have 3."),
+    ],
+)
+def test_tables_that_cannot_be_read(text: str, message: str, tmp_path: Path) -> None:
+    """Two columns of one name, a line that is too short."""
+    (tmp_path / "p.csv").write_text(text)
+    with pytest.raises(ValueError, match=re.escape(message)):
+        gis.read_points(tmp_path / "p.csv")
+
+
+def test_data_without_geometries(tmp_path: Path) -> None:
+    """Are none to check."""
+    PLACES.to_parquet(tmp_path / "p.parquet")
+    with pytest.raises(ValueError, match=r"^Invalid data file '.*'. It has no geometries.$"):
+        gis.read_data(tmp_path / "p.parquet")
+
+
+def test_points_become_tables(tmp_path: Path) -> None:
+    """Geometries become columns lon and lat, on the datum of the map, unless there are such columns."""
+    map_ = Projection.from_user_input("EPSG:3035")
+    frame = geopandas.GeoDataFrame(PLACES[["name"]], geometry=LIKE, crs=4258).to_crs(3035)
+    read = pd.read_csv(gis.save_points(map_, frame, tmp_path / "p.csv"))
+    assert list(read) == ["lon", "lat", "name"]
+    np.testing.assert_allclose(read[["lon", "lat"]], PLACES[["lon", "lat"]], atol=1e-9)
+    named = geopandas.GeoDataFrame(PLACES, geometry=LIKE[::-1], crs=4258)
+    read = pd.read_csv(gis.save_points(map_, named, tmp_path / "q.csv"))
+    pd.testing.assert_frame_equal(read, PLACES)
+    pd.testing.assert_frame_equal(pd.read_csv(gis.save_points(map_, PLACES, tmp_path / "r.csv")), PLACES)
+
+
+def test_points_that_cannot_be_written(tmp_path: Path) -> None:
+    """Texts among numbers in Parquet, the Moon in GeoJSON: a line each, and no file."""
+    mixed = pd.DataFrame({"lon": [1.0, 2.0], "lat": [1.0, 2.0], "name": [1, "x"]})
+    with pytest.raises(ValueError, match="It cannot hold the table: "):
+        gis.save_points(Projection.from_user_input("eqc"), mixed, tmp_path / "p.parquet")
+    moon = geopandas.GeoDataFrame(PLACES[["name"]], geometry=LIKE, crs="IAU_2015:30100")
+    with pytest.raises(ValueError, match=r"GeoJSON is in WGS 84, to which PROJ has no way from Moon"):
+        gis.save_points(Projection.from_user_input("IAU_2015:30110"), moon, tmp_path / "p.geojson")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", gis.TABLE_SUFFIXES)
+@pytest.mark.parametrize("crs", [None, "EPSG:4326", "EPSG:2056"])
+def test_points_are_written(crs: str | None, suffix: str, tmp_path: Path) -> None:
+    """The numbers come back to the last digit; points stay where they are, in their CRS or, for GeoJSON, in WGS 84."""
+    map_ = Projection.from_user_input("EPSG:2056")
+    frame = PLACES
+    if crs:
+        frame = geopandas.GeoDataFrame(PLACES[["name", "height"]], geometry=LIKE, crs=4326).to_crs(crs)
+    found = factors(map_, frame)
+    path = gis.save_points(map_, found, tmp_path / f"o{suffix}")
+    read = gis.read_points(path)
+    numbers = ["height", "x", "y", "h", "k", "omega", "convergence"]
+    np.testing.assert_allclose(read[numbers], found[numbers], rtol=1e-15)
+    assert read.name.tolist() == PLACES.name.tolist()
+    again = factors(map_, read[[name for name in ("lon", "lat", "geometry") if name in read]])
+    np.testing.assert_allclose(again[["x", "y"]], found[["x", "y"]], atol=2e-3)
+    if suffix == ".gpkg":
+        assert read.crs.to_epsg() == (pyproj.CRS(crs).to_epsg() if crs else 4150)
+    if suffix == ".geojson":
+        assert read.crs.to_epsg() == 4326
+        assert json.loads(path.read_text())["features"][0]["geometry"]["coordinates"][0] == pytest.approx(
+            7.44, abs=1e-2
+        )
+
+
+# ---- files ------------------------------------------------------------------------------------
+
+
+def write(path: Path) -> None:
+    """A file of each kind, by its suffix."""
+    if path.suffix == ".tif":
+        gis.save_raster(gis.raster("eqc", region="box:0,0,9,9", size=8), path)
+    elif path.suffix == ".parquet":
+        gis.save_points(Projection.from_user_input("eqc"), PLACES, path)
+    else:
+        gis.save_layer(gis.indicatrices("eqc", region="box:0,0,9,9", step=3), path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["x.tif", "x.gpkg", "x.geojson", "x.parquet"])
+def test_a_failure_leaves_nothing_half_written(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disk that is full in the middle: the old file as it was, and no other."""
+    path = tmp_path / name
+    path.write_text("old")
+
+    def full(*arguments: object, **options: object) -> None:
+        for target in arguments:
+            if isinstance(target, Path):
+                target.write_text("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    for target in ("rasterio.open", "pyogrio.write_dataframe", "pandas.DataFrame.to_parquet"):
+        monkeypatch.setattr(target, full)
+    with pytest.raises(OSError, match="No space left"):
+        write(path)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("name", "library"),
+    [("x.tif", "rasterio"), ("x.gpkg", "geopandas"), ("x.gpkg", "pyogrio"), ("x.parquet", "pyarrow")],
+)
+def test_a_missing_library(name: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line that says what to install."""
+    monkeypatch.setitem(sys.modules, library, None)
+    path = tmp_path / name
+    message = re.escape(f"Invalid output '{path}'. It needs {library}: pip install 'projdist[gis]'.")
+    with pytest.raises(ImportError, match=f"^{message}$"):
+        gis.check_libraries(path)
+
+
+@pytest.mark.parametrize(
+    "save", [gis.save_raster, gis.save_layer, lambda frame, path: gis.save_points(None, frame, path)]
+)
+def test_unknown_suffixes(save: object) -> None:
+    """Refused by name."""
+    with pytest.raises(ValueError, match=r"Invalid .* 'x.foo'. Its suffix must be \."):
+        save(None, "x.foo")
+
+
+def test_planes_of_crss() -> None:
+    """A CRS is its own plane, whatever its unit and axes; the matrix leads to metres east and north."""
+    np.testing.assert_allclose(plane_of(Projection.from_user_input("EPSG:5513")).to_metres, [[0, -1], [-1, 0]])
+    feet = plane_of(Projection.from_user_input("EPSG:2263")).to_metres
+    np.testing.assert_allclose(feet, np.eye(2) * 1200 / 3937, rtol=1e-15)

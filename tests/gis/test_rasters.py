@@ -1,0 +1,250 @@
+"""Rasters for GIS programs, read back by rasterio and held against `factors`."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pyproj
+import pytest
+from gis_files import greenwich_degrees, some_slow
+
+from projdist import Projection, ProjectionError, factors, gis, projection_names
+from projdist.gis import rasters
+from projdist.gis.grids import OnPlane, pixels
+from projdist.projections import plane_of, same_map
+
+geopandas = pytest.importorskip("geopandas")
+rasterio = pytest.importorskip("rasterio")
+SAME = 1e-9
+
+RASTERS = {
+    "mollweide": {"region": "box:-180,0,20,90", "size": 60},
+    "+proj=igh +ellps=WGS84": {"region": "box:-60,-20,60,20", "size": 80},
+    "+proj=utm +zone=32 +ellps=intl +units=us-ft": {"region": "box:6,40,12,50", "size": 30},
+    "EPSG:3857": {"size": 40},
+    "EPSG:2263": {"resolution": 10_000.0},  # feet
+    "EPSG:5513": {"size": (40, 20)},  # south and west
+    "EPSG:2053": {"size": 30},  # west and south
+    "EPSG:31467": {"size": 30},  # north before east
+    "EPSG:3031": {"size": 40},  # polar
+    "EPSG:27572": {"size": 30},  # Paris, grads
+    "EPSG:3832": {"region": "box:170,-30,-170,10", "size": 30},  # across the antimeridian
+    "IAU_2015:30120": {"size": 30},  # the Moon
+}
+
+
+LONLAT = {
+    "+proj=pipeline +step +proj=moll": {"size": 60},
+    "EPSG:3832": {"region": "box:170,-30,-170,10", "resolution": 1.0, "grid": "lonlat"},
+    "EPSG:27572": {"size": 30, "grid": "lonlat"},
+    "+proj=moll +R=1737400": {"size": 30, "grid": "lonlat"},
+    "EPSG:3035": {"region": "cap:10,50,300", "size": 30, "grid": "lonlat"},
+}
+
+
+def centres(image: rasterio.DatasetReader) -> tuple[np.ndarray, np.ndarray]:
+    """x, y of the centres of all pixels."""
+    rows, columns = np.mgrid[: image.height, : image.width]
+    x, y = rasterio.transform.xy(image.transform, rows.ravel(), columns.ravel())
+    return np.reshape(x, rows.shape), np.reshape(y, rows.shape)
+
+
+@pytest.mark.parametrize(
+    "projection",
+    some_slow(RASTERS, set(RASTERS) - {"EPSG:5513"}),
+)
+def test_rasters_on_the_plane(projection: str, tmp_path: Path) -> None:
+    """Every pixel has the measures of its centre, whose longitude and latitude pyproj finds; the CRS is the map's."""
+    names = ["omega", "scale_error_ppm"]
+    found = gis.raster(projection, names, **RASTERS[projection])
+    path = gis.save_raster(found, tmp_path / "x.tif")
+    map_ = Projection.from_user_input(projection)
+    with rasterio.open(path) as image:
+        assert (image.descriptions, image.units) == (("omega", "scale_error_ppm"), ("deg", "ppm"))
+        assert np.isnan(image.nodata)
+        assert image.dtypes == ("float64", "float64")
+        assert same_map(map_, image.crs.to_wkt()) is not None
+        values, (x, y), crs = image.read(), centres(image), pyproj.CRS(image.crs.to_wkt())
+    assert found.note == ""
+    inside = np.isfinite(values[0])
+    assert inside.mean() > 0.4
+    lon, lat = greenwich_degrees(crs, x[inside], y[inside])
+    truth = factors(map_, lon, lat, measures=names)
+    for band, name in zip(values, names, strict=True):
+        np.testing.assert_allclose(
+            band[inside], truth.extra[name], rtol=SAME, atol=SAME * (1e6 if "ppm" in name else 1)
+        )
+    back = np.array(
+        pyproj.Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True).transform(
+            *pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True).transform(x[inside], y[inside])
+        )
+    )
+    np.testing.assert_allclose(back, [x[inside], y[inside]], atol=1e-6 * map_.ellipsoid.a)
+
+
+@pytest.mark.slow
+def test_pixels_outside_the_map_are_not_a_number() -> None:
+    """Mollweide's ellipse, exactly: PROJ's inverse answers outside, too, but not with the same point."""
+    found = gis.raster("mollweide", size=51)
+    x, y = found.pixels.centres(0, found.pixels.rows)
+    R = 6371008.7714
+    ellipse = (x / (2 * np.sqrt(2) * R)) ** 2 + (y / (np.sqrt(2) * R)) ** 2
+    assert (np.isfinite(found.values[0]) == (ellipse < 1)).all()
+
+
+def test_places_outside_the_map() -> None:
+    """There are none: of pixels that lie by the rim of Mollweide's ellipse those are on the map that are within it."""
+    projection, R, side = Projection.from_user_input("mollweide"), 6371008.7714, 360_000.0
+    turn = np.linspace(0.0, 2.0 * np.pi, 50)
+    ellipse = np.sqrt(2.0) * R * np.stack([2.0 * np.cos(turn), np.sin(turn)])
+    for share, on_map in ((0.9999, True), (1.0001, False), (1.02, False)):
+        lon, lat = OnPlane(projection, plane_of(projection), side).places(*(share * ellipse))
+        assert (np.isfinite(lon) == on_map).all()
+        assert (np.isfinite(lat) == on_map).all()
+
+
+@pytest.mark.slow
+def test_pixels_outside_the_region_are_not_a_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cap on its azimuthal map is a disc of its radius; so in strips of seven rows, of which the last has three."""
+    monkeypatch.setattr(rasters, "_AT_ONCE", 600)
+    found = gis.raster("+proj=aeqd +lon_0=10 +lat_0=50 +R=6371008.7714", region="cap:10,50,500", size=80)
+    x, y = found.pixels.centres(0, found.pixels.rows)
+    assert (np.isfinite(found.values[0]) == (np.hypot(x, y) < 500e3)).all()
+    assert found.pixels.width * 80 == pytest.approx(1e6, rel=1e-3)
+
+
+@pytest.mark.parametrize("projection", LONLAT)
+def test_rasters_on_longitude_and_latitude(projection: str, tmp_path: Path) -> None:
+    """Pixels are even in the map's own longitudes and latitudes, across the antimeridian beyond 180 degrees."""
+    path = gis.save_raster(gis.raster(projection, ["k", "h"], **LONLAT[projection]), tmp_path / "x.tif")
+    with rasterio.open(path) as image:
+        values, (x, y), crs = image.read(), centres(image), pyproj.CRS(image.crs.to_wkt())
+        bounds = image.bounds
+    assert crs.is_geographic
+    assert crs.ellipsoid.semi_major_metre == pytest.approx(
+        6378137.0
+        if projection == "+proj=pipeline +step +proj=moll"
+        else Projection.from_user_input(projection).ellipsoid.a
+    )
+    unit, meridian = np.degrees(crs.axis_info[0].unit_conversion_factor), crs.prime_meridian
+    lon = x * unit + np.degrees(meridian.longitude * meridian.unit_conversion_factor)
+    truth = factors(projection, lon, y * unit)
+    inside = np.isfinite(values[0])
+    assert inside.mean() > 0.7
+    np.testing.assert_allclose(values[0][inside], truth.k[inside], rtol=SAME)
+    np.testing.assert_allclose(values[1][inside], truth.h[inside], rtol=SAME)
+    if projection == "EPSG:3832":
+        assert tuple(bounds) == (170.0, -30.0, 190.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("projection", "note"),
+    [
+        ("+proj=pipeline +step +proj=moll", "Mollweide has no CRS; the raster is in longitude and latitude."),
+        (lambda lon, lat: (1e5 * lon, 1e5 * lat), "<lambda> has no CRS; the raster is in longitude and latitude."),
+        ("airy", "Airy has no inverse in PROJ; the raster is in longitude and latitude."),
+        pytest.param(
+            "rouss",
+            "PROJ's inverse of Roussilhe Stereographic leads to other points; the raster is in longitude and latitude.",
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_maps_that_fall_back(projection: object, note: str) -> None:
+    """A map without a CRS or an inverse is laid on longitude and latitude, and the note says why."""
+    found = gis.raster(projection, size=8)
+    assert found.note == note
+    assert pyproj.CRS(found.wkt).to_epsg() == 4326
+    assert found.pixels.transform == (45.0, 0.0, -180.0, 0.0, -45.0, 90.0)
+
+
+@pytest.mark.slow
+def test_a_crs_that_a_geotiff_has_no_room_for(tmp_path: Path) -> None:
+    """It comes in the file beside, which obeys the same rules; where the GeoTIFF has room, an old one goes."""
+    path, beside = tmp_path / "x.tif", tmp_path / "x.tif.aux.xml"
+    hatano = gis.raster("hatano", region="box:0,0,40,40", size=8)
+    assert hatano.note == f"A GeoTIFF has no room for the CRS of {hatano.projection.name}; it is in the .aux.xml file."
+    gis.save_raster(hatano, path)
+    with rasterio.open(path) as image:
+        assert same_map(hatano.projection, image.crs.to_wkt()) is not None
+    path.unlink()
+    with pytest.raises(FileExistsError, match=r"aux\.xml'. It exists"):
+        gis.save_raster(hatano, path, overwrite=False)
+    equal_earth = gis.raster("equal-earth", region="box:0,0,40,40", size=8)
+    gis.save_raster(equal_earth, path)
+    assert list(tmp_path.iterdir()) == [path]
+    assert not beside.exists()
+    with rasterio.open(path) as image:
+        assert same_map(equal_earth.projection, image.crs.to_wkt()) is not None
+
+
+def test_pixels() -> None:
+    """Square ones along the longer side, columns and rows, or edges on the multiples of a resolution."""
+    extent = (-10.0, 2.0, 30.0, 12.0)
+    assert pixels(extent, 1, 4, None).transform == (10.0, 0.0, -10.0, 0.0, -10.0, 12.0)
+    assert pixels(extent, 1, (8, 1), None).transform == (5.0, 0.0, -10.0, 0.0, -10.0, 12.0)
+    found = pixels(extent, 1, None, 3.0)
+    assert (found.left, found.top, found.columns, found.rows) == (-12.0, 12.0, 14, 4)
+    assert (pixels((-180.0, -90.0, 180.0, 90.0), 1, None, 0.1).columns) == 3600
+
+
+@pytest.mark.parametrize(
+    ("size", "resolution", "message"),
+    [
+        (0, None, "Invalid size '0'. It must be a positive number of pixels."),
+        ((100_000, 100_000), None, "Invalid size '100000,100000'. It makes 1e+10 values; there must be 1 to 1e+08"),
+        (None, -1.0, "Invalid resolution '-1.0'. It must be a positive number"),
+        (3, 1.0, "Invalid size '3' with resolution '1'. It must be one of the two."),
+        (None, 1e-3, "Invalid resolution '0.001'. It makes"),
+    ],
+)
+def test_pixels_that_are_refused(size: int | tuple[int, int] | None, resolution: float | None, message: str) -> None:
+    """One line each."""
+    with pytest.raises(ValueError, match=re.escape(message)):
+        pixels((0.0, 0.0, 40.0, 40.0), 1, size, resolution)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"grid": "plane"}, "Invalid grid 'plane'. It must be map or lonlat."),
+        ({"measures": ["foo"]}, "Invalid measure 'foo'."),
+        ({"region": "box:1"}, "Invalid region 'box:1'."),
+    ],
+)
+def test_rasters_that_are_refused(options: dict[str, object], message: str) -> None:
+    """One line each."""
+    with pytest.raises(ValueError, match=re.escape(message)):
+        gis.raster("eqc", **{"region": "box:0,0,40,40"} | options)
+
+
+def test_a_region_outside_the_map() -> None:
+    """Nothing to lay pixels on."""
+    with pytest.raises(ValueError, match=r"Invalid region for 'Orthographic'\. No part of it can be projected\."):
+        gis.raster("+proj=ortho +lat_0=90 +R=6371000", region="box:0,-40,40,-10")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings(
+    "ignore:.*too far from where:projdist.support.notices.Notice"
+)  # New Zealand's map of the globe
+@pytest.mark.parametrize("name", {text: name for name, text in projection_names().items()}.values())
+def test_every_name_as_a_raster_and_a_layer(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What PROJ has a CRS for comes back from GeoTIFF, GeoPackage and GeoJSON as the same map, by one of its names."""
+    monkeypatch.setattr("projdist.surfaces.surface._GLOBE_STEP", 2.0)  # a ninth of the cells
+    try:
+        projection = Projection.from_user_input(name)
+    except ProjectionError:
+        pytest.skip("needs parameters")
+    found = gis.raster(projection, size=24)
+    with rasterio.open(gis.save_raster(found, tmp_path / "x.tif")) as image:
+        assert np.isfinite(image.read()).any()
+        on_plane = not pyproj.CRS(image.crs.to_wkt()).is_geographic
+        assert on_plane == ("longitude and latitude" not in found.note)
+        if on_plane:
+            assert same_map(projection, image.crs.to_wkt()) is not None
+    layer = gis.indicatrices(projection, step=30)
+    for suffix in gis.LAYER_SUFFIXES:
+        read = geopandas.read_file(gis.save_layer(layer, tmp_path / f"e{suffix}"))
+        if layer.crs is not None:
+            assert same_map(projection, read.crs.to_wkt()) is not None

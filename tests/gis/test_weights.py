@@ -1,0 +1,299 @@
+"""Weights of rasters and of columns, against sums made by hand."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pyproj
+import pytest
+from typer.testing import CliRunner
+
+from projdist import PointSet, factors, get_region, gis, summarize
+from projdist.cli.app import app
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
+from projdist.gis import weights
+from projdist.regions import Box
+from projdist.regions.combined import combine
+
+rasterio = pytest.importorskip("rasterio")
+
+
+def from_origin(west: float, north: float, width: float, height: float) -> rasterio.Affine:
+    return rasterio.Affine(width, 0.0, west, 0.0, -height, north)
+
+
+def write(path: Path, values: np.ndarray, transform: rasterio.Affine, crs: str = "EPSG:4326") -> Path:
+    bands, rows, columns = values.shape
+    options = {"driver": "GTiff", "width": columns, "height": rows, "count": bands, "dtype": "float64", "nodata": -1}
+    with rasterio.open(path, "w", crs=crs, transform=transform, **options) as image:
+        image.write(values)
+    return path
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> Path:
+    """A world of 10-degree cells: band 1 holds random counts with holes, band 2 ones."""
+    counts = np.random.default_rng(1).uniform(0, 100, (18, 36))
+    counts[3, 5:9] = -1
+    return write(tmp_path / "pop.tif", np.stack([counts, np.ones((18, 36))]), from_origin(-180, 90, 10, 10))
+
+
+def test_means_are_sums_over_cells(world: Path) -> None:
+    """The squared error is the mean of ln^2 a + ln^2 b at the cells' middles, weighted by their values."""
+    found = summarize("robin", gis.weighted("box:-60,-20,60,60", world))
+    with rasterio.open(world) as image:
+        counts = image.read(1)
+    lon, lat = np.meshgrid(np.arange(-175, 180, 10.0), np.arange(85, -90, -10.0))
+    inside = (np.abs(lon) < 60) & (lat > -20) & (lat < 60) & (counts >= 0)
+    fisher = factors("robin", lon[inside], lat[inside]).fisher
+    truth = np.sqrt(np.average(fisher**2, weights=counts[inside]))
+    assert found.airy_kavrayskiy == pytest.approx(truth, rel=1e-9)
+
+
+def test_bands_and_the_antimeridian(world: Path) -> None:
+    """A box across the antimeridian has the cells of both sides; the second band counts each once."""
+    points = gis.weighted("box:160,-30,-150,10", world, band=2)
+    assert sorted({float(np.mod(lon, 360)) for lon in points.lon}) == [165.0, 175.0, 185.0, 195.0, 205.0]
+    assert points.weight.sum() == 5 * 4
+    assert points.name == "box:160,-30,-150,10 weighted by pop.tif"
+
+
+def test_projected_rasters(tmp_path: Path) -> None:
+    """Cells of a projected raster lie at the longitudes and latitudes of their middles, a turned one's too."""
+    turned = from_origin(4e6, 3e6, 1e5, 1e5) @ rasterio.Affine.rotation(10.0)
+    path = write(tmp_path / "x.tif", np.ones((1, 4, 5)), turned, "EPSG:3035")
+    points = gis.weighted("globe", path)
+    x, y = turned @ (0.5, 0.5)
+    found = factors("EPSG:3035", points.lon, points.lat)
+    assert points.lon.size == 20
+    assert np.hypot(found.x - x, found.y - y).min() < 1e-3
+
+
+@pytest.mark.parametrize(("most", "side"), [(100, 3), (30, 5)])
+@pytest.mark.parametrize("at_once", [1, 300, 10**6])
+def test_large_rasters_are_added_up(
+    world: Path, monkeypatch: pytest.MonkeyPatch, most: int, side: int, at_once: int
+) -> None:
+    """Blocks of cells keep the sum and the centre, whatever the size of what is read, the narrower last ones, too."""
+    whole = gis.weighted("globe", world)
+    monkeypatch.setattr(weights, "_MOST", most)
+    monkeypatch.setattr(weights, "_AT_ONCE", at_once)
+    blocks = gis.weighted("globe", world)
+    assert blocks.lon.size == math.ceil(36 / side) * math.ceil(18 / side)
+    assert blocks.weight.sum() == pytest.approx(whole.weight.sum(), rel=1e-14)
+    np.testing.assert_allclose(
+        [blocks.weight @ blocks.lat, blocks.weight @ blocks.lon],
+        [whole.weight @ whole.lat, whole.weight @ whole.lon],
+        atol=1e-10 * whole.weight.sum(),
+    )
+
+
+# ---- against cells counted one by one -------------------------------------------------------
+
+BOX, CAP, TRIANGLE = "box:-31.3,-17.2,44.9,61.7", "cap:170,55,2500", "triangle"
+CORNERS = np.array([(-60.0, -30.0), (75.0, -10.0), (10.0, 70.0)])
+
+
+def region_of(name: str) -> object:
+    if name != TRIANGLE:
+        return name
+    return get_region({"type": "Polygon", "coordinates": [[*CORNERS.tolist(), CORNERS[0].tolist()]]})
+
+
+def is_in(name: str, lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
+    """Whether places are in one of the three regions, each by a formula of its own."""
+    if name == BOX:
+        return (lon > -31.3) & (lon < 44.9) & (lat > -17.2) & (lat < 61.7)
+    if name == CAP:
+        towards = np.radians([170.0, 55.0])
+        cos = np.sin(np.radians(lat)) * np.sin(towards[1])
+        cos += np.cos(np.radians(lat)) * np.cos(towards[1]) * np.cos(np.radians(lon) - towards[0])
+        return np.arccos(cos) < 2500 / 6371.0087714
+    sides = [
+        (b[0] - a[0]) * (lat - a[1]) - (b[1] - a[1]) * (lon - a[0])
+        for a, b in zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)
+    ]
+    return np.all(np.array(sides) > 0, axis=0)
+
+
+def fine_world(path: Path, rows: int) -> tuple[Path, np.ndarray, np.ndarray, np.ndarray]:
+    """A raster whose cells hold their share of a density that is known in closed form, and the middles of its cells."""
+    lon, lat = ((np.arange(n) + 0.5) * 180.0 / rows for n in (2 * rows, rows))
+    lon, lat = np.meshgrid(lon - 180.0, 90.0 - lat)
+    half = math.radians(90.0 / rows)
+    # The integral of 1 + sin(3 lon) over the cell's surface on the unit sphere.
+    along = 2 * half + 2 / 3 * np.sin(3 * np.radians(lon)) * math.sin(3 * half)
+    values = along * 2 * np.cos(np.radians(lat)) * math.sin(half)
+    return write(path, values[None], from_origin(-180, 90, 180 / rows, 180 / rows)), lon, lat, values
+
+
+def check_cells(region: str, path: Path, lon: np.ndarray, lat: np.ndarray, values: np.ndarray) -> PointSet:
+    """The sum is that of the cells in the region to the last digits, and means within the errors that are printed."""
+    points = gis.weighted(region_of(region), path)
+    inside = is_in(region, lon, lat)
+    assert points.weight.sum() == pytest.approx(values[inside].sum(), rel=1e-12)
+    found = summarize(f"+proj=eqc +R={R}", points, measures=["k"])
+    # Plate carree: h = 1 and k = 1 / cos(latitude).
+    k = 1 / np.cos(np.radians(lat[inside]))
+    level = math.sqrt(np.average(np.log(k) ** 2, weights=values[inside]))
+    assert abs(found.airy_kavrayskiy - level) <= found.error_estimate
+    assert abs(found.measures["k"].mean - np.average(k, weights=values[inside])) <= found.measures["k"].mean_error
+    assert found.error_estimate < (1e-8 if points.coarse is None else 2e-2)
+    return points
+
+
+@pytest.mark.parametrize("region", [BOX, pytest.param(CAP, marks=pytest.mark.slow), TRIANGLE])
+@pytest.mark.parametrize("most", [10**6, 1000, 300])
+def test_cells_of_a_region_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, region: str, most: int) -> None:
+    """Cells outside the region never count, whether cells are added up or not, and whatever is read in one go."""
+    path, lon, lat, values = fine_world(tmp_path / "x.tif", 90)
+    monkeypatch.setattr(weights, "_MOST", most)
+    for at_once in (4_000_000, 3000):
+        monkeypatch.setattr(weights, "_AT_ONCE", at_once)
+        points = check_cells(region, path, lon, lat, values)
+        assert points.coarse is None or most < 10**6
+        assert points.lon.size <= 1.1 * most
+
+
+def test_whole_cells_against_the_integral(tmp_path: Path) -> None:
+    """Over a box of whole cells the sum is the integral of the density, in closed form."""
+    path, *_ = fine_world(tmp_path / "x.tif", 180)
+    found = gis.weighted("box:-30,-20,60,50", path).weight.sum()
+    west, south, east, north = np.radians([-30, -20, 60, 50])
+    along = east - west - (math.cos(3 * east) - math.cos(3 * west)) / 3
+    assert found == pytest.approx(along * (math.sin(north) - math.sin(south)), rel=1e-12)
+
+
+@pytest.mark.parametrize(("operator", "left"), [("&", [True, True, False, False]), ("-", [False, False, True, True])])
+def test_combinations_keep_what_points_stand_for(operator: str, left: list[bool]) -> None:
+    """The fewer points are chosen as the many are, and the error still has what it costs to add up."""
+    lon, lat = np.array([5.0, 15.0, 25.0, 35.0]), np.array([50.0, 10.0, 20.0, 60.0])
+    coarse = PointSet(np.array([10.0, 30.0]), np.array([30.0, 40.0]), np.array([3.0, 7.0]))
+    points = PointSet(lon, lat, np.array([1.0, 2.0, 3.0, 4.0]), coarse=coarse)
+    found = combine(operator, points, Box(0, 0, 20, 70), "some")
+    assert found.lon.tolist() == lon[left].tolist()
+    assert found.coarse is not None
+    assert (found.coarse.lon.tolist(), found.coarse.weight.tolist()) == (
+        ([10.0], [3.0]) if left[0] else ([30.0], [7.0])
+    )
+    few = summarize("merc", found.coarse)
+    many = summarize("merc", PointSet(found.lon, found.lat, found.weight))
+    cost = summarize("merc", found).error_estimate
+    assert cost >= abs(many.airy_kavrayskiy - few.airy_kavrayskiy) > 1e-3
+    alone = combine("&", points, Box(0, 40, 8, 70), "one")  # where the fewer have none
+    assert alone.coarse is not None
+    assert (alone.coarse.lon.tolist(), alone.coarse.weight.tolist()) == ([5.0], [1.0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("region", [BOX, CAP, TRIANGLE])
+def test_more_than_a_million_cells(tmp_path: Path, region: str) -> None:
+    """So it is for a raster that is too large for points, as it comes."""
+    path, lon, lat, values = fine_world(tmp_path / "x.tif", 4000)
+    points = check_cells(region, path, lon, lat, values)
+    assert points.coarse is not None
+    assert points.lon.size < 1_000_000
+
+
+@pytest.mark.parametrize("most", [10**6, 500])
+def test_projected_rasters_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: int) -> None:
+    """A polar raster with the pole in it, over a box and a polar cap: the cells by PROJ's own inverse."""
+    monkeypatch.setattr(weights, "_MOST", most)
+    values = np.random.default_rng(4).uniform(0, 9, (1, 160, 160))
+    path = write(tmp_path / "x.tif", values, from_origin(-4e6, 4e6, 5e4, 5e4), "EPSG:3995")
+    x, y = np.meshgrid(-4e6 + 5e4 * (np.arange(160) + 0.5), 4e6 - 5e4 * (np.arange(160) + 0.5))
+    lon, lat = pyproj.Transformer.from_crs("EPSG:3995", "EPSG:4326", always_xy=True).transform(x, y)
+    for text, inside in (
+        ("box:100,62.5,-150,88.2", (np.mod(lon, 360) > 100) & (np.mod(lon, 360) < 210) & (lat > 62.5) & (lat < 88.2)),
+        ("cap:0,90,1500", np.radians(90 - lat) < 1500 / 6371.0087714),
+    ):
+        assert gis.weighted(text, path).weight.sum() == pytest.approx(values[0][inside].sum(), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_rows_from_south_to_north(world: Path, tmp_path: Path) -> None:
+    """A raster whose rows run north is the same raster."""
+    with rasterio.open(world) as image:
+        counts = image.read()
+    path = write(tmp_path / "up.tif", counts[:, ::-1], rasterio.Affine(10, 0, -180, 0, 10, -90))
+    for region in ("box:-60,-20,60,60", "box:160,-30,-150,10", "cap:20,50,3000"):
+        up, down = gis.weighted(region, path), gis.weighted(region, world)
+        order, other = np.lexsort((up.lon, up.lat)), np.lexsort((down.lon, down.lat))
+        for name in ("lon", "lat", "weight"):
+            np.testing.assert_array_equal(getattr(up, name)[order], getattr(down, name)[other])
+
+
+def test_scale_and_offset(tmp_path: Path) -> None:
+    """Values are what the band's scale and offset make of the numbers; what has none stays nothing."""
+    path = write(tmp_path / "x.tif", np.array([[[1.0, 2.0], [-1.0, 4.0]]]), from_origin(0, 20, 10, 10))
+    with rasterio.open(path, "r+") as image:
+        image.scales, image.offsets = (0.5,), (3.0,)
+    assert sorted(gis.weighted("globe", path).weight.tolist()) == [3.5, 4.0, 5.0]
+
+
+def test_a_cell_across_the_antimeridian_counts_once(tmp_path: Path) -> None:
+    """A raster that begins a little west of -180, as the well-known ones do."""
+    path = write(tmp_path / "x.tif", np.ones((1, 18, 36)), from_origin(-180.01, 90.01, 10, 10))
+    assert gis.weighted("globe", path).weight.sum() == 18 * 36
+    assert gis.weighted("box:170,-90,-170,90", path).weight.sum() == 18 * 2
+
+
+def test_a_raster_elsewhere(tmp_path: Path) -> None:
+    """Is refused in one line that says where it lies; so are points, which have weights of their own."""
+    path = write(tmp_path / "x.tif", np.ones((1, 2, 2)), from_origin(0, 20, 10, 10))
+    message = r"It lies elsewhere than box:30,35,50,70: within longitudes 0 and 20, latitudes 0 and 20\.$"
+    with pytest.raises(ValueError, match=message):
+        gis.weighted("box:30,35,50,70", path)
+    with pytest.raises(ValueError, match=r"A raster weighs the area of a region, and points has points\.$"):
+        gis.weighted(PointSet(np.zeros(1), np.zeros(1), np.ones(1)), path)
+
+
+@pytest.mark.parametrize(
+    ("region", "path", "band", "message"),
+    [
+        ("box:0,0,1,1", "pop.tif", 1, "No cell with a value has its middle in box:0,0,1,1"),
+        ("globe", "pop.tif", 3, "It has 2 band"),
+        ("globe", "none.tif", 1, "It cannot be read"),
+    ],
+)
+def test_what_cannot_be(world: Path, region: str, path: str, band: int, message: str) -> None:
+    """A wrong file, band or region is one line."""
+    with pytest.raises(ValueError, match=message):
+        gis.weighted(region, world.parent / path, band=band)
+
+
+def test_negative_counts_are_refused(tmp_path: Path) -> None:
+    """A weight is not negative."""
+    path = write(tmp_path / "x.tif", np.full((1, 2, 2), -5.0), from_origin(0, 10, 5, 5))
+    with pytest.raises(ValueError, match=r"weight -5; it must be finite and not negative"):
+        gis.weighted("globe", path)
+
+
+def test_on_the_command_line(world: Path, tmp_path: Path) -> None:
+    """A raster, one of its bands, and a column of points weight the means; anything else is one line."""
+    (tmp_path / "a.csv").write_text("lon,lat,people\n0,0,1\n0,60,3\n")
+    points = f"points:{tmp_path / 'a.csv'}"
+
+    def run(*words: str) -> tuple[int, str, str]:
+        result = CliRunner().invoke(app, ["compare", "merc", *words, "--format", "csv"])
+        return result.exit_code, result.stdout, result.stderr
+
+    code, out, err = run("-r", "box:-60,-20,60,60", "--weight", f"{world}#2")
+    assert (code, err) == (0, "")
+    code, out, err = run("-r", points, "--weight", "people")
+    assert (code, err) == (0, "")
+    figure = float(out.splitlines()[1].split(",")[4])
+    assert figure == pytest.approx(np.sqrt(0.75 * 2 * np.log(2.0) ** 2), rel=1e-9)  # k = 2 at 60 N, three of four times
+    for words, text in (
+        (["-r", points, "--weight", "cows"], "It has no column 'cows' for weights; it has lon, lat, people."),
+        (["-r", "globe", "--weight", "people"], "It must be a raster, or, of points:PATH, the name of a column."),
+        (["-r", "globe", "--weight", f"{world}#x"], "Invalid band 'x'"),
+    ):
+        code, out, err = run(*words)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert text in err
+
+
+def test_weighted_regions_are_sets_of_points(world: Path) -> None:
+    """So they can be measured, drawn and combined as these are."""
+    assert isinstance(gis.weighted("country:FR", world, band=2), PointSet)

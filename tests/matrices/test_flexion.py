@@ -1,0 +1,149 @@
+"""Flexion and skewness against quadrature and closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from measured_matrices import MATRICES, MIRROR, SECOND_ORDER, rotation, value
+
+RNG = np.random.default_rng(20240229)
+
+
+def second_derivatives(h_x, h_y):
+    return np.array([h_x, h_y], dtype=float)
+
+
+def mercator(lat):
+    """J and H, per radian, of the Mercator projection along geodesics of the unit sphere."""
+    tan, cos = math.tan(lat), math.cos(lat)
+    # On a geodesic of azimuth z: lam' = sin z / cos, phi' = cos z, lam'' = 2 tan lam' phi', phi'' = -sin cos lam'^2;
+    # with x = lam, y = the integral of dphi / cos.
+    h_x = [[0.0, tan / cos], [tan / cos, 0.0]]
+    h_y = [[-tan / cos, 0.0], [0.0, tan / cos]]
+    return np.eye(2) / cos, second_derivatives(h_x, h_y)
+
+
+def plate_carree(lat):
+    """J and H, per radian, of x = lam, y = phi along geodesics of the unit sphere."""
+    tan, cos = math.tan(lat), math.cos(lat)
+    return np.diag([1 / cos, 1.0]), second_derivatives([[0.0, tan / cos], [tan / cos, 0.0]], [[-tan, 0.0], [0.0, 0.0]])
+
+
+def azimuthal(radius, first, second, c):
+    """J and H of r(c) at the distance c north of the centre, in axes east (across) and north (along the radius)."""
+    # Along the radius the map's velocity is r'; a step across turns about the centre: at unit speed across,
+    # the azimuth grows as 1 / sin c and the distance curves outwards by c'' = cot c.
+    across = radius(c) / math.sin(c)
+    cot = math.cos(c) / math.sin(c)
+    # x'' = 2 r' theta' c' + r theta'' with theta'' = -2 cot c theta' c'; y'' = r'' c'^2 + r' c'' - r theta'^2.
+    mixed = (first(c) - radius(c) * cot) / math.sin(c)
+    h_y = [[first(c) * cot - radius(c) / math.sin(c) ** 2, 0.0], [0.0, second(c)]]
+    return np.diag([across, first(c)]), second_derivatives([[0.0, mixed], [mixed, 0.0]], h_y)
+
+
+def stereographic(c):
+    half = c / 2
+    return azimuthal(
+        lambda c: 2 * math.tan(c / 2),
+        lambda c: 1 / math.cos(c / 2) ** 2,
+        lambda c: math.sin(half) / math.cos(half) ** 3,
+        c,
+    )
+
+
+def gnomonic(c):
+    return azimuthal(math.tan, lambda c: 1 / math.cos(c) ** 2, lambda c: 2 * math.sin(c) / math.cos(c) ** 3, c)
+
+
+@pytest.mark.parametrize("lat", [-1.4, -0.5, 1e-6, 0.3, 1.0, 1.5])
+@pytest.mark.parametrize("name", SECOND_ORDER)
+def test_mercator_flexion_and_skewness(name, lat):
+    """Both are (2 / pi) |grad ln k| for a conformal map: (2 / pi) |tan lat|, whose mean is Goldberg & Gott's 0.64."""
+    J, H = mercator(lat)
+    # rel: 24 nodes are exact for |cos|; what is left is the arcs' ends.
+    assert value(name, J, H) == pytest.approx(2 / math.pi * abs(math.tan(lat)), rel=1e-12)
+
+
+@pytest.mark.parametrize("c", [1e-3, 0.5, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("name", SECOND_ORDER)
+def test_stereographic_flexion_and_skewness(name, c):
+    """At the distance c from the centre both are (2 / pi) tan(c / 2), the gradient of ln k = -2 ln cos(c / 2)."""
+    J, H = stereographic(c)
+    assert value(name, J, H) == pytest.approx(2 / math.pi * math.tan(c / 2), rel=1e-9)
+
+
+def test_gnomonic_has_no_flexion():
+    """Great circles are straight on the gnomonic map: no flexion (Goldberg & Gott 2007, section 3)."""
+    for c in (0.1, 0.7, 1.3):
+        J, H = gnomonic(c)
+        assert value("flexion", J, H) == pytest.approx(0.0, abs=1e-14)
+        assert value("skewness", J, H) > 0.1 * c
+
+
+def mean_over_directions(J, H, product):
+    """Trapezoids on 2^18 directions; the kinks of the absolute value cost 1e-9 or so."""
+    angle = np.linspace(0, np.pi, 2**18, endpoint=False)
+    t = np.stack([np.cos(angle), np.sin(angle)])
+    v = J @ t
+    w = np.einsum("ijk,jd,kd->id", H, t, t)
+    return np.mean(np.abs(product(v, w)) / np.sum(v * v, axis=0))
+
+
+PRODUCTS = {
+    "flexion": lambda v, w: v[0] * w[1] - v[1] * w[0],
+    "skewness": lambda v, w: v[0] * w[0] + v[1] * w[1],
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SECOND_ORDER)
+def test_second_order_measures_against_trapezoids(name):
+    """Means over all directions of |v x w| / |v|^2 and |v . w| / |v|^2, for any J of a / b up to 10 and any H."""
+    for _ in range(60):
+        J = rotation(RNG.uniform(0, 7)) @ np.diag([1.0, RNG.uniform(0.1, 1)]) @ rotation(RNG.uniform(0, 7))
+        H = RNG.normal(size=(2, 2, 2))
+        H = H + np.swapaxes(H, -1, -2)
+        truth = mean_over_directions(J, H, PRODUCTS[name])
+        # That of the trapezoids; the measure itself claims 1e-10.
+        assert value(name, J, H) == pytest.approx(truth, rel=1e-8)
+
+
+@pytest.mark.parametrize("name", SECOND_ORDER)
+def test_second_order_measures_of_plate_carree(name):
+    """On the plate carree they are the means over directions of the graticule's own geodesic equations."""
+    for lat in (0.2, 0.9, 1.4):
+        J, H = plate_carree(lat)
+        assert value(name, J, H) == pytest.approx(mean_over_directions(J, H, PRODUCTS[name]), rel=1e-8)
+
+
+@pytest.mark.parametrize("name", SECOND_ORDER)
+def test_second_order_measures_are_invariant(name):
+    """They do not change with the map's scale, a turn or mirror of the map, or a turn of the local frame."""
+    J = MATRICES[:100]
+    H = RNG.normal(size=(len(J), 2, 2, 2))
+    H = H + np.swapaxes(H, -1, -2)
+    R, Q = rotation(0.7) @ MIRROR, rotation(2.3)
+    turned = np.einsum("ai,nijk,jb,kc->nabc", 3.0 * R, H, Q, Q)
+    mild = np.linalg.cond(J) < 10
+    np.testing.assert_allclose(value(name, 3.0 * R @ J @ Q, turned)[mild], value(name, J, H)[mild], rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", SECOND_ORDER)
+def test_second_order_measures_of_degenerate_input(name):
+    """H = 0 gives 0; a singular or undefined J, or an undefined H, gives NaN, without a warning."""
+    eye, zero, H = np.eye(2), np.zeros((2, 2, 2)), RNG.normal(size=(2, 2, 2))
+    assert value(name, eye, zero) == 0.0
+    assert value(name, np.stack([eye, eye]), np.stack([zero, H])).shape == (2,)
+    assert np.isnan(value(name, np.full((2, 2), np.nan), H))
+    assert np.isnan(value(name, eye, np.full((2, 2, 2), np.nan)))
+    assert np.isnan(value(name, np.zeros((2, 2)), H))
+
+
+@pytest.mark.parametrize("name", SECOND_ORDER)
+@pytest.mark.parametrize("shape", [(), (4,), (2, 3)])
+def test_second_order_values_have_the_shape_of_the_batch(name, shape):
+    """Matrices (..., 2, 2) and second derivatives (..., 2, 2, 2) give values (...)."""
+    J, H = mercator(0.5)
+    result = value(name, np.broadcast_to(J, (*shape, 2, 2)), np.broadcast_to(H, (*shape, 2, 2, 2)))
+    assert np.shape(result) == shape
+    np.testing.assert_allclose(result, 2 / math.pi * math.tan(0.5), rtol=1e-12)

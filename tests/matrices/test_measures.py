@@ -1,0 +1,314 @@
+"""Pointwise measures against numpy's SVD, quadrature, closed forms and theorems."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from measured_matrices import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
+
+from projdist.matrices.measures import principal_scales
+
+EPS = np.finfo(float).eps
+RNG = np.random.default_rng(20240229)
+
+# Functions of the singular values alone: they do not see rotations or mirrors of the map or of the Earth.
+OF_SCALES = [
+    "fisher",
+    "areal_scale",
+    "tissot_semimajor",
+    "tissot_semiminor",
+    "angular_distortion",
+    "log_anisotropy",
+    "log_areal_scale",
+    "airy",
+    "kavrayskiy",
+    "jordan",
+    "scale_error_ppm",
+    "areal_error_ppm",
+]
+
+
+# These are about the graticule: a rotation or mirror of the map, but not of the Earth, leaves them.
+OF_GRATICULE = ["meridional_scale", "parallel_scale", "meridian_parallel_angle"]
+
+
+# Undefined where the map is singular: they hold the logarithm of the lesser scale, which is 0.
+LOGARITHMIC = ["fisher", "log_anisotropy", "log_areal_scale", "kavrayskiy"]
+
+
+# ---- principal scales -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_principal_scales_are_singular_values(n):
+    """The principal scales are numpy's singular values, for any dimension and batch."""
+    J = RNG.normal(size=(7, 11, n, n))
+    truth = np.linalg.svd(J, compute_uv=False)
+    # Rounding is relative to the largest scale.
+    np.testing.assert_allclose(principal_scales(J) / truth[..., :1], truth / truth[..., :1], atol=20 * EPS)
+
+
+@given(J=jacobians())
+def test_scales_of_any_matrix(J):
+    """a and b are the singular values also of ill-conditioned and of mirroring matrices."""
+    truth = np.linalg.svd(J, compute_uv=False)
+    assert abs(value("a", J) - truth[0]) <= 20 * EPS * truth[0]
+    assert abs(value("b", J) - truth[1]) <= 20 * EPS * truth[0]
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-10, 1e-13, 1e-15])
+def test_exact_near_conformality(size):
+    """a, b and omega of a similarity times 1 +- 1e-13 keep all their digits, where a determinant would lose half."""
+    with mpmath.workdps(50):
+        for angle, perturbation in zip(RNG.uniform(0, 2 * np.pi, 50), RNG.normal(size=(50, 2, 2)), strict=True):
+            J = 1.7 * rotation(angle) @ (np.eye(2) + size * perturbation)
+            truth = sorted((float(s), s) for s in mpmath.svd_r(mpmath.matrix(J.tolist()), compute_uv=False))
+            b, a = truth[0][1], truth[1][1]
+            omega = 2 * mpmath.asin((a - b) / (a + b))
+            # Two additions and a hypotenuse of numbers near 1: 4 roundings, in radians.
+            assert abs(math.radians(value("omega", J)) - omega) <= 4 * EPS
+            assert abs(value("a", J) / a - 1) <= 4 * EPS
+            assert abs(value("b", J) / b - 1) <= 4 * EPS
+
+
+def test_a_similarity_has_no_angular_distortion():
+    """omega of an exact similarity, mirrored or not, is 0 to rounding, and ln(a/b) too."""
+    for c, s in RNG.normal(size=(50, 2)):
+        for J in ([[c, -s], [s, c]], [[c, s], [s, -c]]):
+            assert value("omega", J) == 0.0
+            assert value("log_anisotropy", J) == 0.0
+
+
+def test_principal_scales_of_undefined_matrices_are_nan():
+    """A NaN in J makes its scales NaN, and no other's."""
+    for n in (2, 3):
+        J = np.stack([np.eye(n), np.full((n, n), np.nan), 2 * np.eye(n)])
+        np.testing.assert_array_equal(principal_scales(J), [[1.0] * n, [np.nan] * n, [2.0] * n])
+
+
+@pytest.mark.parametrize("shape", [(2,), (2, 3), (4, 2, 1)])
+def test_principal_scales_check_the_shape(shape):
+    """What is not square in its last two axes is refused."""
+    with pytest.raises(ValueError, match=r"^Invalid Jacobian shape \(.*\)\. The last two axes must be equal"):
+        principal_scales(np.ones(shape))
+
+
+# ---- the family -------------------------------------------------------------------------------
+
+
+def test_every_measure_is_in_one_class_of_invariance():
+    """The lists of this module hold every measure, so that a new one is tested."""
+    others = {"meridian_convergence", "orientation"}
+    assert set(OF_SCALES) | set(OF_GRATICULE) | others == set(POINTWISE)
+    assert set(SECOND_ORDER) == {"flexion", "skewness"}
+
+
+@pytest.mark.parametrize("name", POINTWISE)
+@pytest.mark.parametrize("shape", [(), (4,), (2, 0), (2, 3, 4)])
+def test_values_have_the_shape_of_the_batch(name, shape):
+    """Matrices (..., 2, 2) give values (...)."""
+    result = value(name, np.broadcast_to([[1.1, 0.2], [0.3, 0.9]], (*shape, 2, 2)))
+    assert np.shape(result) == shape
+
+
+@pytest.mark.parametrize("name", POINTWISE)
+def test_undefined_matrices_give_nan(name):
+    """NaN in, NaN out; the neighbours keep their values."""
+    J = np.stack([MATRICES[0], np.full((2, 2), np.nan), MATRICES[1]])
+    result = value(name, J)
+    assert np.isnan(result[1])
+    np.testing.assert_array_equal(result[[0, 2]], value(name, J[[0, 2]]))
+
+
+@pytest.mark.parametrize("name", OF_SCALES)
+def test_measures_of_scales_ignore_rotations_and_mirrors(name):
+    """Rotating or mirroring the map or the Earth does not change a measure of the principal scales."""
+    angles = RNG.uniform(0, 2 * np.pi, (2, len(MATRICES)))
+    turned = rotation(angles[0]) @ MATRICES @ rotation(angles[1])
+    # Condition below 100: rounding of the lesser scale is 1e2 eps; in ppm, 1e6 times that.
+    for J in (turned, MIRROR @ turned, turned @ MIRROR, np.swapaxes(turned, -1, -2)):
+        np.testing.assert_allclose(value(name, J), value(name, MATRICES), rtol=1e-12, atol=1e-8 * ("ppm" in name))
+
+
+@pytest.mark.parametrize("name", OF_GRATICULE)
+def test_measures_of_the_graticule_ignore_rotations_of_the_map(name):
+    """h, k and theta' do not see how the map is turned or mirrored on the sheet."""
+    turned = rotation(RNG.uniform(0, 2 * np.pi, len(MATRICES))) @ MATRICES
+    for J in (turned, MIRROR @ turned):
+        np.testing.assert_allclose(value(name, J), value(name, MATRICES), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["airy", "jordan", "scale_error_ppm", "areal_error_ppm", *LOGARITHMIC])
+def test_an_isometry_has_no_distortion(name):
+    """Every measure of distortion is 0 for a rotation; only rounding of the rotation itself is left."""
+    # log(0) of the anisotropy is no issue: a / b is 1.
+    result = value(name, rotation(np.linspace(0, 6, 50)))
+    np.testing.assert_allclose(result, 0.0, atol=1e-15 * (1e6 if "ppm" in name else 1.0))
+
+
+@pytest.mark.parametrize("name", LOGARITHMIC)
+def test_logarithms_of_singular_matrices_are_nan(name):
+    """Where the lesser scale is 0 its logarithm is not defined: NaN, never inf and never a warning."""
+    for J in ([[1.0, 0.0], [0.0, 0.0]], [[0.0, 2.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]):
+        assert np.isnan(value(name, J))
+
+
+@pytest.mark.parametrize("name", POINTWISE)
+def test_no_measure_is_infinite_or_warns_at_singular_matrices(name):
+    """A singular matrix, even the zero matrix, gives a number or NaN without a warning."""
+    J = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 1.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], np.zeros((2, 2))])
+    assert not np.isinf(value(name, J)).any()
+
+
+def test_singular_matrices_where_the_measure_is_defined():
+    """A map that flattens one direction has s = 0, b = 0, omega = 180 degrees and no orientation."""
+    J = [[2.0, 0.0], [0.0, 0.0]]
+    expected = {"s": 0.0, "b": 0.0, "a": 2.0, "omega": 180.0, "orientation": 0.0, "h": 0.0, "k": 2.0, "ppm": 1e6}
+    assert {name: value(name, J) for name in expected} == pytest.approx(expected, rel=1e-15)
+    # |scale - 1| along the azimuth t is |2 |sin t| - 1|, whose mean square is 3 - 8 / pi.
+    assert value("jordan", J) == pytest.approx(math.sqrt(3 - 8 / math.pi), rel=1e-14)
+
+
+def test_scale_errors_of_the_zero_matrix():
+    """Where every scale is 0, the errors of scale are 1."""
+    assert value("airy", np.zeros((2, 2))) == pytest.approx(1.0)
+    assert value("jordan", np.zeros((2, 2))) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("name", ["angular_distortion", "meridian_parallel_angle", "meridian_convergence"])
+def test_angles_of_the_zero_matrix_are_undefined(name):
+    """Where a direction has no image its angle is NaN, not 0."""
+    assert np.isnan(value(name, np.zeros((2, 2))))
+
+
+# ---- theorems ---------------------------------------------------------------------------------
+
+
+@given(J=jacobians(), left=st.floats(-7, 7), right=st.floats(-7, 7))
+def test_fisher_is_invariant_on_both_sides(J, left, right):
+    """fisher(R J Q) = fisher(J) for rotations R and Q (Ozeri: Dist_F sees singular values only)."""
+    # b is known to eps a: up to 1e4 eps relative.
+    turned = rotation(left) @ J @ rotation(right)
+    assert value("fisher", turned) == pytest.approx(float(value("fisher", J)), abs=1e-10)
+
+
+@given(J=jacobians())
+def test_fisher_of_the_inverse(J):
+    """A map and its inverse have the same Fisher distortion."""
+    assert value("fisher", np.linalg.inv(J)) == pytest.approx(float(value("fisher", J)), abs=1e-10)
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_fisher_in_any_dimension(n):
+    """fisher is invariant and equal for the inverse in n dimensions too; for diag(e^t) it is the length of t."""
+    J = RNG.normal(size=(50, n, n))
+    Q = np.linalg.qr(RNG.normal(size=(50, n, n)))[0]
+    np.testing.assert_allclose(value("fisher", Q @ J), value("fisher", J), rtol=1e-11)
+    np.testing.assert_allclose(value("fisher", np.linalg.inv(J)), value("fisher", J), rtol=1e-11)
+    t = RNG.normal(size=n)
+    assert value("fisher", np.diag(np.exp(t))) == pytest.approx(float(np.linalg.norm(t)), rel=1e-14)
+
+
+@given(J=jacobians())
+def test_angles_and_areas_make_the_fisher_distortion(J):
+    """ln^2(a/b) + ln^2(ab) = 2 (ln^2 a + ln^2 b), and kavrayskiy is fisher / sqrt(2)."""
+    fisher = float(value("fisher", J))
+    parts = value("log_anisotropy", J) ** 2 + value("log_areal_scale", J) ** 2
+    assert parts == pytest.approx(2 * fisher**2, rel=1e-9, abs=1e-12)
+    assert value("kavrayskiy", J) * math.sqrt(2) == pytest.approx(fisher, rel=1e-14)
+
+
+@given(J=jacobians())
+def test_apollonius(J):
+    """h^2 + k^2 = a^2 + b^2 and h k sin(theta') = a b (Snyder 1987, 4-10 and 4-11)."""
+    h, k, a, b, s = (float(value(name, J)) for name in ("h", "k", "a", "b", "s"))
+    assert h * h + k * k == pytest.approx(a * a + b * b, rel=1e-13)
+    theta = math.radians(value("theta", J))
+    assert h * k * math.sin(theta) == pytest.approx(s, rel=1e-12)
+    # a b is known to eps a^2, for b is known to eps a.
+    assert s == pytest.approx(a * b, abs=20 * EPS * a * a)
+
+
+@given(J=jacobians())
+def test_omega_from_the_scales(J):
+    """sin(omega / 2) = (a - b) / (a + b) (Snyder 1987, 4-9)."""
+    a, b = np.linalg.svd(J, compute_uv=False)
+    assert math.sin(math.radians(value("omega", J)) / 2) == pytest.approx((a - b) / (a + b), abs=1e-14)
+
+
+@given(J=jacobians(), azimuth=st.floats(-720, 720))
+def test_scale_at_an_azimuth(J, azimuth):
+    """scale@azimuth is |J t| for t that many degrees clockwise from north, and lies between b and a."""
+    t = np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))])
+    scale = float(value(f"scale@{azimuth}", J))
+    assert scale == pytest.approx(float(np.linalg.norm(J @ t)), rel=1e-10)
+    assert value("b", J) * (1 - 1e-10) - 1e-12 <= scale <= value("a", J) * (1 + 1e-12)
+
+
+def test_scale_along_the_graticule():
+    """scale@0 is h and scale@90 is k; scale@45 of a shear is that of the north-east."""
+    np.testing.assert_allclose(value("scale@0", MATRICES), value("h", MATRICES), rtol=1e-14)
+    np.testing.assert_allclose(value("scale@-90", MATRICES), value("k", MATRICES), rtol=1e-13)
+    shear = [[1.0, 1.0], [0.0, 1.0]]
+    assert value("scale@45", shear) == pytest.approx(math.sqrt(2.5), rel=1e-14)
+    assert value("scale@-45", shear) == pytest.approx(math.sqrt(0.5), rel=1e-14)
+
+
+@given(J=jacobians())
+def test_largest_scale_error(J):
+    """scale_error_ppm is the largest |scale - 1| over the azimuths, in millionths."""
+    # Every half degree: between, the scale differs from its extremes by (0.25 deg)^2 / 2 = 1e-5 of a^2 / b.
+    azimuths = np.arange(0, 180, 0.5)
+    scales = np.array([value(f"scale@{azimuth}", J) for azimuth in azimuths[::8]])
+    ppm = float(value("ppm", J))
+    assert ppm >= 1e6 * np.abs(scales - 1).max() * (1 - 1e-12) - 1e-6
+    a, b = np.linalg.svd(J, compute_uv=False)
+    assert ppm == pytest.approx(1e6 * max(abs(a - 1), abs(b - 1)), rel=1e-9, abs=1e-6)
+    assert value("areal_error_ppm", J) == pytest.approx(1e6 * abs(a * b - 1), rel=1e-9, abs=1e-5)
+
+
+@pytest.mark.parametrize("angle", [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0])
+def test_convergence_of_a_turned_map(angle):
+    """A map turned anticlockwise by an angle has its grid north that much clockwise of true north."""
+    # True north points up and to the left on the sheet, so grid north (up) is to its right: clockwise.
+    assert value("convergence", 1.3 * rotation(math.radians(angle))) == pytest.approx(angle, abs=1e-13)
+
+
+def test_orientation():
+    """+1 for a rotation, -1 for a mirror."""
+    assert value("orientation", rotation(2.0)) == 1.0
+    assert value("orientation", MIRROR @ rotation(2.0)) == -1.0
+
+
+# a, b: near 1, around the change of method at ((a - b) / (a + b))^2 = 0.05 (a / b = 1.576), and far.
+JORDAN = [(1 + 1e-9, 1 - 2e-9), (1 + 1e-5, 1.0), (1.1, 0.95), (1.575, 1.0), (1.577, 1.0), (3.0, 0.2), (50.0, 1e-3)]
+
+
+@pytest.mark.parametrize(("a", "b"), JORDAN)
+def test_jordan_against_quadrature(a, b):
+    """Jordan's term is sqrt(mean over azimuths of (scale - 1)^2), by mpmath's quadrature, also for scales near 1."""
+    with mpmath.workdps(40):
+        A, B = mpmath.mpf(a), mpmath.mpf(b)
+
+        def square(t):
+            return (mpmath.hypot(A * mpmath.cos(t), B * mpmath.sin(t)) - 1) ** 2
+
+        breaks = [0, mpmath.pi / 4, mpmath.pi / 2 - mpmath.mpf(B) / A, mpmath.pi / 2]
+        truth = float(mpmath.sqrt(2 / mpmath.pi * mpmath.quad(square, sorted(breaks))))
+    # The scales themselves are rounded to eps, which is eps / truth of a term as small as truth.
+    result = value("jordan", rotation(0.3) @ np.diag([a, b]) @ rotation(1.1))
+    assert result == pytest.approx(truth, rel=1e-13 + 8 * EPS / truth)
+
+
+@given(J=jacobians())
+def test_jordan_between_bounds(J):
+    """Jordan's term, a mean over the azimuths, is at most the largest |scale - 1|."""
+    assert value("jordan", J) <= 1e-6 * value("ppm", J) * (1 + 1e-12) + 1e-14
+
+
+def test_airy_closed_form():
+    """Airy's term of scales 2 and 1/2 is sqrt((1 + 1/4) / 2)."""
+    assert value("airy", np.diag([0.5, -2.0])) == pytest.approx(math.sqrt(0.625), rel=1e-15)

@@ -1,0 +1,69 @@
+"""Random matrices for means, and their cost by the definition."""
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from hypothesis import given
+from hypothesis import strategies as st
+
+SEEDS = st.integers(0, 2**32 - 1)
+CASES = given(seed=SEEDS, n=st.sampled_from([2, 3, 5]))
+EXACT = ["newton", "gradient"]
+
+
+def random_matrices(rng, count, n=2, spread=1.0):
+    """Invertible matrices, exp of a normal one, of both orientations."""
+    A = scipy.linalg.expm(spread * np.sqrt(2 / n) * rng.normal(size=(count, n, n)))
+    A[::3, :, 0] *= -1
+    return A
+
+
+def random_orthogonal(rng, count, n=2):
+    return np.linalg.qr(rng.normal(size=(count, n, n)))[0]
+
+
+def transposed(A):
+    return np.swapaxes(A, -1, -2)
+
+
+def cholesky_factor(G):
+    """The lower triangular L with a positive diagonal and L L^T = G G^T."""
+    return np.linalg.cholesky(G @ transposed(G))
+
+
+def fisher_squares(T, A):
+    """The definition: Dist_F(T^-1 A_i)^2, by numpy's SVD."""
+    return np.sum(np.log(np.linalg.svd(np.linalg.solve(T, A), compute_uv=False)) ** 2, axis=-1)
+
+
+def cost(T, A, weights=None):
+    """The weighted mean of the definition."""
+    return float(np.average(fisher_squares(T, A), weights=weights))
+
+
+def karcher(T, A, weights=None):
+    """The weighted mean of ln(T^-1 A_i A_i^T T^-T), which vanishes at the Frechet mean (Karcher's equation)."""
+    U, scales, _ = np.linalg.svd(np.linalg.solve(T, A))
+    return np.average(U @ (2 * np.log(scales)[..., None] * transposed(U)), axis=0, weights=weights)
+
+
+def around(G, count, spread, *, seed=1):
+    """A, weights, and the cost of their mean G G^T: A_i = G exp(S_i / 2) Q_i, symmetric S_i of weighted mean 0.
+
+    Karcher's equation of P_i = A_i A_i^T at G G^T is sum w_i S_i = 0, and Dist_F(exp(S / 2)) is half the norm of S.
+    """
+    rng, n = np.random.default_rng(seed), len(G)
+    S = rng.normal(size=(count, n, n)) * spread
+    S = S + transposed(S)
+    w = rng.uniform(0.5, 2.0, count)
+    S -= np.average(S, axis=0, weights=w)
+    values, U = np.linalg.eigh(S)
+    root = (U * np.exp(0.5 * values[:, None])) @ transposed(U)
+    squares = np.sum(S * S, axis=(1, 2)) / 4
+    return G @ root @ random_orthogonal(rng, count, n), w, float(np.average(squares, weights=w))
+
+
+def graded(n, condition, seed=1):
+    """A lower triangular matrix whose rows grow to this condition."""
+    rng = np.random.default_rng(seed)
+    return np.tril(rng.normal(size=(n, n)), -1) * 0.3 + np.diag(np.geomspace(1.0, condition, n))

@@ -1,0 +1,114 @@
+"""Minima: problems whose answers are known."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from projdist.numerics.minima import descend, descend_lattice, lattice, minimise
+
+BOX = np.array([-2.0, -2.0]), np.array([2.0, 2.0])
+
+
+def rosenbrock(x: np.ndarray) -> np.ndarray:
+    """Sum of squares with its minimum 0 at (1, 1), in a curved valley."""
+    return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
+
+
+def madsen(x: np.ndarray) -> np.ndarray:
+    """Charalambous and Bandler's first minimax problem: 1.9522245 at (1.1390376, 0.8995599)."""
+    a = x[0] ** 2 + x[1] ** 4
+    b = (2.0 - x[0]) ** 2 + (2.0 - x[1]) ** 2
+    return np.array([[a, b, 2.0 * np.exp(x[1] - x[0])]])
+
+
+def test_least_squares() -> None:
+    """The valley's end, to 1e-6."""
+    found = minimise(rosenbrock, *BOX, worst=False)
+    assert_allclose(found.place, 1.0, atol=1e-6)
+    assert found.evaluations < 1500
+
+
+def test_minimax() -> None:
+    """A published minimax problem with a kink at its minimum."""
+    found = minimise(madsen, *BOX, worst=True)
+    assert_allclose(found.place, [1.1390376, 0.8995599], atol=1e-5)
+    assert found.value == pytest.approx(1.9522245, abs=1e-6)
+
+
+def test_groups_of_a_minimax_are_added() -> None:
+    """The range of x^2 - x t over t in [0, 1] is |x|: the maxima of a function and of its negative."""
+    t = np.linspace(0.0, 1.0, 11)
+
+    def both(x: np.ndarray) -> np.ndarray:
+        return np.stack([(x[0] - 0.3) * t, -(x[0] - 0.3) * t])
+
+    found = minimise(both, np.array([-1.0]), np.array([1.0]), worst=True)
+    assert found.place[0] == pytest.approx(0.3, abs=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("worst", [False, True])
+def test_the_edge_of_the_box(worst: bool) -> None:
+    """A minimum on the edge is found there, exactly."""
+
+    def terms(x: np.ndarray) -> np.ndarray:
+        values = np.array([3.0 + x[0], 1.0 + (x[1] - 0.5) ** 2])
+        return values[None] if worst else values
+
+    found = minimise(terms, *BOX, worst=worst)
+    assert found.place[0] == -2.0
+
+
+def test_several_minima() -> None:
+    """The deepest of many: the lattice finds its basin."""
+
+    def terms(x: np.ndarray) -> np.ndarray:
+        return np.array([np.sqrt(2.0 + np.cos(9.0 * x[0]) + 0.1 * (x[0] - 1.0) ** 2)])
+
+    found = minimise(terms, np.array([-2.0]), np.array([2.0]), worst=False)
+    grid = np.linspace(-2.0, 2.0, 400001)
+    assert found.place[0] == pytest.approx(grid[np.argmin(np.cos(9 * grid) + 0.1 * (grid - 1) ** 2)], abs=1e-5)
+
+
+def test_no_variables() -> None:
+    """With nothing to choose the value is that of the only place."""
+    empty = np.empty(0)
+    assert minimise(lambda x: np.array([2.0]), empty, empty, worst=False).value == 4.0
+    assert descend(lambda x: np.array([2.0]), empty, empty, empty, worst=False).value == 4.0
+
+
+def test_the_same_every_time() -> None:
+    """Nothing is random."""
+    assert (
+        minimise(rosenbrock, *BOX, worst=False).place.tolist() == minimise(rosenbrock, *BOX, worst=False).place.tolist()
+    )
+
+
+@pytest.mark.parametrize("dimensions", [1, 2, 3, 4])
+def test_the_lattice_is_even(dimensions: int) -> None:
+    """Every half of every axis holds half of the points, by a few."""
+    points = lattice(dimensions, 200)
+    assert ((points >= 0) & (points < 1)).all()
+    assert_allclose((points < 0.5).mean(axis=0), 0.5, atol=0.05)
+
+
+def test_whole_numbers() -> None:
+    """Steps to the best neighbour end at the best whole numbers; tuples decide ties."""
+
+    def value(x: np.ndarray) -> tuple[float, float]:
+        return max(abs(x[0] - 7.4), 3.0), abs(x[0] - 6.0) + abs(x[1] + 2.0)
+
+    place, found = descend_lattice(value, np.array([0.0, 0.0]))
+    assert place.tolist() == [6.0, -2.0]
+    assert found == (3.0, 0.0)
+
+
+@pytest.mark.parametrize("worst", [False, True])
+@pytest.mark.parametrize("at", [-3.0, 5.0])
+def test_minima_at_either_end(at: float, worst: bool) -> None:
+    """Where the least value lies beyond the box its end is the place, to the last bit: a round number stays one."""
+    low, high = np.array([-1.0]), np.array([2.0])
+    found = minimise(lambda place: np.abs(place - at)[(None,) * worst], low, high, worst=worst)
+    assert found.place[0] == (low[0] if at < 0 else high[0])
+    distance = 2.0 if at < 0 else 3.0
+    assert found.value == pytest.approx(distance if worst else distance**2)

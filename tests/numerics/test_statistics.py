@@ -1,0 +1,170 @@
+"""Criteria against hand-worked numbers, repetition of values by their weights, and numpy."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+import projdist
+from projdist.numerics.statistics import CRITERIA, get_criterion, quantile
+
+VALUES = np.array([4.0, 1.0, 3.0, 1.0])
+WEIGHTS = np.array([1.0, 2.0, 3.0, 2.0])
+# By hand: the sum of weights is 8, of w v 17, of w v^2 47.
+KNOWN = {
+    "mean": 17 / 8,
+    "rms": math.sqrt(47 / 8),
+    "std": math.sqrt(47 / 8 - (17 / 8) ** 2),
+    # Middles of the weights: 1 at 1 and 3, 3 at 5.5, 4 at 7.5 of 8; the half, 4, is 1 / 2.5 of the way from 3 to 5.5.
+    "median": 1 + 2 * (4 - 3) / 2.5,
+    "p95": 4.0,  # 7.6 is beyond the last middle
+    "p75": 3 + (6 - 5.5) / 2,
+    "max": 4.0,
+    "min": 1.0,
+}
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_values(name):
+    """Each criterion of four weighted numbers is what comes out by hand."""
+    assert get_criterion(name)(VALUES, WEIGHTS) == pytest.approx(KNOWN[name], rel=1e-14)
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_the_unit_of_weight_does_not_matter(name):
+    """Weights in m2 and in km2 give the same."""
+    criterion = get_criterion(name)
+    assert criterion(VALUES, 1e12 * WEIGHTS) == pytest.approx(criterion(VALUES, WEIGHTS), rel=1e-13)
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_shape_and_order_do_not_matter(name):
+    """Fields of panels count as one list, in any order."""
+    criterion = get_criterion(name)
+    field, weights = VALUES.reshape(2, 2), WEIGHTS.reshape(2, 2)
+    assert criterion(field, weights) == pytest.approx(criterion(VALUES[::-1], WEIGHTS[::-1]), rel=1e-14)
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_undefined_values_do_not_count(name):
+    """NaN, and what has no weight, changes nothing; of nothing but NaN every criterion is NaN."""
+    criterion = get_criterion(name)
+    values, weights = np.append(VALUES, [np.nan, 1e6]), np.append(WEIGHTS, [5.0, 0.0])
+    assert criterion(values, weights) == criterion(VALUES, WEIGHTS)
+    assert math.isnan(criterion(np.array([np.nan]), np.array([1.0])))
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_a_constant(name):
+    """Of a constant every criterion is the constant, and its standard deviation is zero."""
+    assert get_criterion(name)(np.full(7, 2.5), np.arange(1.0, 8.0)) == pytest.approx(0.0 if name == "std" else 2.5)
+
+
+@pytest.mark.parametrize(("name", "of"), [("mean", np.mean), ("std", np.std), ("max", np.max), ("min", np.min)])
+def test_weights_are_repetitions(name, of):
+    """Whole weights count like repeated values."""
+    rng = np.random.default_rng(2)
+    values, count = rng.normal(size=50), rng.integers(1, 6, size=50)
+    assert get_criterion(name)(values, count) == pytest.approx(of(np.repeat(values, count)), rel=1e-12)
+
+
+def test_rms_is_mean_and_standard_deviation():
+    """The square of the RMS is that of the mean plus that of the standard deviation."""
+    mean, rms, std = (get_criterion(name)(VALUES, WEIGHTS) for name in ("mean", "rms", "std"))
+    assert rms**2 == pytest.approx(mean**2 + std**2, rel=1e-14)
+
+
+def test_standard_deviation_far_from_zero():
+    """A small spread about a large mean keeps its digits."""
+    assert get_criterion("std")(1e9 + np.array([0.0, 1.0]), np.ones(2)) == pytest.approx(0.5, rel=1e-6)
+
+
+def test_quantiles_of_many_values():
+    """Quantiles of n evenly weighted numbers of a known distribution are right to 1 / n."""
+    n = 10_000
+    middles = (np.arange(n) + 0.5) / n
+    values = np.random.default_rng(1).permutation(middles**2)  # the quantile q is q^2
+    for share in (0.01, 0.5, 0.95, 0.999):
+        assert quantile(values, np.ones(n), share) == pytest.approx(share**2, abs=1 / n)
+
+
+def test_quantiles_by_weight():
+    """Weights shift a quantile: values v in [0, 1] of weight 2 v have the quantile sqrt(q)."""
+    values = (np.arange(20_000) + 0.5) / 20_000
+    for name, share in (("p5", 0.05), ("median", 0.5), ("p95", 0.95), ("p99.9", 0.999)):
+        assert get_criterion(name)(values, 2 * values) == pytest.approx(math.sqrt(share), abs=1e-4)
+
+
+def test_quantiles_ascend():
+    """Quantiles ascend from the minimum to the maximum."""
+    rng = np.random.default_rng(4)
+    values, weights = rng.normal(size=31), rng.uniform(size=31)
+    found = [quantile(values, weights, share) for share in np.linspace(0, 1, 41)]
+    assert found == sorted(found)
+    assert (found[0], found[-1]) == (values.min(), values.max())
+
+
+def test_callables_pass_through():
+    """A function of values and weights is a criterion itself."""
+
+    def spread(values, weights):
+        return float(np.ptp(values))
+
+    assert get_criterion(spread) is spread
+
+
+ALLOWED = (
+    "It must be one of mean, rms, std, median, p95, max, min, pNN (see 'projdist list criteria'), "
+    "or a function of values and weights."
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("maen", "Did you mean mean? "),
+        ("medain", "Did you mean median or mean? "),
+        ("Med", "Did you mean median? "),
+        ("MAX", "Did you mean max? "),
+        ("p123", ""),
+        ("p", ""),
+        ("q50", ""),
+        ("", ""),
+        (95, ""),
+        (None, ""),
+        (["mean"], ""),
+    ],
+    ids=str,
+)
+def test_what_is_no_criterion(name, hint):
+    """An unknown name, and what is neither a name nor a function, is refused with close matches and all that is."""
+    with pytest.raises(ValueError, match=r"^Invalid criterion '") as caught:
+        get_criterion(name)
+    assert str(caught.value) == f"Invalid criterion '{name}'. {hint}{ALLOWED}"
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_weights_match_values(name):
+    """There is one weight for each value."""
+    with pytest.raises(ValueError, match=r"^Invalid weights of size 2\. There must be one for each of 3 values\.$"):
+        get_criterion(name)(np.ones(3), np.ones(2))
+
+
+@pytest.mark.slow
+def test_samples_over_polygons_make_means_and_no_quantiles():
+    """Of 1 / cos(lat) over a triangle in longitude and latitude the mean is that of a fine grid."""
+    triangle = shapely.Polygon([(0, 10), (20, 10), (20, 40)])
+    found = projdist.sample("plate-carree", triangle)
+    assert (found.weight < 0).any()
+    values = projdist.get_measure("s")(found.jacobian)
+    lon, lat = np.meshgrid((np.arange(2000) + 0.5) / 100, 10 + (np.arange(3000) + 0.5) / 100)
+    weight = np.cos(np.radians(lat)) * (lat - 10 < 1.5 * lon)
+    truth = weight.astype(bool).sum() / weight.sum()  # of 1 / cos(lat) by area
+    # The grid's steps along the slanting side: half a cell of 1 / 2000 of the width, averaged over 2000 columns.
+    assert projdist.get_criterion("mean")(values, found.weight) == pytest.approx(truth, rel=1e-5)
+    spread = np.sqrt(np.average((1 / np.cos(np.radians(lat)) - truth) ** 2, weights=weight))
+    assert projdist.get_criterion("std")(values, found.weight) == pytest.approx(spread, rel=1e-4)
+    for name in ("median", "p95", "p10", "max", "min"):
+        with pytest.raises(ValueError, match=r"^Invalid weight '-.*as those of samples over polygons are"):
+            projdist.get_criterion(name)(values, found.weight)

@@ -1,0 +1,245 @@
+"""Figures: titles, panels of one scale, colour bars, files, what is refused; a few pictures that were looked at."""
+
+import os
+import re
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.tri import Triangulation
+
+from projdist import plots
+from projdist.plots import pictures
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+EUROPE = "box:-10,35,40,70"
+
+
+@pytest.mark.slow
+def test_panels_share_radius_and_scale() -> None:
+    """All panels have the same circles and the same metres per inch."""
+    figure = plots.tissot_figure(["robin", "laea"], region=EUROPE)
+    scales = []
+    for ax in figure.axes:
+        width = ax.get_position().width * figure.get_figwidth()
+        height = ax.get_position().height * figure.get_figheight()
+        assert np.ptp(ax.get_xlim()) / width == pytest.approx(np.ptp(ax.get_ylim()) / height, rel=1e-6)
+        scales.append(np.ptp(ax.get_xlim()) / width)
+    assert scales == pytest.approx([scales[0]] * 2, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_heatmap_figure_has_titles_bar_and_label() -> None:
+    """Each panel has the map's name and its Airy-Kavrayskiy figure; one bar has the measure's name."""
+    figure = plots.heatmap_figure(["robin", "moll"], measure="omega", region=EUROPE, airy_kavrayskiy=[0.4123, None])
+    robin, moll, bar = figure.axes
+    assert (robin.get_title(), moll.get_title()) == ("Robinson", "Mollweide")
+    texts = [text.get_text() for text in robin.texts]
+    assert any("Airy–Kavrayskiy 0.4123" in text for text in texts)
+    assert bar.get_xlabel() == "Angular distortion omega (degrees)"
+
+
+@pytest.mark.slow
+def test_draws_on_given_axes() -> None:
+    """The functions draw on axes of the caller, and return the radius and the colours."""
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    radius = plots.tissot(left, "robin", region=EUROPE, step=10.0, title="A")
+    scale = plots.heatmap(right, "robin", region=EUROPE, measure="h", levels=[1.0], limits=(0.5, 2.0), title="B")
+    assert 2e5 < radius < 1e6
+    assert scale.limits == pytest.approx((0.5, 2.0))
+    assert (left.get_title(), right.get_title()) == ("A", "B")
+    assert any(isinstance(child, PolyCollection) for child in left.get_children())
+    assert any(isinstance(child, LineCollection) for child in right.get_children())
+
+
+@pytest.mark.parametrize("suffix", plots.SUFFIXES)
+def test_save(tmp_path: Path, suffix: str) -> None:
+    """A figure is written by its suffix, and nothing else is left in the folder."""
+    path = tmp_path / f"map{suffix}"
+    figure = Figure(figsize=(1, 1))
+    assert plots.save(figure, path) == path
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    head = path.read_bytes()[:200]
+    assert {".png": b"PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix] in head
+
+
+def test_unknown_suffix(tmp_path: Path) -> None:
+    """A suffix that is no picture is refused, and no file appears."""
+    with pytest.raises(
+        ValueError, match=r"Invalid picture file '.*x\.foo'\. Its suffix must be \.png, \.svg or \.pdf\."
+    ):
+        plots.save(Figure(), tmp_path / "x.foo")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_bad_options() -> None:
+    """Sizes, steps and lists that make no picture are refused."""
+    with pytest.raises(ValueError, match=r"Invalid size '\(0, 3\)'"):
+        plots.tissot_figure(["EPSG:2154"], size=(0, 3))
+    with pytest.raises(ValueError, match=r"Invalid step '-1'"):
+        plots.tissot_figure(["EPSG:2154"], step=-1)
+    with pytest.raises(ValueError, match=r"Invalid step '-1'"):
+        plots.heatmap_figure(["EPSG:2154"], step=-1)
+    with pytest.raises(ValueError, match=r"Invalid levels '0'"):
+        plots.heatmap_figure(["EPSG:2154"], levels=0)
+    with pytest.raises(ValueError, match=r"Invalid region 'here'"):
+        plots.heatmap_figure(["EPSG:2154"], region="here")
+    with pytest.raises(ValueError, match=r"Invalid list of projections"):
+        plots.heatmap_figure([])
+    with pytest.raises(ValueError, match=r"There must be one for each of 1 maps"):
+        plots.heatmap_figure(["EPSG:2154"], titles=["a", "b"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("region", ["cap:10.2,54.35,1", "box:10,54,10.01,54.01", "cap:179.9999,50,0.1", "cap:0,90,0.5"])
+def test_tiny_regions_need_little(region: str) -> None:
+    """A picture of a square kilometre takes no more memory than one of the world, and has ellipses and graticule."""
+    tracemalloc.start()
+    tissot = plots.tissot_figure(["laea"], region=region)
+    heatmap = plots.heatmap_figure(["laea"], region=region, measure="a")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 150e6
+    found = {child.get_label(): child for child in tissot.axes[0].get_children()}
+    assert len(found["indicatrices"].get_paths()) > 20
+    assert 4 < len(found["graticule"].get_segments()) < 60
+    assert heatmap.axes[0].has_data()
+
+
+@pytest.mark.slow
+def test_outline_is_drawn_as_lines() -> None:
+    """The outline is few lines and not a row of pieces, which would be seen where they meet."""
+    for projection, most in (("EPSG:2154", 1), ("igh", 40)):
+        figure = plots.tissot_figure([projection])
+        (outline,) = (child for child in figure.axes[0].get_children() if child.get_label() == "outline")
+        assert 1 <= len(outline.get_segments()) <= most
+
+
+@pytest.mark.slow
+def test_radius_in_the_caption() -> None:
+    """The caption tells the radius in metres or kilometres, whichever is read more easily."""
+    for region, unit in (("cap:10,54,1", "m"), ("cap:10,54,500", "km")):
+        figure = plots.tissot_figure(["laea"], region=region)
+        assert re.search(rf"a radius of [1-9][0-9.]* {unit}$", figure.texts[0].get_text())
+
+
+@pytest.mark.slow
+def test_half_a_bar() -> None:
+    """Mercator's areal scale is nowhere below 1, and its bar begins there, with the neutral colour."""
+    figure = plots.heatmap_figure(["merc"], measure="s", region="box:-20,0,20,60")
+    assert figure.axes[1].get_xlim()[0] == pytest.approx(1.0)
+    assert figure.axes[1].get_xlim()[1] == pytest.approx(4.0, rel=0.01)
+    assert figure.axes[1].get_xticklabels()[0].get_text() == "1"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [None, (4.0, 3.0), (3.0, 6.0)])
+@pytest.mark.parametrize("region", ["country:CL", "box:7,45,8,60"])
+def test_titles_of_narrow_maps_are_apart(region: str, size: tuple[float, float] | None) -> None:
+    """As matplotlib draws them, no title or line below it covers another, or reaches the picture's edge."""
+    codes = ["EPSG:5361", "EPSG:5362", "EPSG:5343", "EPSG:27707"]
+    titles = codes[:3] if size is None else [*codes[:3], "EPSG:27707 with a longer name"]
+    figure = plots.heatmap_figure(
+        codes[: len(titles)], region=region, titles=titles, airy_kavrayskiy=[0.003922] * len(titles), size=size
+    )
+    figure.canvas.draw()
+    lines = [
+        text
+        for ax in figure.axes[:-1]
+        for text in (ax.title, *ax.texts)
+        if text.get_text() in titles or "Airy" in text.get_text()
+    ]
+    assert len(lines) == 2 * len(titles)
+    boxes = [line.get_window_extent() for line in lines]
+    for index, one in enumerate(boxes):
+        assert 0.0 < one.x0 < one.x1 < figure.bbox.width
+        # Boxes of lines above each other hold their descenders, and may touch.
+        assert not any(one.overlaps(other) for other in boxes[index + 2 :])
+    if size is None:
+        assert {line.get_fontsize() for line in lines} == {10.5, 8.0}
+
+
+PICTURES = {
+    "tissot-robin": lambda: plots.tissot_figure(["robin"]),
+    "heatmap-igh": lambda: plots.heatmap_figure(["igh"], measure="omega"),
+    "heatmap-laea-europe": lambda: plots.heatmap_figure(["EPSG:3035"], measure="s"),
+    "heatmap-merc": lambda: plots.heatmap_figure(["merc"], measure="s"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PICTURES)
+def test_golden_pictures(name: str, tmp_path: Path) -> None:
+    """Pictures look as they did when they were last looked at, blurred over 8 pixels."""
+    path = plots.save(PICTURES[name](), tmp_path / f"{name}.png", dpi=32)
+    new, old = (imread(file)[..., :3].astype(float) for file in (path, GOLDEN / f"{name}.png"))
+    assert new.shape == old.shape
+    rows, columns = (n // 8 * 8 for n in new.shape[:2])
+    blurred = (
+        value[:rows, :columns].reshape(rows // 8, 8, columns // 8, 8, 3).mean(axis=(1, 3)) for value in (new, old)
+    )
+    difference = np.subtract(*blurred)
+    assert np.sqrt(np.mean(difference**2)) < 0.02
+    assert np.abs(difference).max() < 0.25
+
+
+SAME = """
+import sys
+from projdist import plots
+figure = plots.tissot_figure(["robin"], region="box:0,0,40,40", step=20)
+for suffix in plots.SUFFIXES:
+    plots.save(figure, sys.argv[1] + suffix, dpi=30)
+"""
+
+
+def test_pictures_tell_no_time(tmp_path: Path) -> None:
+    """The same figure is the same file again, whose ids are not random."""
+    figure = Figure(figsize=(1, 1))
+    figure.add_axes((0, 0, 1, 1)).scatter([0, 1], [0, 1])  # markers and clips have ids in SVG
+    for suffix in plots.SUFFIXES:
+        first, second = (plots.save(figure, tmp_path / f"{name}{suffix}", dpi=30).read_bytes() for name in "12")
+        assert first == second
+        assert not re.search(rb"Date>|CreationDate|ModDate|date:", first)
+
+
+@pytest.mark.slow
+def test_pictures_are_the_same_bits_twice(tmp_path: Path) -> None:
+    """From processes of their own, one after the other, with other seeds of hashes."""
+    for name in ("0", "1"):
+        environment = os.environ | {"PYTHONHASHSEED": name}
+        subprocess.run([sys.executable, "-c", SAME, str(tmp_path / name)], check=True, env=environment)
+    for suffix in plots.SUFFIXES:
+        first, second = ((tmp_path / f"{name}{suffix}").read_bytes() for name in ("0", "1"))
+        assert first == second, suffix
+
+
+def test_angles_have_no_jump_where_they_turn() -> None:
+    """Between 170 and -170 degrees an isoline is at 180, and none at 0: triangles there have vertices of their own."""
+    values = np.array([170.0, -170.0, -160.0, 100.0])
+    mapped = Triangulation([0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [[0, 1, 2], [0, 1, 3]])
+    parted, found = pictures._without_turn(mapped, values)
+    for triangle, whole in zip(parted.triangles, mapped.triangles, strict=True):
+        assert np.ptp(found[triangle]) <= 180.0
+        np.testing.assert_allclose(np.mod(found[triangle] - values[whole], 360.0), 0.0)
+        np.testing.assert_array_equal(parted.x[triangle], mapped.x[whole])
+        np.testing.assert_array_equal(parted.y[triangle], mapped.y[whole])
+    assert sorted(found[parted.triangles[0]]) == [170.0, 190.0, 200.0]
+
+
+@pytest.mark.slow
+def test_indicatrices_on_given_axes() -> None:
+    """`tissot` answers with the radius of its circles: it is what is asked for, or as large as they can be."""
+    axes = Figure().add_subplot()
+    assert plots.tissot(axes, "robin", region="box:-40,25,-30,35", step=5.0, radius=1e5) == 1e5
+    (circles,) = [one for one in axes.collections if one.get_label() == "indicatrices"]
+    assert len(circles.get_paths()) == 4
+    largest = plots.tissot(Figure().add_subplot(), "robin", region="box:-40,25,-30,35", step=5.0)
+    assert 1e5 < largest < 0.5 * np.radians(5.0) * 6371e3

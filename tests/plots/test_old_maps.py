@@ -1,0 +1,168 @@
+"""Pictures of old maps: panels, scans of either orientation, folds, what is refused."""
+
+import numpy as np
+import pytest
+from matplotlib.collections import PolyCollection
+from matplotlib.text import Text
+from PIL import Image
+
+from projdist import plots
+from projdist.applications.oldmaps import ControlPoints, old_map
+from projdist.matrices.measures import principal_scales
+from projdist.plots.scans import read_scan
+
+PANELS = list(plots.OLD_MAP_PANELS)
+
+
+def sheet(flip=1.0, shift=0.0, **options):
+    """An old map 400 by 300 units large of a known quadratic map."""
+    x, y = np.stack(np.meshgrid(np.linspace(20.0, 380.0, 6), np.linspace(20.0, 280.0, 5)), axis=-1).reshape(-1, 2).T
+    new = np.stack([50.0 * x + 0.02 * x * x, 52.0 * y + 0.01 * x * y], axis=-1)
+    return old_map(ControlPoints(np.stack([x, flip * y + shift], axis=-1), new), model="polynomial2", **options)
+
+
+@pytest.fixture
+def scan(tmp_path):
+    """A picture of 400 by 300 pixels, dark in its upper left quarter."""
+    pixels = np.full((300, 400, 3), 240, dtype=np.uint8)
+    pixels[:150, :200] = 20
+    path = tmp_path / "scan.png"
+    Image.fromarray(pixels).save(path)
+    return path
+
+
+@pytest.mark.parametrize("panels", [["grid"], ["tissot", "scale"], pytest.param(PANELS, marks=pytest.mark.slow)])
+def test_panels(panels, tmp_path):
+    """Each panel has its title and, if coloured, its bar; none lies upon another; one unit is the same in x and y."""
+    figure = plots.old_map_figure(sheet(dots_per_inch=300.0), draw=panels)
+    maps, bars = figure.axes[::2], figure.axes[1::2]
+    assert len(maps) == len(panels)
+    assert [bar.axison for bar in bars] == [panel in ("heatmap", "rotation", "scale") for panel in panels]
+    titles = {"tissot": "Tissot", "heatmap": "Fisher", "rotation": "Rotation", "scale": "Scale", "grid": "True grid"}
+    assert all(ax.get_title().startswith(titles[panel]) for ax, panel in zip(maps, panels, strict=True))
+    boxes = [ax.get_position() for ax in figure.axes if ax.axison or ax in maps]
+    for k, one in enumerate(boxes):
+        assert 0.0 <= one.x0 < one.x1 <= 1.0
+        assert 0.0 <= one.y0 < one.y1 <= 1.0
+        assert not any(one.overlaps(other) for other in boxes[:k])
+    assert plots.save(figure, tmp_path / "x.png", dpi=40).exists()
+
+
+@pytest.mark.slow
+def test_indicatrices():
+    """The ellipses are the images of equal circles: their areas go with the areal scale, and none touches another."""
+    found = sheet()
+    (ax, _) = plots.old_map_figure(found, draw=["tissot"]).axes
+    (drawn,) = (child for child in ax.get_children() if isinstance(child, PolyCollection))
+    paths = np.array([path.vertices[:-1] for path in drawn.get_paths()])
+    x, y = np.moveaxis(paths, -1, 0)
+    areas = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))
+    centres = paths.mean(axis=1)
+    scales = principal_scales(found.local_jacobian(centres)).prod(axis=1)
+    np.testing.assert_allclose(areas / scales, areas[0] / scales[0], rtol=1e-6)
+    distance = np.hypot(*(centres[:, None] - centres).T)
+    reach = np.hypot(*(paths - centres[:, None]).T).max(axis=0)
+    np.fill_diagonal(distance, np.inf)
+    assert (distance > reach[:, None] + reach).all()
+    assert len(paths) > 60
+
+
+@pytest.mark.parametrize(
+    ("flip", "shift", "extent"),
+    [(-1.0, 300.0, (0, 400, 300, 0)), (1.0, 0.0, (0, 400, 0, 300)), (1.0, -300.0, (0, 400, -300, 0))],
+)
+def test_scans(flip, shift, extent, scan):
+    """Points may count rows downwards, upwards, or downwards by negative numbers: the dark quarter is upper left."""
+    found = sheet(flip, shift)
+    read = read_scan(scan, found)
+    assert read.extent == extent
+    north_west = np.argmin(found.points.new @ [1.0, -1.0])
+    south_east = np.argmax(found.points.new @ [1.0, -1.0])
+    for k, brightness in ((north_west, 20 / 240), (south_east, 1.0)):
+        x, y = found.points.old[k]
+        assert read.brightness(np.array([x, 390.0, 395.0, 399.0]), np.array([y]))[0, 0] == pytest.approx(
+            brightness, abs=0.01
+        )
+
+
+@pytest.mark.parametrize("flip", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
+def test_picture_on_a_scan(flip, scan):
+    """North is up, whichever way the rows are counted, and the scan fills the view that it has."""
+    found = sheet(flip, 0.0 if flip > 0 else 300.0)
+    ax = plots.old_map_figure(found, draw=["heatmap"], image=scan).axes[0]
+    up = found.points.new[:, 1].argmax(), found.points.new[:, 1].argmin()
+    high, low = (ax.transData.transform(found.points.old[k])[1] for k in up)
+    assert high > low
+    assert np.ptp(ax.get_xlim()) <= 400.0
+    assert len(ax.get_images()) == 2
+
+
+def test_points_off_the_scan(scan):
+    """Points that are not in the scan's pixels are refused, and one is named."""
+    found = sheet(-1.0, 900.0)
+    with pytest.raises(
+        ValueError, match=r"It has 400 by 300 pixels, and 30 of 30 control points lie outside, as '1'\."
+    ):
+        plots.old_map_figure(found, image=scan)
+
+
+def test_rotation_has_one_sign():
+    """A map turned clockwise by ten degrees is told so in the figures and in the picture."""
+    truth = np.stack(np.meshgrid(*[np.linspace(0.0, 9000.0, 4)] * 2), axis=-1).reshape(-1, 2)
+    angle = np.radians(10.0)
+    # A step to the north goes to the right on a sheet that is turned clockwise.
+    old = truth @ np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) / 50.0
+    found = old_map(ControlPoints(old, truth), model="affine")
+    assert {round(one["rotation"], 9) for one in found.to_dict()["rectifications"].values()} == {10.0}
+    texts = [text.get_text() for ax in plots.old_map_figure(found, draw=["rotation"]).axes for text in ax.findobj(Text)]
+    assert any("clockwise from the mean, which is 10.00" in text for text in texts), texts
+
+
+def test_no_image(tmp_path):
+    """A file that is no picture, and one that is not there."""
+    path = tmp_path / "x.jpg"
+    path.write_text("no picture", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"Invalid image '.*x\.jpg'\. It cannot be read: cannot identify image file"):
+        plots.old_map_figure(sheet(), image=path)
+    with pytest.raises(ValueError, match=r"It cannot be read: No such file or directory\."):
+        plots.old_map_figure(sheet(), image=tmp_path / "none.jpg")
+
+
+@pytest.mark.slow
+def test_a_bomb(tmp_path, monkeypatch):
+    """A file of 12 kB may have 100 million pixels; a JPEG is read at a part of its size, and may have more."""
+    Image.new("1", (10_001, 10_000)).save(tmp_path / "bomb.png")
+    with pytest.raises(
+        ValueError, match=r"Invalid image '.*bomb\.png'\. It cannot be read: 10001 x 10000 pixels are more"
+    ):
+        read_scan(tmp_path / "bomb.png", sheet())
+    monkeypatch.setattr("projdist.applications.mosaics.images._MOST_PIXELS", 20_000_000)
+    Image.new("L", (8000, 8000)).save(tmp_path / "scan.jpg")
+    assert read_scan(tmp_path / "scan.jpg", sheet()).pixels.shape == (4000, 4000, 3)
+
+
+def test_folds_are_marked():
+    """Where the fit turns over the picture has another colour, and says so."""
+    x, y = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 8)] * 2), axis=-1).reshape(-1, 2).T
+    points = ControlPoints(np.stack([x, y], axis=-1), 1000.0 * np.stack([x, y - 0.625 * y * y], axis=-1))
+    ax = plots.old_map_figure(old_map(points, model="polynomial2"), draw=["heatmap"]).axes[0]
+    (folds,) = (child for child in ax.get_children() if child.get_label() == "folds")
+    corners = np.concatenate([path.vertices for path in folds.get_paths()])
+    assert corners[:, 1].min() == pytest.approx(0.8, abs=0.03)
+    assert any("pink: the fit folds" in text.get_text() for text in ax.texts)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"draw": []}, r"Invalid panels ''\. They must be of tissot, heatmap, rotation, scale, grid\."),
+        ({"draw": ["map"]}, r"Invalid panels 'map'\."),
+        ({"measure": "h"}, r"Invalid measure 'h' of an old map\. It must be fisher or areal_scale\."),
+        ({"size": (0, 3)}, r"Invalid size '\(0, 3\)'\. It must be a width and a height in inches"),
+        ({"size": (1, 1)}, r"Invalid size '1,1'\. It has no room for 4 panels\."),
+    ],
+)
+def test_wrong_options(options, message):
+    """What makes no picture is refused."""
+    with pytest.raises(ValueError, match=message):
+        plots.old_map_figure(sheet(), **options)

@@ -1,0 +1,256 @@
+"""CRSs of other bodies, with longitudes positive west or planetocentric latitudes, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from pyproj import CRS, Transformer
+from pyproj.database import query_crs_info
+
+from projdist.answers.point_factors import factors
+from projdist.plots import heatmap
+from projdist.projections import (
+    Projection,
+    compose,
+    crs_wkt,
+    geographic,
+    graticule_of,
+    parameters_of,
+    pipeline_of,
+    plane_of,
+    source_of,
+    unprojected,
+    wkt_of,
+)
+from projdist.projections.datums import has_plain_axes
+from projdist.regions import get_region
+
+# Mars (2015) of the IAU's Working Group on Cartographic Coordinates: semi-axes of 3396.19 and 3376.20 km.
+A, B = 3396190.0, 3376200.0
+E2 = 1.0 - (B / A) ** 2
+E = math.sqrt(E2)
+OGRAPHIC, OCENTRIC = 0, 1  # of a map's code: longitudes positive west, and planetocentric latitudes
+MAPS = {"lcc": 49976, "north": 49931, "south": 49936, "tmerc": 49961, "aea": 49981}
+ROUNDING = 1e-10  # of scales: the derivatives' own accuracy is 1e-11
+
+
+def codes(name):
+    """The ellipsoidal CRSs of a map of Mars: planetographic, with longitudes west, and planetocentric."""
+    return [f"IAU_2015:{MAPS[name] + kind}" for kind in (OGRAPHIC, OCENTRIC)]
+
+
+def m_of(phi):
+    """Snyder 1987, 14-15: the radius of a parallel over a."""
+    return math.cos(phi) / math.sqrt(1.0 - E2 * math.sin(phi) ** 2)
+
+
+def t_of(phi):
+    """Snyder 1987, 15-9."""
+    e_sin = E * math.sin(phi)
+    return math.tan(math.pi / 4 - phi / 2) / ((1.0 - e_sin) / (1.0 + e_sin)) ** (E / 2)
+
+
+def conic_scale(lat, one=20.0, two=60.0):
+    """k of Lambert's conformal cone (Snyder 1987, 15-4, with 15-7, 15-8 and 15-10)."""
+    phi, one, two = (math.radians(angle) for angle in (lat, one, two))
+    n = math.log(m_of(one) / m_of(two)) / math.log(t_of(one) / t_of(two))
+    return m_of(one) * (t_of(phi) / t_of(one)) ** n / m_of(phi)
+
+
+def polar_scale(lat):
+    """k of the polar stereographic map that is true at its pole (Snyder 1987, 21-32 and 21-33)."""
+    phi = math.radians(abs(lat))
+    return 2.0 * t_of(phi) / (math.sqrt((1 + E) ** (1 + E) * (1 - E) ** (1 - E)) * m_of(phi))
+
+
+def meridian_arc(lat):
+    """Metres along the meridian from the equator, by Gauss's quadrature."""
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    phi = math.radians(lat) * (nodes + 1.0) / 2.0
+    return float(A * (1 - E2) * math.radians(lat) / 2.0 * np.sum(weights / (1 - E2 * np.sin(phi) ** 2) ** 1.5))
+
+
+@pytest.mark.parametrize("code", codes("lcc"))
+@pytest.mark.parametrize(("lon", "lat"), [(30.0, 10.0), (-75.0, 10.0), (0.0, 40.0), (120.0, -20.0)])
+def test_the_conformal_cone_of_mars(code, lon, lat):
+    """Both have the closed form's k at geodetic latitudes, no angular deformation, and east to the right."""
+    found = factors(code, lon, lat)
+    np.testing.assert_allclose((found.h, found.k), conic_scale(lat), rtol=ROUNDING)
+    assert found.omega < 1e-8
+    assert np.linalg.det(found.jacobian) > 0
+    assert math.copysign(1.0, found.x) == math.copysign(1.0, lon) or lon == 0.0
+
+
+def test_the_figures_of_the_cone_at_30_10():
+    """`factors IAU_2015:49976 30 10` is h = k = 1.073833, omega 0; with swapped axes it was .8388, .9637, 7.95."""
+    found = factors("IAU_2015:49976", 30.0, 10.0)
+    np.testing.assert_allclose((found.h, found.k, found.omega), (1.073833, 1.073833, 0.0), atol=5e-7)
+
+
+@pytest.mark.parametrize(("name", "lat"), [("north", 70.0), ("north", 33.0), ("south", -70.0), ("south", -88.0)])
+def test_the_polar_maps_of_mars(name, lat):
+    """Both have the closed form's k, whose latitudes are geodetic."""
+    for code in codes(name):
+        found = factors(code, [10.0, -130.0], lat)
+        np.testing.assert_allclose((found.h, found.k), polar_scale(lat), rtol=ROUNDING)
+        assert (found.omega < 1e-8).all()
+        assert (np.linalg.det(found.jacobian) > 0).all()
+
+
+@pytest.mark.parametrize("code", codes("tmerc"))
+def test_the_transverse_mercator_map_of_mars(code):
+    """Its middle meridian is as long as the meridian's arc is, at scale 1; east of it k grows by x^2 / (2 M N)."""
+    found = factors(code, 0.0, [25.0, -60.0])
+    np.testing.assert_allclose(found.y, [meridian_arc(25.0), meridian_arc(-60.0)], rtol=1e-12)
+    np.testing.assert_allclose((found.h, found.k), 1.0, rtol=ROUNDING)
+    beside = factors(code, 2.0, 25.0)
+    M, N = beside.projection.ellipsoid.radii(25.0)
+    assert beside.x > 0
+    assert beside.k == pytest.approx(1.0 + beside.x**2 / (2 * M * N), abs=1e-7)  # x^4 / (24 R^4) is 5e-8
+    assert beside.omega < 1e-8
+
+
+@pytest.mark.parametrize("code", codes("aea"))
+def test_the_equal_area_map_of_mars(code):
+    """Its areal scale is 1."""
+    np.testing.assert_allclose(factors(code, [-100.0, 20.0], [60.0, -10.0]).s, 1.0, rtol=1e-8)
+
+
+def assert_authority(code):
+    """A CRS's own coordinates are those of PROJ in authority order, of its own kinds of longitude and latitude."""
+    crs = CRS.from_user_input(code)
+    projection = Projection.from_user_input(code)
+    # No multiples of 5: there Robinson's map jumps by 4e-8 of a, and a last digit decides.
+    lon, lat = (axis.ravel() for axis in np.meshgrid(np.arange(-170.0, 171, 34), np.arange(-78.0, 79, 19.5)))
+    geodetic = crs.geodetic_crs
+    if geodetic.is_geographic:
+        latitude = lat
+    else:  # planetocentric: tan of it is (b / a)^2 tan of the geodetic one
+        latitude = np.degrees(np.arctan((1 - projection.ellipsoid.f) ** 2 * np.tan(np.radians(lat))))
+    (first, second) = (axis.direction for axis in geodetic.axis_info)
+    assert first == "north"
+    longitude = {"west": -lon, "east": lon}[second]
+    u, v = Transformer.from_crs(geodetic, crs).transform(latitude, longitude)
+    sign = {"west": -1.0, "east": 1.0}[crs.axis_info[0].direction]
+    assert crs.axis_info[1].direction == "north"
+    truth = np.where(np.isfinite(u), (sign * np.asarray(u), v), np.nan)
+    np.testing.assert_allclose(projection(lon, lat), truth, rtol=0, atol=1e-12 * projection.ellipsoid.a)
+
+
+SAMPLE = ["IAU_2015:49911", "IAU_2015:49976", "IAU_2015:49937", "IAU_2015:19912", "IAU_2015:59966"]
+
+
+@pytest.mark.parametrize("code", SAMPLE)
+def test_authority_order(code):
+    """A few of the 340 CRSs whose axes `always_xy` does not know agree with PROJ in authority order."""
+    assert not has_plain_axes(CRS.from_user_input(code).geodetic_crs)
+    assert_authority(code)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chunk", range(4))
+def test_authority_order_of_all(chunk):
+    """So do all: 221 with longitudes positive west, 119 with planetocentric latitudes (in PROJ 9.5)."""
+    infos = query_crs_info(auth_name="IAU_2015", pj_types=["PROJECTED_CRS"], allow_deprecated=True)
+    odd = [
+        f"IAU_2015:{info.code}"
+        for info in sorted(infos, key=lambda info: int(info.code))
+        if not has_plain_axes(CRS.from_authority("IAU_2015", info.code).geodetic_crs)
+    ]
+    assert len(odd) >= 340
+    for code in odd[chunk::4]:
+        assert_authority(code)
+
+
+POINTS = np.array([30.0, -20.0, 3.0]), np.array([10.0, 50.0, 47.0])
+
+
+@pytest.mark.parametrize(
+    "code", [codes("lcc")[0], *(pytest.param(code, marks=pytest.mark.slow) for code in codes("south"))]
+)
+def test_inverses_and_exports_agree(code):
+    """Inverse, graticule, pipeline, WKT and composition are those of the map with longitudes east."""
+    projection = Projection.from_user_input(code)
+    x, y = projection(*POINTS)
+    plane = plane_of(projection)
+    u, v = plane.operation.native(*POINTS)
+    np.testing.assert_allclose(plane.to_metres @ (u, v), (x, y), rtol=1e-14)
+    np.testing.assert_allclose(plane.inverse(u, v, 1e-3), POINTS, atol=1e-11)
+    np.testing.assert_allclose(unprojected(code, u, v), POINTS, atol=1e-11)
+    np.testing.assert_allclose(geographic(projection, code, u, v), POINTS, atol=1e-11)
+
+    graticule = graticule_of(projection)
+    np.testing.assert_array_equal(graticule.coordinates(*POINTS), POINTS)
+    to_map = Transformer.from_crs(CRS.from_wkt(graticule.wkt), code, always_xy=True)
+    np.testing.assert_allclose(to_map.transform(*POINTS), (u, v), rtol=1e-14)
+
+    matrix = np.array([[1.1, 0.1], [0.0, 0.9]])
+    stretched = compose(projection, matrix, "stretched")
+    np.testing.assert_allclose(stretched(*POINTS), matrix @ (x, y), rtol=1e-14)
+    found = Transformer.from_pipeline(pipeline_of(projection, matrix)).transform(*POINTS)
+    np.testing.assert_allclose(found, matrix @ (x, y), rtol=1e-14)
+    wkt, _ = wkt_of(projection, matrix, "stretched")
+    np.testing.assert_allclose(Projection.from_user_input(wkt)(*POINTS), matrix @ (x, y), rtol=1e-12)
+    scaled = parameters_of(projection, np.eye(2) * 1.1)
+    np.testing.assert_allclose(Projection.from_user_input(scaled)(*POINTS), (1.1 * x, 1.1 * y), rtol=1e-12, atol=1e-5)
+
+
+@pytest.mark.slow
+def test_a_crs_made_on_west_longitudes_is_the_map():
+    """WKT on Mars's own geographic CRS is read back as the same map, mirrored nowhere."""
+    projection = Projection.from_user_input(f"+proj=lcc +lat_1=10 +lat_2=20 +lon_0=15 +a={A} +b={B}")
+    wkt, reason = crs_wkt(projection, "mine", geodetic="IAU_2015:49901")
+    assert reason is None
+    np.testing.assert_allclose(Projection.from_user_input(wkt)(*POINTS), projection(*POINTS), rtol=1e-12)
+
+
+def test_data_in_longitudes_west():
+    """Points in a CRS with longitudes positive west lie where they are on a map of another CRS of the body."""
+    source = source_of(Projection.from_user_input("IAU_2015:49977"), "IAU_2015:49901")
+    assert not source.has_degrees
+    np.testing.assert_allclose(source.degrees(POINTS[1], -POINTS[0]), POINTS, atol=1e-12)
+
+
+@pytest.mark.parametrize("code", ["IAU_2015:49901", "IAU_2015:49902"])
+def test_data_as_geopandas_has_them(code):
+    """Data that geopandas has brought to west longitudes or planetocentric latitudes lie where they were."""
+    geopandas = pytest.importorskip("geopandas")
+    data = geopandas.GeoSeries(geopandas.points_from_xy(*POINTS), crs="IAU_2015:49900")
+    # The sphere of 49900 and the ellipsoid have their latitudes in common, as PROJ has it.
+    moved = data.to_crs(code)
+    found = geographic(Projection.from_user_input("IAU_2015:49976"), moved.crs, moved.x.to_numpy(), moved.y.to_numpy())
+    np.testing.assert_allclose(found, POINTS, atol=1e-11)
+
+
+def test_regions_are_the_earths(tmp_path):
+    """A file of another body is refused in one line (it was PROJ's error)."""
+    (tmp_path / "r.geojson").write_text(
+        '{"type":"Polygon","crs":{"type":"name","properties":{"name":"IAU_2015:49901"}},'
+        '"coordinates":[[[0,0],[1,0],[1,1],[0,0]]]}'
+    )
+    with pytest.raises(
+        ValueError, match=r"^Invalid CRS 'Mars \(2015\) / Ographic'. PROJ has no way from it to WGS 84.$"
+    ):
+        get_region(f"file:{tmp_path / 'r.geojson'}")
+
+
+@pytest.mark.slow
+def test_pictures_are_not_mirrored():
+    """East is right on a picture of a CRS with longitudes positive west, and Mars has no coasts of the Earth."""
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    heatmap(axes, "IAU_2015:49976", region="box:20,0,60,40")
+    lines = {collection.get_label(): collection.get_paths() for collection in axes.collections}
+    assert lines["coastline"] == []
+    assert len(lines["graticule"]) > 10
+    west, east = axes.get_xlim()
+    assert west + east > 0
+    x, _ = Projection.from_user_input("IAU_2015:49976")(40.0, 20.0)
+    assert west < x < east
+
+
+def test_unprojected_gives_greenwich_degrees():
+    """What a CRS from Paris in grads is unprojected to is degrees from Greenwich."""
+    lon, lat = unprojected("EPSG:27572", *Projection.from_user_input("EPSG:27572")([5.0], [45.0]))
+    np.testing.assert_allclose((lon[0], lat[0]), (5.0, 45.0), atol=1e-11)

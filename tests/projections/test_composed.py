@@ -1,0 +1,115 @@
+"""A projection times a matrix, and the forms in which it leaves: each is run through pyproj and compared."""
+
+import pickle
+
+import numpy as np
+import pytest
+from pyproj import CRS, Transformer
+
+from projdist.projections import Projection, ProjectionError, compose, parameters_of, pipeline_of, wkt_of
+
+M = np.array([[1.2, 0.1], [0.05, 0.9]])
+LON, LAT = np.array([5.0, 10.0, 14.0]), np.array([44.0, 47.0, 50.0])
+# Sphere, ellipsoid, feet, grads from Paris, axes south and west, both axes along meridians, oblique.
+BASES = ["moll", "winkel-tripel", "EPSG:3035", "EPSG:2264", "EPSG:27561", "EPSG:2065", "EPSG:32661", "EPSG:3857"]
+_METRE = 1e-9
+_ROUNDING = 4e-16  # two units in the last place
+
+
+def truth(base):
+    """Coordinates of the base times the matrix."""
+    return M @ np.array(Projection.from_user_input(base)(LON, LAT))
+
+
+@pytest.mark.parametrize("base", [*BASES, "+proj=utm +zone=32 +ellps=GRS80 +units=us-ft"])
+def test_pipelines(base):
+    """pyproj runs the pipeline, both ways, with the coordinates of the product."""
+    projection = Projection.from_user_input(base)
+    transformer = Transformer.from_pipeline(pipeline_of(projection, M))
+    found = np.array(transformer.transform(LON, LAT))
+    np.testing.assert_allclose(found, truth(base), rtol=_ROUNDING, atol=_METRE)
+    np.testing.assert_allclose(compose(projection, M, "x")(LON, LAT), truth(base), rtol=_ROUNDING, atol=_METRE)
+    back = transformer.transform(*found, direction="INVERSE")
+    np.testing.assert_allclose(back, [LON, LAT], rtol=0, atol=1e-7)  # PROJ's own iterations
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_wkt(base):
+    """The derived projected CRS is read back by pyproj and gives the same coordinates."""
+    wkt, reason = wkt_of(Projection.from_user_input(base), M, 'A "quoted" name')
+    assert reason is None
+    crs = CRS.from_wkt(wkt)
+    assert crs.type_name == "Derived Projected CRS"
+    assert crs.name == 'A "quoted" name'
+    np.testing.assert_allclose(
+        Projection.from_user_input(wkt)(LON, LAT), truth(base), rtol=0, atol=5e-8
+    )  # WKT has 15 digits
+
+
+@pytest.mark.parametrize("base", ["+proj=pipeline +step +proj=moll +R=1", lambda lon, lat: (lon, lat)])
+def test_no_wkt(base):
+    """Where a CRS cannot hold the map there is a reason."""
+    wkt, reason = wkt_of(Projection.from_user_input(base), M, "x")
+    assert wkt is None
+    assert reason
+
+
+@pytest.mark.parametrize(
+    ("base", "stretch", "changed"),
+    [
+        ("plate-carree", (0.8, 1.0), "+lat_ts=36.869897"),
+        ("+proj=merc +R=1000", (0.9, 0.9), "+k_0=0.9"),
+        ("EPSG:2056", (0.999, 0.999), "+k_0=0.999"),
+        ("EPSG:32733", (1.001, 1.001), "+proj=tmerc +lon_0=15"),
+        ("EPSG:3413", (0.99, 0.99), "+proj=stere"),
+        ("EPSG:2264", (0.999, 0.999), "+k_0=0.999"),
+        ("EPSG:26591", (0.999, 0.999), "+pm=rome"),
+        ("+proj=utm +zone=33 +south +units=us-ft", (1.001, 1.001), "+proj=tmerc +lon_0=15"),
+        ("hammer", (0.8, 1.25), "+M=0.8"),
+        ("+proj=eqc +R=6371000 +lat_ts=30d", (0.8, 1.0), None),
+        ("+proj=cea +R=6371000 +lat_ts=30d", (0.8, 1.0), None),
+        ("moll", (0.9, 0.9), None),
+        ("plate-carree", (0.8, 0.9), None),
+    ],
+)
+def test_parameters(base, stretch, changed):
+    """A scale is k_0, a stretch of an equidistant cylindrical map lat_ts, where the projection has them."""
+    projection = Projection.from_user_input(base)
+    found = parameters_of(projection, np.diag(stretch))
+    if changed is None:
+        assert found is None
+        return
+    assert changed in found
+    expected = np.diag(stretch) @ np.array(projection(LON, LAT))
+    np.testing.assert_allclose(Projection.from_user_input(found)(LON, LAT), expected, rtol=1e-11)
+
+
+def test_compositions_are_values():
+    """A composition can be pickled; a singular matrix is refused."""
+    composed = compose(Projection.from_user_input("robin"), M, "x")
+    assert pickle.loads(pickle.dumps(composed)) == composed
+    with pytest.raises(ProjectionError, match="invertible"):
+        compose(composed, np.zeros((2, 2)), "x")
+
+
+def test_pipelines_are_projections():
+    """What is written can be read here, too: grads from Paris, feet, and a composition's own definition."""
+    for base in ("EPSG:27561", "EPSG:2264", "moll"):
+        composed = compose(Projection.from_user_input(base), M, "x")
+        again = Projection.from_user_input(composed.definition)
+        np.testing.assert_allclose(again(LON, LAT), composed(LON, LAT), rtol=_ROUNDING, atol=_METRE)
+
+
+def test_compositions_of_compositions():
+    """Two matrices become one, on the first base."""
+    once = compose(Projection.from_user_input("moll"), M, "once")
+    twice = compose(once, M, "twice")
+    np.testing.assert_allclose(twice(LON, LAT), M @ truth("moll"), rtol=1e-15)
+    assert twice.definition.count("+proj=affine") == 1
+
+
+def test_compositions_end_where_their_bases_do():
+    """A small matrix does not bring back what is too far to be of the map."""
+    base = Projection.from_function(lambda lon, lat: (np.where(lon > 10, 1e20, 1e5 * lon), 1e5 * lat))
+    x, _ = compose(base, np.eye(2) * 1e-9, "x")([5.0, 15.0], [0.0, 0.0])
+    assert np.isfinite(x).tolist() == [True, False]

@@ -1,0 +1,254 @@
+"""PROJ's operations with a figure of the Earth of their own, or with a plane that is not in metres."""
+
+import math
+import re
+import warnings
+
+import numpy as np
+import pyproj.list
+import pytest
+from pyproj import CRS, Geod, Proj, Transformer
+from pyproj.exceptions import ProjError
+
+from projdist.answers.point_factors import factors
+from projdist.earth.ellipsoid import Ellipsoid
+from projdist.projections import Projection, ProjectionError, pipeline_of, plane_of, projection_names
+from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS
+from projdist.projections.figures import has_own_figure
+from projdist.support.notices import Notice
+
+LENGTHS = ("h", "h_0")  # parameters in metres, which grow with the Earth
+LON, LAT = (axis.ravel() for axis in np.meshgrid(np.linspace(-171.0, 173.0, 18), np.linspace(-83.0, 82.0, 18)))
+
+
+def grown(text, by):
+    """A PROJ string with its lengths times a number."""
+    return re.sub(rf"\+({'|'.join(LENGTHS)})=(\S+)", lambda match: f"+{match[1]}={float(match[2]) * by}", text)
+
+
+def shape(text):
+    """Coordinates less those of their mean, so that false origins do not count; None where PROJ has no such map."""
+    try:
+        x, y = Transformer.from_pipeline(text).transform(LON, LAT, errcheck=False)
+    except ProjError:
+        return None
+    found = np.where(np.isfinite(x) & np.isfinite(y), (x, y), np.nan)
+    return found - np.nanmean(found, axis=1, keepdims=True)
+
+
+def keeps_its_size(text):
+    """Whether a map is as large on an Earth twice the size, be it a sphere or an ellipsoid."""
+    sizes = []
+    for one, other in (("+R=6371000", "+R=12742000"), ("+a=6378137 +rf=298", "+a=12756274 +rf=298")):
+        small, large = shape(f"{text} {one}"), shape(f"{grown(text, 2.0)} {other}")
+        if small is None:
+            continue
+        both = np.isfinite(small) & np.isfinite(large)
+        if both.any():
+            sizes.append(np.abs(large - 2.0 * small)[both].max() / np.abs(small[both]).max())
+    return max(sizes) > 1e-6
+
+
+def test_all_operations_that_pass_over_the_figure_are_known():
+    """Of all PROJ's maps, those do not grow with the Earth that are written down, and no others."""
+    maps = [name for name in pyproj.list.get_proj_operations_map() if name not in NOT_MAPS]
+    needed = {
+        name: " ".join(token for token in NEEDED_PARAMETERS.get(name, "").split() if "ellps" not in token)
+        for name in maps
+    }
+    found = {name for name in maps if keeps_its_size(f"+proj={name} {needed[name]}")}
+    assert found == {name for name in maps if has_own_figure(name)} | set(NOT_IN_METRES)
+
+
+# Semi-axes of EPSG's 7004, 7022, 7008, and Snyder's sphere for the United States.
+BESSEL = Geod(a=6377397.155, rf=299.1528128)
+INTERNATIONAL = Geod(a=6378388.0, rf=297.0)
+CLARKE = Geod(a=6378206.4, b=6356583.8)
+SPHERE = Geod(a=6370997.0, b=6370997.0)
+HOMES = {
+    "krovak": (BESSEL, 15.0, 49.5),
+    "mod_krovak": (BESSEL, 16.5, 49.9),
+    "nzmg": (INTERNATIONAL, 171.0, -43.0),
+    "alsk": (CLARKE, -150.0, 62.0),
+    "alsk +R=6370997": (SPHERE, -150.0, 62.0),
+    "gs50": (CLARKE, -110.0, 45.0),
+    "gs50 +R=6370997": (SPHERE, -110.0, 45.0),
+    "gs48 +R=6370997": (SPHERE, -90.0, 35.0),
+}
+
+
+def ruler(text, geod, lon, lat, azimuth):
+    """Metres on a map over metres on the ground, along 2 km of a geodesic with the point in its middle."""
+    ends = [geod.fwd(lon, lat, azimuth + turn, 1000.0)[:2] for turn in (0.0, 180.0)]
+    (x, y), (to_x, to_y) = (Transformer.from_pipeline(f"+proj={text}").transform(*end) for end in ends)
+    return math.hypot(to_x - x, to_y - y) / 2000.0
+
+
+@pytest.mark.parametrize("text", HOMES)
+def test_scales_are_those_of_a_ruler(text):
+    """A ruler along geodesics of the figure that PROJ uses finds the scales; 2 km are curved by 1e-8."""
+    geod, lon, lat = HOMES[text]
+    found = factors(f"+proj={text}", lon, lat)
+    east, north = found.jacobian.T
+    for azimuth in np.arange(0.0, 180.0, 30.0):
+        sine, cosine = math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth))
+        assert math.hypot(*(sine * east + cosine * north)) == pytest.approx(
+            ruler(text, geod, lon, lat, azimuth), rel=2e-8
+        )
+    # All of them are conformal; the polynomials of two are cut off where a millimetre is.
+    assert found.omega < (3e-6 if text in ("mod_krovak", "nzmg") else 1e-8)
+
+
+ALASKA = [  # Snyder 1987, table 32: A + i B of the ellipsoid
+    0.9945303,
+    0.0052083 - 0.0027404j,
+    0.0072721 + 0.0048181j,
+    -0.0151089 - 0.1932526j,
+    0.0642675 - 0.1381226j,
+    0.3582802 - 0.2884586j,
+]
+
+
+def alaska_scale(lon, lat):
+    """k of Snyder's modified stereographic map of Alaska on Clarke 1866 (Snyder 1987, 3-1, 26-1 to 26-3)."""
+    e2 = 1.0 - (6356583.8 / 6378206.4) ** 2
+    e = math.sqrt(e2)
+
+    def conformal(degrees):
+        phi = math.radians(degrees)
+        power = ((1 - e * math.sin(phi)) / (1 + e * math.sin(phi))) ** (e / 2)
+        return 2 * math.atan(math.tan(math.pi / 4 + phi / 2) * power) - math.pi / 2
+
+    chi, centre, lam = conformal(lat), conformal(64.0), math.radians(lon + 152.0)
+    s = 2 / (1 + math.sin(centre) * math.sin(chi) + math.cos(centre) * math.cos(chi) * math.cos(lam))
+    z = s * complex(
+        math.cos(chi) * math.sin(lam),
+        math.cos(centre) * math.sin(chi) - math.sin(centre) * math.cos(chi) * math.cos(lam),
+    )
+    slope = sum((j + 1) * c * z**j for j, c in enumerate(ALASKA))
+    phi = math.radians(lat)
+    return abs(slope) * s * math.cos(chi) * math.sqrt(1 - e2 * math.sin(phi) ** 2) / math.cos(phi)
+
+
+@pytest.mark.parametrize(("lon", "lat"), [(-150.0, 62.0), (-165.0, 60.0), (-135.0, 57.0), (-155.0, 70.0)])
+def test_alaska(lon, lat):
+    """alsk has the closed form's k on Clarke 1866; on GRS 80, which was taken, it is 4e-5 off."""
+    assert factors("+proj=alsk", lon, lat).k == pytest.approx(alaska_scale(lon, lat), rel=1e-8)
+
+
+def test_names_are_on_their_own_figure():
+    """Bare names say the figure that they are on; a CRS of the same operation is the same map."""
+    names = projection_names()
+    assert names["krovak"] == "+proj=krovak +ellps=bessel"
+    assert names["nzmg"] == "+proj=nzmg +ellps=intl"
+    assert names["gs50"] == "+proj=gs50 +R=6370997"
+    assert not set(names) & set(NOT_IN_METRES)
+    one, other = factors("krovak", 14.4, 50.1), factors("EPSG:5514", 14.4, 50.1)
+    np.testing.assert_allclose(one.jacobian, other.jacobian, atol=1e-10)
+
+
+OWN = [
+    ("+proj=krovak +ellps=GRS80", "+proj=krovak +ellps=bessel", "PROJ draws krovak on a figure of its own"),
+    ("+proj=nzmg +R=6371000", "+proj=nzmg +ellps=intl", r"of its own, \+ellps=intl; it is measured on that"),
+    ("+proj=alsk +datum=WGS84", "+proj=alsk +ellps=clrk66", r"of its own, \+ellps=clrk66"),
+    ("+proj=gs50 +R=6.4e6", "+proj=gs50 +R=6370997", r"of its own, \+R=6370997"),
+    ("+proj=lee_os", "+proj=lee_os", "lee_os is a map of the sphere; what it draws on an ellipsoid is another map"),
+    ("+proj=gs48", "+proj=gs48 +a=6370997 +rf=298.257222101", "gs48 is a map of the sphere"),
+]
+
+
+@pytest.mark.parametrize(("given", "definition", "notice"), OWN)
+def test_a_figure_that_is_passed_over_is_told(given, definition, notice):
+    """Who states another figure is told of PROJ's own, which the definition has; the coordinates are the same."""
+    with pytest.warns(Notice, match=notice):
+        projection = Projection.from_user_input(given)
+    assert projection.definition == definition
+    place = (172.0, -41.0) if "nzmg" in given else (-150.0, 61.0)
+    truth = Transformer.from_pipeline(given.replace("+datum=WGS84", "+ellps=WGS84")).transform(*place)
+    np.testing.assert_allclose(projection(*place), truth, rtol=1e-13)
+
+
+QUIET = [
+    *("+proj=krovak", "+proj=krovak +ellps=bessel", "+proj=alsk", "+proj=alsk +ellps=clrk66", "+proj=nzmg"),
+    *("+proj=gs50 +R=6371000", "+proj=lee_os +R=6371000", "krovak", "nzmg", "gs48", "EPSG:5514", "EPSG:27200"),
+    "+proj=pipeline +step +proj=krovak",
+]
+
+
+@pytest.mark.parametrize("given", QUIET)
+def test_who_states_no_other_figure_is_told_nothing(given):
+    """No notice where the figure is PROJ's default, the own one, or a sphere of nearly that size."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        projection = Projection.from_user_input(given)
+    assert projection.ellipsoid not in (Ellipsoid(6378137.0, 1 / 298.257222101), Ellipsoid(6371008.7714))
+
+
+def test_pipelines_and_crss_are_on_that_figure_too():
+    """A pipeline's krovak, and a CRS's on GRS 80, are Bessel's."""
+    with pytest.warns(Notice, match="figure of its own"):
+        pipeline = Projection.from_user_input("+proj=pipeline +step +proj=krovak +ellps=WGS84")
+    wkt = CRS("EPSG:5514").to_wkt().replace("6377397.155,299.1528128", "6378137,298.257222101")
+    with pytest.warns(Notice, match="figure of its own"):
+        crs = Projection.from_user_input(wkt)
+    for projection in (pipeline, crs):
+        assert factors(projection, 15.0, 49.5).omega < 1e-8
+
+
+@pytest.mark.parametrize("text", ["+proj=gs48", "+proj=lee_os +ellps=WGS84", "+proj=mil_os +ellps=WGS84"])
+def test_maps_of_the_sphere_are_conformal_on_the_ellipsoid_that_proj_has(text):
+    """What PROJ draws of them on an ellipsoid is conformal on it."""
+    with pytest.warns(Notice, match="is a map of the sphere"):
+        projection = Projection.from_user_input(text)
+    assert (factors(projection, [-100.0, -92.0], [40.0, 33.0]).omega < 1e-8).all()
+
+
+def test_planes_and_pipelines_of_own_figures():
+    """What is exported of such a map is the map, on its figure."""
+    projection = Projection.from_user_input("krovak")
+    truth = projection(15.0, 49.5)
+    np.testing.assert_allclose(
+        Transformer.from_pipeline(pipeline_of(projection, np.eye(2))).transform(15.0, 49.5), truth, rtol=1e-13
+    )
+    assert CRS.from_wkt(plane_of(projection).wkt).ellipsoid.inverse_flattening == pytest.approx(299.1528128)
+
+
+REFUSED = [
+    ("s2", "PROJ's s2 gives places on the face of a cube, from 0 to 1, not metres."),
+    ("calcofi", "PROJ's calcofi gives lines and stations of a survey off California, not metres."),
+    ("+proj=s2 +ellps=WGS84", "not metres"),
+    ("+proj=pipeline +step +proj=calcofi +ellps=clrk66", "not metres"),
+    ("+proj=ob_tran +o_proj=calcofi +o_lat_p=40 +R=6371000", "not metres"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), REFUSED)
+def test_planes_that_are_not_in_metres_are_refused(text, message):
+    """What has a unit of its own has no scales: scales of 1e-14 were printed as ok."""
+    with pytest.raises(ProjectionError, match=rf"^Invalid projection '{re.escape(text)}'\. .*{re.escape(message)}"):
+        Projection.from_user_input(text)
+
+
+def test_a_pipeline_may_make_metres_of_it():
+    """A step behind that scales is taken at its word."""
+    cube = Projection.from_user_input("+proj=pipeline +step +proj=s2 +R=6371000 +step +proj=affine +s11=1e7 +s22=1e7")
+    assert 0.5 < factors(cube, 10.0, 10.0).s < 3.0
+
+
+@pytest.mark.parametrize(
+    ("given", "lon", "lat"),
+    [("IAU_2015:49976", 30.0, 10.0), ("IAU_2015:49977", 30.0, 10.0), ("+proj=krovak", 15.0, 49.5)],
+)
+def test_where_get_factors_was_right(given, lon, lat):
+    """pyproj's own factors of a planet's map and of krovak, to the 1e-9 that they are good to; ours were not these."""
+    theirs, ours = Proj(given).get_factors(lon, lat), factors(given, lon, lat)
+    truth = theirs.meridional_scale, theirs.parallel_scale
+    np.testing.assert_allclose((ours.h, ours.k), truth, rtol=1e-9)
+
+
+@pytest.mark.parametrize("text", ["nzmg", "alsk", "gs50"])
+def test_where_get_factors_is_wrong(text):
+    """Of three maps with a figure of their own pyproj has the size, but not the shape: they are conformal."""
+    _, lon, lat = HOMES[text]
+    assert Proj(f"+proj={text}").get_factors(lon, lat).angular_distortion > 1e-4
+    assert factors(f"+proj={text}", lon, lat).omega < 3e-6

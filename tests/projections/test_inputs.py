@@ -1,0 +1,386 @@
+"""Projections from every kind of input, against pyproj's own transformations and closed forms."""
+
+import math
+import re
+
+import numpy as np
+import pyproj.list
+import pytest
+from projection_points import LAT, LON, SAME, R, assert_same, make, mercator, message
+from pyproj import CRS, Transformer
+
+from projdist.earth.ellipsoid import SPHERE, WGS84
+from projdist.projections import (
+    Projection,
+    ProjectionError,
+    crs_wkt,
+    needed_parameters,
+    projection_names,
+    unprojected,
+    with_parameters,
+)
+from projdist.projections.catalogue import NAMES, NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS, WINKEL_PARALLEL
+from projdist.projections.worldmaps import WORLD_MAPS
+
+# ---- kinds of input ---------------------------------------------------------------------------
+
+
+def inputs():
+    """One CRS, EPSG:3035, in every form that names it, and what it is compared with."""
+    crs = CRS("EPSG:3035")
+    return {
+        "code": "EPSG:3035",
+        "code in small letters": "epsg:3035",
+        "code with spaces": "  EPSG:3035 ",
+        "integer": 3035,
+        "numpy integer": np.int64(3035),
+        "authority pair": ("EPSG", 3035),
+        "URN": "urn:ogc:def:crs:EPSG::3035",
+        "old init": "+init=epsg:3035",
+        "old init with flags": "init=epsg:3035 +no_defs +type=crs",
+        "pyproj CRS": crs,
+        "WKT2": crs.to_wkt("WKT2_2019"),
+        "WKT2 of 2015": crs.to_wkt("WKT2_2015"),
+        "WKT2 in lines": crs.to_wkt("WKT2_2019", pretty=True),
+        "WKT1 GDAL": crs.to_wkt("WKT1_GDAL"),
+        "WKT1 ESRI": crs.to_wkt("WKT1_ESRI"),
+        "PROJJSON": crs.to_json(),
+        "PROJJSON in lines": crs.to_json(pretty=True),
+        "PROJJSON as a dict": crs.to_json_dict(),
+        "PROJ string": "+proj=laea +lat_0=52 +lon_0=10 +x_0=4321000 +y_0=3210000 +ellps=GRS80 +units=m +no_defs",
+        "PROJ string without plus": "proj=laea lat_0=52 lon_0=10 x_0=4321000 y_0=3210000 ellps=GRS80",
+        "PROJ string in lines": "+proj=laea\n  +lat_0=52 +lon_0=10\n  +x_0=4321000 +y_0=3210000\n  +ellps=GRS80\n",
+        "pipeline": "+proj=pipeline +step +proj=laea +lat_0=52 +lon_0=10 +x_0=4321000 +y_0=3210000 +ellps=GRS80",
+        "pipeline from degrees, as projinfo prints it": (
+            "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad "
+            "+step +proj=laea +lat_0=52 +lon_0=10 +x_0=4321000 +y_0=3210000 +ellps=GRS80"
+        ),
+        "Projection": Projection.from_user_input("EPSG:3035"),
+    }
+
+
+@pytest.mark.parametrize("kind", inputs())
+def test_every_kind_of_input_gives_the_same_map(kind):
+    """A code, WKT, PROJJSON, PROJ string, CRS .. of EPSG:3035 are the map of pyproj's transformation from ETRS89."""
+    projection = make(inputs()[kind])
+    truth = Transformer.from_crs("EPSG:4258", "EPSG:3035", always_xy=True).transform
+    assert_same(projection, truth)
+    assert projection.ellipsoid.a == 6378137.0
+    assert pytest.approx(1 / 298.257222101, rel=1e-11) == projection.ellipsoid.f
+    assert projection.name
+    assert projection.definition
+
+
+@pytest.mark.parametrize("suffix", [".prj", ".wkt", ".json"])
+@pytest.mark.parametrize("as_string", [False, True])
+def test_files(tmp_path, suffix, as_string):
+    """.prj, .wkt and .json files are read, from a path or its string, with a byte-order mark or without."""
+    path = tmp_path / f"map{suffix}"
+    crs = CRS("EPSG:3035")
+    text = {".prj": crs.to_wkt("WKT1_ESRI"), ".wkt": crs.to_wkt(pretty=True), ".json": crs.to_json()}[suffix]
+    for encoding in ("utf-8", "utf-8-sig"):
+        path.write_text(text, encoding=encoding)
+        assert_same(make(str(path) if as_string else path), make("EPSG:3035"))
+
+
+def test_files_may_hold_proj_strings_and_codes(tmp_path):
+    """A file may hold anything that is taken as text."""
+    path = tmp_path / "map.prj"
+    for text in ("EPSG:3035\n", "+proj=utm +zone=32 +ellps=WGS84\n", "robin"):
+        path.write_text(text, encoding="utf-8")
+        assert_same(make(path), make(text))
+
+
+def test_a_projection_is_itself():
+    """A Projection passes through."""
+    projection = make("robin")
+    assert make(projection) is projection
+
+
+# Each friendly name with its formula or its textbook parameters, written here anew: ratio of standard parallels,
+# x at (90 E, 0) and y at the pole over R, or another PROJ id.
+EQUATOR_AND_POLE = {
+    # x(90 E, 0) / R and y(90 N) / R; cylindrical and pseudocylindrical maps
+    "plate-carree": (math.pi / 2, math.pi / 2),
+    "equirectangular": (math.pi / 2, math.pi / 2),
+    "gall-isographic": (math.pi / 2 * math.sqrt(0.5), math.pi / 2),
+    "miller": (math.pi / 2, 1.25 * math.log(math.tan(math.pi / 4 + 0.4 * math.pi / 2))),
+    "gall": (math.pi / 2 * math.sqrt(0.5), 1 + math.sqrt(0.5)),
+    "gall-stereographic": (math.pi / 2 * math.sqrt(0.5), 1 + math.sqrt(0.5)),
+    "lambert-cylindrical": (math.pi / 2, 1.0),
+    "cylindrical-equal-area": (math.pi / 2, 1.0),
+    "behrmann": (math.pi / 2 * math.cos(math.radians(30)), 1 / math.cos(math.radians(30))),
+    "hobo-dyer": (math.pi / 2 * math.cos(math.radians(37.5)), 1 / math.cos(math.radians(37.5))),
+    "gall-peters": (math.pi / 2 * math.sqrt(0.5), math.sqrt(2)),
+    "peters": (math.pi / 2 * math.sqrt(0.5), math.sqrt(2)),
+    "balthasart": (math.pi / 2 * math.cos(math.radians(50)), 1 / math.cos(math.radians(50))),
+    "mollweide": (math.sqrt(2), math.sqrt(2)),
+    "sinusoidal": (math.pi / 2, math.pi / 2),
+    "sanson-flamsteed": (math.pi / 2, math.pi / 2),
+    "robinson": (0.8487 * math.pi / 2, 1.3523),
+    "eckert-1": (2 * math.sqrt(2 / (3 * math.pi)) * math.pi / 2, 2 * math.sqrt(2 / (3 * math.pi)) * math.pi / 2),
+    "eckert-2": (2 / math.sqrt(6 * math.pi) * math.pi / 2 * 2, math.sqrt(2 * math.pi / 3) * (2 - 1)),
+    "eckert-3": (
+        2 / math.sqrt(math.pi * (4 + math.pi)) * math.pi / 2 * 2,
+        4 / math.sqrt(math.pi * (4 + math.pi)) * math.pi / 2,
+    ),
+    "eckert-4": (
+        2 / math.sqrt(math.pi * (4 + math.pi)) * math.pi / 2 * 2,
+        2 * math.sqrt(math.pi / (4 + math.pi)),
+    ),
+    "eckert-5": (math.pi / 2 * 2 / math.sqrt(2 + math.pi), math.pi / math.sqrt(2 + math.pi)),
+    "eckert-6": (math.pi / 2 * 2 / math.sqrt(2 + math.pi), 2 * (math.pi / 2) / math.sqrt(2 + math.pi)),
+    "kavrayskiy-7": (1.5 * math.pi / 2 / math.sqrt(3), math.pi / 2),
+    "winkel-1": ((2 / math.pi + 1) / 2 * math.pi / 2, math.pi / 2),
+    "winkel-tripel": ((2 / math.pi * math.pi / 2 + math.pi / 2) / 2, math.pi / 2),
+    "winkel-3": ((2 / math.pi * math.pi / 2 + math.pi / 2) / 2, math.pi / 2),
+    "aitoff": (math.pi / 2, math.pi / 2),
+    "hammer": (2 * math.sqrt(2) * math.sin(math.pi / 4) / math.sqrt(1 + math.cos(math.pi / 4)), math.sqrt(2)),
+    "craster-parabolic": (math.sqrt(3 / math.pi) * math.pi / 2, math.sqrt(3 * math.pi) * 0.5),
+    "quartic-authalic": (math.pi / 2, math.sqrt(2)),
+    "collignon": (math.pi / 2 * 2 / math.sqrt(math.pi), math.sqrt(math.pi)),
+    "lambert-azimuthal": (math.sqrt(2), math.sqrt(2)),
+    "lambert-azimuthal-equal-area": (math.sqrt(2), math.sqrt(2)),
+    "azimuthal-equidistant": (math.pi / 2, math.pi / 2),
+    "stereographic": (2.0, 2.0),
+    "orthographic": (1.0, 1.0),
+    "van-der-grinten": (math.pi / 2, math.pi),
+    "lagrange": (2 * math.sin(math.pi / 4) / (1 + math.cos(math.pi / 4)), 2.0),
+    "goode-homolosine": (math.pi / 2, math.sqrt(2) - 0.0528035274542),
+    "interrupted-goode-homolosine": (math.pi / 2, math.sqrt(2) - 0.0528035274542),
+}
+
+
+@pytest.mark.parametrize("name", EQUATOR_AND_POLE)
+def test_friendly_names_have_the_textbook_size(name):
+    """x at 90 degrees east on the equator and y of the north pole are the textbook's, on the sphere of mean radius."""
+    projection = make(name)
+    assert projection.ellipsoid == SPHERE
+    x, y = projection([90.0, 0.0], [0.0, 90.0])
+    # PROJ's goode has Goode's shift to four decimals only (Snyder 1987, page 250: 0.0528), its igh to thirteen.
+    rtol = 3e-6 if name == "goode-homolosine" else 1e-9
+    np.testing.assert_allclose([x[0] / R, y[1] / R], EQUATOR_AND_POLE[name], rtol=rtol)
+
+
+def test_there_are_many_friendly_names():
+    """More than eighty maps have a name, and each can be projected, at least somewhere."""
+    assert len(NAMES) >= 80
+    lon, lat = np.meshgrid(np.linspace(-170, 170, 35), np.linspace(-85, 85, 35))
+    for name in NAMES:
+        projection = make(name)
+        x, y = projection(lon, lat)
+        assert np.isfinite(x).mean() > 0.2, name
+        np.testing.assert_array_equal(np.isfinite(x), np.isfinite(y))
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("Winkel Tripel", "wintri"),
+        ("winkel_tripel", "winkel-tripel"),
+        ("MERCATOR", "merc"),
+        ("Natural Earth 2", "natearth2"),
+        ("polar-stereographic", f"+proj=stere +lat_0=90 +R={R}"),
+        ("werner", f"+proj=bonne +lat_1=90 +R={R}"),
+        ("winkel-2", f"+proj=wink2 +lat_1={math.degrees(math.acos(2 / math.pi))} +R={R}"),
+        ("wink1", "winkel-1"),
+        ("wink2", "winkel-2"),
+    ],
+)
+def test_names_in_any_spelling(one, other):
+    """Capitals, spaces and underscores do not matter, and PROJ's ids are the names of the same maps."""
+    assert_same(make(one), make(other))
+
+
+def test_bare_names_are_on_the_sphere_of_mean_radius():
+    """A bare name is R = 6371008.7714 m; its definition says so and gives the same map back."""
+    for name in ("moll", "mercator", "wintri"):
+        projection = make(name)
+        assert projection.ellipsoid == SPHERE
+        assert "+R=6371008.7714" in projection.definition
+        assert_same(make(projection.definition), projection)
+
+
+@pytest.mark.slow
+def test_projection_names():
+    """Every name that is listed is taken as itself, or refused for want of parameters; its string is a map."""
+    names = projection_names()
+    assert set(NAMES) <= set(names)
+    assert not set(names) & NOT_MAPS
+    assert set(names) == set(NAMES) | set(WORLD_MAPS) | (
+        set(pyproj.list.get_proj_operations_map()) - NOT_MAPS - set(NOT_IN_METRES)
+    )
+    lon, lat = np.meshgrid(np.linspace(-175, 175, 36), np.linspace(-85, 85, 18))
+    for name, definition in names.items():
+        assert np.isfinite(make(definition)(lon, lat)).any(), name
+        if not needed_parameters(name):
+            assert make(name).definition == definition
+
+
+def test_needed_parameters_are_those_that_proj_asks_for():
+    """By trying: PROJ refuses the bare id on a sphere if and only if it is said to need something."""
+    for name in set(projection_names()) - set(NAMES) - set(WORLD_MAPS):
+        try:
+            Transformer.from_pipeline(f"+proj={name} +R={R}")
+        except pyproj.exceptions.ProjError:
+            assert needed_parameters(name), name
+        else:
+            assert not needed_parameters(name), name
+    assert set(NEEDED_PARAMETERS) <= set(projection_names()) - set(NAMES)
+
+
+@pytest.mark.parametrize("name", NEEDED_PARAMETERS)
+def test_each_needed_parameter_is_needed(name):
+    """Without any one of them PROJ refuses the example, or it is another map; the message has them all, and it."""
+    definition = projection_names()[name]
+    lon, lat = np.meshgrid(np.linspace(-175, 175, 36), np.linspace(-85, 85, 18))
+    x, _ = make(definition)(lon, lat)
+    text = message(name)
+    assert f"'{definition}'" in text
+    for parameter in needed_parameters(name):
+        assert re.search(rf"needs .*\b{parameter}\b.*: give a PROJ string", text)
+        rest = " ".join(word for word in definition.split() if not word.startswith(f"+{parameter}="))
+        if parameter == "ellps":
+            rest += f" +R={R}"
+        try:
+            other, _ = make(rest)(lon, lat)
+        except ProjectionError:
+            continue
+        assert not np.array_equal(other, x, equal_nan=True), parameter
+
+
+def test_an_ellipsoid_is_asked_for_where_there_is_no_spherical_form():
+    """etmerc, ups and utm have a map on an ellipsoid only, and say so."""
+    for name in ("etmerc", "ups", "utm"):
+        assert "It has no form on the sphere and needs" in message(name)
+        assert "+ellps=WGS84'" in message(name)
+    assert needed_parameters("utm") == ["zone", "ellps"]
+
+
+def test_winkel_tripel_keeps_the_default_parallel():
+    """+proj=wintri has PROJ's own lat_1, arccos(2 / pi) = 50.4597762521898 degrees, not the 0 of a rewritten string."""
+    assert pytest.approx(math.degrees(math.acos(2 / math.pi)), abs=1e-12) == WINKEL_PARALLEL
+    lam, phi = np.radians(80.0), np.radians(35.0)
+    alpha = np.arccos(np.cos(phi) * np.cos(lam / 2))
+    sinc = np.sin(alpha) / alpha
+    # Snyder 1993, page 232: the mean of the Aitoff and of the equirectangular projection.
+    x = 0.5 * (lam * 2 / np.pi + 2 * np.cos(phi) * np.sin(lam / 2) / sinc)
+    y = 0.5 * (phi + np.sin(phi) / sinc)
+    given = ["wintri", "winkel-tripel", f"+proj=wintri +R={R}", f"proj=wintri R={R} type=crs no_defs"]
+    for value in [*given, f"+proj=wintri +lat_1=50.4597762521898 +R={R}"]:
+        np.testing.assert_allclose(make(value)(80.0, 35.0), (R * x, R * y), rtol=1e-13)
+
+
+@pytest.mark.parametrize("value", [{"proj": "wintri", "R": R}, f'{{"proj": "wintri", "R": {R}}}'])
+def test_a_dict_of_proj_parameters_keeps_the_defaults(value):
+    """PROJ parameters as a dict, which pyproj takes as well, are the PROJ string that they spell."""
+    assert_same(make(value), make("wintri"))
+
+
+# ---- functions --------------------------------------------------------------------------------
+
+
+def test_functions():
+    """A function of degrees is a projection under its own name, on the sphere unless told otherwise."""
+    projection = make(mercator)
+    assert (projection.name, projection.definition, projection.ellipsoid) == ("mercator", "mercator", SPHERE)
+    np.testing.assert_allclose(projection(LON, LAT), make("mercator")(LON, LAT), rtol=1e-14, atol=SAME)
+    named = Projection.from_function(mercator, name="mine", ellipsoid=WGS84)
+    assert (named.name, named.ellipsoid) == ("mine", WGS84)
+    assert make(lambda lon, lat: (lon, lat)).name == "<lambda>"
+
+
+def test_objects_with_call():
+    """An object that can be called is a function."""
+
+    class Map:
+        def __call__(self, lon, lat):
+            return lon, 2 * lat
+
+    assert make(Map()).name == "Map"
+    np.testing.assert_array_equal(make(Map())([1, 2], 3), ([1, 2], [6, 6]))
+
+
+def test_functions_get_arrays_of_one_shape():
+    """A function is called once, with float arrays that are already broadcast."""
+    calls = []
+
+    def record(lon, lat):
+        calls.append((lon, lat))
+        return lon, lat
+
+    make(record)([[1], [2]], [3, 4, 5])
+    assert len(calls) == 1
+    assert [(value.shape, value.dtype) for value in calls[0]] == [((2, 3), np.dtype(float))] * 2
+
+
+def test_values_that_are_not_finite_become_nan():
+    """inf in one coordinate is NaN in both, also from a function."""
+    x, y = make(lambda lon, lat: (np.where(lon > 0, np.inf, lon), lat))([-1, 1], [2, 2])
+    np.testing.assert_array_equal(x, [-1, np.nan])
+    np.testing.assert_array_equal(y, [2, np.nan])
+
+
+WRONG_FUNCTIONS = {
+    "one value": lambda lon, lat: lon,
+    "a tuple of one": lambda lon, lat: (lon,),
+    "three values": lambda lon, lat: (lon, lat, lat),
+    "another shape": lambda lon, lat: (lon[:1], lat),
+    "scalars": lambda lon, lat: (0.0, 0.0),
+    "nothing": lambda lon, lat: None,
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_FUNCTIONS)
+def test_what_functions_return_is_checked(kind):
+    """A function that does not return x and y of the shape of its arguments is refused by name."""
+    projection = Projection.from_function(WRONG_FUNCTIONS[kind], name="mine")
+    with pytest.raises(ProjectionError, match=r"^Invalid projection function 'mine'\. It must return x and y") as error:
+        projection([1.0, 2.0, 3.0], [4.0, 5.0, 6.0])
+    assert "\n" not in str(error.value)
+
+
+def test_from_function_takes_functions():
+    """What cannot be called is refused."""
+    with pytest.raises(
+        ProjectionError, match=r"^Invalid projection function '7'\. It must be callable with \(lon, lat"
+    ):
+        Projection.from_function(7)
+
+
+# ---- doors inside -----------------------------------------------------------------------------
+
+
+def test_parameters_changed_in_place():
+    """The map of the changed string, without reading it anew; what PROJ refuses is refused, pipelines too."""
+    base = Projection.from_user_input("+proj=lcc +lat_1=30 +lat_2=60 +ellps=GRS80")
+    changed = with_parameters(base, {"lat_2": 50.0, "lon_0": 10.0})
+    whole = Projection.from_user_input("+proj=lcc +lat_1=30 +lat_2=50 +lon_0=10 +ellps=GRS80")
+    np.testing.assert_allclose(changed(12.0, 40.0), whole(12.0, 40.0), rtol=1e-14)
+    assert "+lat_2=50" in changed.definition
+    with pytest.raises(ProjectionError, match=r"^Invalid PROJ string '.*lat_1=91.*'. PROJ says: "):
+        with_parameters(base, {"lat_1": 91.0})
+    for given in ("EPSG:3035", "+proj=pipeline +step +proj=moll", lambda lon, lat: (lon, lat)):
+        with pytest.raises(ProjectionError, match=r"It must be a PROJ string of one step.$"):
+            with_parameters(Projection.from_user_input(given), {"lon_0": 1.0})
+
+
+@pytest.mark.slow
+def test_wkt_of_maps():
+    """Named, on the geographic CRS that is asked for, read back; what has none says why."""
+    conic = Projection.from_user_input("+proj=lcc +lat_1=30 +lat_2=60 +ellps=GRS80")
+    text, reason = crs_wkt(conic, "Mine", geodetic="EPSG:4258")
+    assert (CRS.from_wkt(text).name, CRS.from_wkt(text).geodetic_crs.to_epsg(), reason) == ("Mine", 4258, None)
+    esri, _ = crs_wkt(conic, "Mine", version="WKT1_ESRI")
+    np.testing.assert_allclose(Projection.from_user_input(esri)(10.0, 45.0), conic(10.0, 45.0), atol=1e-6)
+    function = Projection.from_user_input(lambda lon, lat: (lon, lat))
+    assert crs_wkt(function, "x") == (None, f"{function.name} is no CRS, but a function or a pipeline.")
+    with pytest.raises(ValueError, match=r"^Invalid version 'WKT3'. It must be WKT2_2019 or WKT1_ESRI.$"):
+        crs_wkt(conic, "x", version="WKT3")
+
+
+@pytest.mark.parametrize("crs", ["nonsense", "EPSG:99999", "EPSG:5703"])
+def test_coordinates_in_no_crs(crs):
+    """A line; heights alone have no longitudes."""
+    with pytest.raises(ProjectionError, match=rf"^Invalid CRS '{crs}'"):
+        unprojected(crs, np.zeros(1), np.zeros(1))

@@ -1,0 +1,138 @@
+"""Columns added to people's own points: DataFrames, GeoDataFrames, and what is refused."""
+
+import numpy as np
+import pyproj
+import pytest
+from shapely import MultiPoint, Point, Polygon
+
+from projdist import Notice, Projection, ProjectionError, factors
+from projdist.projections import geographic, graticule_of, plane_of
+
+geopandas = pytest.importorskip("geopandas")
+pd = pytest.importorskip("pandas")
+
+ADDED = ["x", "y", "h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher", "quality"]
+SWISS = pd.DataFrame({"name": ["Bern", "Chur"], "lon": [7.44, 9.53], "lat": [46.95, 46.85]}, index=["p", "q"])
+
+
+def geo(crs: str | None, *points: object) -> geopandas.GeoDataFrame:
+    return geopandas.GeoDataFrame({"number": range(len(points))}, geometry=list(points), crs=crs)
+
+
+@pytest.mark.parametrize("prefix", ["", "lv_"])
+def test_a_data_frame_gives_one(prefix: str) -> None:
+    """Own columns and index first and unchanged, then those of `factors` at lon, lat; the one given is left alone."""
+    before = SWISS.copy()
+    found = factors("EPSG:2056", SWISS, measures=["airy"], prefix=prefix)
+    pd.testing.assert_frame_equal(SWISS, before)
+    pd.testing.assert_frame_equal(found[before.columns], before)
+    assert list(found.columns) == [*before.columns, *(prefix + name for name in [*ADDED, "airy"])]
+    truth = factors("EPSG:2056", SWISS.lon, SWISS.lat, measures=["airy"]).to_frame()
+    for name in [*ADDED, "airy"]:
+        assert (found[prefix + name].to_numpy() == truth[name].to_numpy()).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:2056", "EPSG:3857", "EPSG:2263", "EPSG:4807", "EPSG:31467"])
+@pytest.mark.parametrize("projection", ["EPSG:2056", "EPSG:27572", "EPSG:3035"])
+def test_a_geo_data_frame_gives_one(projection: str, crs: str) -> None:
+    """Points of any CRS are taken to the datum of the map: x, y are pyproj's from the one CRS to the other."""
+    points = geopandas.GeoDataFrame(SWISS, geometry=geopandas.points_from_xy(SWISS.lon, SWISS.lat), crs=4326)
+    points = points.to_crs(crs).rename(columns={"lon": "wgs_lon", "lat": "wgs_lat"})
+    found = factors(projection, points)
+    assert isinstance(found, geopandas.GeoDataFrame)
+    assert found.crs == points.crs
+    assert found.geometry.equals(points.geometry)
+    transformer = pyproj.Transformer.from_crs(crs, projection, always_xy=True)
+    x, y = transformer.transform(points.geometry.x, points.geometry.y)
+    # 1 mm: datum shifts by way of WGS 84 are not exactly undone.
+    np.testing.assert_allclose(found[["x", "y"]], np.column_stack([x, y]), atol=1e-3)
+
+
+def test_a_map_without_a_datum_takes_longitudes_and_latitudes_as_they_are() -> None:
+    """A point of the old French meridian and grads is in degrees from Greenwich, and nothing else."""
+    lon, lat = geographic(Projection.from_user_input("robinson"), "EPSG:4902", np.array([10.0]), np.array([50.0]))
+    np.testing.assert_allclose([lon[0], lat[0]], [2.33720833 + 9.0, 45.0], atol=1e-4)
+
+
+def test_another_body_is_refused() -> None:
+    """Points on the Earth have no place on the Moon."""
+    moon = Projection.from_user_input("IAU_2015:30120")
+    with pytest.raises(ProjectionError, match=r"Invalid CRS 'WGS 84' of points. PROJ has no way from it to Moon"):
+        geographic(moon, "EPSG:4326", np.array([0.0]), np.array([0.0]))
+
+
+@pytest.mark.parametrize("missing", [None, Point(), Point(np.nan, 1.0)])
+def test_empty_geometries_have_no_figures(missing):
+    """They are told, as missing coordinates of tables are, and the other points have what they have alone."""
+    with pytest.warns(Notice, match=r"^1 of 3 points have no longitude or no latitude; they have no figures\.$"):
+        found = factors("EPSG:25832", geo("EPSG:3857", Point(1e6, 6e6), missing, Point(2e6, 7e6)))
+    alone = factors("EPSG:25832", geo("EPSG:3857", Point(1e6, 6e6), Point(2e6, 7e6)))
+    assert found.k[[0, 2]].tolist() == alone.k.tolist()
+    assert np.isnan(found.k[1])
+    assert found.quality.tolist() == ["ok", "outside", "ok"]
+
+
+@pytest.mark.parametrize(
+    ("frame", "message"),
+    [
+        (geo("EPSG:4326", MultiPoint([(1, 2)])), "Invalid point in row 1. The geometry is a MultiPoint; it must"),
+        (geo("EPSG:4326", Point(1, 2), Polygon([(0, 0), (1, 0), (1, 1)])), "in row 2. The geometry is a Polygon"),
+        (geo(None, Point(1, 2)), "Invalid points. They have no CRS; they must state the one that they are in."),
+        (geo("EPSG:3857", Point(1, 2), Point(np.inf, 0)), "Invalid point in row 2."),
+        (SWISS.rename(columns={"lon": "longitude"}), "Invalid columns 'name, longitude, lat' of points. One must be"),
+        (SWISS.assign(lon=["1", "x"]), "Invalid point in row 2. Its lon is 'x'; it must be a number of degrees."),
+        (SWISS.assign(lat=[95, 1]), "Invalid point in row 1. Its lat is '95'; it must lie within -90 and 90 degrees."),
+        (SWISS.assign(K=1), "Invalid points. They have a column 'k' already; rename it, or give the new ones a prefix"),
+    ],
+)
+def test_what_is_refused(frame: pd.DataFrame, message: str) -> None:
+    """One line that names the row, counted from 1, or the column."""
+    with pytest.raises(ValueError, match=message):
+        factors("EPSG:2056", frame)
+
+
+@pytest.mark.parametrize("frame", [SWISS.assign(lon=["7.5", " "]), SWISS.assign(lat=[46.9, np.nan])])
+def test_a_missing_coordinate_is_a_row_without_figures(frame: pd.DataFrame) -> None:
+    """It is told, its label says so, and the others have theirs."""
+    with pytest.warns(Notice, match=r"^1 of 2 points have no longitude or no latitude; they have no figures\.$"):
+        found = factors("EPSG:2056", frame)
+    assert np.isfinite(found.h.to_numpy()[0])
+    assert np.isnan(found.h.to_numpy()[1])
+    assert list(found.quality) == ["ok", "outside"]
+
+
+def test_a_frame_is_alone() -> None:
+    """Latitudes beside a frame, longitudes without latitudes, and a prefix without a frame are no points."""
+    with pytest.raises(ValueError, match="Invalid latitudes beside a frame"):
+        factors("moll", SWISS, [1, 2])
+    for arguments, options in (((1.0,), {}), ((1.0, 2.0), {"prefix": "x"})):
+        with pytest.raises(ValueError, match=r"Invalid points\. They must be longitudes and"):
+            factors("moll", *arguments, **options)
+
+
+# ---- the CRS of a map -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("projection", [lambda lon, lat: (lon, lat), "+proj=pipeline +step +proj=moll"])
+def test_maps_without_a_plane(projection: object) -> None:
+    """Functions and pipelines have no CRS."""
+    assert plane_of(Projection.from_user_input(projection)) is None
+
+
+@pytest.mark.parametrize(
+    ("projection", "code"),
+    [("mollweide", 4326), ("+proj=laea +ellps=GRS80", 4326), ("EPSG:2056", 4150), ("EPSG:27572", 4807)],
+)
+def test_graticules(projection: str, code: int) -> None:
+    """A CRS has its own geographic CRS; what states no datum but is of the Earth's size has WGS 84."""
+    assert pyproj.CRS(graticule_of(Projection.from_user_input(projection)).wkt).to_epsg() == code
+
+
+@pytest.mark.parametrize("parameters", ["+R=1737400", "+ellps=bessel"])
+def test_graticules_of_other_ellipsoids(parameters: str) -> None:
+    """They keep the ellipsoid."""
+    projection = Projection.from_user_input(f"+proj=moll {parameters}")
+    ellipsoid = pyproj.CRS(graticule_of(projection).wkt).ellipsoid
+    assert ellipsoid.semi_major_metre == projection.ellipsoid.a
+    assert ellipsoid.semi_minor_metre == pytest.approx(projection.ellipsoid.a * (1 - projection.ellipsoid.f), rel=1e-12)

@@ -1,0 +1,259 @@
+"""What is no projection is refused in one line."""
+
+import json
+import re
+
+import numpy as np
+import pyproj.list
+import pytest
+from projection_points import EUROPE, assert_same, make, message
+from pyproj import CRS, Transformer
+
+from projdist.projections import (
+    Projection,
+    ProjectionError,
+    projection_names,
+)
+
+EVERYTHING = (
+    r"It must be a PROJ id or a name \(see 'projdist list projections'\), a PROJ string, an EPSG: or ESRI: code, "
+    r"WKT, PROJJSON, the path of a \.prj or \.wkt file, a pyproj CRS, or a function of \(lon, lat\)\."
+)
+
+GEOGRAPHIC = CRS("EPSG:4326")
+
+# Each input with what the message must say of it, besides the input itself.
+ERRORS = {
+    "": EVERYTHING,
+    "   ": EVERYTHING,
+    "robn": rf"Did you mean robin\? {EVERYTHING}",
+    "complete nonsense": EVERYTHING,
+    "EPSG:9999999": rf"EPSG has no such CRS in PROJ's database\. {EVERYTHING}",
+    "ESPG:3035": rf"Did you mean EPSG:3035\? {EVERYTHING}",
+    "EPSG:": EVERYTHING,
+    "EPSG:abc": EVERYTHING,
+    "EPSG:4326": r"It is a Geographic 2D CRS \(WGS 84\), which has no map plane; it must be a projected CRS",
+    "EPSG:4979": r"It is a Geographic 3D CRS \(WGS 84\), which has no map plane; it must be a projected CRS",
+    "EPSG:4978": r"It is a Geocentric CRS \(WGS 84\), which has no map plane; it must be a projected CRS",
+    "EPSG:5773": r"It is a Vertical CRS \(EGM96 height\), which has no map plane; it must be a projected CRS",
+    "EPSG:9518": r"Geographic 2D CRS \(WGS 84\), which has no map plane; it must be a projected CRS",
+    "OGC:CRS84": r"It is a Geographic 2D CRS \(WGS 84 \(CRS84\)\), which has no map plane",
+    "cart": r"PROJ's Geodetic/cartesian conversions is not a map projection\.",
+    "helmert": r"is not a map projection\.",
+    "lcc": r"It needs lat_1 and lat_2: give a PROJ string, such as '\+proj=lcc \+lat_1=30 \+lat_2=60 \+R=",
+    "+proj=longlat +ellps=WGS84": r"PROJ's longlat is not a map projection\.",
+    "+proj=geocent +ellps=WGS84": r"PROJ's geocent is not a map projection\.",
+    "+proj=mercc": r"PROJ says: Unknown projection\. Did you mean merc",
+    "+proj=robinson": r"PROJ says: Unknown projection\. Did you mean robin\?$",
+    "+proj=nosuch": r"PROJ says: Unknown projection\.$",
+    "+proj=pipeline +step +proj=mollwide +step +proj=noop": r"Did you mean moll\?$",
+    "+proj=ob_tran +o_proj=mollwide +o_lat_p=45": r"Did you mean moll\?$",
+    "+proj=": r"PROJ says: ",
+    "+proj=lcc +ellps=GRS80": r"PROJ says: lcc: Invalid value for lat_1 and lat_2: \|lat_1 \+ lat_2\| should be > 0\.",
+    "+proj=utm +zone=99": r"PROJ says: utm: Invalid value for zone\.",
+    "+proj=merc +ellps=nosuch": r"PROJ says: ",
+    "+proj=merc +datum=nosuch": r"PROJ says: Unknown value for datum\.",
+    "+proj=merc +units=cubits": r"PROJ says: merc: Invalid value for units\.",
+    "+proj=merc +to_meter=0": r"PROJ says: merc: Invalid value for to_meter\.",
+    "+proj=merc +to_meter=x": r"It must be metres, as a number\.",
+    "+proj=pipeline": r"PROJ says: ",
+    "+proj=pipeline +step +proj=noop": r"It must take longitude and latitude and return a plane, as a map does\.",
+    "+proj=pipeline +step +proj=longlat": r"It must take longitude and latitude and return a plane, as a map does\.",
+    "+proj=pipeline +step +proj=merc +step +proj=unitconvert +xy_in=m +xy_out=deg": r"not a plane in metres\.",
+    "+proj=ob_tran +o_proj=longlat +o_lat_p=30 +o_lon_p=0": r"(plane|is not a map)",
+    "nosuch.prj": r"It cannot be read as text: .*No such file",
+    "nul\0.prj": r"It cannot be read as text: embedded null",
+    "EPSG:3035\0x": r"It has a null character\.$",
+    'PROJCS["x"]': EVERYTHING,
+    '{"a": 1}': EVERYTHING,
+    "{": EVERYTHING,
+}
+
+OBJECTS = {"None": None, "a float": 1.5, "a list": [], "an object": object(), "bytes": b"robin", "a bool": True}
+
+
+@pytest.mark.parametrize("value", ERRORS)
+def test_errors_say_what_was_given_and_what_is_allowed(value):
+    """Text that names no map is refused in one line with the text, the reason and what would do."""
+    text = message(value)
+    assert f"'{value.strip()}'" in text
+    assert re.search(ERRORS[value], text), text
+    assert "\n" not in text
+    assert text.endswith((".", ")", "?")), text
+    assert text.count("(") == text.count(")"), text
+
+
+@pytest.mark.parametrize("kind", OBJECTS)
+def test_objects_that_are_no_maps(kind):
+    """None, numbers and other objects are refused in one line, with all that is allowed."""
+    text = message(OBJECTS[kind])
+    assert str(OBJECTS[kind]) in text
+    assert re.search(EVERYTHING, text)
+    assert "\n" not in text
+
+
+# A mistyped name, and the suggestions: all of them, in their order.
+TYPOS = {
+    "robinsn": "robinson or robin",
+    "Mollwide": "mollweide",
+    "winkle-tripel": "winkel-tripel",
+    "equalearth": "equal-earth or eqearth",
+    "plate caree": "plate-carree",
+    "mercador": "mercator",
+    "gall_petres": "gall-peters",
+    "eckert": "eckert-1, eckert-2, eckert-3, eckert-4, eckert-5 or eckert-6",
+    "Albers": "aea",
+    "lambert conformal conic": "lcc or lcca",
+    "web mercator": "webmerc",
+    "robinson projection": "robinson",
+    "hammer-aitoff": "hammer",
+    "3035": "EPSG:3035",
+    "epsg 3035": "EPSG:3035",
+    "EPSG3035": "EPSG:3035",
+    "ESPG:3035": "EPSG:3035",
+    "esri54009": "ESRI:54009",
+    "102003": "ESRI:102003",
+    "4326": "EPSG:4326",
+    "epsg4326": "EPSG:4326",
+}
+
+
+@pytest.mark.parametrize("text", TYPOS)
+def test_typos_of_names_have_a_hint(text):
+    """What was nearly typed, begun, or said in the words of PROJ's description is suggested, and nothing else."""
+    assert f". Did you mean {TYPOS[text]}? It must be" in message(text)
+
+
+NONSENSE = """nosuch bad foo bar foobar hello test nothing asdf qwerty xyz projection sphere globe world nonsense europe
+    random computer anything x 42 99999 EPSG:99999 ESPG:99999 nosuch:3035 dymaxion""".split()
+
+
+@pytest.mark.parametrize("text", NONSENSE)
+def test_nonsense_has_no_hint(text):
+    """What is like no name has none suggested, and a code that does not exist no other code."""
+    assert "Did you mean" not in message(text)
+
+
+@pytest.mark.slow
+def test_one_wrong_letter_is_no_obstacle():
+    """A name with one letter missing, doubled or swapped with the next is suggested, nineteen times of twenty."""
+    found = []
+    for name in [*projection_names()][::8]:
+        for k in range(len(name) - 1):
+            typos = (
+                name[:k] + name[k + 1 :],
+                name[:k] + name[k] + name[k:],
+                name[:k] + name[k + 1] + name[k] + name[k + 2 :],
+            )
+            found += [name in message(typo) for typo in typos if typo not in projection_names()]
+    assert np.mean(found) > 0.95
+
+
+WKT = CRS("EPSG:32632").to_wkt()
+GARBAGE = ["garbage", "]", " x", "\n'", WKT, f",{WKT}", ",", ';PROJCS["x"]', ',VERTCS["x"] y']
+
+
+@pytest.mark.parametrize("garbage", GARBAGE, ids=range(len(GARBAGE)))
+@pytest.mark.parametrize("version", ["WKT1_GDAL", "WKT1_ESRI", "WKT2_2019"])
+def test_text_behind_wkt(version, garbage, tmp_path):
+    """What stands behind the last bracket, which PROJ would pass over, is refused, in a file too."""
+    text = CRS("EPSG:32632").to_wkt(version) + garbage
+    (tmp_path / "map.prj").write_text(text, encoding="utf-8")
+    for value in (text, tmp_path / "map.prj"):
+        assert "WKT must end with its last bracket, and not with '" in message(value)
+
+
+@pytest.mark.parametrize("space", [" ", "\n", "\r\n\t"])
+def test_white_space_around_wkt(space):
+    """Spaces and line ends before and behind WKT are no part of it; nor are brackets within names."""
+    named = CRS("EPSG:32632").to_wkt("WKT1_GDAL").replace("WGS 84 / UTM zone 32N", 'a ]] ""b"" ([')
+    for text in (WKT, CRS("EPSG:32632").to_wkt(pretty=True), named):
+        assert_same(make(f"{space}{text}{space}"), make("EPSG:32632"), *EUROPE)
+
+
+def test_esri_wkt_of_compound_crss():
+    """Esri writes a compound CRS as PROJCS[...],VERTCS[...]."""
+    text = CRS("EPSG:7415").to_wkt("WKT1_ESRI")
+    assert ",VERTCS[" in text
+    assert_same(make(text), make("EPSG:28992"), *EUROPE, atol=1e-6)
+
+
+# The UTM grid systems have no zone; the others a projection or a variant that PROJ does not have.
+IMPOSSIBLE = ["EPSG:32600", "EPSG:32700", "EPSG:2218", "EPSG:2985", "EPSG:2963", "EPSG:3144", "ESRI:53025"]
+
+
+@pytest.mark.parametrize("code", IMPOSSIBLE)
+def test_crss_that_proj_cannot_compute(code):
+    """A projected CRS for which PROJ has no operation is refused when it is made, in one line, not when it is used."""
+    text = message(code)
+    assert code in text
+    assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    "value",
+    [GEOGRAPHIC.to_wkt(pretty=True), GEOGRAPHIC.to_json(pretty=True), GEOGRAPHIC, GEOGRAPHIC.to_json_dict()],
+    ids=["wkt", "json", "crs", "dict"],
+)
+def test_errors_of_long_definitions_are_one_short_line(value):
+    """WKT and JSON of many lines are quoted by their beginning, in one line."""
+    text = message(value)
+    assert "Geographic 2D CRS (WGS 84), which has no map plane; it must be a projected CRS" in text
+    assert "\n" not in text
+    assert len(text) < 300
+
+
+@pytest.mark.parametrize("value", ["+proj=nosuch\n+R=1", "+proj=longlat\n +R=1", "GEOGCS[\n'x']", "no\nname"])
+def test_errors_of_text_in_lines_are_one_line(value):
+    """Whatever is quoted, a message is one line."""
+    assert "\n" not in message(value)
+
+
+def test_errors_of_files(tmp_path):
+    """Files that are missing, empty, binary, or hold no map are refused by their name."""
+    empty, binary, geographic, nonsense = (tmp_path / f"{name}.prj" for name in ("empty", "binary", "geo", "nonsense"))
+    empty.write_text(" \n", encoding="utf-8")
+    binary.write_bytes(b"\xff\xfe\x00\x01")
+    geographic.write_text(GEOGRAPHIC.to_wkt("WKT1_ESRI"), encoding="utf-8")
+    nonsense.write_text("first line\nsecond line", encoding="utf-8")
+    reasons = {
+        empty: "It must hold WKT, PROJJSON or a PROJ string.",
+        binary: "It cannot be read as text:",
+        tmp_path: "It cannot be read as text:",
+        tmp_path / "missing.prj": "No such file or directory",
+        geographic: "no map plane",
+        nonsense: "",
+    }
+    for path, reason in reasons.items():
+        text = message(path)
+        assert reason in text
+        assert "\n" not in text
+        assert str(path) in text
+
+
+def test_errors_are_value_errors():
+    """ProjectionError is a ValueError, and keeps PROJ's own error as its cause."""
+    with pytest.raises(ValueError, match=r"^Invalid PROJ string") as error:
+        make("+proj=utm +zone=99")
+    assert isinstance(error.value, ProjectionError)
+    assert isinstance(error.value.__cause__, pyproj.exceptions.ProjError)
+
+
+def test_wkt_of_everything_is_json_too():
+    """PROJJSON text and its dict name the same CRS."""
+    text = CRS("EPSG:2056").to_json()
+    assert make(text) == make(json.loads(text))
+
+
+@pytest.mark.parametrize("code", ["ESRI:102060", "ESRI:102166", "EPSG:3035", "EPSG:32661", "EPSG:27572"])
+def test_the_conversion_alone(code):
+    """No shift of datum, though PROJ's database has some between a CRS and its own geodetic CRS (1 cm, 4 cm)."""
+    crs = CRS(code)
+    west, south, east, north = crs.area_of_use.bounds
+    lon, lat = (west + east) / 2, (south + north) / 2
+    alone = CRS.from_wkt(crs.to_wkt())
+    truth = Transformer.from_crs(alone.geodetic_crs, alone, always_xy=True)
+    u, v = truth.transform(*((lon - 2.33722916667) / 0.9, lat / 0.9) if code == "EPSG:27572" else (lon, lat))
+    np.testing.assert_allclose(
+        [float(value) for value in Projection.from_user_input(code)(lon, lat)], [u, v], atol=1e-3
+    )

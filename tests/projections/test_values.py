@@ -1,0 +1,202 @@
+"""Projections as values and facts: equal, hashed, pickled, in threads; what they tell of themselves."""
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pyproj.list
+import pytest
+from projection_points import EUROPE, assert_same, make, mercator
+from pyproj import CRS
+
+from projdist.projections import ProjectionError
+
+
+def label(value):
+    """A test id that is the same in every process: functions by name."""
+    return getattr(value, "__name__", str(value))
+
+
+# ---- values -----------------------------------------------------------------------------------
+
+SOME = ["moll", "+proj=utm +zone=33 +ellps=intl +units=us-ft", "EPSG:3035", "EPSG:27572", "EPSG:2065", mercator]
+
+
+@pytest.mark.parametrize("value", SOME, ids=label)
+def test_pickling(value):
+    """A projection survives pickling, before and after its first use, and is then equal and the same map."""
+    projection = make(value)
+    for _ in range(2):
+        copy = pickle.loads(pickle.dumps(projection))
+        assert copy == projection
+        assert hash(copy) == hash(projection)
+        assert_same(copy, projection, *EUROPE, atol=0)
+
+
+@pytest.mark.parametrize("value", SOME, ids=label)
+def test_equality_and_hashing(value):
+    """Two projections of one definition are equal and one key of a dict; of another definition they are not."""
+    projection = make(value)
+    assert projection == make(value)
+    assert len({projection, make(value)}) == 1
+    assert projection != make("+proj=robin +lon_0=7")
+    projection(0.0, 50.0)  # the cached transformer is no part of the value
+    assert projection == make(value)
+
+
+def test_a_projection_is_frozen():
+    """A projection cannot be changed in place."""
+    with pytest.raises(AttributeError, match="cannot assign to field 'name'"):
+        make("moll").name = "other"
+
+
+@pytest.mark.parametrize("value", SOME[:-1])
+def test_threads(value):
+    """One projection shared by eight threads gives what it gives serially."""
+    projection = make(value)
+    rng = np.random.default_rng(8)
+    parts = [(rng.uniform(0, 20, 2000), rng.uniform(40, 60, 2000)) for _ in range(64)]
+    with ThreadPoolExecutor(8) as pool:
+        threaded = list(pool.map(lambda part: projection(*part), parts))
+    for part, result in zip(parts, threaded, strict=True):
+        np.testing.assert_array_equal(result, projection(*part))
+
+
+@pytest.mark.parametrize("value", ["moll", "EPSG:3035", "EPSG:27572", mercator], ids=label)
+def test_shapes(value):
+    """Any shapes of lon and lat broadcast, scalars and empty arrays too; the arguments are not written to."""
+    projection = make(value)
+    lon, lat = np.array([[1.0, 2.0, 3.0]]), np.array([[46.0], [47.0]])
+    kept = lon.copy(), lat.copy()
+    x, y = projection(lon, lat)
+    assert x.shape == y.shape == (2, 3)
+    np.testing.assert_array_equal(lon, kept[0])
+    np.testing.assert_array_equal(lat, kept[1])
+    for i, j in np.ndindex(2, 3):
+        one = projection(lon[0, j], lat[i, 0])
+        assert np.shape(one[0]) == ()
+        np.testing.assert_allclose(one, (x[i, j], y[i, j]), rtol=1e-15)
+    assert projection(np.zeros((0, 3)), 1.0)[0].shape == (0, 3)
+    with pytest.raises(ValueError, match="shape mismatch"):
+        projection([1.0, 2.0], [1.0, 2.0, 3.0])
+
+
+def test_arrays_in_any_layout():
+    """Transposed, strided, integer and read-only arrays are as good as others."""
+    projection = make("EPSG:3035")
+    lon, lat = np.meshgrid(np.arange(0, 20, 2), np.arange(40, 60, 3))
+    truth = projection(lon.astype(float), lat.astype(float))
+    np.testing.assert_array_equal(projection(lon, lat), truth)
+    np.testing.assert_array_equal(projection(np.asfortranarray(lon), lat), truth)
+    np.testing.assert_array_equal(projection(lon.T, lat.T), np.swapaxes(truth, 1, 2))
+    np.testing.assert_array_equal(projection(lon[::2, ::-1], lat[::2, ::-1]), np.array(truth)[:, ::2, ::-1])
+    fixed = lon.astype(float)
+    fixed.flags.writeable = False
+    np.testing.assert_array_equal(projection(fixed, lat), truth)
+
+
+WORLD = ["moll", "robin", "eqc", "sinu", "laea", "+proj=utm +zone=32", "ESRI:54009", "EPSG:3857", "EPSG:27572"]
+
+
+@pytest.mark.parametrize("value", WORLD)
+def test_longitudes_beyond_180(value):
+    """0..360 and -180..180 are the same longitudes."""
+    projection = make(value)
+    lon, lat = np.array([-170.0, -75.0, -0.5, 3.0, 10.0]), np.array([-20.0, 42.0, 47.0, 46.0, 45.0])
+    x, y = projection(lon, lat)
+    # Rounding of a longitude of 360 is 4e-14 degrees, 4 nm; far from a transverse meridian it is stretched.
+    np.testing.assert_allclose(projection(lon + 360, lat), (x, y), rtol=1e-13, atol=1e-6)
+    np.testing.assert_allclose(projection(lon - 360, lat), (x, y), rtol=1e-13, atol=1e-6)
+
+
+@pytest.mark.parametrize("value", [*WORLD, "merc", "stere", "gnom", "igh", "EPSG:2065", "EPSG:7415"])
+def test_undefined_points_are_nan(value):
+    """NaN and infinite coordinates and latitudes beyond the poles are NaN, and spoil no other point."""
+    projection = make(value)
+    lon = np.array([5.0, np.nan, 5.0, np.nan, np.inf, 5.0, 5.0, 5.0, 5.0, 6.0])
+    lat = np.array([52.0, 52.0, np.nan, np.nan, 52.0, np.inf, 90.001, -95.0, 180.0, 53.0])
+    x, y = projection(lon, lat)
+    np.testing.assert_array_equal(np.isnan(x), [False, *[True] * 8, False])
+    np.testing.assert_array_equal(np.isnan(y), np.isnan(x))
+    np.testing.assert_array_equal([x[[0, -1]], y[[0, -1]]], projection(lon[[0, -1]], lat[[0, -1]]))
+
+
+def test_the_far_side_is_nan():
+    """The gnomonic and orthographic maps end at the horizon."""
+    for name in ("gnom", "ortho"):
+        x, _ = make(name)([0.0, 80.0, 100.0, 180.0], 0.0)
+        np.testing.assert_array_equal(np.isnan(x), [False, False, True, True])
+
+
+# ---- facts of a projection --------------------------------------------------------------------
+
+
+def test_names_definitions_and_areas():
+    """A projection tells its name, a definition that gives it back, and its area of use where there is one."""
+    utm = make("EPSG:32632")
+    assert (utm.name, utm.definition) == ("WGS 84 / UTM zone 32N", "EPSG:32632")
+    assert utm.area_of_use == (6.0, 0.0, 12.0, 84.0)
+    assert make(32632).definition == make(CRS(32632)).definition == "EPSG:32632"
+    assert make("robin").name == "Robinson"
+    assert make("+proj=robin").name == "Robinson"
+    assert make("+proj=robin").definition == "+proj=robin"
+    assert make("robin").area_of_use is None
+    custom = make(CRS("+proj=laea +lat_0=12 +ellps=intl +type=crs"))
+    assert_same(make(custom.definition), custom, *EUROPE)
+
+
+def test_labels():
+    """The definition where it is short enough for a table, the name where it is WKT."""
+    for value in ("EPSG:3035", "robin", "+proj=utm +zone=33 +ellps=intl", mercator):
+        assert make(value).label == make(value).definition
+    custom = make(
+        CRS("EPSG:32632").to_wkt().replace("WGS 84 / UTM zone 32N", "my grid").replace(',ID["EPSG",32632]', "")
+    )
+    assert custom.definition.startswith("PROJCRS[")
+    assert (custom.label, custom.name) == ("my grid", "my grid")
+    unnamed = make(CRS("+proj=laea +lat_0=52 +towgs84=1,2,3 +type=crs").to_wkt())
+    assert (unnamed.label, unnamed.name) == ("Lambert Azimuthal Equal Area",) * 2
+
+
+@pytest.mark.parametrize("value", ["EPSG:3857", "+proj=wintri +R=6371008.7714", "+proj=utm +zone=33 +ellps=intl"])
+def test_pyproj_proj(value):
+    """A pyproj.Proj, which can be called as a function, is the CRS or PROJ string that it was made from."""
+    projection = make(pyproj.Proj(value))
+    assert_same(projection, make(value))
+    assert projection.ellipsoid == make(value).ellipsoid
+
+
+def test_the_name_is_of_the_operation_that_runs():
+    """PROJ runs the first of two +proj; so the name is the first's."""
+    assert make("+proj=moll +proj=merc").name == "Mollweide"
+
+
+# ---- names of CRSs ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("WGS 84 / UTM zone 33N", "EPSG:32633"),
+        ("wgs84 / utm zone 33n", "EPSG:32633"),
+        ("CH1903+ / LV95", "EPSG:2056"),
+        ("CH1903 / LV03", "EPSG:21781"),
+        ("World_Robinson", "ESRI:54030"),
+        ("utm33", "EPSG:32633"),
+        ("UTM 33S", "EPSG:32733"),
+        ("utm-zone-1n", "EPSG:32601"),
+        ("utm_60", "EPSG:32660"),
+    ],
+)
+def test_names_of_crss(text, code):
+    """As in PROJ's database, or a zone of UTM on WGS 84."""
+    assert make(text).definition == code
+
+
+def test_names_near_those_of_crss():
+    """They are suggested; no zone is made up."""
+    with pytest.raises(ProjectionError, match=r"^Invalid projection 'WGS 84 / UTM zone 99N'\. Did you mean WGS"):
+        make("WGS 84 / UTM zone 99N")
+    for text in ("utm0", "utm61", "utm33x"):
+        with pytest.raises(ProjectionError, match=rf"^Invalid projection '{text}'\."):
+            make(text)

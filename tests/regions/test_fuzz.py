@@ -1,0 +1,415 @@
+"""Whatever a region or its file holds, it is a region or one line: the language and the readers, given anything."""
+
+import json
+import math
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from projdist import Notice, get_region
+from projdist.cli.app import app
+from projdist.regions import Place
+
+FILES_STAY = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+FEW = settings(max_examples=40, suppress_health_check=FILES_STAY)
+MANY = settings(max_examples=600, suppress_health_check=FILES_STAY)
+
+
+def region_or_line(given_region: Any) -> None:
+    """There is a region, or it is refused as it must be, by a ValueError of ours in one line; never with a warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        region, error = region_or_error(given_region)
+    if region is not None:
+        west, south, east, north = region.bounds
+        assert west < east
+        assert south < north
+        assert math.isfinite(region.area_km2)
+    else:
+        assert isinstance(error, ValueError)
+        assert str(error).startswith("Invalid ")
+        assert len(str(error)) < 1500
+
+
+def region_or_error(given_region: Any) -> tuple[Place | None, Exception | None]:
+    try:
+        return get_region(given_region), None
+    except ValueError as error:
+        return None, error
+
+
+# ---- the language ---------------------------------------------------------------------------
+
+NUMBERS = st.one_of(
+    st.integers(-400, 400).map(str), st.floats().map(str), st.sampled_from(["", "1e400", "nan", "9" * 400, "٣", "0x10"])
+)
+ATOMS = st.one_of(
+    st.sampled_from(
+        ["globe", "land@110m", "ocean@110m", "country:CH@110m", "country:FR@110m@main", "continent:Asia@110m"]
+    ),
+    st.sampled_from(["crs:EPSG:2056", "crs:", "country:", "file:", "points:x.csv#a", "geodesic:/dev/null", "land@"]),
+    st.lists(NUMBERS, min_size=3, max_size=5).map(lambda numbers: "box:" + ",".join(numbers)),
+    st.lists(NUMBERS, min_size=2, max_size=4).map(lambda numbers: "cap:" + ",".join(numbers)),
+    st.text(max_size=12),
+    st.tuples(st.sampled_from(["country:", "file:", "crs:", "continent:", ""]), st.text(max_size=20)).map("".join),
+)
+REGIONS = st.recursive(
+    ATOMS,
+    lambda inner: st.one_of(
+        st.tuples(inner, st.sampled_from([" & ", " - ", " + ", "&", " "]), inner).map("".join),
+        inner.map(lambda text: f"({text})"),
+        st.tuples(inner, st.sampled_from(["@main", "@all", "@main:50", "@main:x", ")", '"', "@"])).map("".join),
+    ),
+    max_leaves=5,
+)
+
+
+@FEW
+@given(REGIONS)
+def test_texts(text: str) -> None:
+    """A text is a region, or one line."""
+    region_or_line(text)
+
+
+@pytest.mark.slow
+@MANY
+@given(REGIONS)
+def test_many_texts(text: str) -> None:
+    """So are many more."""
+    region_or_line(text)
+
+
+LONG = {
+    "blanks": "land" + " " * 19_000 + "x",
+    "more blanks": " " * 50_000,
+    "brackets": "(" * 700 + "globe" + ")" * 700,
+    "open brackets": "(" * 19_000,
+    "operators": "globe" + " &" * 9_000,
+    "a name": "country:" + "x" * 300,
+    "a word": "y" * 19_000,
+    "a path": "file:" + "z" * 300 + ".geojson",
+    "a layer": "file:" + "z" * 5000 + "#" + "l" * 300,
+    "points": "points:" + "z" * 300,
+    "commas": "box:" + "," * 19_000,
+    "digits": "box:" + "9" * 5000 + ",1,2,3",
+    "marks": "land" + "@main" * 3000,
+    "a code": "crs:EPSG:" + "1" * 5000,
+    "a null": "file:a\0b.geojson",
+}
+
+
+@pytest.mark.parametrize("kind", LONG)
+def test_long_texts(kind: str) -> None:
+    """What is long is refused in one line, within the second."""
+    start = time.perf_counter()
+    result = CliRunner().invoke(app, ["compare", "merc", "-r", LONG[kind]])
+    assert time.perf_counter() - start < 5.0  # a busy machine; it took minutes
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)
+    assert result.stderr.startswith("projdist: Invalid ")
+    assert len(result.stderr) < 1500
+
+
+@pytest.mark.parametrize("depth", [1, 49])
+def test_brackets_in_brackets(depth: int) -> None:
+    """Brackets may lie as deep as anyone writes them."""
+    assert get_region("(" * depth + "globe" + ")" * depth).name == "globe"
+
+
+# ---- files ----------------------------------------------------------------------------------
+
+SCALARS = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.text(max_size=5),
+    st.floats(),
+    st.integers(-200, 200),
+    st.just(10**400),
+    st.just(-(10**20)),
+)
+ANYTHING = st.recursive(
+    SCALARS,
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=4), inner, max_size=3)),
+    max_leaves=8,
+)
+POSITIONS = st.one_of(
+    st.tuples(st.floats(-200, 200), st.floats(-95, 95)).map(list), st.lists(SCALARS, max_size=4), SCALARS
+)
+GOOD_POSITIONS = st.tuples(st.floats(-180, 180), st.floats(-90, 90)).map(list)
+RINGS = st.one_of(
+    st.lists(GOOD_POSITIONS, min_size=3, max_size=8).map(lambda ring: [*ring, ring[0]]),
+    st.lists(POSITIONS, max_size=6),
+    ANYTHING,
+)
+KINDS = st.sampled_from(
+    ["Polygon", "MultiPolygon", "Point", "LineString", "MultiPoint", "Feature", "Nonsense", 5, None]
+)
+
+
+def sometimes(value: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Mostly this, else anything."""
+    return st.one_of(value, value, value, ANYTHING)
+
+
+POLYGONS = st.one_of(
+    st.fixed_dictionaries({"type": st.just("Polygon"), "coordinates": sometimes(st.lists(RINGS, max_size=3))}),
+    st.fixed_dictionaries(
+        {"type": st.just("MultiPolygon"), "coordinates": sometimes(st.lists(st.lists(RINGS, max_size=2), max_size=2))}
+    ),
+    st.fixed_dictionaries({"type": sometimes(KINDS)}, optional={"coordinates": ANYTHING}),
+)
+POINTS = st.fixed_dictionaries({"type": st.just("Point"), "coordinates": sometimes(POSITIONS)})
+PROPERTIES = sometimes(st.dictionaries(st.sampled_from(["weight", "height", "name"]), SCALARS))
+CRS = st.fixed_dictionaries(
+    {}, optional={"type": SCALARS, "properties": sometimes(st.fixed_dictionaries({"name": sometimes(st.sampled_from(
+        ["EPSG:3857", "urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4978", "EPSG:5773", "EPSG:32632", "IAU_2015:30100"]
+    ))}))},
+)  # fmt: skip
+
+
+def collections(geometries: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    features = st.fixed_dictionaries(
+        {"type": st.just("Feature"), "geometry": sometimes(geometries), "properties": PROPERTIES}
+    )
+    return st.one_of(
+        geometries,
+        st.fixed_dictionaries(
+            {"type": st.just("FeatureCollection"), "features": sometimes(st.lists(sometimes(features), max_size=4))},
+            optional={"crs": sometimes(CRS)},
+        ),
+        st.fixed_dictionaries({"type": st.just("GeometryCollection"), "geometries": sometimes(st.lists(geometries))}),
+        ANYTHING,
+    )
+
+
+def check_json(folder: Path, value: Any, word: str) -> None:
+    path = folder / "x.geojson"
+    path.write_text(json.dumps(value))
+    region_or_line(f"{word}:{path}")
+
+
+@FEW
+@given(value=collections(POLYGONS), word=st.sampled_from(["file", "geodesic"]))
+def test_geojson_of_polygons(tmp_path: Path, value: Any, word: str) -> None:
+    """GeoJSON of any shape is a region or one line, whatever its edges."""
+    check_json(tmp_path, value, word)
+
+
+@pytest.mark.slow
+@MANY
+@given(value=collections(POLYGONS), word=st.sampled_from(["file", "geodesic"]))
+def test_much_geojson_of_polygons(tmp_path: Path, value: Any, word: str) -> None:
+    """So are many more."""
+    check_json(tmp_path, value, word)
+
+
+@FEW
+@given(value=collections(POINTS))
+def test_geojson_of_points(tmp_path: Path, value: Any) -> None:
+    """And points."""
+    check_json(tmp_path, value, "points")
+
+
+@pytest.mark.slow
+@MANY
+@given(value=collections(POINTS))
+def test_much_geojson_of_points(tmp_path: Path, value: Any) -> None:
+    """So are many more."""
+    check_json(tmp_path, value, "points")
+
+
+TABLES = st.one_of(
+    st.text(max_size=60),
+    st.lists(st.lists(st.one_of(NUMBERS, st.text(max_size=4)), min_size=1, max_size=4).map(",".join), max_size=5).map(
+        lambda rows: "lon,lat,weight\n" + "\n".join(rows)
+    ),
+)
+
+
+def check_bytes(folder: Path, name: str, content: bytes, word: str) -> None:
+    path = folder / name
+    path.write_bytes(content)
+    region_or_line(f"{word}:{path}")
+
+
+@FEW
+@given(text=TABLES)
+def test_tables_of_points(tmp_path: Path, text: str) -> None:
+    """Tables are points or one line."""
+    check_bytes(tmp_path, "x.csv", text.encode("utf-8", "surrogatepass"), "points")
+
+
+@pytest.mark.slow
+@MANY
+@given(content=st.one_of(TABLES.map(lambda text: text.encode("utf-8", "surrogatepass")), st.binary(max_size=80)))
+def test_many_tables_of_points(tmp_path: Path, content: bytes) -> None:
+    """So are many more, and bytes that are no text."""
+    check_bytes(tmp_path, "x.csv", content, "points")
+
+
+def vector_file(path: Path) -> bytes:
+    """A small file of one polygon and its bytes."""
+    pyogrio = pytest.importorskip("pyogrio")
+    path.unlink(missing_ok=True)  # the last example's, spoilt
+    shape = shapely.Polygon([(5, 45), (10, 45), (10, 50), (5, 50)])
+    fields = {"field_data": [np.array([2.5])], "fields": np.array(["weight"])}
+    pyogrio.raw.write(path, np.array([shape.wkb]), geometry_type="Polygon", crs="EPSG:4326", **fields)
+    return path.read_bytes()
+
+
+SPOILT = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), max_size=6)
+
+
+def check_spoilt(folder: Path, suffix: str, spoils: list[tuple[float, int]], word: str) -> None:
+    whole = vector_file(folder / f"whole.{suffix}")
+    content = bytearray(whole)
+    for place, value in spoils:
+        content[min(int(place * len(content)), len(content) - 1)] = value
+    check_bytes(folder, f"whole.{suffix}", bytes(content), word)
+
+
+@pytest.mark.parametrize("suffix", ["gpkg", "shp", "fgb"])
+@settings(max_examples=5, suppress_health_check=FILES_STAY)
+@given(spoils=SPOILT, word=st.sampled_from(["file", "geodesic", "points"]))
+def test_spoilt_files(tmp_path: Path, suffix: str, spoils: list[tuple[float, int]], word: str) -> None:
+    """Files of other formats with bytes changed are a region or one line."""
+    check_spoilt(tmp_path, suffix, spoils, word)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", ["gpkg", "shp", "fgb"])
+@settings(max_examples=300, suppress_health_check=FILES_STAY)
+@given(spoils=SPOILT, word=st.sampled_from(["file", "geodesic", "points"]))
+def test_many_spoilt_files(tmp_path: Path, suffix: str, spoils: list[tuple[float, int]], word: str) -> None:
+    """So are many more."""
+    check_spoilt(tmp_path, suffix, spoils, word)
+
+
+SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
+FEATURE = {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [SQUARE]}}
+POINT = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [1, 2]}}
+
+
+def crs(value: Any) -> dict[str, Any]:
+    return {"type": "FeatureCollection", "features": [FEATURE], "crs": value}
+
+
+ODD: dict[str, tuple[str, Any, str]] = {
+    "crs as text": ("file", crs("EPSG:4326"), "It must be GeoJSON; its crs must be an object."),
+    "name as list": (
+        "file",
+        crs({"properties": {"name": [1]}}),
+        "It must be GeoJSON; its crs must have properties with the name of a CRS, a text.",
+    ),
+    **{
+        f"crs {value}": ("file", crs(value), "It must be GeoJSON; its crs must have properties with the name of a CRS")
+        for value in ({}, {"foo": 1}, {"type": "name"}, {"type": "link", "properties": {"href": "x"}})
+    },
+    "no coordinates": ("file", {"type": "Polygon"}, "Its polygons must have coordinates, lists of rings."),
+    "a number": (
+        "geodesic",
+        {"type": "MultiPolygon", "coordinates": [3]},
+        "Its polygons must have coordinates, lists of",
+    ),
+    "a point of nothing": ("points", {"type": "Point", "coordinates": [[]]}, "Its coordinates must be numbers."),
+    "no point": ("points", {"type": "Point"}, "Its coordinates must be numbers."),
+    "huge": ("file", {"type": "Polygon", "coordinates": [[[10**400, 0], *SQUARE]]}, "Its coordinates must be numbers."),
+    "features": (
+        "points",
+        {"type": "FeatureCollection", "features": 5},
+        "It must be GeoJSON; its features must be a list.",
+    ),
+    "properties": ("points", POINT | {"properties": [1]}, "It must be GeoJSON; its properties must be an object."),
+    "weight": ("points", POINT | {"properties": {"weight": "cow"}}, "Point 1 must have a number for weight."),
+    "height": ("points", POINT | {"properties": {"height": [2]}}, "Point 1 must have a number for height."),
+}
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_odd_geojson(tmp_path: Path, kind: str) -> None:
+    """What is of another shape than expected is named."""
+    word, value, reason = ODD[kind]
+    path = tmp_path / "x.json"
+    path.write_text(json.dumps(value))
+    with pytest.raises(ValueError, match=r"^Invalid ") as caught:
+        get_region(f"{word}:{path}")
+    thing = "points" if word == "points" else "region"
+    assert str(caught.value).startswith(f"Invalid {thing} file '{path}'. {reason}")
+
+
+@pytest.mark.parametrize(
+    "nested",
+    [
+        lambda n: "[" * n + "]" * n,
+        lambda n: '{"type":"GeometryCollection","geometries":[' * n + "]}" * n,
+        lambda n: '{"type":"Feature","geometry":' * n + "null" + "}" * n,
+    ],
+)
+@pytest.mark.parametrize("depth", [300, 100_000])
+def test_deep_nesting(tmp_path: Path, nested: Callable[[int], str], depth: int) -> None:
+    """However deep a file is nested, it is one line."""
+    for word in ("file", "points"):
+        check_bytes(tmp_path, "x.geojson", nested(depth).encode(), word)
+
+
+# ---- boxes that may not be meant ------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given_box", "wide", "meant"),
+    [("30,35,-10,70", 320, "-10,35,30,70"), ("-60,10,-120,50", 300, "-120,10,-60,50"), ("10,-5,5,5", 355, "5,-5,10,5")],
+)
+def test_boxes_that_cross_by_mistake(given_box: str, wide: int, meant: str) -> None:
+    """West and east exchanged make a box that is far too wide, which is said, in Python and on the command line."""
+    text = f"Region 'box:{given_box}' crosses the antimeridian and is {wide} degrees wide; did you mean box:{meant}?"
+    with pytest.warns(Notice) as caught:
+        get_region(f"box:{given_box}")
+    assert [str(one.message) for one in caught] == [text]
+    assert caught[0].filename == __file__
+    with pytest.warns(Notice, match="did you mean"):
+        get_region([float(side) for side in given_box.split(",")])
+    result = CliRunner().invoke(app, ["compare", "merc", "-r", f"box:{given_box}"])
+    assert (result.exit_code, result.stderr) == (0, f"projdist: {text}\n")
+
+
+@pytest.mark.parametrize(
+    "box",
+    [
+        "177,-20,-178,-12",
+        "120,-60,-70,60",
+        "95,-60,-67,65",
+        "160,60,-160,75",
+        "-180,-90,180,90",
+        "-340,-40,20,40",
+        "0,0,10,5",
+    ],
+)
+def test_boxes_that_are_meant(box: str) -> None:
+    """Fiji, the Pacific from Sumatra to Chile, the Bering Sea, and what does not cross are taken as they are."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        get_region(f"box:{box}")
+
+
+@pytest.mark.parametrize(
+    ("box", "hint"),
+    [
+        ("35,100,70,150", "Did you mean 100,35,150,70? "),
+        ("0,50,10,40", "Did you mean 0,40,10,50? "),
+        ("30,70,-10,35", "Did you mean -10,35,30,70? "),
+        ("0,50,10,500", ""),
+    ],
+)
+def test_boxes_that_are_none(box: str, hint: str) -> None:
+    """Latitudes before longitudes, north before south, or both: the box that is one is asked for."""
+    with pytest.raises(ValueError, match="Invalid box") as caught:
+        get_region(f"box:{box}")
+    assert str(caught.value).startswith(f"Invalid box '{box}'. {hint}South must be below north")

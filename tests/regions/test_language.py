@@ -1,0 +1,493 @@
+"""Regions from texts, files and points: what they stand for, how they combine, and what is refused."""
+
+import json
+import math
+import re
+import sys
+
+import numpy as np
+import pyproj
+import pytest
+import shapely
+
+from projdist.answers.point_factors import factors
+from projdist.answers.summaries import compare, summarize
+from projdist.earth import natural_earth as geodata
+from projdist.regions import GLOBE, Box, Cap, PointSet, get_region
+from projdist.regions.combined import combine
+
+SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
+
+
+def geojson(path, *rings, kind="Polygon", **members):
+    """A file with one feature."""
+    feature = {"type": "Feature", "properties": {}, "geometry": {"type": kind, "coordinates": list(rings)}}
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [feature], **members}))
+    return path
+
+
+def refused(text):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 the texts are compared
+        get_region(text)
+    return str(caught.value)
+
+
+# ---- names ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("country:CH", "country:che", "country:756", "Country: Switzerland", "country:CH@50m"),
+        ("country:CI", "country:Côte d'Ivoire", "country:cote d ivoire", "country:Ivory Coast"),
+        ("country:BA", "country:Bosnia and Herzegovina", 'country:"Bosnia & Herzegovina"'),
+        ("country:CZ", "country:Czech Republic", "country:Czechia"),
+        pytest.param(("continent:North America", "CONTINENT:north america"), marks=pytest.mark.slow),
+        ("country:XK", "country:Kosovo"),
+        pytest.param(("land", "LAND", "land@50m"), marks=pytest.mark.slow),
+    ],
+    ids=lambda texts: texts[0],
+)
+def test_spellings(texts):
+    """A country is found by its codes and names, whatever their case and accents; the same text is the same object."""
+    assert len({id(get_region(text)) for text in texts}) == 1
+    assert get_region(texts[0]).name == texts[0]
+
+
+@pytest.mark.slow
+def test_every_country_can_be_named():
+    """Each row of the table has polygons, and is found by its name and its codes."""
+    for row in geodata.country_keys():
+        for key in filter(None, (row["name"], row["iso_a2"], row["iso_a3"], row["iso_n3"])):
+            assert get_region(f"country:{key}").name == f"country:{row['iso_a2'] or row['name']}"
+
+
+def test_every_shape_of_the_data_is_in_the_table():
+    """No country of Natural Earth is left out."""
+    for resolution in geodata.RESOLUTIONS:
+        shapes = geodata._countries(resolution)[0]["objects"]["countries"]["geometries"]
+        keys = {row["iso_n3"] or row["name"] for row in geodata.country_keys()}
+        assert {shape.get("id", shape["properties"]["name"]) for shape in shapes} <= keys
+
+
+def test_area_of_use():
+    """The area of use of a CRS is a box, also of one that is no map."""
+    swiss = get_region("crs:EPSG:2056")
+    assert swiss == Box(*pyproj.CRS("EPSG:2056").area_of_use.bounds)
+    # Liechtenstein and Switzerland, EPSG's extent 1286; its version 12 has moved the sides by a hundredth.
+    assert swiss.bounds == pytest.approx((5.96, 45.82, 10.49, 47.81), abs=0.015)
+    assert get_region("crs:EPSG:4326") == GLOBE
+    assert get_region("crs:EPSG:3832").bounds[2] > 180
+
+
+# ---- combinations ---------------------------------------------------------------------------
+
+A, B = "box:0,0,20,20", "box:10,10,30,30"
+
+
+def area(text):
+    return get_region(text).area_km2
+
+
+def test_areas_of_combinations():
+    """What is in both, in one only and in either has the areas of boxes."""
+    both = area("box:10,10,20,20")
+    assert area(f"{A} & {B}") == pytest.approx(both, rel=1e-12)
+    assert area(f"{A} - {B}") == pytest.approx(area(A) - both, rel=1e-12)
+    assert area(f"{A} + {B}") == pytest.approx(area(A) + area(B) - both, rel=1e-12)
+
+
+def test_precedence():
+    """& goes before - and +, these from left to right; brackets group."""
+    c = "box:0,0,5,5"
+    assert area(f"{c} + {A} & {B}") == pytest.approx(area(c) + area("box:10,10,20,20"), rel=1e-12)
+    assert area(f"({c} + {A}) & {B}") == pytest.approx(area("box:10,10,20,20"), rel=1e-12)
+    assert area(f"{A} - {c} - {B}") == pytest.approx(area(A) - area(c) - area("box:10,10,20,20"), rel=1e-12)
+    assert area(f"{A} - ({c} + ({B}))") == pytest.approx(area(f"{A} - {c} - {B}"), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_with_globe_and_ocean():
+    """Land is the globe less the ocean; nothing is both; a zone across the antimeridian is cut out of the sea."""
+    assert area("globe - ocean@110m") == pytest.approx(area("land@110m"), rel=1e-12)
+    assert area("globe & land@110m") == pytest.approx(area("land@110m"), rel=1e-12)
+    assert refused("land@110m & ocean@110m") == "Invalid region 'land@110m & ocean@110m'. Nothing is left of it."
+    sea = get_region("ocean & box:170,-30,-170,-10")
+    assert sea.bounds == pytest.approx((170, -30, 190, -10))
+    assert 0.95 < sea.area_km2 / Box(170, -30, -170, -10).area_km2 < 1
+
+
+def test_names_of_combinations():
+    """The name of a combination is a text for it."""
+    region = get_region("  country:CH   -  cap:8,47,50 ")
+    assert region.name == "country:CH - cap:8,47,50"
+    assert get_region(region.name).area_km2 == pytest.approx(region.area_km2, rel=1e-15)
+
+
+def test_combined_in_python():
+    """Regions combine as objects, too."""
+    assert combine("-", Box(0, 0, 20, 20), Cap(0, 0, 100), "rest").area_km2 < Box(0, 0, 20, 20).area_km2
+
+
+# ---- files ----------------------------------------------------------------------------------
+
+
+def test_geojson(tmp_path):
+    """A GeoJSON file, the same object in Python, and shapely's geometry are one region."""
+    path = geojson(tmp_path / "square.geojson", SQUARE)
+    truth = Box(0, 0, 10, 10).area_km2
+    assert area(f"file:{path}") == pytest.approx(truth, rel=1e-12)
+    assert get_region(json.loads(path.read_text())).area_km2 == pytest.approx(truth, rel=1e-12)
+    assert get_region(shapely.box(0, 0, 10, 10)).area_km2 == pytest.approx(truth, rel=1e-12)
+    assert get_region(f"file:{path}").name == f"file:{path}"
+
+
+@pytest.mark.parametrize("name", ["a - b (1).geojson", "a & b.geojson", "with#mark.geojson", 'plus + ".geojson'])
+def test_awkward_paths(tmp_path, name):
+    """Paths with blanks, operators, brackets and marks can be given in quotation marks."""
+    path = geojson(tmp_path / name.replace('"', ""), SQUARE)
+    assert area(f'file:"{path}" & box:0,0,5,5') == pytest.approx(area("box:0,0,5,5"), rel=1e-12)
+
+
+def test_another_crs(tmp_path):
+    """Edges are straight in the file's CRS: a rectangle in Web Mercator is a box, one in Switzerland is as wide."""
+    to_mercator = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:3857", always_xy=True)
+    corners = [to_mercator.transform(*corner) for corner in [(5, 45), (10, 45), (10, 50), (5, 50), (5, 45)]]
+    name = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3857"}}
+    assert area(f"file:{geojson(tmp_path / 'm.geojson', corners, crs=name)}") == pytest.approx(
+        area("box:5,45,10,50"), rel=1e-9
+    )
+    ring = [[2.55e6, 1.1e6], [2.75e6, 1.1e6], [2.75e6, 1.25e6], [2.55e6, 1.25e6], [2.55e6, 1.1e6]]
+    name["properties"]["name"] = "EPSG:2056"
+    found = area(f"file:{geojson(tmp_path / 's.geojson', ring, crs=name)}")
+    dense = shapely.get_coordinates(shapely.segmentize(shapely.Polygon(ring), 100.0))
+    lonlat = pyproj.Transformer.from_crs("EPSG:2056", "EPSG:4326", always_xy=True).transform(*dense.T)
+    truth = abs(pyproj.Geod(ellps="WGS84").polygon_area_perimeter(*lonlat)[0]) / 1e6
+    assert found == pytest.approx(truth, rel=1e-7)
+
+
+def test_geodesic_edges(tmp_path):
+    """Three geodesics have GeographicLib's area, also across the antimeridian; straight edges another one."""
+    for west in (0, 170):
+        ring = [[west, 20], [west + 40, 35], [west + 10, 60], [west, 20]]
+        path = geojson(tmp_path / "t.geojson", ring)
+        truth = abs(pyproj.Geod(ellps="WGS84").polygon_area_perimeter(*np.array(ring, dtype=float).T)[0]) / 1e6
+        assert area(f"geodesic:{path}") == pytest.approx(truth, rel=1e-8)
+        assert area(f"file:{path}") != pytest.approx(truth, rel=1e-3)
+
+
+def test_repaired(tmp_path):
+    """A self-intersecting polygon is repaired, with a note of the area that came or went; others have no notes."""
+    path = geojson(tmp_path / "bow.geojson", [[0, 0], [10, 10], [10, 0], [0, 10], [0, 0]])
+    region = get_region(f"file:{path}")
+    (note,) = region.notes
+    assert note.startswith(f"file:{path}: 1 self-intersecting polygon(s) repaired; the area changed by ")
+    assert float(note.split()[-2]) == pytest.approx(region.area_km2, rel=0.02)  # the two halves nearly cancelled
+    assert get_region(f"file:{geojson(path, SQUARE)}").notes == ()
+    wide = get_region(f"file:{geojson(path, [[-100, 0], [100, 0], [100, 10], [-100, 10], [-100, 0]])}")
+    assert wide.notes == (
+        f"file:{path}: 2 edge(s) wider than 180 degrees run the shorter way, across the antimeridian.",
+    )
+    assert wide.bounds == pytest.approx((100, 0, 260, 10))
+
+
+WRONG_RINGS = {
+    "unclosed": (
+        [[0, 0], [10, 0], [10, 10], [0, 10]],
+        "Each of its rings must end where it begins; one begins at 0, 0 and ends at 0, 10.",
+    ),
+    "short": ([[0, 0], [10, 0], [0, 0]], "Each of its rings must have four positions or more; one has 3."),
+    "metres": (
+        [[2.6e6, 1.2e6], [2.7e6, 1.2e6], [2.7e6, 1.3e6], [2.6e6, 1.2e6]],
+        "Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the file must "
+        "state another CRS; it has 2600000, 1200000.",
+    ),
+    "swapped": (
+        [[45, 170], [45, 175], [50, 175], [45, 170]],
+        "Its coordinates must be longitudes within -360 and 360 and latitudes within -90 and 90, or the file must "
+        "state another CRS; it has 45, 170.",
+    ),
+    "nan": ([[0, 0], [math.nan, 0], [10, 10], [0, 0]], "Its coordinates must be finite numbers."),
+    "words": ([["a", "b"], [1, 0], [10, 10], ["a", "b"]], "Its coordinates must be numbers."),
+    "flat": ([[0, 0], [10, 10], [5, 5], [0, 0]], "Its polygons have no area."),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_RINGS)
+def test_wrong_rings(tmp_path, kind):
+    """What is no polygon in longitude and latitude is refused in one line."""
+    ring, reason = WRONG_RINGS[kind]
+    path = geojson(tmp_path / "wrong.geojson", ring)
+    assert refused(f"file:{path}") == f"Invalid region file '{path}'. {reason}"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "It must be GeoJSON: Expecting value: line 1 column 1 (char 0)."),
+        ("[1]", "It must be GeoJSON; it has an object of type None."),
+        ('{"type": "Topology"}', "It must be GeoJSON; it has an object of type 'Topology'."),
+        ('{"type": "FeatureCollection", "features": []}', "It holds no polygons."),
+        ('{"type": "Feature", "geometry": null}', "It holds no polygons."),
+        ('{"type": "Point", "coordinates": [1, 2]}', "It must hold polygons only; it holds a Point."),
+    ],
+)
+def test_wrong_files(tmp_path, text, reason):
+    """So is a file that is empty, no GeoJSON, or without polygons."""
+    path = tmp_path / "wrong.json"
+    path.write_text(text)
+    assert refused(f"file:{path}") == f"Invalid region file '{path}'. {reason}"
+
+
+def test_missing_files(tmp_path):
+    """And a file that is not there, or whose format needs what is not installed."""
+    path = tmp_path / "none.geojson"
+    assert refused(f"file:{path}") == f"Invalid region file '{path}'. It cannot be read: No such file or directory."
+    assert refused("file:") == "Invalid region 'file:'. It must have the path of a file behind the colon."
+
+
+def test_without_pyogrio(tmp_path, monkeypatch):
+    """Other formats name the extra that reads them."""
+    monkeypatch.setitem(sys.modules, "pyogrio", None)
+    assert refused("file:a.gpkg#roads") == (
+        "Invalid region file 'a.gpkg'. Without pyogrio only GeoJSON can be read: pip install 'projdist[gis]' reads "
+        "other formats."
+    )
+
+
+@pytest.mark.parametrize("suffix", ["gpkg", "shp", "fgb"])
+def test_vector_files(tmp_path, suffix):
+    """GeoPackage, Shapefile and FlatGeobuf are read in their CRS, polygons and points."""
+    pyogrio = pytest.importorskip("pyogrio")
+    path = tmp_path / f"a.{suffix}"
+    to_mercator = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:3857", always_xy=True)
+    ring = shapely.Polygon([to_mercator.transform(lon, lat) for lon, lat in [(5, 45), (10, 45), (10, 50), (5, 50)]])
+    no_fields = {"field_data": [], "fields": []}
+    pyogrio.raw.write(path, np.array([ring.wkb]), geometry_type="Polygon", crs="EPSG:3857", **no_fields)
+    assert area(f"file:{path}") == pytest.approx(area("box:5,45,10,50"), rel=1e-9)
+    assert "Invalid points file" in refused(f"points:{path}")
+    point = shapely.Point(to_mercator.transform(5, 45))
+    weights = {"field_data": [np.array([2.5])], "fields": np.array(["weight"])}
+    path = tmp_path / f"b.{suffix}"
+    pyogrio.raw.write(path, np.array([point.wkb]), geometry_type="Point", crs="EPSG:3857", **weights)
+    points = get_region(f"points:{path}")
+    assert (points.lon[0], points.lat[0], points.weight[0]) == pytest.approx((5, 45, 2.5))
+    if suffix == "gpkg":
+        assert refused(f"points:{path}#no").startswith(f"Invalid points file '{path}'. It cannot be read: Layer 'no'")
+
+
+@pytest.mark.parametrize("kind", ["file", "geodesic"])
+def test_tables_are_no_polygons(kind, tmp_path):
+    """A table without geometries, which GDAL reads, is one line (it was a traceback)."""
+    pytest.importorskip("pyogrio")
+    path = tmp_path / "p.csv"
+    path.write_text("name,lon,lat\na,1,2\n")
+    assert refused(f"{kind}:{path}") == f"Invalid region file '{path}'. It has no geometries."
+
+
+def test_parquet_without_its_driver(tmp_path, monkeypatch):
+    """What GDAL's reader of nothing says names libraries that nobody asked for."""
+    pyogrio = pytest.importorskip("pyogrio")
+    monkeypatch.setattr(pyogrio, "list_drivers", lambda: {"GPKG": "rw"})
+    (tmp_path / "p.parquet").write_bytes(b"PAR1")
+    assert refused(f"file:{tmp_path / 'p.parquet'}").endswith("reads no Parquet; GeoPackage and GeoJSON are read.")
+
+
+WKT = {
+    "POLYGON((0 0,10 0,10 10,0 10,0 0))": "box:0,0,10,10",
+    "POLYGON ((0 0, 10 0,\n10 10, 0 10, 0 0))\nPOLYGON((8 0,30 0,30 10,8 10,8 0))": "box:0,0,30,10",
+    "GEOMETRYCOLLECTION(MULTIPOLYGON(((0 0,10 0,10 10,0 10,0 0))), POLYGON EMPTY)": "box:0,0,10,10",
+    # x = a lon, y = a ln tan(45 + lat / 2) of 10 degrees, to a tenth of a millimetre.
+    "SRID=3857;POLYGON((0 0,1113194.9079 0,1113194.9079 1118889.9749,0 1118889.9749,0 0))": "box:0,0,10,10",
+}
+
+
+@pytest.mark.parametrize("text", WKT)
+def test_well_known_text(text, tmp_path):
+    """One geometry or more, collections, and a CRS by its SRID."""
+    (tmp_path / "r.wkt").write_text(text)
+    assert get_region(f"file:{tmp_path / 'r.wkt'}").area_km2 == pytest.approx(get_region(WKT[text]).area_km2, rel=1e-9)
+    (tmp_path / "p.wkt").write_text("POINT(1 2) POINT Z (3 4 5)\n")
+    assert get_region(f"points:{tmp_path / 'p.wkt'}").lat.tolist() == [2.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "It holds no polygons."),
+        ("POLYGON EMPTY", "It holds no polygons."),
+        ("POINT(1 2)", "It must hold polygons only; it holds a Point."),
+        ("POLYGON((0 0,10 0,10 10", "It must hold WKT of geometries: ParseException: Expected word"),
+        ('PROJCS["WGS 84"]', "It must hold WKT of geometries: ParseException: Unknown type"),
+        ("CURVEPOLYGON(CIRCULARSTRING(0 0,4 0,4 4,0 4,0 0))", "It must hold WKT of geometries: "),
+        ("POLYGON((1e400 0,1 0,1 1,1e400 0))", "Its coordinates must be finite numbers."),
+        ("SRID=3857;POINT(1 2)SRID=4326;POINT(1 2)", "Its geometries must have one SRID; they have 3857, 4326."),
+    ],
+)
+def test_wrong_well_known_text(text, reason, tmp_path):
+    """One line."""
+    (tmp_path / "r.wkt").write_text(text)
+    assert refused(f"file:{tmp_path / 'r.wkt'}").startswith(f"Invalid region file '{tmp_path / 'r.wkt'}'. {reason}")
+
+
+@pytest.mark.parametrize("kind", ["file", "points"])
+def test_files_of_no_format(kind, tmp_path):
+    """GDAL's reason, without its advice on how to call it; `check` and `factors --at` say the same."""
+    pytest.importorskip("pyogrio")
+    gis = pytest.importorskip("projdist.gis")
+    path = tmp_path / "x.gpkg"
+    path.write_text("no data")
+    said = f"'{path}' not recognized as being in a supported file format."
+    assert refused(f"{kind}:{path}").endswith(f"It cannot be read: {said}")
+    with pytest.raises(ValueError, match=rf"It cannot be read: {re.escape(said)}$"):
+        gis.read_data(path)
+
+
+# ---- points ---------------------------------------------------------------------------------
+
+CSV = "name,lon,lat,weight,height\nA,2.35,48.85,2,35\nB,13.4,52.5,1,34\nC,-3.7,40.4,3,660\n\n"
+
+
+def test_points(tmp_path):
+    """The errors over points are weighted means of their factors; so are a measure's statistics."""
+    path = tmp_path / "cities.csv"
+    path.write_text(CSV)
+    region = get_region(f"points:{path}")
+    assert region.height.tolist() == [35, 34, 660]
+    found = summarize("robin", region, measures=["omega"])
+    at = factors("robin", region.lon, region.lat)
+    square = np.average(np.log(at.a) ** 2 + np.log(at.b) ** 2, weights=[2, 1, 3])
+    assert found.airy_kavrayskiy == pytest.approx(math.sqrt(square), rel=1e-12)
+    assert found.error_estimate < 1e-10
+    assert found.measures["omega"].mean == pytest.approx(np.average(at.omega, weights=[2, 1, 3]), rel=1e-12)
+    assert found.measures["omega"].max == pytest.approx(at.omega.max(), rel=1e-15)
+    assert found.measures["omega"].max_at == pytest.approx(
+        (region.lon[at.omega.argmax()], region.lat[at.omega.argmax()])
+    )
+    assert compare(["robin"], region).to_dict()["region"] == {"name": f"points:{path}", "area_km2": 0.0, "points": 3}
+
+
+def test_points_beyond_the_map(tmp_path):
+    """Points that a map does not show are not covered, by their share of the weight."""
+    points = PointSet(np.array([0.0, 10.0, 180.0]), np.zeros(3), np.array([1.0, 2.0, 1.0]))
+    assert summarize("+proj=ortho", points).coverage == 0.75
+
+
+def test_points_combine(tmp_path):
+    """Points may be chosen by regions, and stand on the left only."""
+    path = tmp_path / "cities.csv"
+    path.write_text(CSV.replace(",", ";"))
+    assert get_region(f"points:{path} & country:DE").weight.tolist() == [1]
+    assert get_region(f"points:{path} - country:DE").weight.tolist() == [2, 3]
+    assert refused(f"points:{path} & country:JP").endswith("Nothing is left of it.")
+    assert refused(f"land & points:{path}").endswith("Points can only stand on the left of & and -.")
+
+
+def test_bounds_of_points():
+    """The bounds of points hold them with a margin, and may cross the antimeridian."""
+    west, _, east, _ = PointSet(np.array([179.0, -178.0]), np.array([0.0, 1.0]), np.ones(2)).bounds
+    assert (west, east) == pytest.approx((178.85, 182.15))
+
+
+def points_of(*coordinates):
+    """Features of points as GeoJSON, without a geometry where there are no coordinates."""
+    shapes = [None if one is None else {"type": "Point", "coordinates": one} for one in coordinates]
+    features = [{"type": "Feature", "properties": {}, "geometry": shape} for shape in shapes]
+    return json.dumps({"type": "FeatureCollection", "features": features})
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("p.csv", "name,lon,lat,weight,h\na,1,2,1,5\nb,,2,1,6\nc,3,NA,1,7\nd,4,5,2,8\ne,nan,5,2,9\n"),
+        ("p.geojson", points_of([1, 2], None, [], [4, 5], None)),
+    ],
+)
+def test_points_without_coordinates_are_left_out(file, text, tmp_path):
+    """The others are read, and a note says how many are not."""
+    (tmp_path / file).write_text(text)
+    points = get_region(f"points:{tmp_path / file}")
+    assert (points.lon.tolist(), points.lat.tolist()) == ([1.0, 4.0], [2.0, 5.0])
+    assert points.notes == (f"{points.name}: 3 of 5 points have no longitude or no latitude, and are left out.",)
+    if file.endswith(".csv"):
+        assert (points.weight.tolist(), points.height.tolist()) == ([1.0, 2.0], [5.0, 8.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "It is empty."),
+        ("x,y\n1,2\n", "Its header must have lon and lat; it has x, y."),
+        ("lon,lat\n", "It has no points."),
+        ("lon,lat\n1,2\n3,north\n", "Line 3 must have numbers for lon, lat."),
+        ("lon,lat,weight\n1,2\n", "Line 2 must have numbers for lon, lat, weight."),
+        ("lon,lat,name\n,2,a\n3,,b\n", "It has no points with a longitude and a latitude."),
+        ("lon,lat,weight\n1,2,\n", "Line 2 must have numbers for lon, lat, weight."),
+        ("lon,lat\n1,2\n8,5,47,3\n", "Line 3 has 4 cells; it must have 2."),
+        ("lon,lat\n1,2\n1_0,2\n", "Line 3 must have numbers for lon, lat."),
+        (
+            'lon,lat,name\n1,2,a\n3,4,"b\n5,6,c\n7,8,d"\n',
+            "Line 3 has a quotation mark that does not end its cell on the line.",
+        ),
+        ("lon,lat,name\n1,2," + 200_000 * "a" + "\n", "Line 2 has a cell of more than 131072 letters."),
+    ],
+)
+def test_wrong_points_files(tmp_path, text, reason):
+    """A table without points is refused with the line that is wrong."""
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    assert refused(f"points:{path}") == f"Invalid points file '{path}'. {reason}"
+
+
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        ("1,95,1", "Point 1 is at 1, 95; it must have a longitude within -360 and 360, a latitude within -90 and 90."),
+        (
+            "inf,5,1",
+            "Point 1 is at inf, 5; it must have a longitude within -360 and 360, a latitude within -90 and 90.",
+        ),
+        ("1,5,-1", "Point 1 has the weight -1; it must be finite and not negative."),
+        ("1,5,nan", "Point 1 has the weight nan; it must be finite and not negative."),
+        ("1,5,0", "Their weights must not all be zero."),
+    ],
+)
+def test_wrong_points(tmp_path, row, reason):
+    """So are points off the Earth, and weights that are none."""
+    path = tmp_path / "points.csv"
+    path.write_text(f"lon,lat,weight\n{row}\n")
+    assert refused(f"points:{path}") == f"Invalid points 'points:{path}'. {reason}"
+
+
+# ---- refusals -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "start"),
+    [
+        (
+            "country:Swizerland",
+            "Invalid country 'Swizerland'. Did you mean Switzerland? It must be a name in English or",
+        ),
+        ("country:Korea", "Invalid country 'Korea'. Did you mean North Korea or South Korea? It must be a name"),
+        ("country:", "Invalid country ''. It must be a name in English or an ISO 3166 code."),
+        ("country:VA@110m", "Invalid country 'VA' at 110m. It is too small for this data: ask for 50m."),
+        ("continent:Europa", "Invalid continent 'Europa'. Did you mean Europe? It must be one of Africa, Antarctica,"),
+        ("Fiji", "Invalid region 'Fiji'. Did you mean country:Fiji? It must be globe, land, ocean,"),
+        ("lnad", "Invalid region 'lnad'. Did you mean land? It must be globe, land, ocean,"),
+        ("land@10m", "Invalid suffix '@10m'. It must be one of @110m, @50m, @main and @all, once each."),
+        (
+            "country:FR@mainland",
+            "Invalid suffix '@mainland'. It must be one of @110m, @50m, @main and @all, once each.",
+        ),
+        ("crs:EPSG:0", "Invalid CRS 'EPSG:0'. It must be a CRS that PROJ knows."),
+        ("land -", "Invalid region 'land -'. There must be a region on each side of an operator."),
+        ("& land", "Invalid region '& land'. There must be a region on each side of an operator."),
+        ("(land", "Invalid region '(land'. Its brackets must close what they open."),
+        ("land)", "Invalid region 'land)'. Its brackets must close what they open."),
+        ("land - land", "Invalid region 'land - land'. Nothing is left of it."),
+    ],
+)
+def test_refusals(text, start):
+    """What names no region is refused, with what may have been meant."""
+    assert refused(text).startswith(start)

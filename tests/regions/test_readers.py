@@ -1,0 +1,198 @@
+"""Readers of people's files under thousands of broken ones: an answer, or one line that says what is wrong."""
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from projdist import Notice, check, read_heights
+from projdist.applications.mosaics import read_correspondences
+from projdist.applications.oldmaps import old_map, read_control_points
+from projdist.applications.pointclouds import read_cloud
+from projdist.decisions.checking.outlines import REPAIRED
+from projdist.gis import read_data, read_points
+from projdist.regions.points import read_csv
+
+MANY = settings(
+    max_examples=400,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+    derandomize=True,
+)
+
+# What a stray key, another program or another country leaves in a table.
+KEYS = ['"', '""', ",", ";", "\t", "\n", "\r\n", "#", " ", "-", ".", "\x00", "\ufeff", "\u2028", "é", ",,,,\n"]
+WORDS = ["nan", "inf", "-inf", "1e303", "1e-303", "1e999", "1_0", "٣", "9" * 20, "lon", "x,y\n", "end_header\n"]
+SCRAPS = st.one_of(
+    st.sampled_from(KEYS + WORDS),
+    st.text(max_size=4),
+    st.floats().map(str),
+    st.integers(-(10**30), 10**30).map(str),
+)
+
+
+@st.composite
+def broken(draw: st.DrawFn, whole: str, more: st.SearchStrategy[str] = SCRAPS) -> str:
+    """A text with pieces put in, taken out, or in the place of others."""
+    text = whole
+    for _ in range(draw(st.integers(0, 4))):
+        first = draw(st.integers(0, len(text)))
+        last = draw(st.integers(first, min(len(text), first + 12)))
+        text = text[:first] + draw(st.one_of(st.just(""), SCRAPS, more)) + text[last:]
+    return text
+
+
+def tried(read, path, text):
+    """What is read of a file, or None where it is refused, in one line that begins as all do."""
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8", errors="surrogatepass"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        try:
+            return read(path)
+        except ValueError as error:
+            refused = error
+    assert type(refused) is ValueError
+    assert str(refused).startswith("Invalid ")
+    assert len(str(refused).splitlines()) == 1
+    return None
+
+
+NOTHING = " ,;\t\ufeff\x1c\x1d\x1e\x1f\x85\xa0\u2028\u2029\x0b\x0c"
+
+
+def rows_of(text):
+    """The number of lines with more than separators in them, but for the header."""
+    return sum(bool(line.strip(NOTHING)) for line in text.splitlines()) - 1
+
+
+POINTS = "name,lon,lat,weight\n" + "".join(f"p{k},{7 + k / 10},{47 + k / 20},{k + 1}\n" for k in range(9))
+
+
+@pytest.mark.slow
+@MANY
+@example(POINTS.replace("p1", '"p1'))
+@example(POINTS.replace("p1", '"p1').replace("p7,", 'p7",'))
+@given(broken(POINTS))
+def test_points(tmp_path, text):
+    """The points of a region: as many as there are rows, or a refusal."""
+    found = tried(lambda path: read_csv(path, "points"), tmp_path / "p.csv", text)
+    if found is not None:
+        assert np.isfinite([found.lon, found.lat, found.weight]).all()
+        assert len(found.lon) == rows_of(text)
+
+
+@pytest.mark.slow
+@MANY
+@example(POINTS.replace("p1", '"p1'))
+@given(broken(POINTS))
+def test_tables_of_points(tmp_path, text):
+    """The table that columns are added to: as many rows as the file has."""
+    found = tried(read_points, tmp_path / "p.csv", text)
+    if found is not None:
+        assert len(found) == rows_of(text)
+
+
+@pytest.mark.slow
+@MANY
+@given(broken("lon,lat,h\n" + "".join(f"{7 + k / 10},{47 - k / 10},{100 * k}\n" for k in range(6))))
+def test_heights(tmp_path, text):
+    """Heights at points: finite, or refused."""
+    found = tried(read_heights, tmp_path / "h.csv", text)
+    if found is not None:
+        assert np.isfinite(found).all()
+
+
+CONTROL = "id,x_old,y_old,x_new,y_new\n" + "".join(
+    f"c{k},{k},{k * k % 7},{600000 + 1000 * k + 30 * (k % 3)},{200000 + 900 * (k * k % 7)}\n" for k in range(9)
+)
+
+
+@pytest.mark.slow
+@MANY
+@example(CONTROL.replace("c1,1,1", "c1,1e303,1"), "tps")
+@example(CONTROL.replace("c1,1,1", "c1,1e15,1"), "tps")
+@given(broken(CONTROL), st.sampled_from(["tps", "affine", "polynomial2", "helmert"]))
+def test_control_points(tmp_path, text, model):
+    """An old map of control points, whatever their coordinates are."""
+    tried(lambda path: old_map(read_control_points(path), model=model).to_dict(), tmp_path / "c.csv", text)
+
+
+MATCHES = "# image sizes h x w: [(600, 800), (600, 800)]\nmodel,i,j,xi,yi,xj,yj\n" + "".join(
+    f"0,0,1,{10 * k},{k * k},{10 * k + 3},{k * k - 2}\n" for k in range(6)
+)
+
+
+@pytest.mark.slow
+@MANY
+@given(broken(MATCHES))
+def test_correspondences(tmp_path, text):
+    """Points that images have in common."""
+    tried(read_correspondences, tmp_path / "m.csv", text)
+
+
+CLOUDS = {
+    "a.csv": "id,x,y,z\n" + "".join(f"q{k},{k},{k * k},{-k}\n" for k in range(6)),
+    "b.csv": "".join(f"{k};{k * k};{-k}\n" for k in range(6)),
+    "a.xyz": "".join(f"{k} {k * k} {-k} 255\n" for k in range(6)),
+    "a.ply": "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty ushort n\n"
+    "end_header\n" + "".join(f"{k} {k * k} {10000 * k}\n" for k in range(6)),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CLOUDS)
+@MANY
+@given(st.data())
+def test_clouds(tmp_path, name, data):
+    """A cloud of points: each of them finite or missing, and written back where it can be read."""
+    text = data.draw(broken(CLOUDS[name]))
+    found = tried(read_cloud, tmp_path / name, text)
+    if found is not None:
+        whole = np.isfinite(found.points).all(axis=1)
+        assert whole.any()
+        assert np.isnan(found.points[~whole]).all()
+        n = found.points.shape[1]
+        found.write(tmp_path / f"new-{name}", np.eye(n), np.zeros(n), overwrite=True)
+        again = tried(read_cloud, tmp_path / f"new-{name}", (tmp_path / f"new-{name}").read_bytes())
+        np.testing.assert_array_equal(again.points, found.points)
+
+
+BINARY = b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty double x\nproperty double y\nend_header\n"
+NUMBERS = np.arange(8.0).tobytes()
+
+
+@pytest.mark.slow
+@MANY
+@example(BINARY.replace(b"vertex 4", b"vertex 1000000000000000000") + NUMBERS)
+@given(broken(BINARY.decode()).map(str.encode).flatmap(lambda head: st.binary(max_size=80).map(head.__add__)))
+def test_binary_clouds(tmp_path, data):
+    """A binary file with a header that claims anything."""
+    found = tried(read_cloud, tmp_path / "a.ply", data)
+    if found is not None:
+        assert np.isfinite(found.points).all(axis=1).any()
+
+
+FEATURES = """{"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": "EPSG:4326"}}, "features": [
+{"type": "Feature", "properties": {"name": "a", "n": 1}, "geometry": {"type": "Polygon", "coordinates":
+[[[8, 48], [9, 48], [9, 49], [8, 48]]]}},
+{"type": "Feature", "properties": {"name": "b"}, "geometry": {"type": "LineString", "coordinates": [[7, 50], [8, 51]]}},
+{"type": "Feature", "properties": null, "geometry": {"type": "MultiPolygon", "coordinates":
+[[[[10, 48], [11, 48], [11, 49], [10, 49], [10, 48]], [[10.2, 48.2], [10.4, 48.2], [10.4, 48.4], [10.2, 48.2]]]]}}]}
+"""
+BRACKETS = ["[]", "[[]]", "{}", "[[1, 2]]", "[[[1, 2], [3, 4]]]", "[1]", "[" * 40, "]" * 40, "}", '{"a": ']
+KINDS = ["null", '"x"', '"Point"', '"Polygon"', '"LineString"', '"GeometryCollection"', '"crs": "EPSG:25832"']
+SHAPES = st.sampled_from([*BRACKETS, *KINDS, "1e400", "NaN", "9" * 400])
+
+
+@pytest.mark.slow
+@MANY
+@given(broken(FEATURES, SHAPES))
+def test_features(tmp_path, text):
+    """GeoJSON of any shape in `check`: figures, or a refusal."""
+    found = tried(lambda path: check(read_data(path), "EPSG:25832", purpose=None), tmp_path / "x.geojson", text)
+    if found is not None:
+        known = found.features["length_km"] >= 0
+        assert (known == [note in ("", REPAIRED) for note in found.features["note"]]).all()
+        assert found.overall.measured == known.sum()

@@ -1,0 +1,104 @@
+"""What all answers share: one line, a table in notebooks, and equality by identity."""
+
+import dataclasses
+import math
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import projdist
+from projdist import Box
+from projdist.support.answers import Answer
+from projdist.support.html_tables import html_table
+
+SQUARE = Box(8, 48, 12, 52)
+ANSWERS = {
+    "factors": lambda: projdist.factors("robin", [10, 20], 50),
+    "summarize": lambda: projdist.summarize("robin", SQUARE, tolerance=1e-4),
+    "compare": lambda: projdist.compare(["robin", "moll"], SQUARE, measures="s", tolerance=1e-4),
+    "correct": lambda: projdist.correct("robin", SQUARE, tolerance=1e-4),
+    "local_corrections": lambda: projdist.local_corrections("robin", 10, 50, radius_km=100),
+    "indices": lambda: projdist.indices("robin", SQUARE, names="airy", tolerance=1e-3),
+    "distance_distortion": lambda: projdist.distance_distortion("robin", SQUARE, tolerance=0.1),
+    "mdt": lambda: projdist.mdt([np.eye(2), np.diag([2.0, 1.0])]),
+    "ldp": lambda: projdist.ldp("box:8,48,8.2,48.2", height=500, families=["tmerc"]),
+}
+
+
+class Cells(HTMLParser):
+    """Rows of cells, and the bars' lengths."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.rows, self.bars, self.open = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        """Open a row or a cell; note a bar."""
+        self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+            style = dict(attrs).get("style")
+            self.bars += [float(style.partition("#c2d8ec ")[2].partition("%")[0])] if style else []
+
+    def handle_endtag(self, tag):
+        """Each end is that of what was opened last."""
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        """The text of a cell."""
+        if self.rows and "caption" not in self.open and "tr" in self.open:
+            self.rows[-1][-1] += data
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name == "ldp" else name for name in ANSWERS]
+)
+def test_an_answer_in_a_line_and_in_a_table(name):
+    """The line names the class; the table has a cell for each name in each row."""
+    answer = ANSWERS[name]()
+    assert repr(answer).startswith(f"{type(answer).__name__}(")
+    assert "\n" not in repr(answer)
+    assert len(repr(answer)) < 200
+    rows = Cells(answer._repr_html_()).rows
+    assert len(rows) > 1
+    assert {len(row) for row in rows} == {len(rows[0])}
+
+
+def test_one_policy():
+    """Every answer is frozen, made by keywords, and equal to itself only."""
+
+    def below(cls):
+        return [cls] + [deeper for one in cls.__subclasses__() for deeper in below(one)]
+
+    classes = [cls for cls in below(Answer)[1:] if cls.__module__.startswith("projdist")]
+    assert len(classes) > 5
+    for cls in classes:
+        policy = cls.__dataclass_params__
+        assert (policy.frozen, policy.eq, policy.repr) == (True, False, False), cls
+        assert all(field.kw_only for field in dataclasses.fields(cls)), cls
+        assert cls.__hash__ is object.__hash__, cls
+
+
+def test_the_line_of_a_summary():
+    """Its figure and the error: the plate carree's square is 0.52124046 squared, by its closed form."""
+    found = projdist.summarize("plate-carree", tolerance=1e-8)
+    assert repr(found).startswith(f"Summary({found.projection.name} over globe: AK 0.5212 ± ")
+
+
+def test_bars_and_strange_cells():
+    """Bars are shares of the largest; what is no number, or negative, has none; text is escaped and cut."""
+    rows = [{"map": "<b>", "s": 1.0, "d": -1.0}, {"map": "x" * 50, "s": 4.0, "d": 2.0}, {"map": None, "s": math.nan}]
+    found = Cells(html_table(rows, "a & b"))
+    assert found.bars == [25.0, 100.0]
+    assert found.rows == [["map", "s", "d"], ["<b>", "1", "-1"], ["x" * 40 + "…", "4", "2"], ["", "nan", ""]]
+
+
+def test_many_rows():
+    """The first thirty, and how many there are besides."""
+    text = html_table({"n": np.arange(100.0)}, "")
+    assert len(Cells(text).rows) == 31
+    assert "and 70 more rows" in text

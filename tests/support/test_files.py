@@ -1,0 +1,159 @@
+"""Files that are whole or not there, and never in the place of another unless asked."""
+
+import errno
+import os
+import threading
+from pathlib import Path
+
+import pytest
+import typer
+
+from projdist.cli import output
+from projdist.support.files import is_stream, replacing
+
+
+def test_a_file_appears_when_it_is_complete(tmp_path: Path) -> None:
+    """Its name is that of the new file, its permissions those of any new file, and nothing else is left."""
+    path = tmp_path / "x.txt"
+    with replacing(path) as new:
+        new.write_text("new")
+        assert new.name == path.name
+        assert not path.exists()
+    plain = tmp_path / "plain"
+    plain.write_text("")
+    assert path.read_text() == "new"
+    assert path.stat().st_mode == plain.stat().st_mode
+    assert set(tmp_path.iterdir()) == {path, plain}
+
+
+@pytest.mark.parametrize("error", [OSError("full"), KeyboardInterrupt()])
+def test_a_failure_leaves_the_old_file(tmp_path: Path, error: BaseException) -> None:
+    """Whatever happens while the new one is written."""
+    path = tmp_path / "x.txt"
+    path.write_text("old")
+
+    def write() -> None:
+        with replacing(path) as new:
+            new.write_text("half")
+            new.with_suffix(".journal").write_text("beside it")
+            raise error
+
+    with pytest.raises(type(error)):
+        write()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_existing_file_is_refused(tmp_path: Path) -> None:
+    """Before anything is written, and where it comes meanwhile; a dangling link counts as one."""
+    path, link = tmp_path / "x.txt", tmp_path / "link"
+    link.symlink_to(tmp_path / "nowhere")
+
+    def write(target: Path, meanwhile: str = "") -> None:
+        with replacing(target, overwrite=False) as new:
+            new.write_text("new")
+            if meanwhile:
+                target.write_text(meanwhile)
+
+    with pytest.raises(FileExistsError, match=r"Invalid output '.*link'. It exists; --overwrite replaces it."):
+        write(link)
+    with pytest.raises(FileExistsError, match="It exists"):
+        write(path, "another's")
+    with pytest.raises(FileExistsError, match="It exists"):
+        write(path)
+    assert path.read_text() == "another's"
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    """The file that it names is replaced, in its own folder."""
+    (tmp_path / "there").mkdir()
+    path, link = tmp_path / "there" / "x.txt", tmp_path / "link.txt"
+    path.write_text("old")
+    link.symlink_to(path)
+    with replacing(link) as new:
+        new.write_text("new")
+    assert link.is_symlink()
+    assert path.read_text() == "new"
+    assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of Unix")
+def test_permissions_stay(tmp_path: Path) -> None:
+    """A private file stays private, and so does the one beside it; also behind a link."""
+    path, beside, link = tmp_path / "x.jpg", tmp_path / "x.jpgw", tmp_path / "link.jpg"
+    for one, mode in ((path, 0o600), (beside, 0o640)):
+        one.write_text("old")
+        one.chmod(mode)
+    link.symlink_to(path)
+    with replacing(path, beside="w") as new:
+        new.write_text("new")
+        new.with_name(new.name + "w").write_text("new")
+    with replacing(link) as new:
+        new.write_text("newer")
+    assert (path.stat().st_mode & 0o777, path.read_text()) == (0o600, "newer")
+    assert (beside.stat().st_mode & 0o777, beside.read_text()) == (0o640, "new")
+    assert link.is_symlink()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of Unix")
+def test_a_pipe_takes_what_is_written(tmp_path: Path) -> None:
+    """It exists, holds nothing to lose, and stays a pipe."""
+    path, read = tmp_path / "pipe", []
+    os.mkfifo(path)
+    reader = threading.Thread(target=lambda: read.append(path.read_text()))
+    reader.start()
+    with replacing(path, overwrite=False) as new:
+        new.write_text("new")
+    reader.join(10)
+    assert read == ["new"]
+    assert path.is_fifo()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="devices of Unix")
+def test_streams(tmp_path: Path) -> None:
+    """Devices and open streams are, files, folders and new names are not."""
+    assert all(is_stream(Path(name)) for name in ("/dev/null", "/dev/stdout", "/dev/fd/1"))
+    assert not any(is_stream(path) for path in (tmp_path, tmp_path / "new", Path(__file__)))
+
+
+# ---- what a command prints ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (FileExistsError("Invalid output 'x'. It exists."), "projdist: Invalid output 'x'. It exists.\n"),
+        (
+            OSError(errno.ENOSPC, "No space left on device"),
+            "projdist: Invalid output 'standard output'. It cannot be written: No space left on device.\n",
+        ),
+    ],
+)
+def test_what_cannot_be_printed(error, message, monkeypatch, capsys):
+    """Ends the command with 2, and a line."""
+
+    def failing(*_):
+        raise error
+
+    monkeypatch.setattr(output, "write", failing)
+    with pytest.raises(typer.Exit) as ended:
+        output.emit("text", None)
+    assert (ended.value.exit_code, capsys.readouterr().err) == (2, message)
+
+
+def test_a_closed_pipe_is_no_error(monkeypatch):
+    """Whoever runs the command line knows how to end on it."""
+
+    def failing(*_):
+        raise OSError(errno.EPIPE, "Broken pipe")
+
+    monkeypatch.setattr(output, "write", failing)
+    with pytest.raises(BrokenPipeError):
+        output.emit("text", None)
+
+
+def test_pictures_without_memory(capsys):
+    """Say what would help."""
+    with pytest.raises(typer.Exit), output.drawing(Path("x.png")):
+        raise MemoryError
+    assert capsys.readouterr().err.startswith("projdist: Invalid picture 'x.png'. It needs more memory than there is")

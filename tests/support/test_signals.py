@@ -1,0 +1,220 @@
+"""Ending the command: no traceback, the exit code of the signal, nothing left of files and processes."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("termios", reason="pseudo-terminals and signals of Unix")
+from terminals import in_terminal
+
+from projdist.cli import app as cli_app
+from projdist.support import signals
+
+WRITING = """
+import sys, time
+from projdist.support import files
+from projdist.cli import app
+
+def write(text, output, overwrite):
+    with files.replacing(output, overwrite=overwrite) as new:
+        new.write_text("half")
+        print("writing", flush=True)
+        time.sleep(60)
+
+app.app = lambda: write("", files.Path(sys.argv[1]), True)
+app.main()
+"""
+LOADED = "import projdist, signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+
+
+@pytest.fixture(autouse=True)
+def default_signals() -> Iterator[None]:
+    """As in a terminal, also where pytest runs under nohup or in the background: processes inherit what is ignored."""
+    kept = {number: signal.getsignal(number) for number in signals._SIGNALS}
+    for number in signals._SIGNALS:
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    yield
+    for number, handler in kept.items():
+        signal.signal(number, handler)
+
+
+def children(pid: int) -> list[str]:
+    """Processes of the session of a terminal that are left."""
+    return subprocess.run(
+        ["ps", "-s", str(pid), "-o", "pid="], capture_output=True, text=True, check=False
+    ).stdout.split()
+
+
+def started(*words: str, **options: object) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+    )
+
+
+@pytest.mark.parametrize(
+    "name", ["SIGTERM", *(pytest.param(name, marks=pytest.mark.slow) for name in ("SIGINT", "SIGHUP"))]
+)
+def test_a_signal_during_a_write_leaves_the_old_file(name: str, tmp_path: Path) -> None:
+    """And nothing beside it, nor a word; the exit code is that of the signal."""
+    number, path = getattr(signal, name), tmp_path / "x.txt"
+    path.write_text("old")
+    with started("-c", WRITING, str(path)) as process:
+        assert process.stdout.readline() == "writing\n"
+        process.send_signal(number)
+        assert process.stderr.read() == ""
+    assert process.returncode == 128 + number
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_is_ignored_stays_ignored(tmp_path: Path) -> None:
+    """Under nohup a command outlives its terminal."""
+    code = WRITING.replace("time.sleep(60)", "signal.raise_signal(signal.SIGHUP)").replace(
+        "import sys", "import signal, sys"
+    )
+    with started(
+        "-c", code, str(tmp_path / "x"), preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    ) as process:
+        assert (process.wait(60), process.stderr.read()) == (0, "")
+    assert (tmp_path / "x").read_text() == "half"
+
+
+def test_a_program_keeps_its_signals() -> None:
+    """Whoever imports projdist is interrupted by Ctrl-C as before."""
+    assert subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True).stdout == "True\n"
+
+
+def test_ctrl_c_while_it_is_loaded() -> None:
+    """In the first second nothing is said."""
+    screen = in_terminal("--version", kill=(0.3, signal.SIGINT))
+    assert (screen.code, screen.text) == (128 + signal.SIGINT, "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
+def test_ctrl_c_at_any_time(delay: float, tmp_path: Path) -> None:
+    """While all is loaded, CRSs are tried by several processes, a picture is drawn: no word, no process is left."""
+    words = ("recommend", "box:5,45,6,46", "-o", str(tmp_path / "x.png"))
+    screen = in_terminal(*words, kill=(delay, signal.SIGINT))
+    assert screen.code in (0, 128 + signal.SIGINT), screen.text
+    assert screen.code == 0 or screen.text.strip() == "", screen.text
+    assert list(tmp_path.glob(".*")) == []
+    time.sleep(0.2)
+    assert children(screen.pid) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_no_workers_are_left(name: str) -> None:
+    """Where the signal comes to the command alone, it ends its workers."""
+    number = getattr(signal, name)
+    with started("-m", "projdist", "recommend", "box:5,45,6,46", start_new_session=True) as process:
+        deadline = time.monotonic() + 60.0
+        while len(children(process.pid)) < 2 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        os.kill(process.pid, number)
+        assert (process.stdout.read(), process.stderr.read()) == ("", "")
+    assert process.returncode == 128 + number
+    assert children(process.pid) == []
+
+
+# ---- in this process -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_ends_the_work_orderly(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It raises SystemExit once; a second one does not disturb the cleaning up; after it the process leaves at once."""
+    number, codes = getattr(signal, name), []
+    monkeypatch.setattr(os, "_exit", codes.append)
+    cleaned = False
+
+    def work() -> None:
+        nonlocal cleaned
+        try:
+            signal.raise_signal(number)
+        finally:
+            signal.raise_signal(number)
+            cleaned = True
+
+    with pytest.raises(SystemExit) as ended, signals.orderly_end():
+        work()
+    assert (cleaned, ended.value.code, codes) == (True, 128 + number, [])
+    signal.raise_signal(number)
+    assert codes == [128 + number]
+
+
+def test_workers_have_the_signals_of_the_system() -> None:
+    """What ends the command ends them, but for what is ignored."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with signals.orderly_end():
+        assert signal.getsignal(signal.SIGTERM) not in (signal.SIG_DFL, signal.SIG_IGN)
+        signals.default_signals()
+        assert signal.getsignal(signal.SIGTERM) == signal.getsignal(signal.SIGINT) == signal.SIG_DFL
+    assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+
+
+def test_threads_keep_the_signals_as_they_are() -> None:
+    """Python lets none but the main thread change them."""
+    found = []
+
+    def look() -> None:
+        with signals.orderly_end():
+            found.append(signal.getsignal(signal.SIGTERM))
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    thread.join()
+    assert found == [signal.getsignal(signal.SIGTERM)]
+
+
+@pytest.mark.parametrize(
+    ("argv", "words", "expected"),
+    [
+        (["/usr/bin/projdist", "list"], ["python", "/usr/bin/projdist", "list"], True),
+        (["-m", "list"], ["python", "-m", "projdist", "list"], True),
+        (["-m"], ["python", "-mprojdist"], True),
+        (["-m", "projdist"], ["python", "-m", "pytest", "projdist"], False),
+        (["program.py"], ["python", "program.py"], False),
+        ([], ["python"], False),
+    ],
+)
+def test_what_the_command_is(
+    argv: list[str], words: list[str], expected: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python was started as `projdist`, or with its module; not for another one."""
+    monkeypatch.setattr(sys, "argv", argv)
+    monkeypatch.setattr(sys, "orig_argv", words)
+    assert signals._is_command() is expected
+
+
+def test_what_c_libraries_say_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command's own words are not; a closed input is an empty one, and letters that cannot be shown are escaped."""
+    path = tmp_path / "stderr"
+    monkeypatch.setattr(sys, "stdin", None)
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding="ascii"))
+    monkeypatch.setattr(sys, "argv", ["projdist"])
+    with open(path, "w", encoding="ascii") as stream, warnings.catch_warnings():
+
+        def command() -> None:
+            os.write(stream.fileno(), b"of C")
+            sys.stderr.write("ä of Python\n")
+            sys.stdout.write("ä\n")
+            sys.stdout.flush()
+            warnings.warn("of a library", stacklevel=1)
+            assert sys.stdin.read() == ""
+
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setattr(cli_app, "app", command)
+        cli_app.main()
+        sys.stderr.close()
+        assert sys.stdout.buffer.getvalue() == b"\\xe4\n"
+    assert path.read_text() == "\\xe4 of Python\n"

@@ -1,0 +1,237 @@
+"""The drawn surface: all of the map once, nothing across its seams, an outline along them; lines and coasts on it."""
+
+import numpy as np
+import pytest
+import shapely
+
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
+from projdist.earth.natural_earth import coastlines
+from projdist.field.at_points import jacobian
+from projdist.matrices.measures import get_measure, principal_scales
+from projdist.plots.basemap import coast_resolution, map_size
+from projdist.projections import Projection
+from projdist.regions import GLOBE, Box, Cap, Region
+from projdist.surfaces.domain import domain_of, ground_size, rough_scales
+from projdist.surfaces.land import coast
+from projdist.surfaces.lines import graticule, graticule_steps, project_lines
+from projdist.surfaces.surface import Surface, build_surface
+
+OBLIQUE = f"+proj=ob_tran +o_proj=moll +o_lat_p=40 +o_lon_p=60 +R={R}"
+ORTHO = f"+proj=ortho +lat_0=40 +lon_0=10 +R={R}"
+EUROPE = Box(-10.0, 35.0, 40.0, 70.0)
+SEAMED = ["robin", "igh", "tmerc", "healpix", "peirce_q", OBLIQUE, ORTHO, f"+proj=laea +lat_0=52 +lon_0=10 +R={R}"]
+
+
+def surface_of(projection: object, region: Region | None = None, step: float | None = 2.0) -> Surface:
+    return build_surface(domain_of(Projection.from_user_input(projection), region), step)
+
+
+@pytest.mark.parametrize(
+    ("projection", "lon", "lat"), [("igh", -20.0, -40.0), ("igh", -40.0, 30.0), ("moll", 180.0, 10.0)]
+)
+@pytest.mark.parametrize("side", [-5e-6, 5e-6])
+def test_rough_scales_beside_a_seam(projection: str, lon: float, lat: float, side: float) -> None:
+    """Half a metre from a seam they are those of the point's own side, where the sixth-order stencils find them."""
+    place = np.array([lon + side]), np.array([lat])
+    found = rough_scales(Projection.from_user_input(projection), *place)
+    truth = principal_scales(jacobian(projection, np.array([lon + np.sign(side) * 0.05]), place[1]))
+    np.testing.assert_allclose(np.ravel(found), np.ravel(truth), rtol=2e-3)  # of 5 km apart
+
+
+def spans(start: np.ndarray, stop: np.ndarray) -> np.ndarray:
+    return np.hypot(*(stop - start).T)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("projection", SEAMED)
+def test_nothing_crosses_a_seam(projection: str) -> None:
+    """No triangle, and no segment of graticule, coast and outline, is longer than the local scale allows."""
+    surface = surface_of(projection)
+    size = map_size(surface)
+    inside = np.flatnonzero(np.isfinite(surface.x[: surface.nodes]))
+    lon, lat = (value[inside] for value in surface.lonlat())
+    largest = np.nanmax(principal_scales(jacobian(surface.domain.projection, lon, lat))[:, 0])
+    # 2 degrees along the diagonal, and twice that next to singular points.
+    allowed = min(2.0 * np.radians(2.0 * np.sqrt(2.0)) * R * largest, 0.15 * size)
+    corners = np.stack([surface.x, surface.y], axis=-1)[surface.triangles]
+    assert np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max() < allowed
+    assert spans(*np.swapaxes(surface.outline, 0, 1)).max() < allowed
+    for lines in (graticule(GLOBE.bounds, 30.0, 30.0), coast(GLOBE.bounds, "110m", 1.0)):
+        pieces = project_lines(surface.domain, lines, size)
+        assert max(spans(piece[:-1], piece[1:]).max() for piece in pieces) < min(allowed, 0.05 * size)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("projection", SEAMED)
+def test_triangles_cover_the_map_once(projection: str) -> None:
+    """The triangles' area is that of the map, det J integrated over the drawn nodes."""
+    surface = surface_of(projection, step=1.0)
+    corners = np.stack([surface.x, surface.y], axis=-1)[surface.triangles]
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum()
+    inner = np.isfinite(surface.x[: surface.nodes]) & (np.abs(surface.v[: surface.nodes]) < 89.9)
+    lon, lat = (value[: surface.nodes][inner] for value in surface.lonlat())
+    density = get_measure("areal_scale")(jacobian(surface.domain.projection, lon, lat))
+    step_u, step_v = 360.0 / surface.shape[1], 180.0 / (surface.shape[0] - 2)
+    ground = R**2 * np.radians(step_u) * np.radians(step_v) * np.cos(np.radians(surface.v[: surface.nodes][inner]))
+    assert area == pytest.approx(np.nansum(density * ground), rel=0.01)
+
+
+def test_outline_of_plate_carree_is_the_rectangle() -> None:
+    """All of the outline is on the rectangle, and its length is the perimeter."""
+    surface = surface_of("eqc")
+    points = np.abs(surface.outline) / (np.pi * R)
+    on_side = np.abs(points[..., 0] - 1.0) < 1e-6
+    on_top = np.abs(points[..., 1] - 0.5) < 1e-6
+    assert (on_side | on_top).all()
+    assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(6.0 * np.pi * R, rel=1e-4)
+
+
+def test_outline_of_orthographic_is_the_circle() -> None:
+    """The outline is at the distance R from the centre, all the way round."""
+    surface = surface_of(ORTHO)
+    assert np.abs(np.linalg.norm(surface.outline, axis=-1) / R - 1.0).max() < 1e-6
+    assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(2.0 * np.pi * R, rel=2e-3)
+
+
+def test_outline_at_an_antipode() -> None:
+    """The antipode of an oblique equal-area map is a full circle of radius 2 R."""
+    surface = surface_of(f"+proj=laea +lat_0=52 +lon_0=10 +R={R}")
+    assert np.abs(np.linalg.norm(surface.outline, axis=-1) / (2.0 * R) - 1.0).max() < 1e-6
+    assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(4.0 * np.pi * R, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_outline_of_goode_has_its_cuts() -> None:
+    """The outline of Goode's interrupted map is as long as its meridians: two round, four cuts, both sides."""
+    surface = surface_of("igh", step=None)
+    ends = surface.outline.reshape(-1, 2)
+    projection = surface.domain.projection
+    lat = np.linspace(0.0, 90.0, 1000)[:-1]
+    length = 0.0
+    for sign, meridians in ((1.0, (-180.0, -40.0, 180.0)), (-1.0, (-180.0, -100.0, -20.0, 80.0, 180.0))):
+        for meridian in meridians:
+            for side in (-1e-7, 1e-7):
+                if abs(meridian + side) < 180.0:
+                    x, y = projection(meridian + side, sign * lat)
+                    length += np.hypot(np.diff(x), np.diff(y)).sum()
+    assert spans(*np.swapaxes(surface.outline, 0, 1)).sum() == pytest.approx(length, rel=0.02)
+    assert np.abs(ends[:, 0]).max() == pytest.approx(np.pi * R, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_endless_maps_are_cut() -> None:
+    """Mercator ends where its scale is 12, at 85.2 degrees; the gnomonic map about 73 degrees from its centre."""
+    assert surface_of("merc").extent[3] / R == pytest.approx(np.arccosh(12.0), abs=0.02)
+    assert surface_of(f"+proj=gnom +lat_0=90 +R={R}").extent[1] / R == pytest.approx(np.sqrt(11.0), abs=0.25)
+
+
+@pytest.mark.parametrize("region", [Box(160.0, -50.0, -170.0, -30.0), EUROPE])
+def test_region_is_filled_and_bounded(region: Box) -> None:
+    """A box, also across the antimeridian, is drawn whole and with nothing else."""
+    surface = surface_of(f"+proj=eqc +lon_0=170 +R={R}", region, None)
+    west, south, _, north = region.bounds
+    degrees = np.degrees(np.array(surface.extent) / R)
+    assert degrees[1] - degrees[0] == pytest.approx(region.bounds[2] - west, abs=1e-5)
+    assert degrees[2:] == pytest.approx((south, north), abs=1e-5)
+    assert degrees[0] == pytest.approx(np.mod(west - 170.0 + 180.0, 360.0) - 180.0, abs=1e-5)
+
+
+def test_region_that_is_no_box() -> None:
+    """A cap is drawn to its edge, and as round about a pole as elsewhere."""
+    surface = surface_of(f"+proj=aeqd +lat_0=90 +R={R}", Cap(0.0, 90.0, 1000.0), None)
+    assert np.linalg.norm(surface.outline, axis=-1) == pytest.approx(1e6, rel=1e-5)
+    assert min(surface.shape) > 90
+
+
+def test_area_of_use_is_the_region() -> None:
+    """A national CRS is drawn over its area of use."""
+    surface = surface_of("EPSG:2154", step=None)
+    lon, lat = surface.lonlat()
+    assert (lon.min(), lon.max()) == pytest.approx((-9.86, 10.38), abs=0.01)
+    assert (lat.min(), lat.max()) == pytest.approx((41.15, 51.56), abs=0.01)
+
+
+def test_region_outside_the_map() -> None:
+    """A region that cannot be projected is refused by name."""
+    with pytest.raises(ValueError, match=r"Invalid region for 'Orthographic'. No part of it can be projected."):
+        surface_of(ORTHO, Box(-175.0, -50.0, -165.0, -30.0), None)
+
+
+# ---- lines ----------------------------------------------------------------------------------
+
+
+def test_ground_size() -> None:
+    """Width at the middle latitude; across the pole where that is less."""
+    assert ground_size(GLOBE.bounds) == pytest.approx((360.0, 180.0))
+    assert ground_size((0.0, 59.0, 10.0, 61.0)) == pytest.approx((5.0, 2.0))
+    assert ground_size((-180.0, 80.0, 180.0, 90.0)) == pytest.approx((20.0, 10.0))
+    assert ground_size((-180.0, -90.0, 180.0, -80.0)) == pytest.approx((20.0, 10.0))
+
+
+@pytest.mark.parametrize(
+    ("region", "steps"),
+    [
+        (GLOBE, (30.0, 30.0)),
+        (EUROPE, (10.0, 5.0)),
+        (Cap(0.0, 90.0, 3000.0), (30.0, 10.0)),
+        (Cap(10.0, 54.0, 1.0), (0.005, 0.002)),
+    ],
+)
+def test_graticule_steps_are_round(region: Region, steps: tuple[float, float]) -> None:
+    """The world has lines every 30 degrees, and so has a square kilometre; in the north meridians are farther apart."""
+    assert graticule_steps(region.bounds) == pytest.approx(steps)
+
+
+def test_graticule_step_as_given() -> None:
+    """A step is taken for meridians and parallels, unless the lines would be thousands."""
+    assert graticule_steps(EUROPE.bounds, 7.0) == (7.0, 7.0)
+    with pytest.raises(ValueError, match=r"Invalid step '0.1'. It makes 5,400 lines, and at most 2,000 are drawn."):
+        graticule_steps(GLOBE.bounds, 0.1)
+    with pytest.raises(ValueError, match=r"Invalid step '0'. It must be a positive number of degrees."):
+        graticule_steps(GLOBE.bounds, 0)
+
+
+@pytest.mark.parametrize(
+    "box",
+    [
+        Box(9.0, 53.0, 12.0, 56.0),
+        Box(10.0, 54.3, 10.4, 54.5),
+        Box(170.0, -60.0, -150.0, -10.0),
+        Box(177.0, -18.5, 180.0, -15.5),
+        Box(-180.0, -18.5, -177.0, -15.5),
+        Box(-100.0, -90.0, 250.0, 90.0),
+    ],
+)
+def test_coast_is_clipped_and_whole(box: Box) -> None:
+    """Within a box the coast is that part of the whole coast; it does not run on, and has no long steps."""
+    west, south, east, north = box.bounds
+    lines = coast(box.bounds, "50m", 0.5)
+    points = np.concatenate(lines)
+    beside, above = 0.03 * (east - west), 0.03 * (north - south)
+    assert points[:, 0].min() > west - beside
+    assert points[:, 0].max() < east + beside
+    assert points[:, 1].min() > south - above
+    assert points[:, 1].max() < north + above
+    assert np.hypot(*np.concatenate([np.diff(line, axis=0) for line in lines]).T).max() < 0.5 + 1e-9
+    window = shapely.box(west, south, east, north)
+    turned = [line + np.array([turn, 0.0]) for line in coastlines("50m") for turn in (-360.0, 0.0, 360.0)]
+    whole, drawn = (shapely.multilinestrings([shapely.linestrings(line) for line in some]) for some in (turned, lines))
+    length = shapely.length(shapely.intersection(whole, window))
+    assert shapely.length(shapely.intersection(drawn, window)) == pytest.approx(length, rel=1e-9)
+
+
+def test_coast_of_a_tiny_region_is_short() -> None:
+    """Lines are clipped before points are put between theirs: a box of 100 m does not see the other continents."""
+    lines = coast((10.1500, 54.3665, 10.1515, 54.3680), "50m", 1e-5)
+    assert sum(len(line) for line in lines) < 1000
+    assert not coast((10.0, 50.0, 10.01, 50.01), "50m", 1e-4)
+    assert not coast((-180.0, 89.0, 180.0, 90.0), "50m", 1e-4)
+
+
+@pytest.mark.slow
+def test_finer_coast_for_parts_of_the_world() -> None:
+    """The world has the coarse coast, a continent and a town the finer one."""
+    assert coast_resolution(surface_of("robin")) == "110m"
+    assert coast_resolution(surface_of("robin", EUROPE, None)) == "50m"
+    assert coast_resolution(surface_of("robin", Cap(10.0, 54.0, 1.0), None)) == "50m"

@@ -1,0 +1,136 @@
+"""Tissot's indicatrices: true ellipses, as large as they can be without overlap, none across a seam."""
+
+import numpy as np
+import pytest
+import shapely
+
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
+from projdist.field.at_points import jacobian
+from projdist.matrices.measures import principal_scales
+from projdist.projections import Projection
+from projdist.regions import GLOBE
+from projdist.surfaces.domain import domain_of
+from projdist.surfaces.tissot_ellipses import Indicatrices, close_pairs, ellipses, even_grid, fit, indicatrices
+
+OBLIQUE = f"+proj=ob_tran +o_proj=moll +o_lat_p=40 +o_lon_p=60 +R={R}"
+ORTHO = f"+proj=ortho +lat_0=40 +lon_0=10 +R={R}"
+
+
+def panel_of(projection: str, step: float) -> Indicatrices:
+    return indicatrices(domain_of(Projection.from_user_input(projection), None), step)
+
+
+def test_ellipses_are_those_of_the_jacobian() -> None:
+    """Area pi r^2 |det J|, semi-axes r a and r b, centre f(p), for every ellipse."""
+    panel = indicatrices(domain_of(Projection.from_user_input("winkel-tripel"), None), 30.0)
+    radius = 3e5
+    polygons = ellipses(panel, radius, 720)
+    J = jacobian(panel.domain.projection, panel.lon, panel.lat)
+    x, y = np.moveaxis(polygons, -1, 0)
+    area = 0.5 * np.abs(np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1))
+    np.testing.assert_allclose(area, np.pi * radius**2 * np.abs(np.linalg.det(J)), rtol=2e-5)
+    distance = np.linalg.norm(polygons - panel.xy[:, None], axis=-1)
+    scales = principal_scales(J)
+    np.testing.assert_allclose(distance.max(axis=1), radius * scales[:, 0], rtol=1e-4)
+    np.testing.assert_allclose(distance.min(axis=1), radius * scales[:, 1], rtol=1e-3)
+
+
+def test_ellipses_lie_as_the_jacobian_has_them() -> None:
+    """The inverse Jacobian takes every ellipse back to a circle of the radius: sheared ones, too."""
+    panel = indicatrices(domain_of(Projection.from_user_input("sinusoidal"), None), 45.0)
+    back = np.linalg.solve(panel.J[:, None], (ellipses(panel, 2e5, 36) - panel.xy[:, None])[..., None])[..., 0]
+    np.testing.assert_allclose(np.linalg.norm(back, axis=-1), 2e5, rtol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("projection", ["robin", "eqc", "igh", "merc", ORTHO, "EPSG:32632"])
+def test_ellipses_do_not_overlap(projection: str) -> None:
+    """No two ellipses of a panel share a point, and there are many."""
+    domain = domain_of(Projection.from_user_input(projection), None)
+    radius, (panel,) = fit([indicatrices(domain, 4.0 if projection == "EPSG:32632" else 15.0)])
+    shapes = shapely.polygons(ellipses(panel, radius, 72))
+    tree = shapely.STRtree(shapes)
+    one, other = tree.query(shapes, predicate="intersects")
+    assert (one == other).all()
+    assert len(shapes) > 12
+
+
+def test_ellipses_are_not_needlessly_small() -> None:
+    """The closest two ellipses would touch with a radius that is 30 % larger."""
+    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input("robin"), None), 15.0)])
+    shapes = shapely.polygons(ellipses(panel, 1.3 * radius, 72))
+    one, other = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    assert (one != other).any()
+
+
+@pytest.mark.parametrize("projection", ["igh", pytest.param(OBLIQUE, marks=pytest.mark.slow), ORTHO])
+def test_circles_do_not_cross_seams(projection: str) -> None:
+    """The small circle of each ellipse drawn is mapped without a jump, and wholly."""
+    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input(projection), None), 15.0)])
+    radius *= 0.98  # of which parts between the azimuths that were tried may be beyond the limb
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    sin, cos = np.sin(radius / R), np.cos(radius / R)
+    lat, lon = np.radians(panel.lat)[:, None], np.radians(panel.lon)[:, None]
+    lats = np.arcsin(np.sin(lat) * cos + np.cos(lat) * sin * np.cos(angle))
+    lons = lon + np.arctan2(np.sin(angle) * sin * np.cos(lat), cos - np.sin(lat) * np.sin(lats))
+    x, y = panel.domain(np.degrees(lons), np.degrees(lats))
+    steps = np.hypot(np.diff(x, axis=1), np.diff(y, axis=1))
+    a = principal_scales(panel.J)[:, 0]
+    assert (steps < 4.0 * np.radians(1.0) * radius * a[:, None]).all()
+
+
+def test_even_grid() -> None:
+    """Points are in rings, as many as the ring is long, and none at a pole."""
+    lon, lat = even_grid(GLOBE.bounds, 15.0)
+    rings, counts = np.unique(lat, return_counts=True)
+    np.testing.assert_allclose(rings, np.arange(-82.5, 90.0, 15.0))
+    np.testing.assert_array_equal(counts, np.round(24 * np.cos(np.radians(rings))))
+    assert np.abs(lon).max() < 180.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("projection", ["robin", "eqc", "cea", "merc", OBLIQUE])
+def test_close_pairs_are_all_there_are(projection: str) -> None:
+    """The pairs found are those of comparing each with each, up to the median of the closest."""
+    panel = panel_of(projection, 12.0)
+    count = panel.lon.size
+    touching = np.zeros((count, count))
+    for angle in np.linspace(0.0, np.pi, 48, endpoint=False):
+        d = np.array([np.cos(angle), np.sin(angle)])
+        centre, half = panel.xy @ d, np.linalg.norm(d @ panel.J, axis=1)
+        touching = np.maximum(touching, np.abs(centre[:, None] - centre) / (half[:, None] + half))
+    touching[np.diag_indices(count)] = np.inf
+    usual = np.sort(touching.min(axis=1))[count // 2]
+    pairs, radii, found_usual = close_pairs(panel)
+    assert found_usual == pytest.approx(usual, rel=1e-12)
+    np.testing.assert_allclose(radii, touching[tuple(pairs.T)], rtol=1e-12)
+    surely = np.argwhere(np.triu(touching < usual * (1 - 1e-9)))
+    assert {tuple(pair) for pair in surely} <= {tuple(pair) for pair in pairs}
+    assert (pairs[:, 0] < pairs[:, 1]).all()
+
+
+@pytest.mark.slow
+def test_fine_grids_need_little_memory() -> None:
+    """The pairs of 10,000 ellipses are a few for each, and not their square."""
+    panel = panel_of("robin", 2.0)
+    assert panel.lon.size > 10_000
+    assert len(close_pairs(panel)[0]) < 4 * panel.lon.size
+
+
+@pytest.mark.parametrize("step", [0.0, -1.0, np.nan, np.inf])
+def test_step_that_is_none(step: float) -> None:
+    """A step must be a positive number."""
+    with pytest.raises(ValueError, match=rf"Invalid step '{step}'. It must be a positive number of degrees."):
+        even_grid(GLOBE.bounds, step)
+
+
+def test_step_that_is_too_small() -> None:
+    """Millions of ellipses are refused, and the number is told."""
+    with pytest.raises(ValueError, match=r"Invalid step '0.1'. It makes 4,125,296 ellipses, and at most 200,000"):
+        even_grid(GLOBE.bounds, 0.1)
+
+
+def test_radius_that_is_none() -> None:
+    """A radius must be a positive number of metres."""
+    with pytest.raises(ValueError, match=r"Invalid radius 'inf'. It must be a positive number of metres."):
+        fit([panel_of("robin", 30.0)], np.inf)

@@ -1,0 +1,146 @@
+"""A region as anything that one is given as: one region, in every function that takes one."""
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from matplotlib.figure import Figure
+
+import projdist
+
+geopandas = pytest.importorskip("geopandas")
+rasterio = pytest.importorskip("rasterio")
+
+from projdist import gis, plots  # noqa: E402
+
+BOUNDS = (8.0, 48.0, 8.2, 48.2)
+SQUARE = shapely.box(*BOUNDS)
+BOX = projdist.Box(*BOUNDS)
+DEGREES = geopandas.GeoSeries([SQUARE], crs="EPSG:4326")
+# Edges of a box are straight in Mercator's map, too.
+MERCATOR = geopandas.GeoDataFrame({"name": ["square"]}, geometry=DEGREES.to_crs("EPSG:3395"))
+
+KINDS: dict[str, Any] = {
+    "text": "box:8,48,8.2,48.2",
+    "Region": BOX,
+    "bounds": BOUNDS,
+    "list": list(BOUNDS),
+    "array": np.array(BOUNDS),
+    "geometry": SQUARE,
+    "parts": shapely.MultiPolygon([shapely.box(8, 48, 8.1, 48.2), shapely.box(8.1, 48, 8.2, 48.2)]),
+    "GeoJSON": shapely.geometry.mapping(SQUARE),
+    "GeoJSON with a CRS": {
+        "type": "FeatureCollection",
+        "crs": {"type": "name", "properties": {"name": "EPSG:3395"}},
+        "features": [{"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(MERCATOR.geometry[0])}],
+    },
+    "GeoSeries": DEGREES,
+    "GeoSeries without a CRS": geopandas.GeoSeries([SQUARE]),
+    "GeoDataFrame": MERCATOR,
+}
+# What goes through doors of their own: numbers, a geometry, one in another CRS.
+DOORS = ("bounds", "geometry", "GeoDataFrame")
+SLOW = ("ldp", "optimize", "recommend", "distance_distortion")
+
+
+def drawn(draw: Callable[..., object], *arguments: object, **options: object) -> list[float]:
+    """The limits of axes after a picture was drawn in them."""
+    axes = Figure().add_subplot()
+    draw(axes, *arguments, **options)
+    return [*axes.get_xlim(), *axes.get_ylim()]
+
+
+def weighted(region: Any, folder: Path) -> float:
+    """The sum of the weights of a region in a raster of ones, each a hundredth of a degree wide."""
+    path = folder / "ones.tif"
+    if not path.exists():
+        profile = {"width": 100, "height": 100, "count": 1, "dtype": "float32", "crs": "EPSG:4326"}
+        with rasterio.open(path, "w", transform=rasterio.Affine(0.01, 0, 7.5, 0, -0.01, 48.5), **profile) as image:
+            image.write(np.ones((1, 100, 100)))
+    return float(gis.weighted(region, path).weight.sum())
+
+
+COARSE = {"tolerance": 1e-3}
+ANSWERS: dict[str, Callable[[Any], Any]] = {
+    "compare": lambda region: projdist.compare(["robin"], region, **COARSE).results[0],
+    "correct": lambda region: projdist.correct("robin", region, **COARSE),
+    "distance_distortion": lambda region: projdist.distance_distortion("robin", region, tolerance=0.5),
+    "great_circle_bending": lambda region: projdist.great_circle_bending("robin", region, tolerance=0.5),
+    "indices": lambda region: projdist.indices("robin", region, names="airy", **COARSE),
+    "ldp": lambda region: projdist.ldp(region, height=500, families=["tmerc"]),
+    "optimize": lambda region: projdist.optimize("eqc", region, free=["lat_ts"]),
+    "recommend": lambda region: projdist.recommend(region, limit=1, authorities=["IGNF"]),
+    "sample": lambda region: projdist.sample("robin", region, **COARSE),
+    "summarize": lambda region: projdist.summarize("robin", region, **COARSE),
+}
+OTHERS: dict[str, Callable[[Any, Path], Any]] = {
+    "field_of": lambda region, _: projdist.field_of(of_plate_carree, region=region).weight.sum(),
+    "gis.indicatrices": lambda region, _: gis.indicatrices("robin", region=region, step=0.1).total_bounds,
+    "gis.raster": lambda region, _: gis.raster("robin", ["fisher"], region=region, size=20).pixels.transform,
+    "gis.weighted": weighted,
+    "plots.heatmap": lambda region, _: drawn(plots.heatmap, "robin", region=region),
+    "plots.heatmap_figure": lambda region, _: limits(plots.heatmap_figure(["robin"], region=region)),
+    "plots.local_field": lambda region, _: drawn(plots.local_field, "robin", 10.0, region=region),
+    "plots.local_figure": lambda region, _: limits(plots.local_figure("robin", 10.0, region=region)[0]),
+    "plots.tissot": lambda region, _: drawn(plots.tissot, "robin", region=region),
+    "plots.tissot_figure": lambda region, _: limits(plots.tissot_figure(["robin"], region=region)),
+}
+
+
+def of_plate_carree(lon: Any, lat: Any) -> Any:
+    """Its Jacobians: h = 1 and k = 1 / cos(latitude)."""
+    east = np.zeros((*np.shape(lon), 2, 2))
+    east[..., 0, 0], east[..., 1, 1] = 1.0 / np.cos(np.radians(lat)), 1.0
+    return east
+
+
+def limits(figure: Figure) -> list[float]:
+    """The limits of the first axes of a figure."""
+    return [*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_kinds_are_one_region(kind: str) -> None:
+    """Of one area, as far as areas of polygons are good, and with one outline."""
+    found = projdist.get_region(KINDS[kind])
+    assert found.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
+    np.testing.assert_allclose(found.bounds, BOUNDS, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW[:3] else name for name in ANSWERS]
+)
+def test_answers_are_of_the_region(name: str) -> None:
+    """Whatever it was given as; what takes seconds is tried with what is least like text."""
+    for kind in DOORS[-1:] if name in SLOW else DOORS:
+        assert ANSWERS[name](KINDS[kind]).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name == "field_of" else name for name in OTHERS]
+)
+def test_pictures_and_files_are_of_the_region(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They reach as far as those of the box."""
+    monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 30)  # a fiftieth of the cells
+    expected, *others = (OTHERS[name](KINDS[kind], tmp_path) for kind in ("Region", *DOORS))
+    for other in others:
+        np.testing.assert_allclose(other, expected, rtol=1e-6)
+
+
+TYPES = {"region": "RegionLike", "projection": "ProjectionLike", "projections": "ProjectionLike"}
+
+
+def test_types_say_what_regions_and_projections_may_be() -> None:
+    """Every public function that takes them has the types that are exported; all that take a region are above."""
+    rooms = {"": projdist, "plots.": plots, "gis.": gis}
+    functions = {f"{room}{name}": getattr(module, name) for room, module in rooms.items() for name in module.__all__}
+    functions = {name: value for name, value in functions.items() if inspect.isfunction(value)}
+    found = {name: inspect.signature(value).parameters for name, value in functions.items()}
+    assert {name for name, parameters in found.items() if "region" in parameters} == {*ANSWERS, *OTHERS, "get_region"}
+    for name, parameters in found.items():
+        for parameter in parameters.keys() & TYPES:
+            assert TYPES[parameter] in str(parameters[parameter].annotation), name
