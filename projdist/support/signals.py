@@ -20,6 +20,7 @@ from typing import NoReturn
 
 __all__ = ["default_signals", "orderly_end"]
 
+_SOON = 0.01  # seconds
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
@@ -30,9 +31,11 @@ def orderly_end() -> Iterator[None]:
     After it, all that is left to do is to end.
     """
     _handle(_stop)
+    kept, sys.unraisablehook = sys.unraisablehook, _tell_again
     try:
         yield
     finally:
+        sys.unraisablehook = kept
         _handle(_leave)
 
 
@@ -66,6 +69,17 @@ def _leave(number: int, _: FrameType | None) -> NoReturn:
 def _stop(number: int, _: FrameType | None) -> NoReturn:
     _handle(lambda *_: None)
     raise SystemExit(128 + number)
+
+
+def _tell_again(lost: sys.UnraisableHookArgs) -> None:
+    """Send a signal again, soon, whose SystemExit came where Python ignores exceptions, as just after a fork."""
+    if not isinstance(lost.exc_value, SystemExit):
+        sys.__unraisablehook__(lost)
+        return
+    _handle(_stop)
+    again = threading.Timer(_SOON, os.kill, (os.getpid(), int(str(lost.exc_value.code)) - 128))
+    again.daemon = True
+    again.start()
 
 
 if _is_command():

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -150,6 +150,26 @@ def test_a_signal_ends_the_work_orderly(name: str, monkeypatch: pytest.MonkeyPat
     assert (cleaned, ended.value.code, codes) == (True, 128 + number, [])
     signal.raise_signal(number)
     assert codes == [128 + number]
+
+
+def test_a_signal_is_not_lost_where_exceptions_are_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in what runs after a fork, or when an object is deleted: it comes once more; other exceptions are told."""
+    told: list[object] = []
+    monkeypatch.setattr(sys, "__unraisablehook__", lambda lost: told.append(lost.exc_type))
+
+    class Ignoring:
+        def __init__(self, work: Callable[[], object]) -> None:
+            self.work = work
+
+        def __del__(self) -> None:
+            self.work()
+
+    with pytest.raises(SystemExit) as ended, signals.orderly_end():
+        Ignoring(lambda: 1 / 0)
+        Ignoring(lambda: signal.raise_signal(signal.SIGTERM))
+        time.sleep(10.0)
+    assert ended.value.code == 128 + signal.SIGTERM
+    assert told == [ZeroDivisionError]
 
 
 def test_workers_have_the_signals_of_the_system() -> None:
