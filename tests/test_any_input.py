@@ -64,7 +64,6 @@ CALLS = {
     "get_criterion": lambda: {"criterion": "mean"},
     "get_figure": lambda: {"figure": "airy"},
     "get_measure": lambda: {"measure": "omega"},
-    "get_objective": lambda: {"criterion": "airy_kavrayskiy"},
     "get_region": lambda: {"region": "globe"},
     "goldberg_gott_score": lambda: {
         "values": dict.fromkeys("IAFSDB", 1.0),
@@ -245,6 +244,7 @@ TAKES_FUNCTIONS = {
     "measure",
     "measures",
     "criterion",
+    "figure",
     "jacobian",
     "map_distance",
     "against",

@@ -10,7 +10,6 @@ from projdist.answers import INDICES
 from projdist.cli.formats import render_list
 from projdist.cli.options import FormatOption, choice, format_of
 from projdist.cli.output import emit
-from projdist.decisions import OBJECTIVES, RANKINGS
 from projdist.field import FIGURES
 from projdist.matrices import MEASURES
 from projdist.numerics import CRITERIA
@@ -47,14 +46,12 @@ def _measure_rows() -> list[dict[str, str]]:
 
 
 def _figure_rows() -> list[dict[str, str]]:
-    """What maps are ranked by and made better by, and which commands take it."""
-    takers = {"recommend": list(RANKINGS), "optimize": list(OBJECTIVES)}
+    """What maps are ranked by and made better by."""
     return [
         {
             "name": figure.name,
             "unit": figure.unit,
             "definition": figure.description,
-            "commands": ", ".join(name for name, taken in takers.items() if figure.name in taken),
             "source": figure.source,
         }
         for figure in FIGURES.values()

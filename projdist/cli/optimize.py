@@ -22,7 +22,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import emit
-from projdist.decisions import FAMILIES, OBJECTIVES, RANKINGS, Optimum, get_objective, optimize, recommend
+from projdist.decisions import FAMILIES, Optimum, optimize, recommend
 from projdist.projections import ProjectionError, number_text
 from projdist.regions import Place
 
@@ -54,7 +54,10 @@ def optimize_command(
         ),
     ] = None,
     criterion: Annotated[
-        str, typer.Option("--criterion", "-c", metavar="NAME", help=f"What to make small: {', '.join(OBJECTIVES)}.")
+        str,
+        typer.Option(
+            "--criterion", "-c", metavar="NAME", help="What to make small: a name of 'projdist list figures'."
+        ),
     ] = "airy_kavrayskiy",
     ellipsoid: Annotated[
         str | None, typer.Option(metavar="NAME", help="sphere or one of PROJ's; WGS84 where there are formulas for it.")
@@ -93,11 +96,7 @@ def optimize_command(
 
 def _best_existing(region: Place, criterion: str) -> str:
     """The code of the best existing CRS by the criterion of an optimisation; raises ValueError."""
-    ranking = "airy_kavrayskiy" if criterion == "kavrayskiy" else criterion  # the same order
-    if ranking not in RANKINGS and criterion in OBJECTIVES:
-        names = ", ".join(name for name in OBJECTIVES if name in RANKINGS)
-        raise ValueError(f"Invalid criterion '{criterion}' with --against {_RECOMMENDED}. It must be one of {names}.")
-    best = recommend(region, criterion=get_objective(ranking).figure.name, limit=1).results
+    best = recommend(region, criterion=criterion, limit=1).results
     if not best:
         raise ValueError(f"Invalid option '--against {_RECOMMENDED}'. No CRS serves the region '{region.name}'.")
     return best[0].code

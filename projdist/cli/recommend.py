@@ -24,7 +24,6 @@ from projdist.decisions import (
     ENGINEERING_PPM,
     INTERRUPTED,
     PURPOSES,
-    RANKINGS,
     WIDE_FACTOR,
     Candidate,
     Recommendation,
@@ -45,7 +44,7 @@ def recommend_command(
         str, typer.Option(metavar="|".join(PURPOSES), help="What the map shall keep, as measured.")
     ] = "any",
     criterion: Annotated[
-        str, typer.Option(metavar="NAME", help=f"What to rank by: {', '.join(RANKINGS)}.")
+        str, typer.Option(metavar="NAME", help="What to rank by: a name of 'projdist list figures'.")
     ] = "airy_kavrayskiy",
     authority: Annotated[str, typer.Option(metavar="NAMES", help="EPSG, ESRI, IGNF, with commas.")] = "EPSG,ESRI",
     datum: Annotated[str | None, typer.Option(metavar="TEXT", help="A part of the name, as WGS 84 or ETRS89.")] = None,

@@ -1,11 +1,10 @@
 from .checking.errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
 from .families import FAMILIES
 from .members import Rounded
-from .objectives import OBJECTIVES, Objective, get_objective
 from .optimization import Baseline, Optimum, optimize
 from .recommendation.candidates import INTERRUPTED
 from .recommendation.for_frames import estimate_crs
-from .recommendation.rankings import PURPOSES, RANKINGS, get_purpose
+from .recommendation.purposes import PURPOSES, get_purpose
 from .recommendation.search import Candidate, Recommendation, recommend
 from .recommendation.standing import CLOSE, WIDE_FACTOR
 from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
@@ -29,17 +28,14 @@ __all__ = [
     "LDP",
     "LDP_CRITERIA",
     "LDP_FAMILIES",
-    "OBJECTIVES",
     "OUTSIDE",
     "PURPOSES",
-    "RANKINGS",
     "TORN",
     "WIDE_FACTOR",
     "Baseline",
     "Candidate",
     "Check",
     "HeightStatistics",
-    "Objective",
     "Optimum",
     "Recommendation",
     "Rounded",
@@ -49,7 +45,6 @@ __all__ = [
     "distortion_ppm",
     "elevation_factor",
     "estimate_crs",
-    "get_objective",
     "get_purpose",
     "ldp",
     "optimize",

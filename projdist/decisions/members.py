@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.decisions.families import Family, ellipsoid_text
 from projdist.decisions.objectives import Objective
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import Nodes, nodes_of
-from projdist.matrices import get_measure, principal_scales
+from projdist.matrices import principal_scales
 from projdist.numerics import descend, descend_lattice, lattice, minimise
 from projdist.projections import Projection, ProjectionError, compose, number_text, with_parameters
 from projdist.regions import Place
@@ -110,52 +110,49 @@ class Members:
         """All parameters but the scale, in their usual range."""
         return self.family.normalised(self.fixed | dict(values))
 
-    def scales(self, values: Mapping[str, float], nodes: Nodes) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-        """a, b and weights where the map is smooth, and the share of the region that it does not show."""
+    def jacobian(self, values: Mapping[str, float], nodes: Nodes) -> tuple[FloatArray, FloatArray, float]:
+        """Jacobians and weights where the map is smooth, and the share of the region that it does not show."""
         try:
             J, shown = nodes.jacobian(with_parameters(self.base, self.parameters(values)))
         except ProjectionError:
             J, shown = np.full((nodes.lon.size, 2, 2), np.nan), np.zeros(nodes.lon.size, dtype=bool)
-        a, b = np.moveaxis(principal_scales(J), -1, 0)
-        smooth = np.isfinite(a) & (b > 0)
+        smooth = principal_scales(J)[:, 1] > 0
         w = np.where(smooth, nodes.weight, 0.0)
         if w.sum():
             w = w / w.sum()
         hidden = float(nodes.weight[~shown].sum())
-        return np.where(smooth, a, np.nan), np.where(smooth, b, np.nan), w, hidden
+        return np.where(smooth[:, None, None], J, np.nan), w, hidden
 
-    def best_scale(self, a: FloatArray, b: FloatArray, w: FloatArray) -> float:
+    def best_scale(self, J: FloatArray, w: FloatArray) -> float:
         """The best scale within its limits: the criteria fall towards it from either side."""
         if not self.frees_scale:
             return 1.0
-        smooth = np.isfinite(a)
-        best = self.objective.scale(a[smooth], b[smooth], w[smooth])
+        smooth = _is_smooth(J)
+        best = self.objective.scale(J[smooth], w[smooth])
         return float(np.clip(best, *self.scale_limits))
 
     def terms(self, values: Mapping[str, float], nodes: Nodes) -> FloatArray:
         """What the search makes small; of the same size for every member of the family."""
-        a, b, w, hidden = self.scales(values, nodes)
-        smooth = np.isfinite(a)
+        J, w, hidden = self.jacobian(values, nodes)
         if self.objective.figure.is_maximum:
-            return self.extremes(a, b) + _OFF_THE_MAP * hidden
-        c = self.best_scale(a, b, w) if w.any() else 1.0
-        a, b = np.where(smooth, a, 1.0 / c), np.where(smooth, b, 1.0 / c)
-        return np.append(self.objective.terms(a, b, w, c), self.lost * np.sqrt(hidden))
+            return self.extremes(J, w) + _OFF_THE_MAP * hidden
+        c = self.best_scale(J, w) if w.any() else 1.0
+        J = np.where(_is_smooth(J)[:, None, None], J, np.eye(2) / c)
+        return np.append(self.objective.terms(J, w, c), self.lost * np.sqrt(hidden))
 
-    def extremes(self, a: FloatArray, b: FloatArray) -> FloatArray:
+    def extremes(self, J: FloatArray, w: FloatArray) -> FloatArray:
         """What a maximum is made of, (groups, n); next to nothing where the map is torn."""
-        assert self.objective.extremes is not None
-        groups = self.objective.extremes(a, b, self.frees_scale and self.scale_limits == (0.0, np.inf))
+        groups = self.objective.extremes(J, w, self.frees_scale and self.scale_limits == (0.0, np.inf))
         return np.where(np.isfinite(groups), groups, _NOTHING)
 
     def value(self, values: Mapping[str, float], nodes: Nodes) -> float:
         """The criterion at the nodes, with the best scale."""
-        a, b, w, hidden = self.scales(values, nodes)
-        smooth = np.isfinite(a)
+        J, w, hidden = self.jacobian(values, nodes)
+        smooth = _is_smooth(J)
         if not smooth.any() or (self.objective.figure.is_maximum and hidden):
             return float("inf")
-        a, b, w = a[smooth], b[smooth], w[smooth]
-        terms = self.objective.terms(a, b, w, self.best_scale(a, b, w))
+        J, w = J[smooth], w[smooth]
+        terms = self.objective.terms(J, w, self.best_scale(J, w))
         return self.objective.value(np.append(terms, self.lost * np.sqrt(hidden)))
 
     def member(self, values: Mapping[str, float], scale: float) -> Projection:
@@ -183,11 +180,11 @@ class Members:
 
     def _leaves(self, values: Mapping[str, float], nodes: Nodes) -> float:
         """What most of the nodes have no more of, in the objective's measure; infinite where the map shows none."""
-        a, b, w, _ = self.scales(values, nodes)
+        J, w, _ = self.jacobian(values, nodes)
         if not w.any():
             return float("inf")
-        J = self.best_scale(a, b, w) * np.stack([a, b], axis=-1)[w > 0, :, None] * np.eye(2)
-        return float(np.quantile(np.abs(get_measure(self.objective.figure.measure)(J)), _MOST))
+        left = self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])
+        return float(np.quantile(np.abs(left), _MOST))
 
     def searched(self) -> tuple[dict[str, float], float, Nodes, int]:
         """The free parameters of the best member, its value at nodes, these nodes, and the evaluations it took."""
@@ -196,7 +193,7 @@ class Members:
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
         first = minimise(self._at(coarse), self.low, self.high, worst=edges)
         best, least, evaluations = self.descended(self.named(first.place), fine)
-        if not self.scales(best, fine)[2].any():
+        if not self.jacobian(best, fine)[1].any():
             raise ProjectionError(
                 f"Invalid family '{self.family.name}' for {self.region.name}. It shows no part of it."
             )
@@ -215,8 +212,8 @@ class Members:
     def written(self, values: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float]:
         """Free parameters to the decimals that are stated, and the best scale then."""
         chosen = {name: round(values[name], DECIMALS) for name in self.variables}
-        a, b, w, _ = self.scales(chosen, nodes)
-        return chosen, round(self.best_scale(a, b, w), _SCALE_DECIMALS)
+        J, w, _ = self.jacobian(chosen, nodes)
+        return chosen, round(self.best_scale(J, w), _SCALE_DECIMALS)
 
     def shown(self, chosen: Mapping[str, float], scale: float) -> dict[str, float]:
         """The free parameters in their usual range, and the scale among them."""
@@ -251,6 +248,10 @@ class Members:
         """What rounding costs, for the steps that are less than the parameters' range."""
         widest = float(np.max(self.high - self.low, initial=0.0))
         return tuple(self.rounded(best, step, least, nodes) for step in _ROUNDINGS if step < 0.5 * widest)
+
+
+def _is_smooth(J: FloatArray) -> BoolArray:
+    return np.isfinite(J[:, 0, 0])
 
 
 def _farthest(is_good: Callable[[float], bool], begin: float, end: float) -> float:

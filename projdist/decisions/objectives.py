@@ -1,15 +1,17 @@
-"""What an optimisation makes small, with the best uniform scale in closed form.
+"""What an optimisation makes small, with the best uniform scale in closed form where there is one.
 
-An objective takes the principal scales a >= b at nodes and weights that sum to 1. `OBJECTIVES` lists them
-by name. Multiplying a map by c multiplies a and b; the best c needs no search:
+An objective takes Jacobians at nodes and weights that sum to 1. Multiplying a map by c multiplies the principal
+scales a >= b; the best c needs no search:
 
 - Airy-Kavrayskiy, areas: exp(-mean ln(ab) / 2), because ln c adds to ln a and ln b (a plain mean).
 - Airy: sum w (a + b) / sum w (a^2 + b^2), a linear least-squares problem.
 - largest |scale - 1|: 2 / (max a + min b), the arithmetic middle, and so for areas; largest |ln scale|:
   1 / sqrt(max a min b), the geometric middle.
 - mean |scale - 1|: a weighted quantile of 2 / (a + b), where one straight part of the sum meets the next; for areas
-  of 1 / ab.
+  of 1 / ab. Its RMS: where one parabola meets the next.
 - angles do not know the scale.
+
+For other figures, also those of users, ln c is searched for.
 """
 
 from __future__ import annotations
@@ -20,40 +22,65 @@ from dataclasses import dataclass
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.field import FIGURES, Figure, check_figure
+from projdist.field import FIGURES, Figure
+from projdist.matrices import MEASURES, Measure, mdt, principal_scales
+from projdist.numerics import least_between
 
-__all__ = ["OBJECTIVES", "Objective", "get_objective"]
+__all__ = ["Objective"]
 
 Scales = Callable[[FloatArray, FloatArray, FloatArray], float]
-Terms = Callable[[FloatArray, FloatArray, FloatArray, float], FloatArray]
+Terms = Callable[[FloatArray, FloatArray], FloatArray]
 Extremes = Callable[[FloatArray, FloatArray, bool], FloatArray]
+
+_REACH = 3.0  # of ln c to either side of the geometric mean
 
 
 @dataclass(frozen=True)
 class Objective:
-    """How to make a figure small.
-
-    `scale` (a, b, weights) is the best uniform scale; `terms` (a, b, weights, scale) what is made small: the root of
-    the sum of their squares, without the root where the statistic is mean, or the largest. A maximum has `extremes`
-    (a, b, free): what it is made of, smooth in a map's parameters, (groups, n), where the groups' maxima are added; of
-    the map as it is, or with a `free` scale.
-    """
+    """How to make a figure small."""
 
     figure: Figure
-    scale: Scales
-    terms: Terms
-    extremes: Extremes | None = None
-
-    def __post_init__(self) -> None:
-        if self.figure.is_maximum != (self.extremes is not None):
-            raise ValueError(
-                f"Invalid objective '{self.figure.name}'. It must have extremes where its statistic is max."
-            )
 
     @property
     def exact(self) -> float:
-        """What a map has at most that keeps angles, or areas, where the figure is of them only; else 0."""
-        return self.figure.rounding if self.figure.is_partial else 0.0
+        """What a map has at most that has nothing of a figure which whole families may have nothing of; else 0."""
+        return self.figure.rounding if self.figure.may_vanish else 0.0
+
+    def scale(self, J: FloatArray, w: FloatArray) -> float:
+        """The best uniform scale of Jacobians (n, 2, 2) with weights (n,) that sum to 1."""
+        a, b = _scales(J)
+        closed = _BEST_SCALES.get(self.figure.essence)
+        if closed is not None:
+            return closed(a, b, w)
+        middle = np.log(_log_middle(a, b, w))
+        best = least_between(lambda x: self.figure(np.exp(x) * J, w), middle - _REACH, middle + _REACH)
+        return float(np.exp(best))
+
+    def terms(self, J: FloatArray, w: FloatArray, c: float) -> FloatArray:
+        """What is made small of a map times c: the root of the sum of squares, no root for a mean; or the largest."""
+        if self.figure.version == "affine":
+            J, c = np.linalg.inv(mdt(J[w > 0], w[w > 0]).T) @ J, 1.0
+        if self.figure.version == "scaled":
+            c = _log_middle(*_scales(J), w)
+        if (smooth := _SMOOTH.get(self.figure.measure)) and self.figure.statistic == "rms":
+            terms = smooth(*_scales(c * J))
+            return (np.sqrt(w) * terms).ravel()
+        values = self.figure.measure(c * J)
+        if self.figure.is_maximum:
+            return values
+        return np.sqrt(w) * (np.sqrt(np.maximum(values, 0.0)) if self.figure.statistic == "mean" else values)
+
+    def extremes(self, J: FloatArray, w: FloatArray, free: bool) -> FloatArray:
+        """What a maximum is made of, smooth in a map's parameters, (groups, n), where the groups' maxima are added.
+
+        Of the map as it is, or with a `free` scale.
+        """
+        closed = _EXTREMES.get(self.figure.essence)
+        if closed is not None:
+            return closed(*_scales(J), free)
+        defined = np.isfinite(J).all(axis=(1, 2))
+        c = self.scale(J[defined], w[defined]) if free and defined.any() else 1.0
+        return self.figure.measure(c * J)[None]
 
     def value(self, terms: FloatArray) -> float:
         """The criterion from its terms."""
@@ -61,6 +88,14 @@ class Objective:
             return float(terms.max())
         square = float(np.sum(terms * terms))
         return square if self.figure.statistic == "mean" else square**0.5
+
+
+def _scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    a, b = np.moveaxis(principal_scales(J), -1, 0)
+    return a, b
+
+
+# ---- best scales ----------------------------------------------------------------------------
 
 
 def _one(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
@@ -105,52 +140,56 @@ def _turning_point(places: FloatArray, steps: FloatArray, until: float) -> float
     return float(places[order[min(int(np.searchsorted(sums, until)), order.size - 1)]])
 
 
-def _fisher_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
+def _scale_parabola(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
+    # The sum of max(c a - 1, 1 - c b)^2 is a parabola between two of the places 2 / (a + b), and convex: its lowest
+    # point is that of the first parabola that has it before its end, or the kink before that.
+    places = 2.0 / (a + b)
+    order = np.argsort(places)
+    a, b, w = a[order], b[order], w[order]
+    first, second = (np.sum(w * b**n) + np.append(0.0, np.cumsum(w * (a**n - b**n))) for n in (1, 2))
+    lowest, ends = first / second, np.append(places[order], np.inf)
+    k = int(np.argmax(lowest <= ends))
+    return float(lowest[k] if k == 0 else max(lowest[k], ends[k - 1]))
+
+
+_BY_NAME: dict[str, Scales] = {
+    "airy_kavrayskiy": _log_middle,
+    "airy_kavrayskiy_scaled": _log_middle,
+    "airy_kavrayskiy_affine": _log_middle,
+    "kavrayskiy": _log_middle,
+    "airy": _airy_scale,
+    "klingatsch_angles": _log_middle,
+    "klingatsch_areas": _log_middle,
+    "max_scale_error_ppm": _arithmetic_middle,
+    "mean_scale_error_ppm": _scale_quantile,
+    "rms_scale_error_ppm": _scale_parabola,
+    "max_log_scale": _geometric_middle,
+    "angular_distortion": _one,
+    "max_omega": _one,
+    "mean_omega": _one,
+    "isotropy": _one,
+    "kunimune_shape": _one,
+    "log_areal_scale": _log_middle,
+    "max_areal_error_ppm": _areal_middle,
+    "mean_areal_error_ppm": _areal_quantile,
+}
+_BEST_SCALES = {FIGURES[name].essence: scale for name, scale in _BY_NAME.items()}
+
+
+# ---- what is smooth where measures are not ---------------------------------------------------
+
+
+def _fisher_terms(a: FloatArray, b: FloatArray) -> FloatArray:
     # ln^2 a + ln^2 b = (ln^2(ab) + ln^2(a/b)) / 2: smooth where a = b, which a and b alone are not.
-    root = np.sqrt(0.5 * w)
-    return np.concatenate([root * (np.log(a * b) + 2.0 * np.log(c)), root * np.log(a / b)])
+    return np.sqrt(0.5) * np.stack([np.log(a * b), np.log(a / b)])
 
 
-def _kavrayskiy_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return _fisher_terms(a, b, w, c) / np.sqrt(2.0)
+def _kavrayskiy_terms(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.sqrt(0.5) * _fisher_terms(a, b)
 
 
-def _airy_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    root = np.sqrt(0.25 * w)
-    return np.concatenate([root * (c * (a + b) - 2.0), root * c * (a - b)])
-
-
-def _areal_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return np.sqrt(w) * (np.log(a * b) + 2.0 * np.log(c))
-
-
-def _angular_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return np.sqrt(w) * _omega_terms(a, b, w, c)
-
-
-def _fisher_terms_scaled(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return _fisher_terms(a, b, w, _log_middle(a, b, w))
-
-
-def _omega_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return np.degrees(2.0 * np.arctan2(a - b, 2.0 * np.sqrt(a * b)))
-
-
-def _areal_error_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return 1e6 * np.abs(c * c * a * b - 1.0)
-
-
-def _mean_terms(errors: Terms) -> Terms:
-    """Terms whose squares add up to the mean of errors that are none below 0."""
-    return lambda a, b, w, c: np.sqrt(w * np.maximum(errors(a, b, w, c), 0.0))
-
-
-def _scale_error_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return 1e6 * np.maximum(c * a - 1.0, 1.0 - c * b)
-
-
-def _log_scale_terms(a: FloatArray, b: FloatArray, w: FloatArray, c: float) -> FloatArray:
-    return np.maximum(np.log(c * a), -np.log(c * b))
+def _airy_terms(a: FloatArray, b: FloatArray) -> FloatArray:
+    return 0.5 * np.stack([a + b - 2.0, a - b])
 
 
 def _scale_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
@@ -167,67 +206,13 @@ def _areal_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
     return _scale_extremes(a * b, a * b, free)
 
 
-def _omega_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
-    return _omega_terms(a, b, a, 1.0)[None]
-
-
-_SEARCHED: dict[str, tuple[Scales, Terms]] = {
-    "airy_kavrayskiy": (_log_middle, _fisher_terms),
-    "airy_kavrayskiy_scaled": (_log_middle, _fisher_terms_scaled),
-    "kavrayskiy": (_log_middle, _kavrayskiy_terms),
-    "airy": (_airy_scale, _airy_terms),
-    "max_scale_error_ppm": (_arithmetic_middle, _scale_error_terms),
-    "mean_scale_error_ppm": (_scale_quantile, _mean_terms(_scale_error_terms)),
-    "max_log_scale": (_geometric_middle, _log_scale_terms),
-    "angular_distortion": (_one, _angular_terms),
-    "max_omega": (_one, _omega_terms),
-    "mean_omega": (_one, _mean_terms(_omega_terms)),
-    "log_areal_scale": (_log_middle, _areal_terms),
-    "max_areal_error_ppm": (_areal_middle, _areal_error_terms),
-    "mean_areal_error_ppm": (_areal_quantile, _mean_terms(_areal_error_terms)),
+_SMOOTH: dict[Measure, Terms] = {
+    MEASURES["fisher"]: _fisher_terms,
+    MEASURES["kavrayskiy"]: _kavrayskiy_terms,
+    MEASURES["airy"]: _airy_terms,
 }
-_EXTREMES: dict[str, Extremes] = {
-    "max_scale_error_ppm": _scale_extremes,
-    "max_log_scale": _log_scale_extremes,
-    "max_omega": _omega_extremes,
-    "max_areal_error_ppm": _areal_extremes,
+_EXTREMES: dict[object, Extremes] = {
+    FIGURES["max_scale_error_ppm"].essence: _scale_extremes,
+    FIGURES["max_log_scale"].essence: _log_scale_extremes,
+    FIGURES["max_areal_error_ppm"].essence: _areal_extremes,
 }
-OBJECTIVES = {
-    name: Objective(FIGURES[name], scale, terms, _EXTREMES.get(name)) for name, (scale, terms) in _SEARCHED.items()
-}
-
-
-def get_objective(criterion: str | Objective) -> Objective:
-    """The objective of a name: how to make a figure of a map over a region small, by the best scale, too.
-
-    Parameters
-    ----------
-    criterion : str or Objective
-        A name in `OBJECTIVES`; an objective stands for itself.
-
-    Returns
-    -------
-    Objective
-        Its functions take the principal scales a >= b (n,) and weights (n,) that sum to 1.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name, with close matches.
-
-    References
-    ----------
-    Of each figure in its `source`, such as Airy 1861, Philosophical Magazine 22:409.
-
-    Examples
-    --------
-    Scales of 2.2 and 1.8 become 1.1 and 0.9, as far from 1 as each other:
-
-    >>> import numpy as np
-    >>> objective = get_objective("max_scale_error_ppm")
-    >>> round(objective.scale(np.array([2.2]), np.array([1.8]), np.array([1.0])), 12)
-    0.5
-    """
-    if isinstance(criterion, Objective):
-        return criterion
-    return OBJECTIVES[check_figure(criterion, OBJECTIVES)]

@@ -16,9 +16,9 @@ import numpy as np
 from projdist.answers import Failure
 from projdist.decisions.families import Extent, Family, cylinder_of, extent_of, get_family, sensible_families, usual_crs
 from projdist.decisions.members import DECIMALS, Flat, Members, Rounded
-from projdist.decisions.objectives import OBJECTIVES, Objective, get_objective
+from projdist.decisions.objectives import Objective
 from projdist.earth import SPHERE, WGS84, Ellipsoid
-from projdist.field import Field, Nodes, sample
+from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, sample
 from projdist.projections import (
     Projection,
     ProjectionError,
@@ -38,7 +38,7 @@ _ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
 _RELATIVE = 1e-5  # the cubature's tolerance, of the value found
 _TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM
 _EXCHANGES, _EXCEEDS = 6, 1e-5  # rounds for places that the nodes lack, and by what part the maximum is larger there
-_DECIDES = OBJECTIVES["airy_kavrayskiy"]
+_DECIDES = Objective(FIGURES["airy_kavrayskiy"])
 _NOTE = "{} vanishes for all of {}: the least Airy-Kavrayskiy error has decided."
 _USUAL = 2.0  # a scale, or one over it, that hides no distortion without a bound
 _WHOLE = 0.9999  # of the region: less is a map of a part
@@ -163,7 +163,7 @@ def optimize(
     region: RegionLike = "globe",
     *,
     free: Sequence[str] | None = None,
-    criterion: str | Objective = "airy_kavrayskiy",
+    criterion: AnyFigure = "airy_kavrayskiy",
     ellipsoid: str | Ellipsoid | None = None,
     round_to: float | None = None,
     against: ProjectionLike | Iterable[ProjectionLike] = (),
@@ -181,8 +181,9 @@ def optimize(
     free : sequence of str, optional
         The parameters to choose, `pole` for those of ob_tran, `k_0` for a uniform scale, whether the method has a
         parameter for it or not; by default the family's own. Not with `auto`.
-    criterion : str or Objective
-        What to make small, a name in `OBJECTIVES`.
+    criterion : str, Figure, Measure or callable
+        What to make small: a name in `FIGURES`; or a function of Jacobians J (n, 2, 2) that gives values (n,) never
+        below 0, of which it is the mean by true area; or whatever else `get_figure` takes.
     ellipsoid : str or Ellipsoid, optional
         `sphere` or a name of PROJ's; by default WGS 84, and the sphere for maps that have formulas for that only.
     round_to : float, optional
@@ -216,7 +217,7 @@ def optimize(
     >>> round(optimize("eqc").parameters["lat_ts"], 3)
     42.629
     """
-    area, objective = get_region(region), get_objective(criterion)
+    area, objective = get_region(region), Objective(get_figure(criterion))
     check_text("family", family)
     free = None if free is None else [check_text("free parameter", one) for one in listed_values(free)]
     if round_to is not None and not 1e-9 <= check_number("rounding", round_to) <= 45.0:
@@ -246,10 +247,10 @@ def optimize(
 
 
 def best_member(
-    family: str, region: Place, objective: Objective, ellipsoid: Ellipsoid
+    family: str, region: Place, figure: Figure, ellipsoid: Ellipsoid
 ) -> tuple[Projection, dict[str, float]]:
     """The best member of a family, and its free parameters; nothing more is measured. Raises ProjectionError."""
-    members = _members(get_family(family, extent_of(region)), region, objective, None, ellipsoid)
+    members = _members(get_family(family, extent_of(region)), region, Objective(figure), None, ellipsoid)
     best, _, fine, _ = _searched(members)
     chosen, scale = members.written(best, fine)
     return members.member(chosen, scale), members.shown(chosen, scale)
@@ -331,7 +332,7 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
         others=(),
         failures=(),
         evaluations=evaluations,
-        note=None if members.objective is objective else _NOTE.format(objective.figure.name, members.family.name),
+        note=None if members.objective == objective else _NOTE.format(objective.figure.name, members.family.name),
         flats=members.flats(best, least, fine),
     )
 
@@ -407,7 +408,6 @@ def _measured(
 
 def _field(projection: Projection, region: Place, objective: Objective, tolerance: float) -> Field:
     """The field of a projection, good enough for an objective's figure."""
-    measure = objective.figure.measure
-    if measure == "fisher":
+    if objective.figure.is_airy_kavrayskiy:
         return sample(projection, region, tolerance=tolerance)
-    return sample(projection, region, measures=[measure], tolerance=1e-6)
+    return sample(projection, region, measures=[objective.figure.measure], tolerance=1e-6)

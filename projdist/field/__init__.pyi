@@ -6,7 +6,7 @@ from .cut_lengths import cut_length, is_interrupted
 from .dense_samples import dense
 from .extremes import Extreme, Goal, find_extremes, measure_at
 from .field import DEFAULT_TOLERANCE, Field, named_measures, sample
-from .figures import FIGURES, Figure, check_figure, get_figure
+from .figures import FIGURES, AnyFigure, Figure, get_figure
 from .given_fields import field_of
 from .guard import tell_of_contradiction
 from .on_grids import jacobian_grid
@@ -20,6 +20,7 @@ __all__ = [
     "UNDEFINED",
     "UNDEFINED_AT_KINKS",
     "AiryKavrayskiy",
+    "AnyFigure",
     "Derivatives",
     "Extreme",
     "Field",
@@ -33,7 +34,6 @@ __all__ = [
     "Samples",
     "airy_kavrayskiy_of",
     "cells_of",
-    "check_figure",
     "cut_length",
     "dense",
     "derivatives",

@@ -15,7 +15,7 @@ from projdist.field.airy_kavrayskiy import AiryKavrayskiy, airy_kavrayskiy_of
 from projdist.field.cubature import UNDEFINED, UNDEFINED_AT_KINKS, Samples, sample_panels
 from projdist.field.dense_samples import dense
 from projdist.field.extremes import Extreme, Goal, find_extremes
-from projdist.field.figures import Figure, get_figure
+from projdist.field.figures import AnyFigure, get_figure
 from projdist.field.guard import tell_of_contradiction
 from projdist.matrices import Measure, get_measure, listed_measures, orientation
 from projdist.numerics import Estimate, get_criterion
@@ -184,14 +184,16 @@ class Field:
         whole, half = (compute(*self._many(values, thinned)) for thinned in (False, True))
         return Estimate(whole, abs(whole - half))
 
-    def figure(self, figure: str | Figure) -> Estimate:
-        """A figure of `FIGURES`, by its name. Raises ValueError.
+    def figure(self, figure: AnyFigure) -> Estimate:
+        """A figure of `FIGURES` by its name, or one of your own: a function of J, as `get_figure` takes them.
+
+        Raises ValueError.
 
         >>> round(sample("plate-carree", "globe").figure("airy_kavrayskiy").value, 8)
         0.52124046
         """
         chosen = get_figure(figure)
-        if chosen.measure == "fisher":
+        if chosen.is_airy_kavrayskiy:
             return Estimate(getattr(self.airy_kavrayskiy, chosen.version or "raw"), self.error)
         return self.statistic(chosen.measure, chosen.statistic)
 

@@ -1,6 +1,6 @@
 from .estimates import Estimate
 from .gauss import DIFFERENTIATE, LEGENDRE, NODES, ORDER, PLANE_WEIGHTS, WEIGHTS, interpolate
-from .minima import descend, descend_lattice, lattice, minimise
+from .minima import descend, descend_lattice, lattice, least_between, minimise
 from .statistics import CRITERIA, get_criterion, maximum, mean, median, p95, quantile, rms
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "get_criterion",
     "interpolate",
     "lattice",
+    "least_between",
     "maximum",
     "mean",
     "median",

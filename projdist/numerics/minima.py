@@ -14,7 +14,7 @@ import numpy as np
 
 from projdist._typing import FloatArray
 
-__all__ = ["Minimum", "descend", "descend_lattice", "lattice", "minimise"]
+__all__ = ["Minimum", "descend", "descend_lattice", "lattice", "least_between", "minimise"]
 
 Terms = Callable[[FloatArray], FloatArray]
 _STARTS = 4
@@ -109,6 +109,13 @@ def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tu
             break
         place, least = best, known[tuple(best)]
     return place, least
+
+
+def least_between(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function of one variable that falls, then rises, is least, to 1e-8: by parabolas and golden sections."""
+    from scipy.optimize import minimize_scalar  # imported here: scipy is slow to load, and few need it
+
+    return float(minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": 1e-8}).x)
 
 
 def _starts(points: FloatArray, values: FloatArray) -> list[FloatArray]:

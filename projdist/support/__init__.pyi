@@ -13,7 +13,7 @@ from .checks import (
     listed_values,
     quoted,
 )
-from .executors import check_executor, open_executor, own_executor, run_all
+from .executors import check_executor, is_picklable, open_executor, own_executor, run_all
 from .files import is_stream, refuse_existing, replacing
 from .hints import NEAR, close_words, did_you_mean, listed, one_line, shown
 from .notices import Notice, tell
@@ -40,6 +40,7 @@ __all__ = [
     "did_you_mean",
     "hints",
     "is_number",
+    "is_picklable",
     "is_stream",
     "listed",
     "listed_values",

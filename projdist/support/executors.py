@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
+import pickle
 import re
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +14,7 @@ from typing import TypeVar
 
 from projdist.support.signals import default_signals
 
-__all__ = ["check_executor", "open_executor", "run_all"]
+__all__ = ["check_executor", "is_picklable", "open_executor", "own_executor", "run_all"]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -63,6 +64,15 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
                 if process not in others:
                     process.terminate()
             raise
+
+
+def is_picklable(value: object) -> bool:
+    """Whether a value can be sent to another process."""
+    try:
+        pickle.dumps(value)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return False
+    return True
 
 
 def run_all(

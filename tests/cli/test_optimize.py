@@ -117,7 +117,7 @@ def test_the_best_existing(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("projdist.cli.optimize.recommend", recommended(["EPSG:4839"]))
     assert _best_existing(get_region(SQUARE), "kavrayskiy") == "EPSG:4839"
-    assert asked == [{"criterion": "airy_kavrayskiy", "limit": 1}]
+    assert asked == [{"criterion": "kavrayskiy", "limit": 1}]
     monkeypatch.setattr("projdist.cli.optimize.recommend", recommended([]))
     with pytest.raises(ValueError, match=f"^Invalid option '--against recommend'. No CRS serves the region '{SQUARE}'"):
         _best_existing(get_region(SQUARE), "max_omega")
@@ -158,8 +158,8 @@ def test_templates() -> None:
         (["lcc", SQUARE, "--free", "alpha"], "Invalid free parameter 'alpha' for lcc"),
         (["lcc", SQUARE, "--format", "csv"], "Invalid format 'csv'"),
         (
-            ["lcc", SQUARE, "--criterion", "airy", "--against", "recommend"],
-            "Invalid criterion 'airy' with --against rec",
+            ["lcc", SQUARE, "--criterion", "airy_", "--against", "recommend"],
+            "Invalid criterion 'airy_'. Did you mean airy_kav",
         ),
         (
             ["lcc", SQUARE, "--criterion", "x", "--against", "recommend"],

@@ -122,7 +122,15 @@ def rich(found, monkeypatch):
     whole, *others = found.results
     torn = [replace(one, distortion=replace(one.distortion, cut_km=1234.6)) for one in others]
     figures = replace(whole.distortion, airy_kavrayskiy=0.5 * whole.value, max_omega=np.inf, max_areal_scale=np.inf)
-    custom = Custom("laea", "LAEA", "+proj=laea +lat_0=62", {"lat_0": 62.0}, 0.5 * whole.value, figures, ())
+    custom = Custom(
+        family="laea",
+        name="LAEA",
+        proj="+proj=laea +lat_0=62",
+        parameters={"lat_0": 62.0},
+        value=0.5 * whole.value,
+        distortion=figures,
+        keeps=(),
+    )
     zones = [
         ZoneSystem("A to B", national, 1.0, 1e-4, 73.04, (Zone("EPSG:1", "A", 0.25, 1e-4, 73.04),))
         for national in (True, False)
@@ -246,10 +254,6 @@ def test_picture(tmp_path):
         ([ISLAND, "--purpose", "pretty"], "Invalid purpose 'pretty'. It must be any, equal-area,"),
         ([ISLAND, "--criterion", "max_omeg"], "Invalid criterion 'max_omeg'. Did you mean max_omega"),
         ([ISLAND, "--authority", "IAU"], "Invalid authority 'IAU'. It must be EPSG, ESRI or IGNF."),
-        (
-            [ISLAND, "--custom", "--criterion", "airy_kavrayskiy_affine"],
-            "Invalid criterion 'airy_kavrayskiy_affine' for",
-        ),
         ([ISLAND, "--limit", "0"], "Invalid limit '0'. It must be a number within 1 and 10000."),
         ([ISLAND, "--limit", "1.5"], "Invalid limit '1.5'. It must be a whole number."),
         ([ISLAND, "--contains", "--intersects"], "Invalid option '--intersects'. It cannot stand with --contains."),

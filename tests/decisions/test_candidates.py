@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from projdist import FIGURES
 from projdist.answers.summaries import summarize
 from projdist.decisions.recommendation.candidates import Full, measure
 from projdist.decisions.recommendation.trial_nodes import probe_of
@@ -15,7 +16,18 @@ from projdist.regions import get_region
 def measured(code, region, keeps=()):
     """A candidate's figures over a region."""
     region = get_region(region)
-    return measure(Full(code, code, region, probe_of(region), keeps, 0.01, "airy_kavrayskiy"))
+    task = Full(
+        code=code,
+        name=code,
+        region=region,
+        probe=probe_of(region),
+        keeps=keeps,
+        level=0.01,
+        ranking=FIGURES["airy_kavrayskiy"],
+    )
+    value, found = measure(task)
+    assert value == found.airy_kavrayskiy
+    return found
 
 
 def test_no_noise_beside_the_centre():

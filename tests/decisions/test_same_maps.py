@@ -2,6 +2,7 @@
 
 import pytest
 
+from projdist import FIGURES
 from projdist.decisions.recommendation import same_maps as twins
 from projdist.decisions.recommendation.candidates import Finding, Trial, try_crs
 from projdist.decisions.recommendation.same_maps import Usage, by_usage, datum_root, grouped
@@ -38,7 +39,7 @@ def test_the_known_name_comes_first(region, known, others):
     """Whatever the order in which they are found."""
     codes = [*others.split(), known]
     probe = probe_of(get_region(region))
-    found = [try_crs(Trial(code, RECORDS[code].name, probe, "airy_kavrayskiy")) for code in codes]
+    found = [try_crs(Trial(code, RECORDS[code].name, probe, FIGURES["airy_kavrayskiy"])) for code in codes]
     assert all(isinstance(one, Finding) for one in found)
     (group,) = grouped(found)
     for usages in (dict.fromkeys(codes, Usage(holds=True)), {}):
@@ -62,7 +63,7 @@ def test_the_datum_in_force_comes_first(region, known, others):
     """Where the registry tells of what year datums are; realisations of one are as old as each other."""
     codes = [*others.split(), known]
     probe = probe_of(get_region(region))
-    (group,) = grouped([try_crs(Trial(code, RECORDS[code].name, probe, "airy_kavrayskiy")) for code in codes])
+    (group,) = grouped([try_crs(Trial(code, RECORDS[code].name, probe, FIGURES["airy_kavrayskiy"])) for code in codes])
     usages = {code: Usage(since=facts.since, special=facts.special) for code, facts in facts_of(codes).items()}
     assert by_usage(group, RECORDS, usages)[0].code == known
 
@@ -70,7 +71,7 @@ def test_the_datum_in_force_comes_first(region, known, others):
 def test_a_national_crs_comes_before_others():
     """Kenya's own UTM zone before that of the world, which is on a newer datum."""
     probe = probe_of(get_region("box:36,-4,41,4"))
-    group = [try_crs(Trial(code, "", probe, "airy_kavrayskiy")) for code in ("EPSG:32737", "EPSG:21037")]
+    group = [try_crs(Trial(code, "", probe, FIGURES["airy_kavrayskiy"])) for code in ("EPSG:32737", "EPSG:21037")]
     usages = {"EPSG:21037": Usage(national=True, since=1960), "EPSG:32737": Usage(since=1984)}
     assert [one.code for one in by_usage(group, RECORDS, usages)] == ["EPSG:21037", "EPSG:32737"]
 
@@ -94,7 +95,9 @@ def test_realisations(datum, root):
 def test_the_area_of_use_comes_before_all():
     """Where only one CRS of a map is for the whole region, it is named."""
     probe = probe_of(get_region("box:6.1,40,11.9,50"))
-    group = [try_crs(Trial(code, "", probe, "airy_kavrayskiy")) for code in ("EPSG:3003", "EPSG:3064", "EPSG:25832")]
+    group = [
+        try_crs(Trial(code, "", probe, FIGURES["airy_kavrayskiy"])) for code in ("EPSG:3003", "EPSG:3064", "EPSG:25832")
+    ]
     assert by_usage(group, RECORDS, {"EPSG:3003": Usage(holds=True)})[0].code == "EPSG:3003"
 
 

@@ -10,7 +10,6 @@ import pytest
 from pyproj import Proj
 
 import projdist
-from projdist.decisions.recommendation.rankings import RANKINGS
 from projdist.decisions.recommendation.search import recommend
 from projdist.decisions.recommendation.standing import CLOSE, WIDE_FACTOR
 from projdist.projections import ProjectionError, registry
@@ -168,7 +167,7 @@ def test_datum():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"criterion": "airy"}, r"^Invalid criterion 'airy'. Did you mean airy_kavrayskiy, .*\? It must be"),
+        ({"criterion": "airy_"}, r"^Invalid criterion 'airy_'. Did you mean airy_kavrayskiy, .*\? It must be"),
         ({"purpose": "best"}, r"^Invalid purpose 'best'. It must be any, equal-area, conformal, equidistant or comp"),
         ({"authorities": ["IAU_2015"]}, r"^Invalid authority 'IAU_2015'. It must be EPSG, ESRI or IGNF.$"),
         ({"authorities": ["ESPG"]}, r"^Invalid authority 'ESPG'. Did you mean EPSG\? It must be"),
@@ -359,7 +358,10 @@ def test_areas_of_equal_area_maps():
 
 def test_rounding_is_no_figure():
     """What keeps true to 0.1 ppm counts as nothing, in each unit."""
-    told = {name: RANKINGS[name].told for name in ("max_areal_error_ppm", "max_omega", "airy_kavrayskiy")}
+    told = {
+        name: projdist.FIGURES[name].without_rounding
+        for name in ("max_areal_error_ppm", "max_omega", "airy_kavrayskiy")
+    }
     assert [told["max_areal_error_ppm"](value) for value in (0.09, 0.2)] == [0.0, 0.2]
     assert [told["max_omega"](value) for value in (5e-6, 6e-6)] == [0.0, 6e-6]  # 1e-7 radians are 5.73e-6 degrees
     assert [told["airy_kavrayskiy"](value) for value in (9e-8, 2e-7)] == [0.0, 2e-7]
@@ -451,3 +453,32 @@ def test_intersects_is_the_order_of_figures():
     found = recommend(GERMANY, authorities=["EPSG"], area="intersects", limit=8)
     assert [one.ranked for one in found.results] == [one.value for one in found.results]
     assert [one.value for one in found.results] == sorted(one.value for one in found.results)
+
+
+def one_over_s(J):
+    """How much smaller areas are than they should be."""
+    return 1.0 / np.abs(np.linalg.det(J))
+
+
+def test_functions_of_users():
+    """By the mean of a function, also of one that cannot be pickled; values are those of the fields."""
+    belt = "box:-30,0,30,60"
+    options = {"authorities": ["EPSG"], "area": "intersects", "limit": 3, "uninterrupted": True}
+    found, local = (
+        recommend(belt, criterion=criterion, **options) for criterion in (one_over_s, lambda J: one_over_s(J))
+    )
+    assert found.criterion == "one_over_s"
+    assert [one.code for one in found.results] == [one.code for one in local.results]
+    for one in found.results:
+        truth = projdist.sample(one.code, belt).mean(one_over_s).value
+        assert one.value == pytest.approx(truth, rel=1e-4)
+    assert found.results[0].value == min(one.value for one in found.results)
+
+
+@pytest.mark.parametrize("name", ["kavrayskiy", "canters_ab", "isotropy", "max_log_scale"])
+def test_figures_that_answers_do_not_list(name):
+    """They are measured as those are that every answer has."""
+    found = recommend("box:7.5,46.5,8.5,47.5", criterion=name, authorities=["EPSG"], limit=2)
+    for one in found.results:
+        truth = projdist.sample(one.code, found.region, measures=[projdist.FIGURES[name].measure], tolerance=1e-9)
+        assert one.value == pytest.approx(truth.figure(name).value, rel=1e-4, abs=1e-9)

@@ -26,6 +26,7 @@ OF_SCALES = [
     "airy",
     "kavrayskiy",
     "jordan",
+    "jordan_kavrayskiy",
     "scale_error_ppm",
     "areal_error_ppm",
 ]
@@ -170,6 +171,8 @@ def test_singular_matrices_where_the_measure_is_defined():
     assert {name: value(name, J) for name in expected} == pytest.approx(expected, rel=1e-15)
     # |scale - 1| along the azimuth t is |2 |sin t| - 1|, whose mean square is 3 - 8 / pi.
     assert value("jordan", J) == pytest.approx(math.sqrt(3 - 8 / math.pi), rel=1e-14)
+    # ln(2 |sin t|) has the Fourier coefficients 1 / k: the mean of its square is pi^2 / 12.
+    assert value("jordan_kavrayskiy", J) == pytest.approx(math.pi / math.sqrt(12), rel=1e-14)
 
 
 def test_scale_errors_of_the_zero_matrix():

@@ -15,7 +15,7 @@ import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.decisions.checking.edges import measure_chains
-from projdist.decisions.recommendation.rankings import get_purpose
+from projdist.decisions.recommendation.purposes import get_purpose
 from projdist.decisions.recommendation.siting import site
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.projections import Projection, ProjectionLike, Source, is_geographic, source_of

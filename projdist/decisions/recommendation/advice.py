@@ -14,7 +14,7 @@ from projdist.support import Answer, plain
 __all__ = ["Candidate", "Recommendation"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Candidate:
     """A CRS over a region, with all CRSs that draw the same map under other datums.
 

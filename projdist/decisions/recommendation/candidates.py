@@ -6,17 +6,19 @@ The functions of this module run in other processes, too: what they take and giv
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.decisions.recommendation.rankings import RANKINGS, properties
+from projdist.decisions.recommendation.purposes import properties
 from projdist.decisions.recommendation.trial_nodes import Probe
 from projdist.earth import WGS84
 from projdist.field import (
     FIGURES,
     Extreme,
+    Figure,
     Goal,
     Integrand,
     Samples,
@@ -60,10 +62,10 @@ class Trial:
     code: str
     name: str
     probe: Probe
-    ranking: str
+    ranking: Figure
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Finding:
     """A CRS as its trial found it: `value` is the figure of the ranking, `modern` whether on GRS 80 or WGS 84.
 
@@ -92,9 +94,16 @@ def try_crs(trial: Trial) -> Finding | Rejected:
     if covered < _LEAST_COVERED:
         return Rejected(trial.code, trial.name, f"It can be projected over {100 * covered:.3g} % of the region only.")
     weight = trial.probe.weight
-    value = RANKINGS[trial.ranking](J, weight)
-    usual = crs.is_upright, bool(np.all((xy > 0) | np.isnan(xy)))
-    return Finding(trial.code, crs.datum, _is_modern(crs), crs.conversion, J, properties(J, weight), value, usual)
+    return Finding(
+        code=trial.code,
+        datum=crs.datum,
+        modern=_is_modern(crs),
+        conversion=crs.conversion,
+        jacobian=J,
+        keeps=properties(J, weight),
+        value=trial.ranking(J, weight),
+        usual=(crs.is_upright, bool(np.all((xy > 0) | np.isnan(xy)))),
+    )
 
 
 def _is_modern(crs: DatabaseCrs) -> bool:
@@ -106,7 +115,7 @@ def _is_modern(crs: DatabaseCrs) -> bool:
 # ---- in full --------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Full:
     """A CRS to measure in full, by its code or a PROJ string; `level` is its Airy-Kavrayskiy error, about."""
 
@@ -116,11 +125,11 @@ class Full:
     probe: Probe
     keeps: tuple[str, ...]
     level: float
-    ranking: str
+    ranking: Figure
     uninterrupted: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Distortion:
     """What a projection does over a region; largest values are infinite where there is no bound, means then NaN.
 
@@ -154,23 +163,32 @@ def settle(task: Full) -> float | Rejected:
     try:
         if task.uninterrupted and is_interrupted(_projection(task), task.region):
             return Rejected(task.code, task.name, INTERRUPTED)
-        return _begun(task, FIGURES[task.ranking].aspect).figure(task.ranking)
+        name = _NAMES.get(task.ranking.essence)
+        if name is None:
+            return _begun(task).figure(task.ranking)
+        return _begun(task, FIGURES[name].aspect).named_figure(name)
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
 
 
-def measure(task: Full) -> Distortion | Rejected:
-    """A CRS measured over a region, to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
+def measure(task: Full) -> tuple[float, Distortion] | Rejected:
+    """The figure of the ranking, and a CRS measured, to 1e-5 of its Airy-Kavrayskiy errors and of its means."""
     try:
         found = _begun(task, *_SEARCHED)
+        figures = found.figures()
+        name = _NAMES.get(task.ranking.essence)
+        value = found.figure(task.ranking) if name is None else figures[name]
         cut_km = cut_length(found.projection, task.region)
-        return Distortion(coverage=found.first.coverage, cut_km=cut_km, **found.figures())
+        return value, Distortion(coverage=found.first.coverage, cut_km=cut_km, **figures)
     except ProjectionError as error:
         return Rejected(task.code, task.name, str(error))
 
 
 def _projection(task: Full) -> Projection:
     return Projection.from_user_input(task.code) if task.code.startswith("+") else load_crs(task.code).projection
+
+
+_NAMES = {FIGURES[one.name].essence: one.name for one in fields(Distortion) if one.name in FIGURES}
 
 
 def _begun(task: Full, *parts: str) -> _Measurement:
@@ -192,7 +210,7 @@ def _inverse_area(J: FloatArray) -> FloatArray:
 
 
 _INVERSE = Measure("inverse_areal_scale", _inverse_area, kind="ratio")
-
+_VANISHES = {"angles": "conformal", "areas": "equal-area"}  # what figures of an aspect are of, and maps that have none
 
 # What has a mean to be resolved, and the property of maps for which it vanishes.
 _MEASURES = {_SCALE: "", _OMEGA: "conformal", _AREA_ERROR: "equal-area"}
@@ -216,7 +234,19 @@ class _Measurement:
     first: Samples
     parts: tuple[str, ...]
 
-    def figure(self, name: str) -> float:
+    def figure(self, figure: Figure) -> float:
+        """A figure that is no field of `Distortion`."""
+        if _VANISHES.get(figure.aspect) in self.task.keeps:
+            return figure(self._probed(), self.task.probe.weight)
+        if figure.is_maximum:
+            goal = Goal(figure.measure, figure.measure(self.first.jacobian))
+            return find_extremes(self.projection, self.task.region, self.first, [goal])[0].value
+        squares = figure.statistic == "rms"
+        term = _squared(figure.measure) if squares else figure.measure
+        value = self._mean_over(self._resolving([term]), term)
+        return value**0.5 if squares else value
+
+    def named_figure(self, name: str) -> float:
         """One field of `Distortion`; the largest scale error without the mean, which costs most."""
         return self._largest[_SCALE].value if name == "max_scale_error_ppm" else self.figures()[name]
 
@@ -271,8 +301,11 @@ class _Measurement:
     def _on_probe(self, one: Measure) -> tuple[float, float]:
         """The largest value and the mean at the probe's nodes."""
         inner = self.task.probe.weight > 0
-        values = one(jacobian(self.projection, self.task.probe.lon[inner], self.task.probe.lat[inner]))
+        values = one(self._probed()[inner])
         return float(np.nanmax(values)), mean(values, self.task.probe.weight[inner])
+
+    def _probed(self) -> FloatArray:
+        return jacobian(self.projection, self.task.probe.lon, self.task.probe.lat)
 
     @functools.cached_property
     def _largest(self) -> dict[Measure, Extreme]:
@@ -283,16 +316,21 @@ class _Measurement:
         return {goal.measure: extreme for goal, extreme in zip(goals, found, strict=True)}
 
     def _mean(self, one: Measure) -> float:
+        return self._mean_over(self._fine, one)
+
+    def _mean_over(self, samples: Samples, one: Integrand) -> float:
         """The mean over the area; NaN where it diverges."""
-        found, error = self._fine.mean(one(self._fine.jacobian), 0.0)
+        found, error = samples.mean(one(samples.jacobian), 0.0)
         return found if error <= _RESOLVED * found else np.nan
 
     @functools.cached_property
     def _fine(self) -> Samples:
-        """Samples that resolve the means: of integrands of the size of 1, whose kinks the mesh knows from rounding."""
-        measures = [one for one, kept in _MEASURES.items() if kept not in self.task.keeps]
-        levels = [self.first.mean(one(self.first.jacobian), 0.0)[0] for one in measures]
-        integrands = [_scaled(one, 1.0 / level) for one, level in zip(measures, levels, strict=True) if level > 0]
+        return self._resolving([one for one, kept in _MEASURES.items() if kept not in self.task.keeps])
+
+    def _resolving(self, terms: Sequence[Integrand]) -> Samples:
+        """Samples that resolve means: of integrands of the size of 1, whose kinks the mesh knows from rounding."""
+        levels = [self.first.mean(one(self.first.jacobian), 0.0)[0] for one in terms]
+        integrands = [_scaled(one, 1.0 / level) for one, level in zip(terms, levels, strict=True) if level > 0]
         return sample_panels(
             self.projection,
             self.task.region,
@@ -302,5 +340,9 @@ class _Measurement:
         )
 
 
-def _scaled(one: Measure, factor: float) -> Integrand:
+def _squared(one: Integrand) -> Integrand:
+    return lambda J: one(J) ** 2
+
+
+def _scaled(one: Integrand, factor: float) -> Integrand:
     return lambda J: factor * one(J)

@@ -10,18 +10,17 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from projdist.decisions.families import extent_of, sensible_families
-from projdist.decisions.objectives import OBJECTIVES
 from projdist.decisions.optimization import best_member
 from projdist.decisions.recommendation.candidates import Distortion, Full, Rejected, measure
-from projdist.decisions.recommendation.rankings import RANKINGS, properties, suits
+from projdist.decisions.recommendation.purposes import properties, suits
 from projdist.decisions.recommendation.trial_nodes import Probe
 from projdist.earth import WGS84
-from projdist.field import jacobian
+from projdist.field import FIGURES, Figure, jacobian
 from projdist.projections import ProjectionError
 from projdist.regions import Region
 from projdist.support import plain
 
-__all__ = ["Custom", "Design", "check_customizable", "design", "families_for"]
+__all__ = ["Custom", "Design", "design", "families_for"]
 
 _FAMILIES = {
     "equal-area": ("laea", "aea", "cea"),
@@ -29,10 +28,10 @@ _FAMILIES = {
     "equidistant": ("aeqd", "eqdc", "eqc"),
     "compromise": ("wintri", "airy"),
 }
-_LEVEL = RANKINGS["airy_kavrayskiy"]
+_LEVEL = FIGURES["airy_kavrayskiy"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Custom:
     """The best member of a family for a region: its PROJ string, parameters, and figures as a candidate has them."""
 
@@ -85,15 +84,8 @@ class Design:
     family: str
     region: Region
     probe: Probe
-    ranking: str
+    ranking: Figure
     purpose: str
-
-
-def check_customizable(ranking: str) -> None:
-    """Raise ValueError for a figure that no search makes small."""
-    if ranking not in OBJECTIVES:
-        names = ", ".join(name for name in RANKINGS if name in OBJECTIVES)
-        raise ValueError(f"Invalid criterion '{ranking}' for custom projections. It must be one of {names}.")
 
 
 def families_for(region: Region, purpose: str) -> list[str]:
@@ -108,7 +100,7 @@ def families_for(region: Region, purpose: str) -> list[str]:
 def design(task: Design) -> Custom | Rejected:
     """The best member of a family, measured in full."""
     try:
-        projection, parameters = best_member(task.family, task.region, OBJECTIVES[task.ranking], WGS84)
+        projection, parameters = best_member(task.family, task.region, task.ranking, WGS84)
         proj = projection.definition
         J = jacobian(projection, task.probe.lon, task.probe.lat)
     except ProjectionError as error:
@@ -117,7 +109,26 @@ def design(task: Design) -> Custom | Rejected:
     if not suits(keeps, task.purpose):
         return Rejected("", task.family, f"It is not {task.purpose} on the ellipsoid.")
     level = _LEVEL(J, task.probe.weight)
-    found = measure(Full(proj, task.family, task.region, task.probe, keeps, level, task.ranking))
+    found = measure(
+        Full(
+            code=proj,
+            name=task.family,
+            region=task.region,
+            probe=task.probe,
+            keeps=keeps,
+            level=level,
+            ranking=task.ranking,
+        )
+    )
     if isinstance(found, Rejected):
         return found
-    return Custom(task.family, projection.name, proj, parameters, getattr(found, task.ranking), found, keeps)
+    value, distortion = found
+    return Custom(
+        family=task.family,
+        name=projection.name,
+        proj=proj,
+        parameters=parameters,
+        value=value,
+        distortion=distortion,
+        keeps=keeps,
+    )

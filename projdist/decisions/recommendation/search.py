@@ -25,13 +25,14 @@ from projdist.decisions.recommendation.candidates import (
     settle,
     try_crs,
 )
-from projdist.decisions.recommendation.custom import Custom, Design, check_customizable, design, families_for
+from projdist.decisions.recommendation.custom import Custom, Design, design, families_for
 from projdist.decisions.recommendation.nations import home_of, named
-from projdist.decisions.recommendation.rankings import RANKINGS, Ranking, get_purpose, get_ranking, suits
+from projdist.decisions.recommendation.purposes import get_purpose, suits
 from projdist.decisions.recommendation.same_maps import Usage, by_usage, grouped
 from projdist.decisions.recommendation.standing import CLOSE, Key, Standing, is_close, is_own, is_wide, preferred, tiers
 from projdist.decisions.recommendation.trial_nodes import Lattice, Probe, probe_of
 from projdist.decisions.recommendation.zones import ENGINEERING_PPM, ZoneSystem, find_zones
+from projdist.field import FIGURES, AnyFigure, Figure, get_figure
 from projdist.projections import (
     AUTHORITIES,
     UNKNOWN,
@@ -43,7 +44,7 @@ from projdist.projections import (
     reasons_against,
 )
 from projdist.regions import PointSet, Region, RegionLike, get_region, main_part
-from projdist.support import check_whole_number, hints, own_executor, quoted, run_all
+from projdist.support import check_whole_number, hints, is_picklable, own_executor, quoted, run_all
 
 __all__ = ["AREAS", "Candidate", "Recommendation", "recommend"]
 
@@ -63,7 +64,7 @@ _HEAVY = 24  # trials that a custom projection takes as long as, at least
 
 _UTM = "WGS 84 / UTM zone "
 
-_LEVEL, _SCALE = RANKINGS["airy_kavrayskiy"], RANKINGS["max_scale_error_ppm"]
+_LEVEL, _SCALE = FIGURES["airy_kavrayskiy"], FIGURES["max_scale_error_ppm"]
 
 
 # ---- the question ---------------------------------------------------------------------------
@@ -73,7 +74,7 @@ def recommend(
     region: RegionLike,
     *,
     purpose: str = "any",
-    criterion: str = "airy_kavrayskiy",
+    criterion: AnyFigure = "airy_kavrayskiy",
     authorities: Sequence[str] = AUTHORITIES[:2],
     datum: str | None = None,
     area: str = "preferred",
@@ -96,8 +97,10 @@ def recommend(
         answer is for the main part.
     purpose : str
         What the map must keep, as its field shows it: any, equal-area, conformal, equidistant or compromise.
-    criterion : str
-        What to rank by, one of `projdist.decisions.RANKINGS`.
+    criterion : str, Figure, Measure or callable
+        What to rank by: a name in `FIGURES`; or a function of Jacobians J (n, 2, 2) that gives values (n,) never below
+        0, by whose mean over the area; or whatever else `get_figure` takes. What cannot be pickled, as a lambda, is
+        measured in this process only.
     authorities : sequence of str
         Whose CRSs to look at, of EPSG, ESRI and IGNF; by default the first two.
     datum : str, optional
@@ -126,8 +129,8 @@ def recommend(
     Raises
     ------
     ValueError
-        For an unknown region, purpose, criterion, authority, datum or area, for a set of points, a limit below 1, and a
-        criterion that `custom` cannot make small.
+        For an unknown region, purpose, criterion, authority, datum or area, for a set of points, and a limit
+        below 1.
 
     References
     ----------
@@ -146,18 +149,19 @@ def recommend(
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
     place = main_part(given) if given.far else given
     assert not isinstance(place, PointSet)
-    ranking = get_ranking(criterion)
+    ranking = get_figure(criterion)
     search = _Search(place, get_purpose(purpose), ranking, _check_area(area), _check_limit(limit), progress)
     records = crs_records(check_authorities(authorities), deprecated=deprecated)
     search.uninterrupted = uninterrupted
     if custom:
-        check_customizable(ranking.of.name)
         search.families = families_for(place, search.purpose)
     search.choose(records)
     if place is not given:
         search.notes.append(f"The answer is for the main part, {place.name}.")
     if executor is not None:
         return search.run(executor, datum)
+    if not is_picklable(ranking):
+        return search.run(None, datum)
     with own_executor(len(search.records) + _HEAVY * len(search.families)) as pool:
         return search.run(pool, datum)
 
@@ -183,11 +187,16 @@ class _Map:
     weight: float  # what its figure counts
     level: float  # its Airy-Kavrayskiy error by its trial
     key: Key = (np.inf, np.inf)  # what it counts by its figure in full, then by its level
-    result: Distortion | None = None
+    result: tuple[float, Distortion] | None = None  # the figure in full, and all that is told of it
 
     @property
     def first(self) -> Finding:
         return self.members[0]
+
+    @property
+    def found(self) -> tuple[float, Distortion]:
+        assert self.result is not None
+        return self.result
 
     @property
     def trial(self) -> tuple[float, float]:
@@ -202,7 +211,7 @@ class _Search:
         self,
         region: Region,
         purpose: str,
-        ranking: Ranking,
+        ranking: Figure,
         area: str,
         limit: int | None,
         progress: Progress | None,
@@ -269,7 +278,7 @@ class _Search:
         unfit = reasons_against(self.records)
         self.rejected += [Rejected(code, self.records[code].name, reason) for code, reason in unfit.items()]
         trials = [
-            Trial(code, record.name, self.probe, self.ranking.of.name)
+            Trial(code, record.name, self.probe, self.ranking)
             for code, record in self.records.items()
             if code not in unfit
         ]
@@ -289,7 +298,7 @@ class _Search:
         return Recommendation(
             region=self.region,
             purpose=self.purpose,
-            criterion=self.ranking.of.name,
+            criterion=self.ranking.name,
             area=self.area,
             results=tuple(self._candidate(one, custom) for one in best),
             rejected=tuple(self.rejected),
@@ -328,12 +337,12 @@ class _Search:
         held = np.any([self.united[one.code] for one in members], axis=0)
         first, national = members[0], any(usages[one.code].national for one in members)
         return Standing(
-            self._share(held),
-            national,
-            not national and all(is_wide(self.records[one.code], self.region.area_km2) for one in members),
-            usages[first.code].special,
-            usages[first.code].since,
-            first.datum,
+            share=self._share(held),
+            national=national,
+            wide=not national and all(is_wide(self.records[one.code], self.region.area_km2) for one in members),
+            special=usages[first.code].special,
+            since=usages[first.code].since,
+            datum=first.datum,
         )
 
     def _level(self, one: Finding) -> float:
@@ -342,21 +351,21 @@ class _Search:
 
     def _size(self, one: Finding) -> float:
         """The figure by the trial, or the level where that is no more than rounding."""
-        return self.ranking.told(one.value) or self._level(one)
+        return self.ranking.without_rounding(one.value) or self._level(one)
 
     def _custom(
         self, executor: Executor | None, progress: Callable[[int], None] | None
     ) -> tuple[tuple[Custom, ...], tuple[Rejected, ...]]:
         """The best member of each family, best first, and families without one."""
-        tasks = [Design(name, self.region, self.probe, self.ranking.of.name, self.purpose) for name in self.families]
+        tasks = [Design(name, self.region, self.probe, self.ranking, self.purpose) for name in self.families]
         found = run_all(executor, design, tasks, progress)
         custom = [one for one in found if isinstance(one, Custom)]
-        custom.sort(key=lambda one: (self.ranking.told(_number(one.value)), one.distortion.airy_kavrayskiy))
+        custom.sort(key=lambda one: (self.ranking.without_rounding(_number(one.value)), one.distortion.airy_kavrayskiy))
         return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
 
     def _best(self, maps: list[_Map], executor: Executor | None, before: int, total: int) -> list[_Map]:
         """The best maps in order: figures in full until no other can be among them, then all that is told of them."""
-        margins = [_MAXIMUM_MARGIN if self.ranking.of.is_maximum else _MEAN_MARGIN, _MEAN_MARGIN]
+        margins = [_MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN, _MEAN_MARGIN]
         wanted = len(maps) if self.limit is None else min(self.limit, len(maps))
         waiting = sorted(maps, key=lambda one: self._told(*one.trial))
         done: list[_Map] = []
@@ -394,7 +403,7 @@ class _Search:
 
     def _told(self, figure: float, level: float) -> tuple[float, float]:
         """What maps are ordered by: figures that are no more than rounding are a tie, and the levels decide."""
-        return self.ranking.told(figure), level
+        return self.ranking.without_rounding(figure), level
 
     def _may_reach(self, least: Key, one: _Map, margins: Sequence[float]) -> bool:
         """Whether a map may come before the best of a tier, or close to it."""
@@ -428,19 +437,19 @@ class _Search:
         maps: list[_Map],
         executor: Executor | None,
         progress: Callable[[int], None] | None = None,
-        ranking: Ranking | None = None,
+        ranking: Figure | None = None,
     ) -> list[Any]:
         """A measurement of each map, for the figure of the search or another."""
         tasks = [
             Full(
-                one.first.code,
-                self.records[one.first.code].name,
-                self.region,
-                self.probe,
-                one.first.keeps,
-                one.level,
-                (ranking or self.ranking).of.name,
-                self.uninterrupted,
+                code=one.first.code,
+                name=self.records[one.first.code].name,
+                region=self.region,
+                probe=self.probe,
+                keeps=one.first.keeps,
+                level=one.level,
+                ranking=ranking or self.ranking,
+                uninterrupted=self.uninterrupted,
             )
             for one in maps
         ]
@@ -467,7 +476,7 @@ class _Search:
                 self.lattice,
                 records,
                 self.facts,
-                self.ranking.of.name,
+                self.ranking,
                 least,
                 executor,
                 national=records is not utm,
@@ -489,33 +498,32 @@ class _Search:
         (figure,) = self._run(settle, [one], executor)
         if isinstance(figure, Rejected):
             return []
-        first, name = best[0], self.ranking.of.name
+        first, name = best[0], self.ranking.name
         counts = f"{one.first.code}, the best of those of {self.home}, counts {one.weight * figure:.5g} by {name}"
-        return [f"{counts}, {first.first.code} {first.weight * getattr(first.result, name):.5g}."]
+        return [f"{counts}, {first.first.code} {first.weight * first.found[0]:.5g}."]
 
     def _candidate(self, one: _Map, custom: tuple[Custom, ...]) -> Candidate:
         record = self.records[one.first.code]
-        assert one.result is not None
-        value = getattr(one.result, self.ranking.of.name)
+        value, distortion = one.found
         least = custom[0].value if custom else None
         return Candidate(
-            record.code,
-            record.name,
-            one.first.conversion[0],
-            one.first.datum,
-            value,
-            one.weight * value,
-            one.result,
-            one.first.keeps,
-            one.standing.share,
-            one.standing.national,
-            one.standing.wide,
-            one.standing.since or None,
-            record.area_of_use,
-            record.area_name,
-            tuple((other.code, self.records[other.code].name) for other in one.members[1:]),
-            value / least if least is not None and least > self.ranking.of.rounding else None,
-            value - least if least is not None else None,
+            code=record.code,
+            name=record.name,
+            method=one.first.conversion[0],
+            datum=one.first.datum,
+            value=value,
+            ranked=one.weight * value,
+            distortion=distortion,
+            keeps=one.first.keeps,
+            share=one.standing.share,
+            national=one.standing.national,
+            wide=one.standing.wide,
+            datum_since=one.standing.since or None,
+            area_of_use=record.area_of_use,
+            area_name=record.area_name,
+            same=tuple((other.code, self.records[other.code].name) for other in one.members[1:]),
+            ratio_to_custom=value / least if least is not None and least > self.ranking.rounding else None,
+            difference_to_custom=value - least if least is not None else None,
         )
 
 

@@ -31,7 +31,7 @@ Key = tuple[float, float]
 """What maps are ordered by: a figure, 0 for one that is no more than rounding, and the level that decides then."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Standing:
     """A map by its CRSs: the `share` of the region in their areas of use, together; whether one is the country's own.
 

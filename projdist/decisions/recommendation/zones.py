@@ -12,6 +12,7 @@ from projdist._typing import BoolArray
 from projdist.decisions.recommendation.candidates import Finding, Full, Rejected, Trial, settle, try_crs
 from projdist.decisions.recommendation.same_maps import datum_root
 from projdist.decisions.recommendation.trial_nodes import Area, Lattice, Probe, probe_of
+from projdist.field import FIGURES, Figure
 from projdist.projections import CrsRecord, Facts
 from projdist.regions import Box, PointSet, Region
 from projdist.support import plain, run_all
@@ -27,6 +28,7 @@ _MOST = 80  # zones of a system: Russia has 29 of six degrees, and 55 of three
 _SHOWN = 3  # systems
 _SLIVER = 0.005  # of the region: less does not make a system another one
 _CYLINDRICAL, _SCALE_FACTOR = (9807, 9808), 8805  # EPSG's codes of Transverse Mercator, north and south, and its scale
+_PPM = FIGURES["max_scale_error_ppm"]
 _LEVEL = 1e-4  # what the Airy-Kavrayskiy error of a zone is, about
 
 # What differs in the names of zones of one system: numbers, also Roman, with what they are degrees or halves of.
@@ -101,7 +103,7 @@ def find_zones(
     lattice: Lattice,
     records: Sequence[CrsRecord],
     facts: Mapping[str, Facts],
-    ranking: str,
+    ranking: Figure,
     above_ppm: float,
     executor: Executor | None,
     *,
@@ -114,7 +116,7 @@ def find_zones(
     """
     systems = _systems(records, facts, lattice)
     trials = [
-        Trial(record.code, record.name, _probe(lattice, held), "max_scale_error_ppm")
+        Trial(record.code, record.name, _probe(lattice, held), _PPM)
         for system in systems
         for record, held in zip(system.records, system.held, strict=True)
         if held.any()
@@ -241,21 +243,28 @@ def _in_force(systems: list[_System], found: Mapping[str, Finding | Rejected]) -
 
 
 def _measured(
-    region: Region, lattice: Lattice, system: _System, ranking: str, executor: Executor | None, national: bool
+    region: Region, lattice: Lattice, system: _System, ranking: Figure, executor: Executor | None, national: bool
 ) -> ZoneSystem | None:
     """A system with the figures of its zones that meet the region, each over the region's part in its area of use."""
     found = {record.code: _part(region, record.area_of_use) for record in system.records}
     parts = {code: part for code, part in found.items() if part is not None}
     meeting = [record for record in system.records if record.code in parts]
-    names = dict.fromkeys((ranking, "max_scale_error_ppm"))
     probes = {
         record.code: _probe(lattice, held) if held.any() else probe_of(parts[record.code])
         for record, held in zip(system.records, system.held, strict=True)
         if record.code in parts
     }
     tasks = [
-        Full(record.code, record.name, parts[record.code], probes[record.code], ("conformal",), _LEVEL, name)
-        for name in names
+        Full(
+            code=record.code,
+            name=record.name,
+            region=parts[record.code],
+            probe=probes[record.code],
+            keeps=("conformal",),
+            level=_LEVEL,
+            ranking=figure,
+        )
+        for figure in dict.fromkeys((ranking, _PPM))
         for record in meeting
     ]
     settled = run_all(executor, settle, tasks)
