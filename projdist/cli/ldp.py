@@ -15,7 +15,7 @@ from projdist.cli.formats import csv_text, json_text, notes_text, table_text
 from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, choice, number, region_of
 from projdist.cli.output import emit, wrote
 from projdist.cli.pictures import PictureFile, picture_of
-from projdist.decisions import LDP, LDP_CRITERIA, LDP_FAMILIES, HeightStatistics, ldp, read_heights
+from projdist.decisions import LDP, LDP_FAMILIES, HeightStatistics, ldp, read_heights
 from projdist.projections import ProjectionError, number_text
 from projdist.regions import PointSet
 
@@ -44,8 +44,8 @@ def ldp_command(
         typer.Option(
             "--criterion",
             "-c",
-            metavar="|".join(LDP_CRITERIA),
-            help="The most points within the target, the least largest distortion, or the least RMS.",
+            metavar="NAME",
+            help="share (the most points within the target), max_scale_error_ppm, rms_scale_error_ppm, ...",
         ),
     ] = "share",
     target_ppm: Annotated[str, typer.Option(metavar="PPM", help="The target of the share.")] = "20",

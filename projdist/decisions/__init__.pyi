@@ -10,7 +10,6 @@ from .recommendation.standing import CLOSE, WIDE_FACTOR
 from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
 from .surveying import (
     LDP,
-    LDP_CRITERIA,
     LDP_FAMILIES,
     HeightStatistics,
     distortion_ppm,
@@ -26,7 +25,6 @@ __all__ = [
     "FAMILIES",
     "INTERRUPTED",
     "LDP",
-    "LDP_CRITERIA",
     "LDP_FAMILIES",
     "OUTSIDE",
     "PURPOSES",

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from projdist import plots
 from projdist.cli.app import app
 from projdist.decisions.surveying import LDP, ldp
+from projdist.decisions.surveying.criteria import goal_of
 from projdist.decisions.surveying.ground import statistics_of
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
@@ -52,7 +53,8 @@ def test_json() -> None:
 @pytest.mark.slow
 def test_table(heights: Path) -> None:
     """Parameters in degrees, minutes and seconds; statistics of all maps; that heights are ellipsoidal."""
-    code, out, err = run(SEA, "--heights", str(heights), "--against", "EPSG:32624", "--criterion", "rms", *QUICK)
+    words = ["--against", "EPSG:32624", "--criterion", "rms_scale_error_ppm", *QUICK]
+    code, out, err = run(SEA, "--heights", str(heights), *words)
     assert (code, err) == (0, "")
     for words in (
         "lon_0",
@@ -157,15 +159,20 @@ def test_simpler_maps(level: LDP) -> None:
     """An oblique map that holds hardly more of the points is told of a simpler one; one that holds more is not."""
     ppm, weight = np.array([1.0, 3.0, 30.0, 40.0]), np.full(4, 0.25)
     mine = replace(level, ppm=ppm, weight=weight, statistics=statistics_of(ppm, weight, [20.0]))
-    oblique = replace(mine, family="omerc", criterion="share", target_ppm=20.0, others=(mine,))
+    oblique = replace(mine, family="omerc", goal=goal_of("share", 20.0, 1e-6), others=(mine,))
     assert oblique.simpler is mine
     assert oblique.notes == (
         "A simpler map is nearly as good: tmerc has 50.0 % within 20 ppm, RMS 25.05 ppm; "
         "this has 50.0 % within 20 ppm, RMS 25.05 ppm.",
     )
     worse = replace(mine, ppm=2.0 * ppm)
-    assert replace(oblique, criterion="rms", others=(worse,)).simpler is None
-    assert replace(oblique, criterion="minimax", others=(replace(mine, ppm=1.04 * ppm),)).simpler is not None
+    assert replace(oblique, goal=goal_of("rms_scale_error_ppm", 20.0, 1e-6), others=(worse,)).simpler is None
+    assert (
+        replace(
+            oblique, goal=goal_of("max_scale_error_ppm", 20.0, 1e-6), others=(replace(mine, ppm=1.04 * ppm),)
+        ).simpler
+        is not None
+    )
     assert mine.simpler is None
     assert mine.notes == ()
 

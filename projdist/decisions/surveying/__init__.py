@@ -1,13 +1,11 @@
 """Surveying: distances on the ground, and the maps on which they are nearly true."""
 
-from projdist.decisions.surveying.criteria import LDP_CRITERIA
 from projdist.decisions.surveying.design import LDP, LDP_FAMILIES, ldp
 from projdist.decisions.surveying.ground import HeightStatistics, distortion_ppm, elevation_factor
 from projdist.decisions.surveying.heights import read_heights
 
 __all__ = [
     "LDP",
-    "LDP_CRITERIA",
     "LDP_FAMILIES",
     "HeightStatistics",
     "distortion_ppm",

@@ -158,6 +158,6 @@ def _starts(axis: Axis, goal: Goal, ground: Ground) -> list[FloatArray]:
         return np.nan_to_num(np.stack([q, -q]), nan=1.0)
 
     starts = [minimise(squares, axis.low, axis.high, worst=False, count=_SMOOTH).place]
-    if goal.criterion == "minimax":
+    if goal.figure is not None and goal.figure.is_maximum:
         starts.append(minimise(extremes, axis.low, axis.high, worst=True, count=_SMOOTH).place)
     return starts + list(axis.low + lattice(axis.low.size, _LATTICE) * (axis.high - axis.low))

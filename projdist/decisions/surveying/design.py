@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 from projdist._typing import FloatArray
 from projdist.decisions.families import Extent, extent_of, usual_crs
 from projdist.decisions.surveying.axes import Axis, best_place
-from projdist.decisions.surveying.criteria import LDP_CRITERIA, Goal
+from projdist.decisions.surveying.criteria import Goal, goal_of
 from projdist.decisions.surveying.ground import Ground, HeightStatistics, ground_of, statistics_of
+from projdist.field import AnyFigure
 from projdist.projections import (
     Projection,
     ProjectionLike,
@@ -27,7 +28,7 @@ from projdist.projections import (
     with_parameters,
 )
 from projdist.regions import Place, RegionLike, get_region
-from projdist.support import Answer, check_choice, check_number, check_text, listed_values
+from projdist.support import Answer, check_number, check_text, listed_values
 
 __all__ = ["LDP", "LDP_FAMILIES", "ldp"]
 
@@ -52,8 +53,7 @@ class LDP(Answer):
 
     region: Place
     family: str
-    criterion: str
-    target_ppm: float
+    goal: Goal
     parameters: dict[str, float]
     projection: Projection
     wkt: str | None
@@ -66,6 +66,16 @@ class LDP(Answer):
     height: FloatArray = field(repr=False, compare=False)
     weight: FloatArray = field(repr=False, compare=False)
     ppm: FloatArray = field(repr=False, compare=False)
+
+    @property
+    def criterion(self) -> str:
+        """The name of what it is best by."""
+        return self.goal.name
+
+    @property
+    def target_ppm(self) -> float:
+        """Within which the share of the points is counted."""
+        return self.goal.target
 
     @property
     def proj(self) -> str:
@@ -81,9 +91,9 @@ class LDP(Answer):
         simple = [one for one in self.others if one.family in _SIMPLE]
         if self.family in _SIMPLE or not simple:
             return None
-        best, goal = simple[0], Goal(self.criterion, self.target_ppm, 0.0)
-        mine, its = (goal.order(one.ppm, one.weight)[0] for one in (self, best))
-        near = its <= mine + _NEARLY_SHARE if self.criterion == "share" else its <= _NEARLY * mine
+        best = simple[0]
+        mine, its = (self.goal.order(one.ppm, one.weight)[0] for one in (self, best))
+        near = its <= mine + _NEARLY_SHARE if self.goal.figure is None else its <= _NEARLY * mine
         return best if near else None
 
     @property
@@ -136,7 +146,7 @@ def ldp(
     heights: ArrayLike | None = None,
     height: float | None = None,
     families: Sequence[str] = LDP_FAMILIES,
-    criterion: str = "share",
+    criterion: AnyFigure = "share",
     target_ppm: float = 20.0,
     round_k: float = 1e-6,
     round_axis: float = 1 / 60,
@@ -157,8 +167,10 @@ def ldp(
         The ellipsoidal height of the whole region in metres, within -500 and 9000.
     families : sequence of str
         Of tmerc, lcc and omerc.
-    criterion : str
-        share (the most points within `target_ppm`), minimax (the least largest distortion) or rms.
+    criterion : str, Figure, Measure or callable
+        share (the most points within `target_ppm`), or what to make small: a figure that conformal maps have at a
+        scale, such as max_scale_error_ppm (the largest distortion) or rms_scale_error_ppm; or a function of Jacobians
+        J (n, 2, 2), here the combined factors times the unit matrix, as `get_figure` takes it.
     target_ppm : float
         In ppm, above 0 and at most 1e5.
     round_k : float
@@ -200,12 +212,13 @@ def ldp(
     families, against = listed_values(families), listed_projections(against)
     if name is not None:
         check_text("name", name)
-    _check(families, criterion, target_ppm, round_k, round_axis)
+    _check(families, target_ppm, round_k, round_axis)
+    goal = goal_of(criterion, target_ppm, round_k)
     ground = ground_of(area, surface, heights, height)
     extent = extent_of(area)
     if extent.radius > _WIDEST:
         raise ValueError(f"Invalid region '{area.name}'. It must reach no farther than {_WIDEST:g} degrees.")
-    design = _Design(area, extent, ground, ground.fewer(area), Goal(criterion, target_ppm, round_k), round_axis)
+    design = _Design(area, extent, ground, ground.fewer(area), goal, round_axis)
     found = sorted((design.best(family) for family in families), key=design.order)
     best = min((one for one in found if design.is_as_good(one, found[0])), key=lambda one: families.index(one.family))
     wkt, esri = (
@@ -225,10 +238,9 @@ def _crs_name(found: LDP) -> str:
     return f"{found.projection.name} for {found.region.name}, low distortion"
 
 
-def _check(families: Sequence[str], criterion: str, target: float, round_k: float, round_axis: float) -> None:
+def _check(families: Sequence[str], target: float, round_k: float, round_axis: float) -> None:
     if not families or any(check_text("family", family) not in LDP_FAMILIES for family in families):
         raise ValueError(f"Invalid families '{','.join(families)}'. They must be of {', '.join(LDP_FAMILIES)}.")
-    check_choice("criterion", criterion, LDP_CRITERIA)
     for thing, value in (("target", target), ("rounding of k_0", round_k), ("rounding of the axis", round_axis)):
         check_number(thing, value)
     if not 0 < target <= 1e5:
@@ -267,7 +279,7 @@ class _Design:
     def is_as_good(self, one: LDP, best: LDP) -> bool:
         """Whether a map is as good as the best for every purpose."""
         mine, theirs = self.order(one), self.order(best)
-        slack = 0.0 if self.goal.criterion == "share" else _SAME
+        slack = 0.0 if self.goal.figure is None else _SAME if self.goal.figure.unit == "ppm" else 1e-6 * _SAME
         return mine[0] <= theirs[0] + slack and (mine[1] <= theirs[1] + _SAME or slack > 0.0)
 
     def statistics(self, ppm: FloatArray) -> HeightStatistics:
@@ -287,8 +299,7 @@ class _Design:
         return LDP(
             region=self.region,
             family=family,
-            criterion=self.goal.criterion,
-            target_ppm=self.goal.target,
+            goal=self.goal,
             parameters={key: float(number_text(value)) for key, value in values.items()},
             projection=projection,
             wkt=None,
