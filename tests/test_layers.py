@@ -48,7 +48,7 @@ HOMES = {
     "rasterio": {"gis", "decisions.surveying.heights"},
     "distributed": {"support.executors"},
     "scipy": {
-        *("numerics.minima", "matrices.measures", "regions.parts", "answers.published_indices"),
+        *("numerics.minima", "matrices.measures", "regions.parts"),
         *("applications.oldmaps.field", "applications.pointclouds.icp", "applications.mosaics.homographies"),
         *("surfaces.tissot_ellipses", "plots.oldmaps"),
     },

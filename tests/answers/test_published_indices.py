@@ -13,7 +13,7 @@ import scipy.integrate
 import scipy.optimize
 from scipy.special import ellipe
 
-from projdist import Projection, distance_distortion
+from projdist import FIGURES, Projection, distance_distortion, sample
 from projdist.answers.published_indices import (
     GROUPS,
     INDICES,
@@ -461,3 +461,16 @@ def test_cuts_are_of_the_globe():
         found = boundary_cuts(ScaledField(mercator, region, SimpleNamespace(coverage=coverage)), 1.0)
         assert math.isnan(found.value)
         assert math.isnan(found.error)
+
+
+def test_names_are_those_of_figures() -> None:
+    """An index with the name of a figure is that figure, of the field that all figures are of."""
+    belt = "box:-20,0,20,60"
+    found = indices("eck4", belt)
+    field = sample("eck4", belt, measures=[figure.measure for figure in FIGURES.values()])
+    same = [name for name in INDICES if name in FIGURES]
+    assert len(same) >= 9
+    for name in same:
+        assert INDICES[name].figure is FIGURES[name]
+        assert found[name].value == pytest.approx(field.figure(name).value, rel=1e-5), name
+    assert found["canters_an"].value == pytest.approx(field.figure("mean_omega").value, rel=1e-5)

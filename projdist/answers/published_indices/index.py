@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.field import UNDEFINED_AT_KINKS, Goal, Samples, dense, find_extremes
+from projdist.field import UNDEFINED_AT_KINKS, Figure, Goal, Samples, dense, find_extremes
 from projdist.matrices import get_measure, principal_scales
 from projdist.numerics import Estimate
 from projdist.projections import Projection
@@ -100,7 +100,7 @@ class ScaledField:
         return a, b, weights / weights.sum()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Index:
     """A published index of a whole map.
 
@@ -109,6 +109,7 @@ class Index:
     and b whose means it needs, `kinked` where those have kinks that move with the scale; `second_order` are the
     measures of second derivatives. `band` are the latitudes, to either side of the equator, to which the index
     restricts the globe, and `published_within` those over which the published figures come out, where it does not.
+    `figure` is the one of `FIGURES` that it is made of, if it is made of one.
     """
 
     name: str
@@ -124,6 +125,7 @@ class Index:
     band: float | None = None
     published_within: float | None = None
     kinked: bool = False
+    figure: Figure | None = None
 
     @property
     def published_over(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 
@@ -9,55 +10,26 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers.published_indices.index import ScaledField, Scales
-from projdist.matrices import angular_distortion, jordan
-from projdist.numerics import Estimate
+from projdist.field import FIGURES, Figure
+from projdist.numerics import Estimate, least_between
 
 Value = Callable[[ScaledField, float], Estimate]
 
 # ---- functions of the scales ----------------------------------------------------------------
 
 
-def airy(a: FloatArray, b: FloatArray) -> FloatArray:
-    """((a - 1)^2 + (b - 1)^2) / 2."""
-    return 0.5 * ((a - 1.0) ** 2 + (b - 1.0) ** 2)
-
-
-def balance(a: FloatArray, b: FloatArray) -> FloatArray:
-    """((a / b - 1)^2 + (a b - 1)^2) / 2."""
-    return 0.5 * ((a / b - 1.0) ** 2 + (a * b - 1.0) ** 2)
-
-
-def kavrayskiy(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(ln^2 a + ln^2 b) / 2."""
-    return 0.5 * (np.log(a) ** 2 + np.log(b) ** 2)
-
-
-def weighted(angles: float, areas: float) -> Scales:
-    """(p ln^2(a/b) + q ln^2(ab)) / (p + q)."""
+@functools.cache
+def term_of(figure: Figure) -> Scales:
+    """What a figure is the mean of, or the root of the mean of."""
 
     def term(a: FloatArray, b: FloatArray) -> FloatArray:
-        return (angles * np.log(a / b) ** 2 + areas * np.log(a * b) ** 2) / (angles + areas)
+        values = figure.measure(np.stack([a, b], axis=-1)[..., None] * np.eye(2))
+        return values**2 if figure.statistic == "rms" else values
 
     return term
 
 
-def jordan_squared(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The mean over all directions of (scale - 1)^2."""
-    J = np.zeros((*a.shape, 2, 2))
-    J[..., 0, 0], J[..., 1, 1] = a, b
-    return jordan(J) ** 2
-
-
-def jordan_kavrayskiy(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The mean over all directions of ln^2 of the scale.
-
-    In the direction z the scale is (a + b) / 2 times |1 + n exp(2 i z)|, n = (a - b) / (a + b), whose logarithm has the
-    Fourier coefficients n^k / k: the mean of its square is half a dilogarithm.
-    """
-    from scipy.special import spence  # imported here: scipy is slow to load, and few need it
-
-    n = (a - b) / (a + b)
-    return np.asarray(np.log(0.5 * (a + b)) ** 2 + 0.5 * spence(1.0 - n * n))
+jordan_squared, omega = term_of(FIGURES["jordan"]), term_of(FIGURES["mean_omega"])
 
 
 def log_mean_scale(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -73,33 +45,6 @@ def log_area(a: FloatArray, b: FloatArray) -> FloatArray:
 def log_area_squared(a: FloatArray, b: FloatArray) -> FloatArray:
     """ln^2(a b)."""
     return np.log(a * b) ** 2
-
-
-def log_shape(a: FloatArray, b: FloatArray) -> FloatArray:
-    """ln(a / b)."""
-    return np.log(a / b)
-
-
-def log_shape_squared(a: FloatArray, b: FloatArray) -> FloatArray:
-    """ln^2(a / b)."""
-    return np.log(a / b) ** 2
-
-
-def omega(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The maximum angular deformation in degrees."""
-    J = np.zeros((*a.shape, 2, 2))
-    J[..., 0, 0], J[..., 1, 1] = a, b
-    return angular_distortion(J)
-
-
-def relative_area(a: FloatArray, b: FloatArray) -> FloatArray:
-    """By how much areas are too large or too small, max(s, 1/s) - 1."""
-    return np.maximum(a * b, 1.0 / (a * b)) - 1.0
-
-
-def relative_scales(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The same of both principal scales, their mean."""
-    return 0.5 * (np.maximum(a, 1.0 / a) + np.maximum(b, 1.0 / b)) - 1.0
 
 
 def _total(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -121,14 +66,15 @@ def _area_squared(a: FloatArray, b: FloatArray) -> FloatArray:
 # ---- what becomes of them -------------------------------------------------------------------
 
 
-def mean_of(term: Scales, unit: float = 1.0) -> Value:
-    """The mean of a term, in units of its own."""
-    return lambda field, scale: Estimate(*(unit * part for part in field.mean(term, scale)))
+def value_of(figure: Figure, factor: float = 1.0) -> Value:
+    """A figure of a field, times a factor."""
+    term = term_of(figure)
 
+    def value(field: ScaledField, scale: float) -> Estimate:
+        found = field.mean(term, scale)
+        return Estimate(*(factor * part for part in (found.root() if figure.statistic == "rms" else found)))
 
-def rms_of(term: Scales, factor: float = 1.0) -> Value:
-    """The root of the mean of a term times a factor."""
-    return lambda field, scale: Estimate(*(factor * part for part in field.mean(term, scale))).root()
+    return value
 
 
 def deviation_of_log_area(field: ScaledField, scale: float) -> Estimate:
@@ -258,32 +204,17 @@ def best_for_share(field: ScaledField) -> float:
     return math.exp(-0.5 * middle)
 
 
-_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-_REACH, _STEPS = 3.0, 36  # of ln scale to either side of the geometric mean; to 2e-7, the value to its square
+_REACH = 3.0  # of ln scale to either side of the geometric mean
 
 
-def searched(term: Scales) -> Callable[[ScaledField], float]:
-    """The scale that makes the mean of a term least, which is a convex function of its logarithm: golden section."""
+def searched(figure: Figure) -> Callable[[ScaledField], float]:
+    """The scale that makes the mean of a term least, which is a convex function of its logarithm."""
+    term = term_of(figure)
 
     def best(field: ScaledField) -> float:
-        def mean(x: float) -> float:
-            return field.sum(term, math.exp(x))
-
-        middle = math.log(best_for_logarithms(field))
         if not math.isfinite(field.mean(term).value):
             return math.nan
-        low, high = middle - _REACH, middle + _REACH
-        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        at_left, at_right = mean(left), mean(right)
-        for _ in range(_STEPS):
-            if at_left <= at_right:
-                high, right, at_right = right, left, at_left
-                left = high - _GOLDEN * (high - low)
-                at_left = mean(left)
-            else:
-                low, left, at_left = left, right, at_right
-                right = low + _GOLDEN * (high - low)
-                at_right = mean(right)
-        return math.exp(0.5 * (low + high))
+        middle = math.log(best_for_logarithms(field))
+        return math.exp(least_between(lambda x: field.sum(term, math.exp(x)), middle - _REACH, middle + _REACH))
 
     return best
