@@ -17,7 +17,7 @@ PACKAGE = Path(projdist.__file__).parent
 
 # The table of docs/how_it_works.md. Each room imports another only through that room's face, its `__init__`.
 WAIST = {"support", "numerics", "matrices", "earth", "projections", "regions"}
-BELOW_PLOTS = {*WAIST, "field", "answers", "decisions", "applications", "surfaces"}
+BELOW_PLOTS = {*WAIST, "field", "answers", "decisions", "designs", "applications", "surfaces"}
 MAY_IMPORT = {
     "support": set(),
     "earth": set(),
@@ -28,6 +28,7 @@ MAY_IMPORT = {
     "field": WAIST,
     "answers": {*WAIST, "field"},
     "decisions": {*WAIST, "field", "answers"},
+    "designs": {*WAIST, "field", "answers", "decisions"},
     "applications": {"support", "numerics", "matrices", "projections"},
     "surfaces": {"numerics", "matrices", "earth", "projections", "regions", "field", "support"},
     "plots": BELOW_PLOTS,

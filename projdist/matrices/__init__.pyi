@@ -1,5 +1,6 @@
 from . import spd
 from .decomposition import Decomposition, decompose
+from .energies import EXPONENT, Energy, Expansion
 from .mean_transformation import MDT, check_weights, field_mdt, mdt
 from .measures import (
     MEASURES,
@@ -23,10 +24,13 @@ from .rotations import ROTATIONS, Rotation, axes_shift, field_rotation, mean_rot
 from .spd import factor_distance
 
 __all__ = [
+    "EXPONENT",
     "MDT",
     "MEASURES",
     "ROTATIONS",
     "Decomposition",
+    "Energy",
+    "Expansion",
     "Measure",
     "Rotation",
     "angular_distortion",

@@ -14,7 +14,16 @@ import numpy as np
 
 from projdist._typing import FloatArray
 
-__all__ = ["Minimum", "descend", "descend_lattice", "lattice", "least_between", "minimise"]
+__all__ = [
+    "Minimum",
+    "descend",
+    "descend_lattice",
+    "lattice",
+    "least_between",
+    "least_largest",
+    "least_squares",
+    "minimise",
+]
 
 Terms = Callable[[FloatArray], FloatArray]
 _STARTS = 4
@@ -23,6 +32,8 @@ _STEP = 1e-5  # of the box, for central differences of terms that are good to 1e
 _REACH, _MOST_STEPS = 0.1, 40  # of the steps of a descent: the first in widths of the box, and their number
 _ROUNDING = 1e-9  # of a maximum
 _ACTIVE = 200  # terms of a group that a linear programme sees
+_MOST_ROUNDS, _GAINED = 100, 1e-10  # of least squares: the share of the sum that the last round gains at least
+_DAMPING = 1e-3
 _AT_EDGE = 1e-4  # of the box: descents stay inside it, and the edge itself is tried
 
 
@@ -219,3 +230,59 @@ def _linear_step(terms: FloatArray, slopes: FloatArray, place: FloatArray, radiu
     if found.status != 0:
         return np.zeros(dimensions), np.inf
     return np.asarray(found.x[:dimensions]), float(found.fun)
+
+
+def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
+    """The x (m,) for which the largest |values + columns x| is least, columns (n, m): a linear programme.
+
+    It sees some of the rows at first, and then those that rise above its optimum, until none does (E. Remez, 1934).
+    """
+    from scipy.optimize import linprog  # as above
+
+    count = columns.shape[1]
+    seen = np.unique(np.linspace(0, len(values) - 1, 8 * count).astype(int))
+    while True:
+        some, up = columns[seen], np.ones((seen.size, 1))
+        found: Any = linprog(
+            np.eye(1, count + 1, count)[0],
+            A_ub=np.block([[some, -up], [-some, -up]]),
+            b_ub=np.concatenate([-values[seen], values[seen]]),
+            bounds=[(None, None)] * count + [(0.0, None)],
+            method="highs",
+        )
+        rest = np.abs(values + columns @ found.x[:count])
+        above = np.flatnonzero(rest > found.x[count] * (1.0 + _ROUNDING))
+        new = np.setdiff1d(above[np.argsort(-rest[above])[: 4 * count]], seen)
+        if not new.size:
+            return np.asarray(found.x[:count])
+        seen = np.append(seen, new)
+
+
+def least_squares(terms: Callable[[FloatArray], tuple[FloatArray, FloatArray]], start: FloatArray) -> FloatArray:
+    """Variables for which the sum of squares is least; `terms` gives these (n,) and their slopes (n, m).
+
+    By Levenberg's and Marquardt's method: a step that does not help is tried again, shorter and steeper. Terms that
+    overflow do not help.
+    """
+    place, damping = start, _DAMPING
+    value, slopes = terms(place)
+    square = float(value @ value)
+    for _ in range(_MOST_ROUNDS):
+        normal, downhill = slopes.T @ slopes, -slopes.T @ value
+        size = np.diag(np.diag(normal) + 1e-12 * np.trace(normal))
+        while True:
+            step = np.linalg.solve(normal + damping * size, downhill)
+            tried, there = terms(place + step)
+            found = float(tried @ tried)
+            if found < square or damping > 1e12:
+                break
+            damping *= 5.0
+        if not found < square:
+            break
+        promised = float(step @ (downhill + damping * size @ step))
+        gained, place, value, slopes = square - found, place + step, tried, there
+        square = found
+        damping *= 0.1 if gained > 0.75 * promised else 1.0 if gained > 0.25 * promised else 3.0
+        if gained < _GAINED * square:
+            break
+    return place

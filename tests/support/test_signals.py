@@ -164,10 +164,13 @@ def test_a_signal_is_not_lost_where_exceptions_are_ignored(monkeypatch: pytest.M
         def __del__(self) -> None:
             self.work()
 
-    with pytest.raises(SystemExit) as ended, signals.orderly_end():  # noqa: PT012 the signal comes in any of them
+    def work() -> None:
         Ignoring(lambda: 1 / 0)
         Ignoring(lambda: signal.raise_signal(signal.SIGTERM))
         time.sleep(10.0)
+
+    with pytest.raises(SystemExit) as ended, signals.orderly_end():
+        work()
     assert ended.value.code == 128 + signal.SIGTERM
     assert told == [ZeroDivisionError]
 

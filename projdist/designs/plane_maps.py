@@ -1,0 +1,179 @@
+"""Maps of the plane onto itself that correct a projection, and the steps by which PROJ runs them.
+
+PROJ's horner is a polynomial about an origin; for its inverse it iterates, unless one is given. Its output is the new
+coordinates. Where its range is not widened it refuses what is 500 km away.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, Self
+
+import numpy as np
+
+from projdist._typing import FloatArray
+
+_LIMITS = "+range=1e8 +inv_tolerance=1e-6"  # metres
+
+
+class PlaneMap(Protocol):
+    """A map of plane coordinates in metres."""
+
+    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """New coordinates x, y (n,) and the Jacobian (n, 2, 2)."""
+
+    def moved(self, similarity: complex, shift: complex) -> Self:
+        """The map followed by a turn and scale, and a shift of x + i y."""
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """PROJ's operations, one after the other."""
+
+
+@dataclass(frozen=True)
+class Polynomials:
+    """x and y as polynomials of u = (x - x0) / size, v = (y - y0) / size: coefficients (2, d + 1, d + 1) of u^i v^j."""
+
+    origin: complex
+    size: float
+    coefficients: FloatArray
+
+    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """New coordinates and Jacobians."""
+        u, v = (x - self.origin.real) / self.size, (y - self.origin.imag) / self.size
+        polyval, by_u, by_v = np.polynomial.polynomial.polyval2d, _by(self.coefficients, 1), _by(self.coefficients, 2)
+        found = [polyval(u, v, c) for c in self.coefficients]
+        J = np.stack([np.stack([polyval(u, v, c) for c in by], axis=-1) for by in (by_u, by_v)], axis=-1)
+        return found[0], found[1], J / self.size
+
+    def moved(self, similarity: complex, shift: complex) -> Polynomials:
+        """The map followed by a similarity."""
+        c, s = similarity.real, similarity.imag
+        coefficients = np.tensordot(np.array([[c, -s], [s, c]]), self.coefficients, axes=1)
+        coefficients[:, 0, 0] += (shift.real, shift.imag)
+        return replace(self, coefficients=coefficients)
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """One horner."""
+        degree = self.coefficients.shape[1] - 1
+        powers = np.add.outer(np.arange(degree + 1), np.arange(degree + 1))
+        c = self.coefficients / self.size**powers
+        u = [c[0, i, j] for j in range(degree + 1) for i in range(degree + 1 - j)]
+        v = [c[1, i, j] for i in range(degree + 1) for j in range(degree + 1 - i)]
+        return (
+            f"+proj=horner +deg={degree} {_LIMITS} +fwd_origin={_listed(self.origin.real, self.origin.imag)} "
+            f"+fwd_u={_listed(*u)} +fwd_v={_listed(*v)}",
+        )
+
+
+def _by(coefficients: FloatArray, axis: int) -> FloatArray:
+    """The coefficients of the derivatives by u (axis 1) or v (axis 2)."""
+    return np.asarray(np.polynomial.polynomial.polyder(coefficients, axis=axis), dtype=float)
+
+
+def _listed(*values: float) -> str:
+    """Numbers as the shortest texts that are read back as the same."""
+    return ",".join(repr(float(value)) for value in values)
+
+
+@dataclass(frozen=True)
+class ComplexPolynomial:
+    """x + i y as a polynomial of t = (z - z0) / size, z = x + i y: coefficients (d + 1,) of t^k; conformal."""
+
+    origin: complex
+    size: float
+    coefficients: Any
+
+    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """New coordinates and Jacobians."""
+        t = (x + 1j * y - self.origin) / self.size
+        new = np.polynomial.polynomial.polyval(t, self.coefficients)
+        slope = np.polynomial.polynomial.polyval(t, np.polynomial.polynomial.polyder(self.coefficients)) / self.size
+        columns = [np.stack([w.real, w.imag], axis=-1) for w in (slope, 1j * slope)]
+        return new.real, new.imag, np.stack(columns, axis=-1)
+
+    def moved(self, similarity: complex, shift: complex) -> ComplexPolynomial:
+        """The map followed by a similarity."""
+        coefficients = similarity * self.coefficients
+        coefficients[0] += shift
+        return replace(self, coefficients=coefficients)
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """One horner, whose complex numbers have the north for their real part."""
+        k = np.arange(len(self.coefficients))
+        northern = 1j * (-1j) ** k * np.conj(self.coefficients / self.size**k)
+        pairs = np.stack([northern.real, northern.imag], axis=-1).ravel()
+        return (
+            f"+proj=horner +deg={k[-1]} {_LIMITS} +fwd_origin={_listed(self.origin.real, self.origin.imag)} "
+            f"+fwd_c={_listed(*pairs)}",
+        )
+
+
+@dataclass(frozen=True)
+class Shears:
+    """Shears one after the other, about an origin, then a similarity: areas stay what they are.
+
+    Each turns the plane by minus its angle, moves x by size times a polynomial of y / size, with coefficients
+    (k, d + 1), and turns back.
+    """
+
+    origin: complex
+    size: float
+    angles: FloatArray
+    coefficients: FloatArray
+    similarity: complex = 1.0
+    shift: complex = 0.0
+
+    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """New coordinates and Jacobians."""
+        z = (x + 1j * y - self.origin) / self.size
+        columns = np.stack([np.ones_like(z), np.full_like(z, 1j)], axis=-1)
+        for angle, coefficients in zip(self.angles, self.coefficients, strict=True):
+            turn = np.exp(-1j * angle)
+            z, columns = z * turn, columns * turn
+            slope = np.polynomial.polynomial.polyval(z.imag, np.polynomial.polynomial.polyder(coefficients))
+            z = z + np.polynomial.polynomial.polyval(z.imag, coefficients)
+            columns = columns + slope[..., None] * columns.imag
+            z, columns = z / turn, columns / turn
+        z, columns = self.size * self.similarity * z + self.shift, columns * self.similarity
+        return z.real, z.imag, np.stack([columns.real, columns.imag], axis=-2)
+
+    def moved(self, similarity: complex, shift: complex) -> Shears:
+        """The map followed by a similarity."""
+        return replace(self, similarity=similarity * self.similarity, shift=similarity * self.shift + shift)
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """A turn and a horner with its exact inverse, as often as there are shears, and the similarity."""
+        steps, turned = [_affine(np.exp(-1j * self.angles[0]), -self.origin * np.exp(-1j * self.angles[0]))], 0.0
+        for k, (angle, coefficients) in enumerate(zip(self.angles, self.coefficients, strict=True)):
+            if k:
+                steps.append(_affine(np.exp(1j * (turned - angle)), 0.0))
+            steps.append(_shear(self.size * coefficients / self.size ** np.arange(len(coefficients))))
+            turned = angle
+        steps.append(_affine(self.similarity * np.exp(1j * turned), self.shift))
+        return tuple(steps)
+
+
+def _affine(similarity: complex, shift: complex) -> str:
+    c, s = float(np.real(similarity)), float(np.imag(similarity))
+    x, y = float(np.real(shift)), float(np.imag(shift))
+    return f"+proj=affine +xoff={x!r} +yoff={y!r} +s11={c!r} +s12={-s!r} +s21={s!r} +s22={c!r}"
+
+
+def _shear(coefficients: FloatArray) -> str:
+    """x + f(y), y."""
+    degree = len(coefficients) - 1
+    moved, kept = (np.zeros((degree + 1, degree + 1)) for _ in range(2))
+    moved[0] = coefficients
+    kept[0, 1] = 1.0
+    texts = {}
+    for name, sign in (("fwd", 1.0), ("inv", -1.0)):
+        c = sign * moved
+        c[1, 0] = 1.0
+        u = [c[i, j] for j in range(degree + 1) for i in range(degree + 1 - j)]
+        v = [kept[i, j] for i in range(degree + 1) for j in range(degree + 1 - i)]
+        texts[name] = f"+{name}_origin=0,0 +{name}_u={_listed(*u)} +{name}_v={_listed(*v)}"
+    return f"+proj=horner +deg={degree} +range=1e8 {texts['fwd']} {texts['inv']}"

@@ -1,0 +1,61 @@
+"""Energies of Jacobians against central differences, the Fisher distortion, and known limits of ellipticity."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from projdist.matrices import EXPONENT, Energy, fisher
+
+rng = np.random.default_rng(5)
+JACOBIANS = np.concatenate([np.eye(2) + 0.3 * rng.normal(size=(40, 2, 2)), [np.eye(2), 2.0 * np.eye(2)]])
+JACOBIANS = JACOBIANS[np.linalg.det(JACOBIANS) > 0.2]
+ENERGIES = [Energy(), Energy(0.3, 1.7), Energy(exponent=EXPONENT), Energy(2.0, 0.5, 0.4)]
+STEP = 1e-4
+FIRST, SECOND = 1e-6, 1e-6  # of central differences: the step's square times third and fourth derivatives of about 100
+
+
+def test_the_mean_is_the_square_of_the_fisher_distortion() -> None:
+    """With weights 1 and 1; to rounding."""
+    np.testing.assert_allclose(Energy().value(JACOBIANS), fisher(JACOBIANS) ** 2, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_derivatives(energy: Energy) -> None:
+    """Gradients and Hessians in random directions, also at similarities, where a = b."""
+    found = energy.expansion(JACOBIANS)
+    np.testing.assert_allclose(found.value, energy.value(JACOBIANS), rtol=1e-12, atol=1e-14)
+    for D in rng.normal(size=(5, 2, 2)):
+        ahead, behind = energy.value(JACOBIANS + STEP * D), energy.value(JACOBIANS - STEP * D)
+        slope = np.sum(found.gradient * D, axis=(1, 2))
+        np.testing.assert_allclose(slope, (ahead - behind) / (2 * STEP), rtol=FIRST, atol=FIRST)
+        bend = np.sum(found.curvatures * np.sum(found.directions * D, axis=(2, 3)) ** 2, axis=1)
+        second = (ahead - 2 * found.value + behind) / STEP**2
+        np.testing.assert_allclose(bend, second, rtol=SECOND * 100, atol=SECOND * 10)
+
+
+def test_directions_are_orthonormal() -> None:
+    """So that curvatures are eigenvalues."""
+    directions = Energy().expansion(JACOBIANS).directions.reshape(-1, 4, 4)
+    np.testing.assert_allclose(directions @ np.swapaxes(directions, 1, 2), np.eye(4)[None] + 0 * directions, atol=1e-12)
+
+
+def test_what_turns_over_costs_infinitely_much() -> None:
+    """So that a search stays among maps that do not fold."""
+    assert np.isinf(
+        Energy().value(np.array([np.diag([1.0, -1.0]), np.diag([1.0, 0.0]), np.full((2, 2), np.nan)]))
+    ).all()
+
+
+@pytest.mark.parametrize(("b_of", "limit"), [(lambda a: 1.0 / a, 2.28723), (lambda a: 0.5, 2.44519)])
+def test_where_it_is_elliptic(b_of: Callable[[float], float], limit: float) -> None:
+    """With b = 1/a, and with b = 1/2, up to a limit of a that is known to five digits; here to the azimuths tried."""
+    J = np.stack([np.diag([a, b_of(a)]) for a in (limit * 0.998, limit * 1.002)])
+    assert Energy().expansion(J).is_elliptic().tolist() == [True, False]
+    assert Energy(exponent=EXPONENT).expansion(J).is_elliptic().all()
+
+
+def test_uniform_scales_are_elliptic_up_to_e() -> None:
+    """With a = b the energy is 2 ln^2 a, whose second derivative along a vanishes at e."""
+    J = np.stack([x * np.eye(2) for x in (2.7, 2.74)])
+    assert Energy().expansion(J).is_elliptic().tolist() == [True, False]
