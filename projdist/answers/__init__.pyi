@@ -13,13 +13,15 @@ from .published_indices import (
     goldberg_gott_score,
     indices,
 )
-from .summaries import Comparison, Failure, MeasureSummary, Summary, compare, summarize
+from .summaries import SORTS, STATISTICS, Comparison, Failure, MeasureSummary, Summary, compare, summarize
 
 __all__ = [
     "CONSTRAINTS",
     "DISTANCE_MEASURES",
     "GROUPS",
     "INDICES",
+    "SORTS",
+    "STATISTICS",
     "TABLES",
     "Comparison",
     "Correction",

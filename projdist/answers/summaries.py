@@ -18,8 +18,21 @@ from projdist.projections import Projection, ProjectionError, ProjectionLike, li
 from projdist.regions import Box, Place, PointSet, RegionLike, get_region, share_in
 from projdist.support import Answer, plain, shown, tell
 
-__all__ = ["Comparison", "Failure", "MeasureSummary", "Summary", "compare", "summarize"]
+__all__ = ["SORTS", "STATISTICS", "Comparison", "Failure", "MeasureSummary", "Summary", "compare", "summarize"]
 
+STATISTICS = ("mean", "rms", "median", "p95", "max", "min")
+"""Of a measure over a region."""
+SORTS = (
+    "given",
+    "name",
+    "coverage",
+    "evaluations",
+    "error_estimate",
+    "airy_kavrayskiy",
+    "airy_kavrayskiy_scaled",
+    "airy_kavrayskiy_affine",
+)
+"""What a comparison may be sorted by, besides its indices and measures."""
 _FINEST_INDICES = 1e-6  # of the means of published indices
 _MOSTLY = 0.5  # of a region
 
@@ -51,7 +64,7 @@ class MeasureSummary:
         return statistics | places
 
     def _statistics(self) -> dict[str, float]:
-        return {name: getattr(self, name) for name in ("mean", "rms", "median", "p95", "max", "min")}
+        return {name: getattr(self, name) for name in STATISTICS}
 
     def _errors(self) -> dict[str, float]:
         return {f"{name}_error": getattr(self, f"{name}_error") for name in ("mean", "rms", "max", "min")}
@@ -113,7 +126,8 @@ class Summary(Answer):
 
     def _row(self) -> dict[str, Any]:
         statistics = ((name, summary._row()) for name, summary in self.measures.items())
-        return self._figures() | {f"{name}_{key}": value for name, row in statistics for key, value in row.items()}
+        measures = {f"{name}_{key}": value for name, row in statistics for key, value in row.items()}
+        return self._figures() | measures | (self.indices.columns() if self.indices else {})
 
     def _table(self) -> list[dict[str, Any]]:
         return [self._row()]
@@ -162,6 +176,10 @@ class Comparison(Answer):
             "failures": [failure.to_dict() for failure in self.failures],
             **({"published_over": over} if self.published else {}),
         }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The results as flat rows, as in a frame; what is not finite is None."""
+        return [{name: plain(value) for name, value in row.items()} for row in self._table()]
 
     def _table(self) -> list[dict[str, Any]]:
         return [result._row() for result in self.results]
@@ -308,9 +326,10 @@ def compare(
     *,
     measures: Iterable[str | Measure] = (),
     indices: str | Iterable[str] = (),
+    sort: str = "airy_kavrayskiy",
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> Comparison:
-    """Summaries of several projections over one region, by ascending `airy_kavrayskiy`.
+    """Summaries of several projections over one region, best first.
 
     A projection that fails is among the `failures`, beside the others' results. A notice tells of each CRS in whose
     area of use less than half of the region lies.
@@ -325,18 +344,21 @@ def compare(
         What statistics are taken of.
     indices : str or iterable of str
         Published indices, one or several, as `projdist.indices` has them.
+    sort : str, default "airy_kavrayskiy"
+        What the results ascend in; what is undefined comes last. "given" leaves them in order; else it is one of
+        `SORTS`, one of `indices`, or one of `measures`, alone (its mean) or with a statistic, as "omega.max".
     tolerance : float, default 1e-8
         To which the Airy-Kavrayskiy errors are resolved, as by `summarize`.
 
     Returns
     -------
     Comparison
-        The `results`, a `Summary` each, best first, and the `failures`.
+        The `results`, a `Summary` each, in the order that was asked for, and the `failures`.
 
     Raises
     ------
     ValueError
-        For an unknown region, measure or index, and a tolerance that is not positive.
+        For an unknown region, measure, index or order, and a tolerance that is not positive.
 
     References
     ----------
@@ -354,7 +376,7 @@ def compare(
     region = get_region(region)
     chosen, published = listed_measures(measures), get_indices(indices)
     names = [index.name for index in published]
-    named_measures(chosen)  # an error here is not one of the projections
+    column = _sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections
     results: list[Summary] = []
     failures: list[Failure] = []
     for projection in listed_projections(projections):
@@ -363,5 +385,26 @@ def compare(
             results.append(summarize(projection, region, measures=chosen, indices=names, tolerance=tolerance))
         except ProjectionError as error:
             failures.append(Failure(given, str(error)))
-    results.sort(key=lambda summary: np.nan_to_num(summary.airy_kavrayskiy, nan=np.inf))
+    if column != "given":
+        results.sort(key=lambda summary: _order(summary._row()[column]))
     return Comparison(region=region, results=tuple(results), failures=tuple(failures), published=tuple(published))
+
+
+def _sort_column(key: str, measures: Iterable[str], indices: Iterable[str]) -> str:
+    """The column of a row that a sort key is of; raises ValueError."""
+    if key in SORTS or key in indices:
+        return key
+    columns = {measure: f"{measure}_mean" for measure in measures}
+    columns |= {f"{measure}.{name}": f"{measure}_{name}" for measure in columns for name in STATISTICS}
+    if key not in columns:
+        raise ValueError(
+            f"Invalid sort key '{key}'. It must be {', '.join(SORTS)}, one of the indices asked for, or one of the "
+            f"measures asked for, alone or with .{', .'.join(STATISTICS)}."
+        )
+    return columns[key]
+
+
+def _order(value: Any) -> tuple[bool, Any]:
+    """What is undefined or infinite goes last."""
+    known = isinstance(value, str) or bool(np.isfinite(value))
+    return not known, value if known else 0.0

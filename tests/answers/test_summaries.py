@@ -335,6 +335,30 @@ def test_comparison_is_ordered():
     assert found.failures == ()
 
 
+def test_comparison_in_the_order_asked_for():
+    """As given, by name, by an index, by a measure, alone its mean; what has no bound goes last, as poles of s do."""
+    given = ["mercator", "mollweide", "natural-earth"]
+
+    def order(sort, region="globe", measures="s"):
+        return [
+            one.given
+            for one in compare(
+                given, region, measures=measures, indices="canters_ar", sort=sort, tolerance=1e-2
+            ).results
+        ]
+
+    assert order("given") == given
+    assert order("name") == ["mercator", "mollweide", "natural-earth"]
+    # Mollweide's areas are true. Those of the others have no bound, and only those of Natural Earth have a mean.
+    assert order("canters_ar")[0] == "mollweide"
+    assert order("s.max") == ["mollweide", "mercator", "natural-earth"]
+    assert order("s")[2] == "mercator"
+    assert order("scale@22.5.max", "box:0,60,10,70", ["scale@22.5"])[2] == "mercator"
+    for sort in ("s", "definition", "omega.max", "", "s.bad"):
+        with pytest.raises(ValueError, match=rf"^Invalid sort key '{sort}'\. It must be given, name, .* asked for"):
+            compare("no-such-map", measures=[] if sort == "s" else ["s"], sort=sort)
+
+
 def test_failures_stand_beside_results():
     """What cannot be measured is a failure with its reason, and the others have their results."""
     given = ["no-such-map", "mercator", "EPSG:4326", f"+proj=gnom +lat_0=-90 +R={R}"]
@@ -474,6 +498,9 @@ def test_published_indices_of_a_comparison():
         alone = indices(found.given, "box:6,47,15,55", ["airy", "jordan"], tolerance=1e-4)
         assert found.indices.values == alone.values
         assert found.to_dict()["indices"] == alone.to_dict()["indices"]
+    for row, found in zip(compared.rows(), compared.results, strict=True):
+        assert row["jordan"] == found.indices["jordan"].value
+        assert row["airy_best_scale"] == found.indices["airy"].best_scale
     assert summarize("robin", "box:6,47,15,55", tolerance=1e-3).indices is None
     with pytest.raises(ValueError, match=r"^Invalid index 'jordn'"):
         compare("robin", "box:6,47,15,55", indices="jordn")

@@ -74,9 +74,13 @@ class IndexSummary(Answer):
             "evaluations": self.evaluations,
         }
 
+    def columns(self) -> dict[str, float]:
+        """The figures by name: the value by that of the index, the others as `canters_ar_best`."""
+        parts = ((name, key, part) for name, value in self.values.items() for key, part in vars(value).items())
+        return {name if key == "value" else f"{name}_{key}": part for name, key, part in parts}
+
     def _table(self) -> list[dict[str, Any]]:
-        columns = {f"{name}_{key}": part for name, value in self.values.items() for key, part in vars(value).items()}
-        return [self._figures() | {key.removesuffix("_value"): part for key, part in columns.items()}]
+        return [self._figures() | self.columns()]
 
 
 def indices(
