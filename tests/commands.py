@@ -9,9 +9,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from projdist.cli.app import app
-from projdist.cli.formats import Format
+from projdist.cli.formats import FORMATS as FORMATS
 
-FORMATS = [form.value for form in Format]
 QUICK = ["--tolerance", "1e-3"]
 HIDDEN = ["+proj=ortho +lat_0=90 +R=6371000", "--region", "box:0,-40,40,-10"]
 

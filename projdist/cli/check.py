@@ -10,13 +10,14 @@ from typing import Annotated, Any
 
 import typer
 
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, area_text, csv_text, json_text, markdown_text, notes_text, table_text
+from projdist import gis
+from projdist.cli.cells import area_text
+from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
 from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number
-from projdist.cli.output import drawing, emit, wrote
+from projdist.cli.output import drawing, present
+from projdist.cli.report import Column, Report, Table
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
-from projdist.projections import ProjectionError
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
@@ -68,26 +69,17 @@ def check_command(
     limit = None if fail_above is None else _share(fail_above)
     turn = None if fail_above_bearing is None else number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
     choice("thing to fail on", fail_on, list(FAIL_ON))
-    try:
+    with refusing():
         get_purpose(purpose)
-    except ValueError as error:
-        refuse(str(error), error)
     path = None if output is None else file_of_kind(output, LAYER_SUFFIXES, overwrite)
     if path is not None:
         check_libraries(path)
-    from projdist import gis  # slow to load
-
-    try:
+    with refusing():
         frame = gis.read_data(data)
         result = check(frame, crs, column=id, purpose=None if no_recommend else purpose)
-    except ProjectionError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
-    except (ValueError, ImportError) as error:
-        refuse(str(error), error)
     if path is not None:
         _save(result, frame, path, overwrite)
-    emit(_text(result, data, count, form) + (wrote(path) if path is not None and form is Format.TABLE else ""), None)
+    present(check_report(result, data, count, path), form)
     if result.above(limit, bearing=turn, on=fail_on):
         fail(_reason(result, fail_on, fail_above, fail_above_bearing))
         raise typer.Exit(ABOVE)
@@ -120,8 +112,6 @@ def _share(text: str) -> float:
 
 def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
     """Write the data with their errors as columns, in place of those of an earlier check."""
-    from projdist import gis
-
     columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
     present = {str(name).lower(): name for name in frame.columns}
     taken = [present[name] for name in columns if name in present]
@@ -132,56 +122,73 @@ def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
         gis.save_layer(frame.drop(columns=taken).assign(**columns), path, overwrite=overwrite)
 
 
-# ---- formats --------------------------------------------------------------------------------
+# ---- the report -----------------------------------------------------------------------------
 
 
-def _text(result: Check, data: str, count: int, form: Format) -> str:
-    """A check in a format."""
-    if form is Format.JSON:
-        return json_text({"data": data} | result.to_dict() | {"worst": result.rows(result.worst(count))})
-    if form is Format.CSV:
-        return csv_text(result.rows(range(len(result.features["note"]))), list(result.features))
-    other = None if _is_best(result) else result.recommended
-    maps = [result, *([other] if other else [])]
-    totals = [one.overall for one in maps]
-    summary = {
-        "map": [one.projection.label for one in maps],
-        "name": [one.projection.name for one in maps],
-        "measured": [str(one.measured) for one in totals],
-        "area ratio": [_ratio(one.area_error) for one in totals],
-        "area worst": [_error(one.worst_area_error) for one in totals],
-        "area RMS": [_error(one.rms_area_error) for one in totals],
-        "length ratio": [_ratio(one.length_error) for one in totals],
-        "length worst": [_error(one.worst_length_error) for one in totals],
-        "length RMS": [_error(one.rms_length_error) for one in totals],
-        "bearing RMS": [_degrees(one.bearing_error) for one in totals],
-        "bearing worst": [_degrees(one.worst_bearing_error) for one in totals],
-        "bearing largest": [_degrees(one.largest_bearing_error) for one in totals],
-    }
-    rows = result.rows(result.worst(count))
-    features = {
-        "feature": [str(row["index"]) for row in rows],
-        "name": [row["name"] for row in rows],
-        "area km2": [_size(row["area_km2"]) for row in rows],
-        "area error": [_error(row["area_error"]) for row in rows],
-        "length error": [_error(row["length_error"]) for row in rows],
-        "bearing RMS": [_degrees(row["bearing_error"]) for row in rows],
-        "bearing largest": [_degrees(row["largest_bearing_error"]) for row in rows],
-        "note": [row["note"] for row in rows],
-    }
+def check_report(result: Check, data: str, count: int, written: Path | None = None) -> Report:
+    """The totals in each CRS, and the worst features."""
     total = result.overall
-    ground = (
-        f"{area_text(total.area_km2)}, {total.length_km:,.6g} km"
-        if _known(total.area_km2)
-        else f"{total.length_km:,.6g} km"
+    ground = [area_text(total.area_km2)] if math.isfinite(total.area_km2) else []
+    ground += [f"{total.length_km:,.6g} km"]
+    measured = f"{total.measured} of {len(result.features['note'])} features"
+    worst = result.rows(result.worst(count))
+    return Report(
+        title=f"{data} ({result.data_crs}): {measured}, {', '.join(ground)}",
+        tables=[_totals(result), *([Table(worst, _FEATURES, "The worst features")] if worst else [])],
+        notes=_notes(result),
+        data=lambda: {"data": data} | result.to_dict() | {"worst": worst},
+        rows=lambda: result.rows(range(len(result.features["note"]))),
+        header=list(result.features),
+        written=[written],
     )
-    title = f"{data} ({result.data_crs}): {total.measured} of {len(result.features['note'])} features, {ground}"
-    notes = _notes(result)
-    if form is Format.MARKDOWN:
-        worst = "\n" + markdown_text(features) if rows else ""
-        return markdown_text(summary) + worst + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
-    worst = table_text(features, "The worst features") if rows else ""
-    return table_text(summary, title) + worst + notes_text(notes)
+
+
+def _totals(result: Check) -> Table:
+    """A row a CRS: this one, and the recommended one where that is another."""
+    other = None if _is_best(result) else result.recommended
+    rows = [
+        {"map": one.projection.label, "name": one.projection.name} | vars(one.overall)
+        for one in (result, *([other] if other else []))
+    ]
+    return Table(rows, _TOTALS)
+
+
+def _error(value: float) -> str:
+    """A relative error in per cent, a small one in parts per million."""
+    if abs(value) < 5e-10:
+        return "0"
+    return f"{1e6 * value:+.4g} ppm" if abs(value) < 1e-3 else f"{100.0 * value:+.4g} %"
+
+
+def _ratio(error: float) -> str:
+    return f"{1.0 + error:.6f}"
+
+
+_degrees = "{:.4f}".format
+_TOTALS = (
+    Column("map", left=True),
+    Column("name"),
+    Column("measured"),
+    Column("area_error", "area ratio", _ratio),
+    Column("worst_area_error", "area worst", _error),
+    Column("rms_area_error", "area RMS", _error),
+    Column("length_error", "length ratio", _ratio),
+    Column("worst_length_error", "length worst", _error),
+    Column("rms_length_error", "length RMS", _error),
+    Column("bearing_error", "bearing RMS", _degrees),
+    Column("worst_bearing_error", "bearing worst", _degrees),
+    Column("largest_bearing_error", "bearing largest", _degrees),
+)
+_FEATURES = (
+    Column("index", "feature", left=True),
+    Column("name", left=True),
+    Column("area_km2", "area", lambda km2: area_text(km2).removesuffix(" km2"), unit="km2"),
+    Column("area_error", "area error", _error),
+    Column("length_error", "length error", _error),
+    Column("bearing_error", "bearing RMS", _degrees),
+    Column("largest_bearing_error", "bearing largest", _degrees),
+    Column("note", left=True),
+)
 
 
 def _notes(result: Check) -> list[str]:
@@ -212,28 +219,3 @@ def _notes(result: Check) -> list[str]:
 def _is_best(result: Check) -> bool:
     """Whether the CRS that is checked is the recommended one."""
     return result.recommended is not None and result.recommended.projection.definition == result.projection.definition
-
-
-def _known(value: float | None) -> bool:
-    return value is not None and value == value
-
-
-def _ratio(error: float) -> str:
-    return f"{1.0 + error:.6f}" if _known(error) else "-"
-
-
-def _error(value: float | None) -> str:
-    """A relative error in per cent, a small one in parts per million."""
-    if value is None or not _known(value):
-        return "-"
-    if abs(value) < 5e-10:
-        return "0"
-    return f"{1e6 * value:+.4g} ppm" if abs(value) < 1e-3 else f"{100.0 * value:+.4g} %"
-
-
-def _degrees(value: float | None) -> str:
-    return "-" if value is None or not _known(value) else f"{value:.4f}"
-
-
-def _size(km2: float | None) -> str:
-    return "-" if km2 is None else area_text(km2).removesuffix(" km2")

@@ -9,10 +9,10 @@ from typing import Annotated
 import typer
 
 from projdist.applications.pointclouds import CORRESPONDENCES, FITS, CloudFile, Registration, read_cloud, register
-from projdist.cli.errors import cannot_write, fail, refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, table_text
+from projdist.cli.errors import cannot_write, fail, refuse, refusing
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of
-from projdist.cli.output import emit, wrote
+from projdist.cli.output import present
+from projdist.cli.report import Column, Report, Table
 from projdist.support import refuse_existing
 
 
@@ -58,7 +58,7 @@ def clouds_command(
     if correspond is not None:
         choice("correspondence", correspond, list(CORRESPONDENCES))
     targets = _targets(files, output, overwrite)
-    try:
+    with refusing():
         clouds = [read_cloud(file) for file in files]
         ids = [cloud.ids for cloud in clouds if cloud.ids is not None]
         if correspond is None:
@@ -74,11 +74,9 @@ def clouds_command(
             method=method,
             names=files,
         )
-    except ValueError as error:
-        refuse(str(error), error)
     if output is not None:
         _write(found, clouds, targets, Path(output), overwrite)
-    emit(_text(found, form, output), None)
+    present(_report(found, output), form)
     for one in found.left_out:
         fail(f"Left out '{one.name}': {one.reason}.")
     for warning in found.warnings:
@@ -144,34 +142,33 @@ def _write(
 # ---- what is printed ------------------------------------------------------------------------
 
 
-def _text(found: Registration, form: Format, output: str | None) -> str:
+def _report(found: Registration, output: str | None) -> Report:
     answer = found.to_dict()
-    if form is Format.JSON:
-        return json_text(answer)
     rows = [{name: value for name, value in row.items() if name not in ("matrix", "shift")} for row in answer["clouds"]]
-    if form is Format.CSV:
-        return csv_text(rows, [])
-    columns = {
-        "cloud": [str(row["name"]) for row in rows],
-        "points": [f"{row['used']} of {row['points']}" for row in rows],
-        "Dist_F": [f"{row['distortion']:.6f}" for row in rows],
-        "as frame": [f"{row['sum_as_frame']:.6g}" for row in rows],
-        "rms": [f"{row['rms']:.4g}" for row in rows],
-    }
-    frames = {
-        "frame": list(answer["frames"]),
-        "is": [one["cloud"] or "the mean of all" for one in answer["frames"].values()],
-        "sum of Dist_F^2": [f"{one['sum']:.6g}" for one in answer["frames"].values()],
-    }
-    title = (
-        f"{len(rows)} clouds in {answer['dimension']} dimensions, by {found.correspond} ({found.method}), in the frame "
-        f"{found.frame if found.reference is None else found.names[found.reference]}: rms {found.rms_total:.4g}"
+    clouds = [
+        Column("name", "cloud", left=True),
+        Column("used", "points", of=lambda row: f"{row['used']} of {row['points']}"),
+        Column("distortion", "Dist_F", "{:.6f}".format),
+        Column("sum_as_frame", "as frame", "{:.6g}".format),
+        Column("rms", show="{:.4g}".format),
+    ]
+    frames = [
+        Column("frame"),
+        Column("cloud", "is", of=lambda row: row["cloud"] or "the mean of all", left=True),
+        Column("sum", "sum of Dist_F^2", "{:.6g}".format),
+    ]
+    return Report(
+        title=f"{len(rows)} clouds in {answer['dimension']} dimensions, by {found.correspond} ({found.method}), in the "
+        f"frame {answer['reference'] or found.frame}: rms {found.rms_total:.4g}",
+        tables=[
+            Table(rows, clouds),
+            Table([{"frame": name} | figures for name, figures in answer["frames"].items()], frames),
+        ],
+        notes=[
+            "Dist_F: distortion of a cloud's matrix, 0 for a rotation; as frame: the sum of Dist_F^2 if all were "
+            "brought to that cloud; rms: distance from the points' mean places in the frame. Matrices: --format json."
+        ],
+        data=lambda: answer,
+        rows=lambda: rows,
+        written=[Path(output) if output else None],
     )
-    note = (
-        "Dist_F: distortion of a cloud's matrix, 0 for a rotation; as frame: the sum of Dist_F^2 if all were brought "
-        "to that cloud; rms: distance from the points' mean places in the frame. Matrices: --format json.\n"
-    )
-    if form is Format.MARKDOWN:
-        return f"{title}\n{markdown_text(columns)}{markdown_text(frames)}{note}"
-    written = wrote(*([] if output is None else [Path(output)]))
-    return table_text(columns, title) + table_text(frames, "") + notes_text([note]) + written

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import typer
 
-from projdist.answers import compare
-from projdist.cli.errors import refuse, report
-from projdist.cli.formats import STATISTICS, Format, render_comparison
-from projdist.cli.indices import IndicesOption, chosen_indices
+from projdist.answers import GROUPS, STATISTICS, Index, compare
+from projdist.cli.cells import WHOLE, area_text, certain, first_digit, label_of, per_cent, rounded
+from projdist.cli.errors import refusing, tell_problems
 from projdist.cli.options import (
     FileFormatOption,
     MeasuresOption,
@@ -24,8 +25,16 @@ from projdist.cli.options import (
     printed_or_file,
     region_of,
 )
-from projdist.cli.output import emit
+from projdist.cli.output import present
+from projdist.cli.report import Column, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
+
+_CONVENTION = (
+    "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area. Smaller is better, * is the best.",
+    "With a half under the root, as in much of the literature, it is 1/sqrt(2) of that.",
+    "Scaled: after the best uniform scale; affine: after the best linear map (MDT).",
+)
+_LAST_OF_INDICES = 1e-5
 
 
 def compare_command(
@@ -33,7 +42,14 @@ def compare_command(
     region: RegionOption = "globe",
     weight: WeightOption = None,
     measure: MeasuresOption = None,
-    indices: IndicesOption = None,
+    indices: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help=f"Published indices of the map: {', '.join(GROUPS)}, all, or names (see 'projdist list indices'); may "
+            "be repeated, or with commas.",
+        ),
+    ] = None,
     sort: Annotated[
         str, typer.Option("--sort", help="given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.")
     ] = "airy_kavrayskiy",
@@ -46,59 +62,89 @@ def compare_command(
 ) -> None:
     """Compare projections over a region: Airy-Kavrayskiy errors, statistics of measures, published indices."""
     path, names = printed_or_file(output, overwrite), measure_names(measure)
-    form = Format(format_for(format, path))
-    published = chosen_indices(indices)
-    column = _sort_column(sort, names, [index.name for index in published])
+    form = format_for(format, path)
     # Rounding alone is of the order of 1e-15.
     largest = number("tolerance", tolerance, 1e-15, 1.0)
     area = region_of(region, weight)
-    result = compare(
-        projections, area, measures=names, indices=[index.name for index in published], tolerance=largest
-    ).to_dict()
-    result["results"] = _sorted(result["results"], column, projections)
-    emit(render_comparison(result, names, published, sort, largest, form, path), path, overwrite)
-    report([failure["error"] for failure in result["failures"]])
+    chosen = [name.strip() for text in indices or [] for name in text.split(",")]
+    with refusing():
+        found = compare(projections, area, measures=names, indices=chosen, sort=sort, tolerance=largest)
+    report = comparison_report(found.to_dict(), found.rows(), names, found.published, f"by {sort}", largest)
+    present(report, form, path, overwrite)
+    tell_problems([failure.error for failure in found.failures])
 
 
-_SORTS = (
-    "given",
-    "name",
-    "coverage",
-    "evaluations",
-    "error_estimate",
-    "airy_kavrayskiy",
-    "airy_kavrayskiy_scaled",
-    "airy_kavrayskiy_affine",
-)
+def comparison_report(
+    found: Mapping[str, Any],
+    rows: Sequence[Row],
+    measures: Sequence[str],
+    indices: Sequence[Index],
+    order: str,
+    tolerance: float,
+) -> Report:
+    """A comparison, and its results as flat rows."""
+    region = found["region"]
+    size = f"{region['points']:,} points" if "points" in region else area_text(region["area_km2"])
+    return Report(
+        title=f"{region['name']} ({size}), {order}" if rows else "No projection could be measured.",
+        tables=[Table(rows, [*_columns(rows, measures, indices)])] if rows else [],
+        notes=[*_notes(found, rows, measures, indices, tolerance)] if rows else [],
+        data=lambda: found,
+        header=["projection"],
+    )
 
 
-def _sort_column(key: str, measures: list[str], indices: list[str]) -> tuple[str, str]:
-    """The column of a sort key, and its statistic, "" for a column that has none."""
-    if key in _SORTS:
-        return key, ""
-    if key in indices:
-        return "indices", key
-    if key in measures:
-        return key, "mean"
-    measure, _, statistic = key.rpartition(".")
-    if measure not in measures or statistic not in STATISTICS:
-        refuse(
-            f"Invalid sort key '{key}'. It must be {', '.join(_SORTS)}, one of the indices asked for with --indices, "
-            f"or one of the measures asked for with --measure, alone or with .{', .'.join(STATISTICS)}."
-        )
-    return measure, statistic
+def _columns(rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column]:
+    yield Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True)
+    for version in ("", "_scaled", "_affine"):
+        title = f"AK{version.replace('_', ' ')}"
+        yield Column(f"airy_kavrayskiy{version}", title, rounded, error="error_estimate", best=True)
+    yield Column("error_estimate", "error", first_digit)
+    for name in dict.fromkeys(measures):
+        for statistic in STATISTICS:
+            yield Column(f"{name}_{statistic}", f"{name} {statistic}", certain, error=f"{name}_{statistic}_error")
+    for index in indices:
+        yield Column(index.name, index.symbol, _rounded_index, error=f"{index.name}_error")
+        if index.best_scale is not None:
+            yield Column(f"{index.name}_best", f"{index.symbol} best", _rounded_index, error=f"{index.name}_best_error")
+    if any(row["coverage"] < WHOLE for row in rows):
+        yield Column("coverage", "covers", per_cent)
 
 
-def _sorted(rows: list[dict[str, Any]], key: tuple[str, str], given: list[str]) -> list[dict[str, Any]]:
-    """Rows in the order of a column; None goes last."""
-    column, statistic = key
+def _notes(
+    found: Mapping[str, Any],
+    rows: Sequence[Row],
+    measures: Sequence[str],
+    indices: Sequence[Index],
+    tolerance: float,
+) -> Iterator[str]:
+    """What the columns mean, and why some figures are missing or less certain."""
+    weighed = "points" in found["region"]
+    yield from (text.replace("by true area", "by the points' weights") if weighed else text for text in _CONVENTION)
+    if any(index.best_scale is not None for index in indices):
+        yield "Best: an index at the scale that makes it best."
+    if indices:
+        yield "In brackets: the error, of the last digit; without them it is below 0.00001."
+    if any(row[index.name] is None for row in rows for index in indices):
+        yield "-: the index diverges, has no bound, or is none of the region's."
+    symbols: dict[str, list[str]] = {}
+    for index in indices:
+        if index.published_over:
+            symbols.setdefault(index.published_over, []).append(index.symbol)
+    for part, names in symbols.items():
+        over = f"over {part} only, and these here are of the whole region."
+        yield f"{', '.join(names)}: most published figures come out {over}"
+    if any(row["coverage"] < WHOLE for row in rows):
+        yield "Covers: the share of the region that can be projected; the figures are of that share."
+    if any(row[f"{name}_{statistic}"] is None for row in rows for name in measures for statistic in STATISTICS):
+        yield "-: the integral diverges, or the measure has no bound."
+    if any((row["error_estimate"] or 0.0) > 2.0 * tolerance for row in rows):
+        yield "Error: above the tolerance where the projection's own rounding or the work allowed set the limit."
 
-    def order(row: dict[str, Any]) -> tuple[bool, Any]:
-        if column == "given":
-            return False, given.index(row["projection"])
-        value = row[column][statistic] if statistic else row[column]
-        if column == "indices":
-            value = value["value"]
-        return value is None, value if value is not None else 0.0
 
-    return sorted(rows, key=order)
+def _rounded_index(value: float, error: float | None) -> str:
+    """Five decimals at most, as published ones have two to four; a larger error in brackets, of the last digit."""
+    if error is None or not error > _LAST_OF_INDICES:
+        return rounded(value, _LAST_OF_INDICES)
+    decimals = max(0, math.ceil(-math.log10(error)))
+    return f"{value:.{decimals}f}({math.ceil(error * 10**decimals)})"

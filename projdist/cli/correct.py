@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import enum
 import functools
+from collections.abc import Iterator
 from typing import Annotated
 
 import typer
 
+from projdist import plots
 from projdist.answers import CONSTRAINTS, Correction, correct
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import area_text, json_text, notes_text, rounded, table_text
-from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, choice, number, region_of
-from projdist.cli.output import drawing, emit, wrote
+from projdist.cli.cells import area_text, covers, first_digit, rounded
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.formats import JSON, TABLE, json_text
+from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, choice, format_of, number, region_of
+from projdist.cli.output import drawing, emit, present, tell_written
 from projdist.cli.pictures import PictureFile, picture_of
-from projdist.projections import Projection, ProjectionError
+from projdist.cli.report import Column, Copy, Report, Table
+from projdist.projections import Projection
 from projdist.regions import Place
 
-
-class _Form(enum.StrEnum):
-    TABLE = "table"
-    JSON = "json"
-    PROJ = "proj"
-    WKT = "wkt"
+_FORMS = (TABLE, JSON, "proj", "wkt")
 
 
 def correct_command(
@@ -39,7 +37,7 @@ def correct_command(
         bool,
         typer.Option("--keep-north/--free", help="Keep the map's vertical, or turn it so that north is up on average."),
     ] = True,
-    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_Form), help="How to print.")] = "table",
+    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_FORMS), help="How to print.")] = "table",
     output: Annotated[
         str | None,
         typer.Option("--output", "-o", metavar="FILE", help="Picture of the map before and after: .png, .svg or .pdf."),
@@ -54,30 +52,23 @@ def correct_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
-    form, area = _Form(choice("format", format, list(_Form))), None if region is None else region_of(region)
+    form, area = format_of(format, _FORMS), None if region is None else region_of(region)
     choice("constraint", constraint, list(CONSTRAINTS))
     picture = picture_of(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
-    try:
+    with refusing():
         measured = Projection.from_user_input(projection)
         if local is not None:
             _check_local(form, picture, constraint, keep_north)
             _draw_local(measured, area, number("radius", local, 1e-3, 10_000.0, " of km"), picture, form)
             return
         result = correct(measured, area, constraint=constraint, keep_north=keep_north)
-    except ProjectionError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
-    text = _text(result, projection, form)
     if picture is not None:
         _draw(result, picture)
-        text += wrote(picture.path) if form is _Form.TABLE else ""
-    emit(text, None)
+    present(_report(result, projection, picture), form)
 
 
 def _draw(result: Correction, picture: PictureFile) -> None:
     """Tissot's indicatrices before and after."""
-    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
     picture.save(
         functools.partial(
             plots.tissot_figure,
@@ -89,10 +80,10 @@ def _draw(result: Correction, picture: PictureFile) -> None:
     )
 
 
-def _check_local(form: _Form, picture: PictureFile | None, constraint: str, keep_north: bool) -> None:
-    if form in (_Form.PROJ, _Form.WKT):
+def _check_local(form: str, picture: PictureFile | None, constraint: str, keep_north: bool) -> None:
+    if form not in (TABLE, JSON):
         refuse(f"Invalid format '{form}' with --local. It must be table or json.")
-    if picture is None and form is not _Form.JSON:
+    if picture is None and form != JSON:
         refuse("Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.")
     if constraint != "affine" or not keep_north:
         option = "--constraint" if constraint != "affine" else "--free"
@@ -100,11 +91,9 @@ def _check_local(form: _Form, picture: PictureFile | None, constraint: str, keep
 
 
 def _draw_local(
-    projection: Projection, region: Place | None, radius_km: float, picture: PictureFile | None, form: _Form
+    projection: Projection, region: Place | None, radius_km: float, picture: PictureFile | None, form: str
 ) -> None:
     """The field of local corrections, as a picture, as JSON, or both."""
-    from projdist import plots  # as above
-
     if picture is None:
         field = plots.local_figure(projection, radius_km, region=region)[1]
     else:
@@ -113,47 +102,45 @@ def _draw_local(
                 projection, radius_km, region=region, step=picture.step, size=picture.size, dpi=picture.dots
             )
         picture.save(lambda **_: figure)
-    emit(json_text(field.to_dict()) if picture is None or form is _Form.JSON else wrote(picture.path), None)
+    if picture is None or form == JSON:
+        emit(json_text(field.to_dict()), None)
+    else:
+        tell_written(picture.path)
 
 
-def _text(result: Correction, given: str, form: _Form) -> str:
-    """A correction in a format; where it has no such form, the reason, and the end of the command."""
-    if form is _Form.JSON:
-        return json_text(result.to_dict() | {"projection": given})
-    if form is _Form.TABLE:
-        return _report(result)
-    text, reason = {
-        _Form.PROJ: (result.pipeline, "A function has no PROJ pipeline."),
-        _Form.WKT: (result.wkt, result.wkt_reason),
-    }[form]
-    if text is None:
-        fail(f"Invalid format '{form}' for {result.projection.name}. {reason}")
-        raise typer.Exit(1)
-    return f"{text}\n"
-
-
-def _report(result: Correction) -> str:
+def _report(result: Correction, given: str, picture: PictureFile | None) -> Report:
     errors = {
         "as it is": result.airy_kavrayskiy,
         "after the best scale": result.airy_kavrayskiy_scaled,
         "after the best linear map (MDT)": result.airy_kavrayskiy_affine,
         f"corrected ({result.constraint}), measured again": result.airy_kavrayskiy_corrected,
     }
-    error = result.error_estimate
-    columns = {"map": list(errors), "Airy-Kavrayskiy": [rounded(value, error) for value in errors.values()]}
-    title = f"{result.projection.name} over {result.region.name} ({area_text(result.region.area_km2)})"
+    rows = [{"map": name, "value": value, "error": result.error_estimate} for name, value in errors.items()]
+    return Report(
+        title=f"{result.projection.name} over {result.region.name} ({area_text(result.region.area_km2)})",
+        tables=[Table(rows, [Column("map"), Column("value", "Airy-Kavrayskiy", rounded, error="error")])],
+        notes=[*_notes(result)],
+        data=lambda: result.to_dict() | {"projection": given},
+        copies={
+            "proj": Copy(result.pipeline, "A function has no PROJ pipeline."),
+            "wkt": Copy(result.wkt, result.wkt_reason),
+        },
+        about=result.projection.name,
+        written=[picture.path if picture else None],
+    )
+
+
+def _notes(result: Correction) -> Iterator[str]:
     (xx, xy), (yx, yy) = result.matrix
-    lines = [
-        f"The error of these figures is about {error:.0e}.",
-        f"x' = {xx:.9g} x {xy:+.9g} y" if xy else f"x' = {xx:.9g} x",
-        f"y' = {yx:.9g} x {yy:+.9g} y" if yx else f"y' = {yy:.9g} y",
-        f"That is {result.words}.",
-        result.note,
-        f"Covers {100 * result.coverage:.4g} % of the region." if result.coverage < 0.9999995 else "",
-        "",
-        f"By its own parameters: {result.parameters}" if result.parameters else "",
-        f"PROJ: {result.pipeline}" if result.pipeline else "PROJ: none; a function has no pipeline.",
-        "WKT2: see --format wkt" if result.wkt else f"WKT2: none; {result.wkt_reason}",
-    ]
-    shown = (line for index, line in enumerate(lines) if line or index == 6)
-    return table_text(columns, title) + notes_text(shown)
+    yield f"The error of these figures is about {first_digit(result.error_estimate)}."
+    yield f"x' = {xx:.9g} x {xy:+.9g} y" if xy else f"x' = {xx:.9g} x"
+    yield f"y' = {yx:.9g} x {yy:+.9g} y" if yx else f"y' = {yy:.9g} y"
+    yield f"That is {result.words}."
+    if result.note:
+        yield result.note
+    yield from covers(result.coverage)
+    yield ""
+    if result.parameters:
+        yield f"By its own parameters: {result.parameters}"
+    yield f"PROJ: {result.pipeline}" if result.pipeline else "PROJ: none; a function has no pipeline."
+    yield "WKT2: see --format wkt" if result.wkt else f"WKT2: none; {result.wkt_reason}"

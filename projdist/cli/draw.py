@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
+from projdist import plots
 from projdist.answers import summarize
-from projdist.cli.errors import refuse, report
+from projdist.cli.errors import refuse, tell_problems
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.options import (
     DpiOption,
@@ -23,7 +24,7 @@ from projdist.cli.options import (
     size_of,
     step_of,
 )
-from projdist.cli.output import drawing, emit, wrote
+from projdist.cli.output import drawing, tell_written
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import GLOBE, Box, Place
 
@@ -43,8 +44,6 @@ def tissot_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Draw Tissot's indicatrices."""
-    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
     path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
     if path.suffix.lower() in LAYER_SUFFIXES:
         check_layer_options(path, {"--size": size, "--dpi": dpi})
@@ -56,8 +55,8 @@ def tissot_command(
     with drawing(path):
         figure = plots.tissot_figure(maps, region=area, step=spacing, size=inches, dpi=dots, airy_kavrayskiy=figures)
         plots.save(figure, path, dpi=dots, overwrite=overwrite)
-    emit(wrote(path), None)
-    report(problems)
+    tell_written(path)
+    tell_problems(problems)
 
 
 def heatmap_command(
@@ -92,8 +91,6 @@ def heatmap_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Draw a measure as a field of colour with isolines, or write measures as a GeoTIFF."""
-    from projdist import plots  # as above
-
     names = measure_names(measure or ["fisher"])
     path = file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), overwrite)
     if path.suffix.lower() in RASTER_SUFFIXES:
@@ -131,8 +128,8 @@ def heatmap_command(
             airy_kavrayskiy=figures,
         )
         plots.save(figure, path, dpi=dots, overwrite=overwrite)
-    emit(wrote(path), None)
-    report(problems)
+    tell_written(path)
+    tell_problems(problems)
 
 
 def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None, list[float], list[str]]:
@@ -156,5 +153,5 @@ def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None
         except ProjectionError as error:
             problems.append(str(error))
     if not maps:
-        report(problems)
+        tell_problems(problems)
     return maps, None if area == GLOBE else area, figures, problems

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import typer
 
 from projdist.cli.terminal import folded, width_of
-from projdist.projections import GridError
+from projdist.projections import GridError, ProjectionError
 from projdist.support import Notice
 
 
@@ -34,12 +34,24 @@ def cannot_write(output: Path | None, error: OSError) -> NoReturn:
     refuse(f"Invalid output '{output or 'standard output'}'. It cannot be written: {error.strerror or error}.", error)
 
 
-def report(problems: list[str]) -> None:
+def tell_problems(problems: list[str]) -> None:
     """Say what failed beside the results, and end with 1 where anything did."""
     for problem in problems:
         fail(problem)
     if problems:
         raise typer.Exit(1)
+
+
+@contextlib.contextmanager
+def refusing() -> Iterator[None]:
+    """Say in one line what was wrong: a projection, and end with 1, or any other word, or a missing library."""
+    try:
+        yield
+    except ProjectionError as error:
+        fail(str(error))
+        raise typer.Exit(1) from error
+    except (ValueError, ImportError) as error:
+        refuse(str(error), error)
 
 
 @contextlib.contextmanager

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from projdist.answers import factors
-from projdist.cli.errors import fail, refuse, report
-from projdist.cli.formats import Format, render_factors
+from projdist.cli.errors import refuse, refusing, tell_problems
+from projdist.cli.factor_report import factors_report
+from projdist.cli.formats import TABLE
 from projdist.cli.options import (
     FileFormatOption,
     MeasuresOption,
@@ -19,10 +20,10 @@ from projdist.cli.options import (
     measure_names,
     printed_or_file,
 )
-from projdist.cli.output import emit
+from projdist.cli.output import present
 from projdist.cli.points import read_points
 from projdist.cli.tables import TABLE_SUFFIXES, is_table_file, measure_file, write_table
-from projdist.projections import Projection, ProjectionError
+from projdist.projections import Projection
 
 
 def factors_command(
@@ -55,21 +56,16 @@ def factors_command(
     """Scales, angles and other measures of a projection at points."""
     path, names = printed_or_file(output, overwrite), measure_names(measure)
     # The points of a file have formats of their own.
-    form = Format(format_for(format, path, others=TABLE_SUFFIXES)) if at is None else format_of(format or Format.TABLE)
+    form = format_for(format, path, others=TABLE_SUFFIXES) if at is None else format_of(format or TABLE)
     if (coordinates is None) == (at is None):
         refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
-    try:
+    with refusing():
         measured = Projection.from_user_input(projection)
-    except ProjectionError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
     if at is not None:
         measure_file(measured, projection, at, names, prefix, form, path, overwrite)
         return
-    try:
+    with refusing():
         points = read_points(coordinates or [], sys.stdin)
-    except ValueError as error:
-        refuse(str(error), error)
     found = factors(measured, points.lon, points.lat, measures=names)
     result = found.to_dict() | {"projection": projection}
     if any(points.text):
@@ -78,5 +74,5 @@ def factors_command(
     if path is not None and is_table_file(path):
         write_table(measured, result["results"], path, overwrite)
     else:
-        emit(render_factors(result, ["lon", "lat", *found.columns()], form, path), path, overwrite)
-    report(points.problems)
+        present(factors_report(result, ["lon", "lat", *found.columns()]), form, path, overwrite)
+    tell_problems(points.problems)

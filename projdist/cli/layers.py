@@ -5,14 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NoReturn
 
-import typer
-
-from projdist.cli.errors import fail, refuse
+from projdist import gis
+from projdist.cli.errors import refuse, refusing
 from projdist.cli.options import choice, number
-from projdist.cli.output import drawing, emit, wrote
-from projdist.projections import Projection, ProjectionError
+from projdist.cli.output import drawing, tell_written
+from projdist.projections import Projection
 from projdist.regions import GLOBE, Place
 
 RASTER_SUFFIXES = (".tif", ".tiff")
@@ -30,12 +28,8 @@ def check_layer_options(path: Path, drawn: Mapping[str, str | None]) -> None:
 
 def check_libraries(path: Path) -> None:
     """Refuse a file that cannot be written because a library is missing."""
-    from projdist import gis  # the libraries of pictures are slow to load, and --help must not wait for them
-
-    try:
+    with refusing():
         gis.check_libraries(path)
-    except ImportError as error:
-        refuse(str(error), error)
 
 
 def write_raster(
@@ -50,38 +44,28 @@ def write_raster(
     overwrite: bool,
 ) -> None:
     """Measures of a map as a GeoTIFF."""
-    from projdist import gis
-
     choice("grid", grid, list(gis.GRIDS))
     pixels = _pixels(size)
     side = None if resolution is None else number("resolution", resolution, 1e-12, 1e12)
     check_libraries(path)
     projection = _only_map(given, path)
     with drawing(path):
-        try:
-            found = gis.raster(projection, measures, region=_drawn(region), grid=grid, size=pixels, resolution=side)
-        except ProjectionError as error:
-            _fail_with(error)
+        found = gis.raster(projection, measures, region=_drawn(region), grid=grid, size=pixels, resolution=side)
         gis.save_raster(found, path, overwrite=overwrite)
     note(found.note)
-    emit(wrote(path), None)
+    tell_written(path)
 
 
 def write_layer(given: Sequence[str], path: Path, *, region: Place, step: float | None, overwrite: bool) -> None:
     """The indicatrices of a map as polygons."""
-    from projdist import gis
-
     check_libraries(path)
     projection = _only_map(given, path)
     with drawing(path):
-        try:
-            found = gis.indicatrices(projection, region=_drawn(region), step=step)
-        except ProjectionError as error:
-            _fail_with(error)
+        found = gis.indicatrices(projection, region=_drawn(region), step=step)
         gis.save_layer(found, path, overwrite=overwrite)
     if found.crs is None:
         note(f"{projection.name} has no CRS; that of the layer is undefined, and its coordinates are metres.")
-    emit(wrote(path), None)
+    tell_written(path)
 
 
 def note(text: str) -> None:
@@ -94,15 +78,8 @@ def _only_map(given: Sequence[str], path: Path) -> Projection:
     """The map of a file that has room for one."""
     if len(given) != 1:
         refuse(f"Invalid projections '{' '.join(given)}' for '{path}'. A {path.suffix} file has one map; name one.")
-    try:
+    with refusing():
         return Projection.from_user_input(given[0])
-    except ProjectionError as error:
-        _fail_with(error)
-
-
-def _fail_with(error: ProjectionError) -> NoReturn:
-    fail(str(error))
-    raise typer.Exit(1) from error
 
 
 def _drawn(region: Place) -> Place | None:

@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import enum
 import functools
 import math
 import re
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import csv_text, json_text, notes_text, table_text
-from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, choice, number, region_of
-from projdist.cli.output import emit, wrote
+from projdist import plots
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.formats import CSV, JSON, TABLE
+from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, format_of, number, region_of
+from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
-from projdist.decisions import LDP, LDP_FAMILIES, HeightStatistics, ldp, read_heights
-from projdist.projections import ProjectionError, number_text
+from projdist.cli.report import Column, Copy, Report, Row, Table
+from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
+from projdist.projections import number_text
 from projdist.regions import PointSet
 
-
-class _Form(enum.StrEnum):
-    TABLE = "table"
-    PROJ = "proj"
-    WKT = "wkt"
-    ESRI = "esri"
-    JSON = "json"
-    CSV = "csv"
+_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV)
 
 
 def ldp_command(
@@ -58,7 +53,7 @@ def ldp_command(
         list[str] | None, typer.Option(metavar="PROJECTION", help="A map to compare with; may be repeated.")
     ] = None,
     name: Annotated[str | None, typer.Option(metavar="TEXT", help="The name of the CRS.")] = None,
-    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_Form), help="How to print.")] = "table",
+    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_FORMS), help="How to print.")] = "table",
     output: Annotated[
         str | None, typer.Option("--output", "-o", metavar="FILE", help="Map of the ppm: .png, .svg or .pdf.")
     ] = None,
@@ -67,7 +62,7 @@ def ldp_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
-    form, area = _Form(choice("format", format, list(_Form))), region_of(region)
+    form, area = format_of(format, _FORMS), region_of(region)
     own = isinstance(area, PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
@@ -82,28 +77,19 @@ def ldp_command(
         "against": against or [],
         "name": name,
     }
-    try:
+    with refusing():
         if height is not None:
             options["height"] = number("height", height, -500.0, 9000.0, " of metres")
         elif heights is not None:
             options["heights"] = read_heights(heights)
         found = ldp(area, **options)
-    except ProjectionError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
-    except ValueError as error:
-        refuse(str(error), error)
-    text = _text(found, form)
     if picture is not None:
         _draw(found, picture)
-        text += wrote(picture.path) if form is _Form.TABLE else ""
-    emit(text, None)
+    present(_report(found, picture), form)
 
 
 def _draw(found: LDP, picture: PictureFile) -> None:
     """The map of the distortion."""
-    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
     picture.save(functools.partial(plots.ldp_figure, found))
 
 
@@ -120,55 +106,63 @@ def _angle(text: str) -> float:
     return degrees
 
 
-def _text(found: LDP, form: _Form) -> str:
-    if form is _Form.TABLE:
-        return _report(found)
-    if form is _Form.JSON:
-        return json_text(found.to_dict())
-    if form is _Form.CSV:
-        columns = {"lon": found.lon, "lat": found.lat, "height": found.height, "ppm": found.ppm}
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        return csv_text([dict(zip(columns, row, strict=True)) for row in rows], list(columns))
-    text = {_Form.PROJ: found.proj, _Form.WKT: found.wkt, _Form.ESRI: found.esri}[form]
-    if text is None:
-        fail(f"Invalid format '{form}' for {found.projection.name}. There is no such form of it.")
-        raise typer.Exit(1)
-    return f"{text}\n"
-
-
 _ANGLES = ("lat_0", "lat_1", "lon_0", "lonc", "alpha")
 
 
-def _report(found: LDP) -> str:
-    lines = [
-        f"{found.projection.name} for {found.region.name} ({found.region.area_km2:,.0f} km2), by {found.criterion}",
-        *(
+def _report(found: LDP, picture: PictureFile | None) -> Report:
+    name, region = found.projection.name, found.region
+    return Report(
+        title=f"{name} for {region.name} ({region.area_km2:,.0f} km2), by {found.criterion}",
+        lead=[
             f"{key:6} {_degrees(value) if key in _ANGLES else number_text(value)}"
             for key, value in found.parameters.items()
-        ),
-        "",
-    ]
+        ],
+        tables=[_maps(found)],
+        notes=[*_notes(found)],
+        data=found.to_dict,
+        rows=lambda: _points(found),
+        copies={
+            form: Copy(text, "There is no such form of it.")
+            for form, text in (("proj", found.proj), ("wkt", found.wkt), ("esri", found.esri))
+        },
+        about=name,
+        written=[picture.path if picture else None],
+    )
+
+
+def _maps(found: LDP) -> Table:
+    """What the map does in the region, and what others do."""
     maps = [(found.family, found.statistics), *((other.family, other.statistics) for other in found.others)]
-    maps += found.baselines
-    columns: dict[str, list[str]] = {"map": [label for label, _ in maps]}
-    for name in ("min", "max", "mean", "std", "rms"):
-        columns[f"{name} ppm"] = [f"{getattr(statistics, name):.2f}" for _, statistics in maps]
-    for ppm in found.statistics.within:
-        columns[f"within {ppm:g}"] = [_share(statistics, ppm) for _, statistics in maps]
-    low, high = found.height.min(), found.height.max()
-    notes = [
-        f"Heights are ellipsoidal, not orthometric: {low:,.1f} to {high:,.1f} m at {found.lon.size:,} points.",
-        *found.notes,
-        f"PROJ: {found.proj}",
-        *([f"PROJ, {found.simpler.family}: {found.simpler.proj}"] if found.simpler else []),
+    rows = [
+        {"map": label} | vars(statistics) | {f"within {ppm:g}": share for ppm, share in statistics.within.items()}
+        for label, statistics in (*maps, *found.baselines)
     ]
+    figures = [Column(name, show="{:.2f}".format, unit="ppm") for name in ("min", "max", "mean", "std", "rms")]
+    shares = [Column(f"within {ppm:g}", show=_share) for ppm in found.statistics.within]
+    return Table(rows, [Column("map", left=True), *figures, *shares])
+
+
+def _notes(found: LDP) -> Iterator[str]:
+    low, high = found.height.min(), found.height.max()
+    yield f"Heights are ellipsoidal, not orthometric: {low:,.1f} to {high:,.1f} m at {found.lon.size:,} points."
+    yield from found.notes
+    yield f"PROJ: {found.proj}"
+    if found.simpler:
+        yield f"PROJ, {found.simpler.family}: {found.simpler.proj}"
     forms = [form for form, text in (("wkt", found.wkt), ("esri", found.esri)) if text]
-    notes += [f"WKT: see --format {' or '.join(forms)}"] if forms else []
-    return notes_text(lines) + table_text(columns, "") + notes_text(notes)
+    if forms:
+        yield f"WKT: see --format {' or '.join(forms)}"
 
 
-def _share(statistics: HeightStatistics, ppm: float) -> str:
-    return f"{100 * statistics.within[ppm]:.1f} %"
+def _points(found: LDP) -> list[Row]:
+    """A row a point of the region."""
+    columns = {"lon": found.lon, "lat": found.lat, "height": found.height, "ppm": found.ppm}
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
+
+
+def _share(share: float) -> str:
+    return f"{100.0 * share:.1f} %"
 
 
 def _degrees(value: float) -> str:

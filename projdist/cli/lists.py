@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from projdist.answers import INDICES
-from projdist.cli.formats import render_list
 from projdist.cli.options import FormatOption, choice, format_of
-from projdist.cli.output import emit
+from projdist.cli.output import present
+from projdist.cli.report import listing
 from projdist.field import FIGURES
 from projdist.matrices import MEASURES
 from projdist.numerics import CRITERIA
@@ -22,7 +22,7 @@ def list_command(
 ) -> None:
     """List the projections, measures, figures, criteria or published indices that there are."""
     rows = _LISTS[choice("list", what, list(_LISTS))]()
-    emit(render_list(rows, format_of(format)), None)
+    present(listing(rows), format_of(format))
 
 
 def _projection_rows() -> list[dict[str, str]]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -13,7 +14,6 @@ from projdist.applications.mosaics import (
     FRAMES,
     MODELS,
     Correspondences,
-    Mosaic,
     Picture,
     check_frame,
     correspondences_of,
@@ -23,12 +23,13 @@ from projdist.applications.mosaics import (
     parse_sizes,
     read_correspondences,
 )
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, table_text
+from projdist.cli.errors import fail, refuse, refusing
+from projdist.cli.formats import JSON, json_text
 from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, picture_notes
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_for, format_of, number, printed_or_file
-from projdist.cli.output import emit, put, wrote
+from projdist.cli.output import present, put
 from projdist.cli.pictures import PictureFile
+from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 
 _FIGURES = {
@@ -108,16 +109,14 @@ def mosaic_command(
         if value is not None and output is None:
             refuse(f"Invalid option '--{name}'. It needs a mosaic to draw: -o FILE.")
     path = printed_or_file(report, overwrite)
-    format_for(None, path, [Format.JSON])
-    try:
+    format_for(None, path, [JSON])
+    with refusing():
         pictures = open_pictures(images or [])
         given = _given(pictures, correspondences, sizes, options["model"])
         count = len(pictures) if given is None else len(given.sizes)
         options["frame"] = check_frame(frame, count)
         if weights is not None and len(options["weights"]) != count:
             raise ValueError(f"Invalid weights '{weights}'. There must be {count}, one an image.")
-    except ValueError as error:
-        refuse(str(error), error)
     target = None
     if output is not None:
         words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0]}
@@ -138,8 +137,7 @@ def mosaic_command(
         result["compare"] = str(figure.path)
     if path is not None:
         put(json_text(result), path, overwrite)
-    written = [one.path for one in (target, figure) if one is not None] + ([] if path is None else [path])
-    emit(_text(found, result, form) + (wrote(*written) if form is Format.TABLE else ""), None)
+    present(_report(result, [*(one.path for one in (target, figure) if one), path]), form)
     for note in found.notes:
         fail(note)
 
@@ -159,36 +157,33 @@ def _given(
     return read_correspondences(correspondences, model=model, sizes=None if sizes is None else parse_sizes(sizes))
 
 
-def _text(found: Mosaic, result: dict[str, Any], form: Format) -> str:
-    if form is Format.JSON:
-        return json_text(result)
+def _report(result: dict[str, Any], written: Sequence[Path | None]) -> Report:
     rows = [
         {"image": image} | {frame: of_images and of_images[row] for frame, of_images in result["distortions"].items()}
         for row, image in enumerate(result["images"])
     ]
-    if form is Format.CSV:
-        return csv_text(rows, ["image"])
-    columns = {"image": [*(row["image"] for row in rows), "all"]}
-    for frame, figure in result["frames"].items():
-        reference = result["references"].get(frame)
-        title = frame if reference is None else f"{frame} ({reference})"
-        columns[title] = [*(_figure(row[frame]) for row in rows), _figure(figure)]
-    notes = [_FIGURES[result["model"]]]
+    references = {frame: f"{frame} ({image})" for frame, image in result["references"].items()}
+    columns = [Column("image", left=True)]
+    columns += [Column(frame, references.get(frame, ""), "{:.4g}".format) for frame in result["frames"]]
+    return Report(
+        title=f"{len(rows) - len(result['left_out'])} images, {result['model']}",
+        tables=[Table([*rows, {"image": "all"} | result["frames"]], columns)],
+        notes=[_FIGURES[result["model"]], *_notes(result)],
+        data=lambda: result,
+        rows=lambda: rows,
+        header=["image"],
+        written=written,
+    )
+
+
+def _notes(result: dict[str, Any]) -> Iterator[str]:
     if result["impossible"]:
-        notes.append(
-            f"The planes of {len(result['impossible'])} of {len(found.images)} images send others through infinity."
-        )
+        count = f"{len(result['impossible'])} of {len(result['images']) - len(result['left_out'])} images"
+        yield f"The planes of {count} send others through infinity."
     canvas = result["canvas"]
-    notes.append(
+    yield (
         f"Frame {result['frame']}: {canvas['width']} x {canvas['height']} pixels; the points fit to "
         f"{result['rms_pixels']:.3g} pixels RMS; mean resultant length {result['resultant_length']:.4f}."
     )
     if "picture" in result:
-        notes += picture_notes(result["picture"])
-    if form is Format.MARKDOWN:
-        return "\n".join([markdown_text(columns), *notes, ""])
-    return table_text(columns, f"{len(found.images)} images, {result['model']}") + notes_text(notes)
-
-
-def _figure(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
+        yield from picture_notes(result["picture"])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import typer
 
+from projdist import gis, plots
 from projdist.applications.mosaics import (
     BLENDS,
     EXPOSURES,
@@ -25,7 +25,8 @@ from projdist.applications.mosaics import (
     world_file,
     write_world_file,
 )
-from projdist.cli.errors import cannot_write, fail, refuse
+from projdist.cli.errors import cannot_write, fail, refuse, refusing
+from projdist.cli.layers import check_libraries
 from projdist.cli.options import choice, file_of_kind, output_file
 from projdist.cli.pictures import PictureFile
 
@@ -49,14 +50,12 @@ class MosaicFile:
             "crop": crop,
         }
         self._pictures, self._overwrite = pictures, overwrite
-        try:
+        with refusing():
             self._sheets = [_georeference(picture) for picture in pictures]
-        except ValueError as error:
-            refuse(str(error), error)
         self._world = None
         if any(self._sheets):
             if self.path.suffix.lower() in _GEOTIFF:
-                _gis(self.path)
+                check_libraries(self.path)
             else:
                 self._world = output_file(str(world_file(self.path)), overwrite)
 
@@ -96,7 +95,7 @@ class MosaicFile:
 
     def _write(self, drawn: Rendered, place: MeanGeoreference | None) -> None:
         if place is not None and self._world is None:
-            _gis(self.path).save_geotiff(drawn.bands, self.path, place, overwrite=self._overwrite)
+            gis.save_geotiff(drawn.bands, self.path, place, overwrite=self._overwrite)
             return
         save_mosaic(drawn, self.path, overwrite=self._overwrite)
         if place is not None and self._world is not None:
@@ -105,12 +104,8 @@ class MosaicFile:
 
 def draw_frames(found: Mosaic, pictures: Sequence[Picture], target: PictureFile) -> None:
     """Draw the frames side by side: of images, or, where there are none, of their rims."""
-    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
-    try:
+    with refusing():
         target.save(functools.partial(plots.mosaic_figure, found, pictures or None))
-    except ImportError as error:
-        refuse(str(error), error)
 
 
 def picture_notes(written: dict[str, Any]) -> list[str]:
@@ -130,20 +125,7 @@ def _georeference(picture: Picture) -> Georeference | None:
     if picture.path is None or picture.is_turned:
         return None
     own = read_world_file(picture.path)
-    from projdist import gis  # what it needs is slow to load, and may be missing
-
     try:
         return gis.georeference_of(picture.path) or own
     except ImportError:
         return own
-
-
-def _gis(path: Path) -> Any:
-    """The package `gis`, or the end of the command where a GeoTIFF cannot be written."""
-    from projdist import gis  # as above
-
-    try:
-        gis.check_libraries(path)
-    except ImportError as error:
-        refuse(str(error), error)
-    return gis

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
+from projdist import plots
 from projdist.applications.oldmaps import MODELS, OldMap, old_map, read_control_points
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, table_text
+from projdist.cli.cells import fixed
+from projdist.cli.errors import refusing
 from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, choice, format_of, number
-from projdist.cli.output import emit, wrote
+from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
-from projdist.projections import ProjectionError
+from projdist.cli.report import Column, Report, Table
 
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
 DRAWN_MEASURES = ("fisher", "areal_scale")
@@ -67,67 +69,55 @@ def oldmap_command(
     panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
     drawn: dict[str, Any] = {"image": image, "draw": draw, "measure": None if measure == "fisher" else measure}
     picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, **drawn)
-    try:
+    with refusing():
         found = old_map(
             read_control_points(points, crs=crs),
             model=model,
             smoothing=None if smoothing is None else number("smoothing", smoothing, 0.0, 1e9),
             dots_per_inch=None if scan_dpi is None else number("scan dpi", scan_dpi, 1.0, 1e5),
         )
-    except ProjectionError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
-    except ValueError as error:
-        refuse(str(error), error)
-    text = _text(found, points, form)
     if picture is not None:
         _draw(found, picture, panels=panels or PANELS[:4], measure=measure, image=image)
-        text += wrote(picture.path) if form is Format.TABLE else ""
-    emit(text, None)
+    present(_report(found, points, picture), form)
 
 
 def _draw(found: OldMap, picture: PictureFile, *, panels: Any, measure: str, image: str | None) -> None:
     """The panels on the old map."""
-    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
     picture.save(functools.partial(plots.old_map_figure, found, draw=panels, measure=measure, image=image))
 
 
-def _text(found: OldMap, given: str, form: Format) -> str:
+def _report(found: OldMap, given: str, picture: PictureFile | None) -> Report:
     data = found.to_dict()
-    if form is Format.JSON:
-        return json_text(data)
-    if form is Format.CSV:
-        return csv_text(data["points"], [])
-    columns = _columns(data)
-    lines = _lines(data)
-    if form is Format.MARKDOWN:
-        return "\n".join([markdown_text(columns), *lines, ""])
-    title = f"{given}: {len(found.points.old)} control points, {found.fit.model}"
-    return table_text(columns, title) + notes_text(lines)
+    rectifications = [{"map": _NAMES[name]} | row for name, row in data["rectifications"].items()]
+    return Report(
+        title=f"{given}: {len(found.points.old)} control points, {found.fit.model}",
+        tables=[Table(rectifications, [*_columns(data["dots_per_inch"] is not None)])],
+        notes=_notes(data),
+        data=lambda: data,
+        rows=lambda: data["points"],
+        written=[picture.path if picture else None],
+    )
 
 
 _NAMES = {"mdt": "MDT", "affine": "affine, least squares", "helmert": "Helmert, least squares"}
 
 
-def _columns(data: dict[str, Any]) -> dict[str, list[str]]:
-    """A row a rectification."""
-    rows = data["rectifications"]
-    columns = {"map": [_NAMES[name] for name in rows]}
-    columns["mean Dist_F^2"] = [f"{round(row['distortion'], 12):.4g}" for row in rows.values()]
-    columns["RMS at points, m"] = [_short(row["residual"]) for row in rows.values()]
-    columns["m per unit"] = [f"{row['scale']:.5g}" for row in rows.values()]
-    if data["dots_per_inch"] is not None:
-        columns["scale 1 :"] = [_short(row["denominator"]) for row in rows.values()]
-    columns["stretch"] = [f"{row['stretch']:.5g}" for row in rows.values()]
-    for name in ("stretch_azimuth", "shear", "rotation"):
-        title = {"stretch_azimuth": "its azimuth"}.get(name, name)
-        columns[title] = ["-" if row[name] is None else f"{round(row[name], 2) + 0.0:.2f}" for row in rows.values()]
-    return columns
+def _columns(scanned: bool) -> Iterator[Column]:
+    """Of rectifications."""
+    yield Column("map")
+    yield Column("distortion", "mean Dist_F^2", lambda value: f"{round(value, 12):.4g}")
+    yield Column("residual", "RMS at points,", _short, unit="m")
+    yield Column("scale", "m per unit", "{:.5g}".format)
+    if scanned:
+        yield Column("denominator", "scale 1 :", _short)
+    yield Column("stretch", show="{:.5g}".format)
+    yield Column("stretch_azimuth", "its azimuth", _degrees)
+    yield Column("shear", show=_degrees)
+    yield Column("rotation", show=_degrees)
 
 
-def _lines(data: dict[str, Any]) -> list[str]:
-    """What a table has no room for."""
+def _notes(data: dict[str, Any]) -> list[str]:
+    """What the table has no room for."""
     lines = [f"The fit has {data['freedom']:.4g} parameters a coordinate"]
     if data["smoothing"] is not None:
         lines[0] += f", with the smoothing {data['smoothing']:.4g}"
@@ -150,6 +140,10 @@ def _lines(data: dict[str, Any]) -> list[str]:
     if data["outliers"]:
         lines.append(f"Outliers, the farthest first: {_few(data['outliers'])}.")
     return lines + data["notes"]
+
+
+def _degrees(value: float) -> str:
+    return fixed(value, 2)
 
 
 def _short(value: float) -> str:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import enum
 import math
 import operator
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import area_text, json_text, notes_text, rounded, table_text
+from projdist.cli.cells import area_text, change, covers, rounded
+from projdist.cli.errors import refusing
+from projdist.cli.formats import JSON, TABLE
 from projdist.cli.options import (
     OutputOption,
     OverwriteOption,
@@ -21,9 +21,10 @@ from projdist.cli.options import (
     printed_or_file,
     region_of,
 )
-from projdist.cli.output import emit
+from projdist.cli.output import present
+from projdist.cli.report import Column, Copy, Report, Table
 from projdist.decisions import FAMILIES, Optimum, optimize, recommend
-from projdist.projections import ProjectionError, number_text
+from projdist.projections import number_text
 from projdist.regions import Place
 
 _RECOMMENDED = "recommend"
@@ -31,11 +32,7 @@ _LAST = 0.1  # digit of values above 1
 _DIGIT = 1e-5  # of a value: what figures of a table are shown to
 
 
-class _Form(enum.StrEnum):
-    TABLE = "table"
-    PROJ = "proj"
-    WKT = "wkt"
-    JSON = "json"
+_FORMS = (TABLE, "proj", "wkt", JSON)
 
 
 def optimize_command(
@@ -71,27 +68,22 @@ def optimize_command(
             metavar="PROJECTION", help="A map to compare with, or 'recommend': the best existing CRS. May be repeated."
         ),
     ] = None,
-    format: Annotated[str | None, file_format(_Form, ".json, .wkt or .txt")] = None,
+    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt or .txt")] = None,
     output: OutputOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Find the parameters with which a family of projections distorts a region least."""
     path = printed_or_file(output, overwrite)
-    form = _Form(format_for(format, path, list(_Form)))
+    form = format_for(format, path, _FORMS)
     step = None if round is None else number("rounding", round, 1e-9, 45.0, " of degrees")
     area = region_of(region)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
-    try:
+    with refusing():
         others = [_best_existing(area, criterion) if one == _RECOMMENDED else one for one in against or []]
         found = optimize(
             family, area, free=names, criterion=criterion, ellipsoid=ellipsoid, round_to=step, against=others
         )
-    except ProjectionError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
-    except ValueError as error:
-        refuse(str(error), error)
-    emit(_text(found, form, path), path, overwrite)
+    present(_report(found), form, path, overwrite)
 
 
 def _best_existing(region: Place, criterion: str) -> str:
@@ -102,70 +94,67 @@ def _best_existing(region: Place, criterion: str) -> str:
     return best[0].code
 
 
-def _text(found: Optimum, form: _Form, output: Path | None) -> str:
-    if form is _Form.JSON:
-        return json_text(found.to_dict())
-    if form is _Form.PROJ:
-        return f"{found.proj}\n"
-    if form is _Form.TABLE:
-        return _report(found, output)
-    if found.wkt is None:
-        fail(f"Invalid format 'wkt' for {found.projection.name}. {found.wkt_reason}")
-        raise typer.Exit(1)
-    return f"{found.wkt}\n"
+def _report(found: Optimum) -> Report:
+    name = found.projection.name
+    return Report(
+        title=f"{name} for {found.region.name} ({area_text(found.region.area_km2)})",
+        lead=[*_lead(found)],
+        tables=[_maps(found), *([_roundings(found)] if found.roundings else [])],
+        notes=[
+            *(f"{failure.given}: {failure.error}" for failure in found.failures),
+            "",
+            f"PROJ: {found.proj}",
+            "WKT2: see --format wkt" if found.wkt else f"WKT2: none; {found.wkt_reason}",
+        ],
+        data=found.to_dict,
+        copies={"proj": Copy(found.proj), "wkt": Copy(found.wkt, found.wkt_reason)},
+        about=name,
+    )
 
 
-def _report(found: Optimum, output: Path | None) -> str:
-    unit = f" {found.unit}" if found.unit else ""
-    lines = [
-        f"{found.projection.name} for {found.region.name} ({area_text(found.region.area_km2)})",
-        *(f"{name:8} {number_text(value)}" for name, value in found.parameters.items()),
-        f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}",
-        f"{found.criterion} {_shown(found.value, found.error_estimate)}{unit}"
-        if found.criterion != "airy_kavrayskiy"
-        else "",
-        *found.remarks,
-        *(f"{name} is at the end of its range." for name in found.at_limit),
-        f"Covers {100 * found.coverage:.4g} % of the region." if found.coverage < 0.9999995 else "",
-    ]
-    text = notes_text([*filter(None, lines), ""], output)
-    # Where the criterion vanishes there is only rounding to compare.
-    name, unit = ("airy_kavrayskiy", "") if found.note else (found.criterion, unit)
+def _lead(found: Optimum) -> Iterator[str]:
+    """The parameters and the figures."""
+    yield from (f"{name:8} {number_text(value)}" for name, value in found.parameters.items())
+    yield f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}"
+    if found.criterion != "airy_kavrayskiy":
+        yield f"{found.criterion} {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
+    yield from found.remarks
+    yield from (f"{name} is at the end of its range." for name in found.at_limit)
+    yield from covers(found.coverage)
+
+
+def _maps(found: Optimum) -> Table:
+    """The optimum beside other maps. Where the criterion vanishes there is only rounding to compare."""
+    name, unit = ("airy_kavrayskiy", "") if found.note else (found.criterion, found.unit)
     figure = operator.attrgetter("airy_kavrayskiy" if found.note else "value")
     this = figure(found)
     compared: list[tuple[str, Any, str]] = [("this", found, found.proj)]
-    compared += [(b.name, b, b.definition) for b in found.baselines]
-    compared += [(other.family, other, other.proj) for other in found.others]
-    text += table_text(
+    compared += [(one.name, one, one.definition) for one in found.baselines]
+    compared += [(one.family, one, one.proj) for one in found.others]
+    rows = [
         {
-            "map": [name for name, _, _ in compared],
-            f"{name}{unit}": [_shown(figure(one), 0.0 if found.note else one.error_estimate) for _, one, _ in compared],
-            "against this": [f"{100 * (figure(one) / this - 1):+.2f} %" if this else "-" for _, one, _ in compared],
-            "definition": [definition for _, _, definition in compared],
-        },
-        "",
-        output=output,
-    )
-    if found.roundings:
-        text += table_text(
-            {
-                "rounded to": [f"{one.step:g} deg" for one in found.roundings],
-                "costs": [f"{100 * one.loss:+.2f} %" for one in found.roundings],
-                **{
-                    name: [number_text(one.parameters[name]) for one in found.roundings]
-                    for name in found.roundings[0].parameters
-                },
-            },
-            "",
-            output=output,
-        )
-    notes = [
-        *(f"{failure.given}: {failure.error}" for failure in found.failures),
-        "",
-        f"PROJ: {found.proj}",
-        "WKT2: see --format wkt" if found.wkt else f"WKT2: none; {found.wkt_reason}",
+            "map": label,
+            "value": figure(one),
+            "error": 0.0 if found.note else one.error_estimate,
+            "against_this": figure(one) / this if this else None,
+            "definition": definition,
+        }
+        for label, one, definition in compared
     ]
-    return text + notes_text(notes, output)
+    columns = [
+        Column("map", left=True),
+        Column("value", name, _shown, error="error", unit=unit),
+        Column("against_this", "against this", change),
+        Column("definition"),
+    ]
+    return Table(rows, columns)
+
+
+def _roundings(found: Optimum) -> Table:
+    """What rounded parameters cost."""
+    rows = [{"step": one.step, "cost": 1.0 + one.loss} | one.parameters for one in found.roundings]
+    parameters = [Column(name, show=number_text) for name in found.roundings[0].parameters]
+    return Table(rows, [Column("step", "rounded to", "{:g} deg".format), Column("cost", "costs", change), *parameters])
 
 
 def _shown(value: float, error: float = 0.0) -> str:

@@ -10,8 +10,9 @@ from typing import Annotated, Any
 
 import typer
 
-from projdist.cli.errors import cannot_write, fail, refuse
-from projdist.cli.formats import Format
+from projdist import gis
+from projdist.cli.errors import cannot_write, fail, refuse, refusing
+from projdist.cli.formats import FORMATS, TABLE
 from projdist.matrices import get_measure
 from projdist.regions import Place, get_region, weighted_points
 from projdist.support import is_stream, refuse_existing
@@ -49,8 +50,8 @@ WeightOption = Annotated[
         "column.",
     ),
 ]
-FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(Format), help="How to print.")]
-FileFormatOption = Annotated[str | None, file_format(Format, ".json, .csv, .md or .txt")]
+FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="How to print.")]
+FileFormatOption = Annotated[str | None, file_format(FORMATS, ".json, .csv, .md or .txt")]
 OutputOption = Annotated[
     str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
 ]
@@ -73,23 +74,21 @@ def choice(thing: str, text: str, allowed: list[str]) -> str:
     return text
 
 
-def format_of(text: str) -> Format:
-    """The format of a name."""
-    return Format(choice("format", text, list(Format)))
+def format_of(text: str, forms: Sequence[str] = FORMATS) -> str:
+    """The name of a format."""
+    return choice("format", text, list(forms))
 
 
 _TOLD_BY = {".json": "json", ".csv": "csv", ".md": "markdown", ".wkt": "wkt"}
 _OF_ANY = (".txt", ".log", "")
 
 
-def format_for(
-    text: str | None, path: Path | None, forms: Sequence[str] = tuple(Format), others: Sequence[str] = ()
-) -> str:
+def format_for(text: str | None, path: Path | None, forms: Sequence[str] = FORMATS, others: Sequence[str] = ()) -> str:
     """The format that is asked for, or else told by the suffix of the file to write; they must not contradict.
 
     Files of `others`, suffixes too, hold what is no text.
     """
-    stated = None if text is None else choice("format", text, list(forms))
+    stated = None if text is None else format_of(text, forms)
     suffix = "" if path is None or is_stream(path) else path.suffix.lower()
     told = _TOLD_BY.get(suffix)
     if suffix not in (*_OF_ANY, *others) and told not in forms:
@@ -97,7 +96,7 @@ def format_for(
         refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(allowed)}, or none.")
     if told is not None and stated not in (None, told):
         refuse(f"Invalid format '{stated}' for '{path}'. Its suffix tells the format, {told}.")
-    return told or stated or Format.TABLE
+    return told or stated or TABLE
 
 
 def region_of(text: str, weight: str | None = None) -> Place:
@@ -118,22 +117,16 @@ def _weighted(text: str, weight: str) -> Place:
         return weighted_points(text, weight)
     if mark and not band.isdecimal():
         raise ValueError(f"Invalid band '{band}' of '{path}'. It must be a number.")
-    from projdist import gis  # what it needs is slow to load, and may be missing
-
-    try:
+    with refusing():
         return gis.weighted(text, path, band=int(band or 1))
-    except ImportError as error:
-        refuse(str(error), error)
 
 
 def measure_names(given: list[str] | None) -> list[str]:
     """Names of measures, which may stand with commas between them."""
     names = [name.strip() for text in given or [] for name in text.split(",")]
-    try:
+    with refusing():
         for name in names:
             get_measure(name)
-    except ValueError as error:
-        refuse(str(error), error)
     return names
 
 

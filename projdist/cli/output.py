@@ -4,19 +4,31 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from projdist.cli.errors import cannot_write, refuse
-from projdist.cli.formats import write
-from projdist.support import is_stream
+from projdist.cli.errors import cannot_write, refuse, refusing
+from projdist.cli.formats import render, wrote
+from projdist.cli.report import Report
+from projdist.support import is_stream, replacing
+
+
+def present(report: Report, form: str, output: Path | None = None, overwrite: bool = False) -> None:
+    """Print a report in a format, or write it to a file and say so."""
+    emit(render(report, form, output), output, overwrite)
 
 
 def emit(text: str, output: Path | None, overwrite: bool = False) -> None:
     """Print text, or write it to a file and say so; what cannot be written ends the command."""
     put(text, output, overwrite)
     if output is not None and not is_stream(output):
-        put(wrote(output), None)
+        tell_written(output)
+
+
+def tell_written(*paths: Path) -> None:
+    """Say which files were written."""
+    put(wrote(*paths), None)
 
 
 def put(text: str, output: Path | None, overwrite: bool = False) -> None:
@@ -31,20 +43,23 @@ def put(text: str, output: Path | None, overwrite: bool = False) -> None:
         cannot_write(output, error)
 
 
-def wrote(*paths: Path) -> str:
-    """The lines that say which files a command has written; folders of files, too.
-
-    They end a table, or are all that is printed; JSON, CSV and Markdown, which go elsewhere, have none.
-    """
-    return "".join(f"Wrote: {path}\n" for path in paths)
+def write(text: str, output: Path | None, overwrite: bool) -> None:
+    """Print text, or write it to a file that is never left half-written; raises OSError."""
+    if output is None:
+        sys.stdout.write(text)
+        sys.stdout.flush()  # so that what cannot be written is an error here, and not when the process ends
+        return
+    with replacing(output, overwrite=overwrite) as new:
+        new.write_bytes(text.encode(errors="backslashreplace"))
 
 
 @contextlib.contextmanager
 def drawing(output: Path) -> Iterator[None]:
     """Say what of a picture cannot be drawn or written."""
     try:
-        yield
-    except (ValueError, FileExistsError) as error:
+        with refusing():
+            yield
+    except FileExistsError as error:
         refuse(str(error), error)
     except MemoryError as error:
         refuse(f"Invalid picture '{output}'. It needs more memory than there is: take a larger step.", error)

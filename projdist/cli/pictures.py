@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from projdist import plots
 from projdist.cli.errors import refuse
 from projdist.cli.options import dots_of, file_of_kind, size_of, step_of
 from projdist.cli.output import drawing
@@ -17,16 +18,12 @@ class PictureFile:
     def __init__(
         self, output: str, *, size: str | None, dpi: str | None, step: str | None = None, overwrite: bool
     ) -> None:
-        from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
         self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
         self.dots, self.step = dots_of(dpi), step_of(step)
         self.size, self.overwrite = size_of(size, self.dots), overwrite
 
     def save(self, draw: Callable[..., Any]) -> None:
         """Write the figure that `draw` makes with `size` and `dpi`; what cannot be drawn ends the command."""
-        from projdist import plots  # as above
-
         with drawing(self.path):
             figure = draw(size=self.size, dpi=self.dots)
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)

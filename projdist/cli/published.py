@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from projdist.answers import TABLES, tables
-from projdist.cli.errors import refuse
-from projdist.cli.formats import Format, csv_text, json_text, markdown_text, notes_text, render_list, table_text
+from projdist.cli.cells import first_digit, fixed
+from projdist.cli.errors import refusing
 from projdist.cli.options import FileFormatOption, OutputOption, OverwriteOption, format_for, printed_or_file
-from projdist.cli.output import emit
+from projdist.cli.output import present
+from projdist.cli.report import Column, Report, Row, Table, listing
 
 
 def tables_command(
@@ -24,59 +24,54 @@ def tables_command(
 ) -> None:
     """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
     path = printed_or_file(output, overwrite)
-    form = Format(format_for(format, path))
-    if name is None:
-        rows = [{"name": table, "source": source} for table, source in TABLES.items()]
-        emit(render_list(rows, form, path), path, overwrite)
-        return
-    try:
-        found = tables(name).to_dict()
-    except ValueError as error:
-        refuse(str(error), error)
-    emit(_rendered(found, form, path), path, overwrite)
+    form = format_for(format, path)
+    with refusing():
+        report = listing(_names()) if name is None else _report(tables(name).to_dict())
+    present(report, form, path, overwrite)
 
 
-def _rendered(found: dict[str, Any], form: Format, output: Path | None) -> str:
+def _names() -> list[Row]:
+    return [{"name": table, "source": source} for table, source in TABLES.items()]
+
+
+def _report(found: dict[str, Any]) -> Report:
     rows = found["results"]
-    if form is Format.JSON:
-        return json_text(found)
-    if form is Format.CSV:
-        return csv_text(rows, [])
-    columns = {"projection": [row["projection"] for row in rows]}
-    if rows[0]["lat"] is not None:
-        columns |= {key: [f"{row[key]:.9g}" for row in rows] for key in ("lon", "lat")}
-    columns |= {
-        "measure": [row["measure"] for row in rows],
-        "published": [f"{row['published']:.{row['decimals']}f}" for row in rows],
-        "ours": [_shown(row["value"], row) for row in rows],
-        "error": [f"{row['error']:.0e}" for row in rows],
-        "difference": [_shown(row["difference"], row, "+") for row in rows],
-        "comes out": [_verdict(row) for row in rows],
-    }
     explanations = {row["convention"]: row["explanation"] for row in rows if row["convention"]}
-    if explanations:
-        columns["otherwise"] = [_shown(row["value_by_convention"], row) for row in rows]
-        columns["convention"] = [row["convention"] for row in rows]
+    places = [] if rows[0]["lat"] is None else [Column(key, show="{:.9g}".format) for key in ("lon", "lat")]
+    others = [
+        Column("value_by_convention", "otherwise", of=lambda row: _shown("value_by_convention", row)),
+        Column("convention"),
+    ]
+    columns = [
+        Column("projection"),
+        *places,
+        Column("measure"),
+        Column("published", of=lambda row: f"{row['published']:.{row['decimals']}f}"),
+        Column("value", "ours", of=lambda row: _shown("value", row)),
+        Column("error", show=first_digit),
+        Column("difference", of=lambda row: _shown("difference", row, "+")),
+        Column("reproduced", "comes out", of=_verdict, left=True),
+        *(others if explanations else []),
+    ]
     notes = [
         "Comes out: ours agrees to half a unit of the last digit printed.",
         *(f"{convention}: {text}" for convention, text in explanations.items()),
         *sorted({f"Source: {row['source']} ({row['status']})." for row in rows}),
     ]
-    if form is Format.MARKDOWN:
-        return markdown_text(columns) + "\n" + "\n".join(notes).replace("*", "\\*") + "\n"
-    keys = list(columns).index("measure") + 1
-    return table_text(columns, found["source"], keys, output) + notes_text(notes, output)
+    return Report(
+        title=found["source"],
+        tables=[Table(rows, columns, keys=2 + len(places))],
+        notes=notes,
+        data=lambda: found,
+    )
 
 
-def _shown(value: float | None, row: dict[str, Any], sign: str = "") -> str:
+def _shown(key: str, row: Row, sign: str = "") -> str:
     """A figure with two decimals more than were printed."""
-    if value is None:
-        return ""
-    decimals = row["decimals"] + 2
-    return f"{round(value, decimals) + 0.0:{sign}.{decimals}f}"  # + 0.0: no "-0.0000"
+    return "" if row[key] is None else fixed(row[key], row["decimals"] + 2, sign)
 
 
-def _verdict(row: dict[str, Any]) -> str:
+def _verdict(row: Row) -> str:
     if row["reproduced"]:
         return "yes"
     return "otherwise" if row["explained"] else "no"

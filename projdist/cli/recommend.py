@@ -6,7 +6,7 @@ import contextlib
 import functools
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from typing import Annotated, Any
 
@@ -14,11 +14,13 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from projdist.cli.errors import fail, refuse
-from projdist.cli.formats import Format, certain, csv_text, json_text, markdown_text, notes_text, rounded, table_text
+from projdist import plots
+from projdist.cli.cells import certain, change, per_cent, rounded
+from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, format_of, number, region_of
-from projdist.cli.output import emit, wrote
+from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.report import Column, Report, Row, Table
 from projdist.decisions import (
     CLOSE,
     ENGINEERING_PPM,
@@ -34,6 +36,7 @@ from projdist.projections import OF_A_SPHERE
 from projdist.support import check_executor, open_executor
 
 _DRAWN = 4  # maps in the picture
+_ROUNDING = 1e-6  # of an angle, degrees
 
 RegionArgument = Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")]
 
@@ -82,7 +85,7 @@ def recommend_command(
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
     picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite)
-    with _usage(), _executor(executor) as workers, _bar() as progress:
+    with refusing(), _executor(executor) as workers, _bar() as progress:
         result = recommend(
             area,
             purpose=purpose,
@@ -100,23 +103,12 @@ def recommend_command(
     if not result.results:
         fail(f"No CRS serves the region '{area.name}' with these options.")
         raise typer.Exit(1)
-    text = _text(result, form)
     if picture is not None:
         _draw(result, picture)
-        text += wrote(picture.path) if form is Format.TABLE else ""
-    emit(text, None)
+    present(_report(result, picture), form)
 
 
 # ---- the surroundings of the work -----------------------------------------------------------
-
-
-@contextlib.contextmanager
-def _usage() -> Iterator[None]:
-    """Say what was wrong in the words of an option."""
-    try:
-        yield
-    except ValueError as error:
-        refuse(str(error), error)
 
 
 @contextlib.contextmanager
@@ -150,8 +142,6 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:
     """Heat maps of the best, the last of them the best custom projection if there is one, with one colour bar."""
-    from projdist import plots  # matplotlib is slow to load, and --help must not wait for it
-
     custom = result.custom[:1]
     best = _drawable(result)[: _DRAWN - len(custom)]
     distortions = [*(one.distortion for one in best), *(one.distortion for one in custom)]
@@ -174,74 +164,68 @@ def _drawable(result: Recommendation) -> tuple[Candidate, ...]:
     return whole or result.results
 
 
-# ---- formats --------------------------------------------------------------------------------
+# ---- the report -----------------------------------------------------------------------------
 
 
-def _text(result: Recommendation, form: Format) -> str:
-    """A recommendation in a format."""
-    if form is Format.JSON:
-        return json_text(result.to_dict())
+def _report(result: Recommendation, picture: PictureFile | None) -> Report:
     rows = result.rows()
-    if form is Format.CSV:
-        return csv_text([{key: _finite(value) for key, value in row.items()} for row in rows], ["code"])
     existing, custom = rows[: len(result.results)], rows[len(result.results) :]
-    optional = {"against custom": [_loss(row["ratio_to_custom"]) for row in existing]} if custom else {}
-    if any(row["cut_km"] for row in existing):
-        optional["cuts km"] = [f"{row['cut_km']:,.0f}" for row in existing]
-    columns = {
-        "code": [row["code"] for row in existing],
-        "name": [row["name"] for row in existing],
-        "method": [row["method"].replace("_", " ") for row in existing],
-        "ranks by": [_figure(row["ranked"]) for row in existing],
-        **_figures(existing, result.criterion),
-        **optional,
-        "covers": [_percent(row["coverage"]) for row in existing],
-        "in area": [_percent(row["share_in_area_of_use"]) for row in existing],
-        "made for": [_made_for(row) for row in existing],
-        "area of use": [_short(row["area_of_use"]) for row in existing],
-    }
-    designed = {
-        "name": [f"custom {row['method']}" for row in custom],
-        **_figures(custom, result.criterion),
-        "definition": [row["proj"] for row in custom],
-    }
-    notes = _notes(result)
-    if form is Format.MARKDOWN:
-        tables = [markdown_text(columns), *([markdown_text(designed)] if custom else [])]
-        tables += [markdown_text(_zones(system, result.criterion)) for system in result.zones]
-        return "\n".join(tables) + "\n" + "\n".join(f"- {note}" for note in notes) + "\n"
-    title = f"{result.region.name} ({result.region.area_km2:,.0f} km2), {result.purpose}, by {result.criterion}"
-    tables = [table_text(columns, title), *([table_text(designed, "")] if custom else [])]
-    tables += [table_text(_zones(system, result.criterion), _zones_title(system)) for system in result.zones]
-    return "".join(tables) + notes_text(notes)
+    designed = [Column("method", "name", "custom {}".format), *_figures(result.criterion), Column("proj", "definition")]
+    return Report(
+        title=f"{result.region.name} ({result.region.area_km2:,.0f} km2), {result.purpose}, by {result.criterion}",
+        tables=[
+            Table(existing, [*_columns(existing, result)]),
+            *([Table(custom, designed)] if custom else []),
+            *(_zones(system, result.criterion) for system in result.zones),
+        ],
+        notes=_notes(result),
+        data=result.to_dict,
+        rows=lambda: [{key: _finite(value) for key, value in row.items()} for row in rows],
+        header=["code"],
+        written=[picture.path if picture else None],
+    )
 
 
-def _figures(rows: list[dict[str, Any]], criterion: str) -> dict[str, list[str]]:
+def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column]:
+    """Of existing CRSs."""
+    yield Column("code")
+    yield Column("name")
+    yield Column("method", show=lambda method: method.replace("_", " "))
+    yield Column("ranked", "ranks by", certain)
+    yield from _figures(result.criterion)
+    if result.custom:
+        yield Column("ratio_to_custom", "against custom", change)
+    if any(row["cut_km"] for row in rows):
+        yield Column("cut_km", "cuts", "{:,.0f}".format, unit="km")
+    yield Column("coverage", "covers", per_cent)
+    yield Column("share_in_area_of_use", "in area", per_cent)
+    yield Column("national", "made for", of=_made_for, left=True)
+    yield Column("area_of_use", "area of use", _short)
+
+
+def _figures(criterion: str) -> Iterator[Column]:
     """The columns of figures."""
-    return {
-        criterion: [_figure(row["value"], row.get(f"{criterion}_error", 0.0)) for row in rows],
-        "ppm max": [_figure(row["max_scale_error_ppm"], row["max_scale_error_ppm_error"]) for row in rows],
-        "ppm mean": [_figure(row["mean_scale_error_ppm"]) for row in rows],
-        "omega max": [_figure(row["max_omega"], row["max_omega_error"], 1e-6) for row in rows],
-        "areal scale": [_span(row) for row in rows],
-        "keeps": [row["keeps"] or "-" for row in rows],
-    }
+    yield Column("value", criterion, certain, error=f"{criterion}_error")
+    yield Column("max_scale_error_ppm", "ppm max", certain, error="max_scale_error_ppm_error")
+    yield Column("mean_scale_error_ppm", "ppm mean", certain)
+    yield Column("max_omega", "omega max", _angle, error="max_omega_error")
+    yield Column("max_areal_scale", "areal scale", of=_span)
+    yield Column("keeps", of=lambda row: row["keeps"] or "-", left=True)
 
 
-def _zones(system: ZoneSystem, criterion: str) -> dict[str, list[str]]:
-    """The columns of a system of zones."""
-    figures = {
-        "in area": [_percent(zone.share) for zone in system.zones],
-        criterion: [_figure(zone.value) for zone in system.zones],
-        "ppm max": [_figure(zone.max_scale_error_ppm) for zone in system.zones],
-    }
-    return {"code": [zone.code for zone in system.zones], "zone": [zone.name for zone in system.zones]} | figures
-
-
-def _zones_title(system: ZoneSystem) -> str:
-    """How many zones there are, whose, and what they are off by at most."""
+def _zones(system: ZoneSystem, criterion: str) -> Table:
+    """A system of zones: how many there are, whose, and what they are off by at most."""
     whose = "national zones" if system.national else "zones of the world"
-    return f"{len(system.zones)} {whose}, each in its part at most {_figure(system.max_scale_error_ppm)} ppm"
+    columns = [
+        Column("code"),
+        Column("name", "zone"),
+        Column("share", "in area", per_cent),
+        Column("value", criterion, certain),
+        Column("max_scale_error_ppm", "ppm max", certain),
+    ]
+    worst = certain(system.max_scale_error_ppm)
+    title = f"{len(system.zones)} {whose}, each in its part at most {worst} ppm"
+    return Table([vars(zone) for zone in system.zones], columns, title)
 
 
 def _notes(result: Recommendation) -> list[str]:
@@ -296,31 +280,18 @@ def _kind(reason: str) -> str:
     return "on a sphere" if reason.startswith(OF_A_SPHERE) else "that PROJ cannot compute"
 
 
-def _figure(value: float, error: float = 0.0, rounding: float = 0.0) -> str:
-    """Five significant digits at most, as the error allows; what is below the rounding is 0."""
-    if value != value:
-        return "-"
-    if value == float("inf"):
-        return "inf"
-    return "0" if abs(value) < rounding else certain(value, error)
+def _angle(degrees: float, error: float) -> str:
+    """What is below the rounding is 0."""
+    return "0" if abs(degrees) < _ROUNDING else certain(degrees, error)
 
 
-def _loss(ratio: float | None) -> str:
-    """What a map is worse, as a share of the best."""
-    return "-" if ratio is None or not abs(ratio) < float("inf") else f"{100 * (ratio - 1):+.2f} %"
-
-
-def _span(row: dict[str, Any]) -> str:
+def _span(row: Row) -> str:
     """`0.99920 .. 1.00426`, with fewer decimals where the errors ask for it."""
     ends = ((row[f"{end}_areal_scale"], row[f"{end}_areal_scale_error"]) for end in ("min", "max"))
     return " .. ".join("inf" if value == float("inf") else rounded(value, max(error, 1e-5)) for value, error in ends)
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %"
-
-
-def _made_for(row: dict[str, Any]) -> str:
+def _made_for(row: Row) -> str:
     """Whose a map is, as far as that counts."""
     return "national" if row["national"] else "continent or world" if row["wide"] else ""
 

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from projdist import gis
 from projdist.answers import factors
-from projdist.cli.errors import refuse
-from projdist.cli.formats import Format, csv_text, render_factors
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.factor_report import factors_report
+from projdist.cli.formats import CSV, TABLE
 from projdist.cli.layers import check_libraries
-from projdist.cli.output import drawing, emit, wrote
+from projdist.cli.output import drawing, present, tell_written
 from projdist.projections import Projection, check_degrees, check_new_names
 from projdist.support import is_stream, plain
 
@@ -32,19 +34,18 @@ def measure_file(
     at: str,
     measures: Sequence[str],
     prefix: str,
-    form: Format,
+    form: str,
     path: Path | None,
     overwrite: bool,
 ) -> None:
     """Add columns to the points of a file, and print or write all of them."""
-    to_file = path is not None and not is_stream(path)
-    if path is not None and to_file:
+    if path is not None and not is_stream(path):
         if path.suffix.lower() not in _SUFFIXES:
             refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
-        if form is not Format.TABLE:
+        if form != TABLE:
             refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
-        form = Format.CSV
-    try:
+        form = CSV
+    with refusing():
         if at.lower().endswith(".csv") and (path is None or not is_table_file(path)):
             header, rows = _measured_csv(projection, at, measures, prefix, form)
         else:
@@ -53,26 +54,12 @@ def measure_file(
                 _write_frame(projection, frame, path, overwrite)
                 return
             header, rows = _rows(projection, frame)
-    except (ValueError, ImportError) as error:
-        refuse(str(error), error)
-    text = csv_text(rows, header) if to_file else _printed(given, projection, header, rows, form, path)
-    emit(text, path, overwrite)
-
-
-def _printed(
-    given: str,
-    projection: Projection,
-    header: list[str],
-    rows: list[dict[str, Any]],
-    form: Format,
-    path: Path | None,
-) -> str:
     named = {"projection": given, "name": projection.name, "definition": projection.definition}
-    return render_factors(named | {"results": rows}, header, form, path)
+    present(factors_report(named | {"results": rows}, header), form, path, overwrite)
 
 
 def _measured_csv(
-    projection: Projection, at: str, measures: Sequence[str], prefix: str, form: Format
+    projection: Projection, at: str, measures: Sequence[str], prefix: str, form: str
 ) -> tuple[list[str], list[dict[str, Any]]]:
     """The header and the rows of a CSV file with columns added; the file's own stay the text that they are."""
     header, rows = _read_csv(Path(at))
@@ -89,7 +76,7 @@ def _measured_csv(
         dict(zip([*header, *columns], [*row, *map(plain, values)], strict=True))
         for row, values in zip(rows, added, strict=True)
     ]
-    if form is not Format.CSV:
+    if form != CSV:
         for row, east, north in zip(table, lon.tolist(), lat.tolist(), strict=True):
             row.update(lon=east, lat=north)
     return [*header, *columns], table
@@ -118,15 +105,11 @@ def _measured_frame(projection: Projection, at: str, measures: Sequence[str], pr
     """The points of a file as a frame with columns added."""
     if path is not None and is_table_file(path):
         check_libraries(path)
-    from projdist import gis
-
     return factors(projection, gis.read_points(at), measures=measures, prefix=prefix)
 
 
 def _rows(projection: Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
     """A frame's columns and rows without geometries, for printing."""
-    from projdist import gis
-
     table = gis.plain_table(projection, frame)
     rows = [{name: _cell(value) for name, value in row.items()} for row in table.to_dict("records")]
     return [str(name) for name in table.columns], rows
@@ -142,14 +125,10 @@ def _cell(value: Any) -> Any:
 def write_table(projection: Projection, rows: Sequence[Mapping[str, Any]], path: Path, overwrite: bool) -> None:
     """Rows with `lon` and `lat` as a file for GIS programs."""
     check_libraries(path)
-    from projdist import gis
-
     _write_frame(projection, gis.frame_of(rows), path, overwrite)
 
 
 def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool) -> None:
-    from projdist import gis
-
     with drawing(path):
         gis.save_points(projection, frame, path, overwrite=overwrite)
-    emit(wrote(path), None)
+    tell_written(path)

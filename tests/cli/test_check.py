@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import projdist
 from projdist.cli.app import app
-from projdist.cli.check import _text
-from projdist.cli.formats import Format
+from projdist.cli.check import check_report
+from projdist.cli.formats import render
 
 geopandas = pytest.importorskip("geopandas")
 GDAL = pytest.importorskip("pyogrio").__gdal_version__
@@ -249,17 +249,17 @@ def test_a_crs_that_is_none(crs, said, tmp_path):
     assert run(tmp_path / "x.geojson", *IN_UTM)[::2] == (0, "")
 
 
-@pytest.mark.parametrize("form", [Format.TABLE, Format.MARKDOWN])
+@pytest.mark.parametrize("form", ["table", "markdown"])
 def test_the_recommended_crs_is_checked(form, frame):
     """Where it is the one that is checked it has no row of its own, which would be the same; JSON has it."""
     result = projdist.check(frame, "EPSG:25832", purpose=None)
     itself = replace(result, recommended=result)
-    text = _text(itself, "data", 1, form)
+    text = render(check_report(itself, "data", 1), form)
     assert text.count("ETRS89 / UTM zone 32N") == 1
     assert "The recommended CRS for the box about the data is this one, EPSG:25832." in text
-    assert json.loads(_text(itself, "data", 1, Format.JSON))["recommended"] is not None
+    assert json.loads(render(check_report(itself, "data", 1), "json"))["recommended"] is not None
     other = replace(result, recommended=projdist.check(frame, "EPSG:32632", purpose=None))
-    assert "UTM zone 32N" in _text(other, "data", 1, form).partition("ETRS89 / UTM zone 32N")[2]
+    assert "UTM zone 32N" in render(check_report(other, "data", 1), form).partition("ETRS89 / UTM zone 32N")[2]
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,10 @@ import pytest
 from commands import FORMATS, HIDDEN, QUICK, parse_csv, parse_markdown, run, run_json, run_ok
 
 from projdist import factors, summarize
-from projdist.cli.formats import Format, render_comparison, render_factors, rounded
+from projdist.cli.cells import rounded
+from projdist.cli.compare import comparison_report
+from projdist.cli.factor_report import factors_report
+from projdist.cli.formats import render
 
 COMPARE_KEYS = [
     "projection",
@@ -223,12 +226,12 @@ def test_tables_fit_into_a_terminal(columns: int, monkeypatch: pytest.MonkeyPatc
         def isatty(self) -> bool:
             return True
 
-    found = factors("robin", [10, 20], [30, 40]).to_dict()
-    whole = parse_markdown(render_factors(found, [], Format.MARKDOWN))
+    report = factors_report(factors("robin", [10, 20], [30, 40]).to_dict(), [])
+    whole = parse_markdown(render(report, "markdown"))
     monkeypatch.setenv("COLUMNS", str(columns))
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setattr(sys, "stdout", Terminal())
-    text = re.sub(r"\x1b\[[0-9;]*m", "", render_factors(found, [], Format.TABLE))
+    text = re.sub(r"\x1b\[[0-9;]*m", "", render(report, "table"))
     assert all(len(line) <= columns for line in text.splitlines())
     assert text.count(" lon ") > 1
     for cell in {cell for row in whole for cell in row.values()}:
@@ -269,7 +272,7 @@ def test_compare_shows_undefined_figures() -> None:
     result = {"region": {"name": "globe", "area_km2": 1.0}}
     row = dict.fromkeys(COMPARE_KEYS[4:8]) | {"projection": "x", "name": "X", "coverage": 0.5}
     other = dict.fromkeys(COMPARE_KEYS[4:8], 0.25) | {"projection": "y", "name": "Y", "coverage": 1.0}
-    text = render_comparison({**result, "results": [row, other]}, [], [], "given", 1e-8, Format.MARKDOWN)
+    text = render(comparison_report(result, [row, other], [], [], "given", 1e-8), "markdown")
     first, second = parse_markdown(text)
     assert first["AK"] == first["error"] == "-"
     assert second["AK"].endswith("\\*")

@@ -12,7 +12,7 @@ from commands import FORMATS, QUICK, parse_csv, parse_markdown, refused, run, ru
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
-from projdist.cli.formats import certain
+from projdist.cli.cells import certain
 
 
 def process(*words: str, **options: object) -> subprocess.CompletedProcess:

@@ -63,7 +63,7 @@ USAGE = {
     "compare --measure scale@nan robin": r"Invalid azimuth 'nan'",
     "compare --sort foo robin": r"Invalid sort key 'foo'. It must be given, name, .*airy_kavrayskiy, .*\.median",
     "compare --sort foo nosuch": r"Invalid sort key 'foo'",
-    "compare --sort omega robin": r"Invalid sort key 'omega'.*asked for with --measure",
+    "compare --sort omega robin": r"Invalid sort key 'omega'.*measures asked for",
     "compare --sort omega.bad -m omega robin": r"Invalid sort key 'omega.bad'",
     "compare --sort name.x robin": r"Invalid sort key 'name.x'",
     "compare --sort definition robin": r"Invalid sort key 'definition'",

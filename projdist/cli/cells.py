@@ -1,0 +1,71 @@
+"""What stands in the cells of tables and in titles: numbers with the digits that their errors allow, and names."""
+
+from __future__ import annotations
+
+import math
+
+_DIGITS = 5
+_MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
+_LONGEST_LABEL = 60
+WHOLE = 0.9999995
+"""A share that is shown as 100 %."""
+
+
+def rounded(value: float | None, error: float | None) -> str:
+    """At most six decimals or four significant digits, and none that the error makes doubtful."""
+    if value is None:
+        return "-"
+    wanted = max(6, 3 - math.floor(math.log10(abs(value)))) if value else 6
+    good = math.floor(-math.log10(error)) if error else wanted
+    decimals = max(0, min(wanted, good, _MOST_DECIMALS))
+    if error and abs(value) > error and round(value, decimals) == 0.0:
+        decimals += 1  # its first digit is doubtful, and says more than a zero
+    return f"{value:.{decimals}f}"
+
+
+def certain(value: float | None, error: float | None = None) -> str:
+    """Five significant digits at most, and none that the error makes doubtful; 0 for what is no more than its error."""
+    if value is None:
+        return "-"
+    if not error or not value or math.isinf(value):
+        return f"{value:.{_DIGITS}g}"
+    if abs(value) <= error:
+        return "0"
+    before = math.floor(math.log10(abs(value))) + 1
+    good = before + math.floor(-math.log10(error))
+    return f"{value:.{max(1, min(_DIGITS, good))}g}"
+
+
+def fixed(value: float, decimals: int, sign: str = "") -> str:
+    """So many decimals, and no "-0.00"."""
+    return f"{round(value, decimals) + 0.0:{sign}.{decimals}f}"
+
+
+def first_digit(error: float) -> str:
+    """The size of an error."""
+    return f"{error:.0e}"
+
+
+def per_cent(share: float, digits: int = 4) -> str:
+    """A share."""
+    return f"{100.0 * share:.{digits}g} %"
+
+
+def change(ratio: float) -> str:
+    """By how much something is more than something else, of which it is a ratio."""
+    return f"{100.0 * (ratio - 1.0):+.2f} %" if abs(ratio) < math.inf else "-"
+
+
+def area_text(km2: float) -> str:
+    """An area in words, small ones with their digits."""
+    return f"{km2:,.0f} km2" if km2 >= 100 else f"{km2:.3g} km2"
+
+
+def covers(coverage: float) -> list[str]:
+    """A line on what share of a region a map covers, if it is not all."""
+    return [f"Covers {per_cent(coverage)} of the region."] if coverage < WHOLE else []
+
+
+def label_of(given: str, name: str) -> str:
+    """A projection as it was given, or, as WKT may be long, by its name."""
+    return given if len(given) <= _LONGEST_LABEL and "\n" not in given else name
