@@ -135,9 +135,18 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
         return
     columns = (MofNCompleteColumn(), TextColumn("maps"), BarColumn(), TimeRemainingColumn())
     # Drawn when there is news, without a thread that would draw it: processes with threads are not forked.
-    with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as progress:
-        task = progress.add_task("", total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total, refresh=True)
+    progress = Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False)
+    task = progress.add_task("", total=None)
+
+    def move(done: int, total: int) -> None:
+        progress.start()  # with the first news: wrong words are refused before
+        progress.update(task, completed=done, total=total, refresh=True)
+
+    try:
+        yield move
+    finally:
+        if progress.live.is_started:
+            progress.stop()
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from projdist import recommend
 from projdist.cli.app import app
-from projdist.cli.recommend import _drawable
+from projdist.cli.recommend import _bar, _drawable
 from projdist.decisions.recommendation.candidates import INTERRUPTED, Rejected
 from projdist.decisions.recommendation.custom import Custom
 from projdist.decisions.recommendation.zones import Zone, ZoneSystem
@@ -272,6 +272,27 @@ def test_refused(words, message):
     assert (code, out) == (2, "")
     assert err.startswith(f"projdist: {message}")
     assert err.count("\n") == 1
+
+
+class Terminal(io.StringIO):
+    """A standard error that people read."""
+
+    isatty = staticmethod(lambda: True)
+
+
+def test_no_bar_before_wrong_words_are_refused(monkeypatch):
+    """The progress bar comes with the first news."""
+    monkeypatch.setenv("TERM", "xterm")
+    shown = Terminal()
+    monkeypatch.setattr("sys.stderr", shown)
+    with pytest.raises(SystemExit) as ended:
+        app(["recommend", ISLAND, "--criterion", "beauty"])
+    assert ended.value.code == 2
+    assert shown.getvalue().startswith("projdist: Invalid criterion 'beauty'.")
+    with _bar() as move:
+        assert "maps" not in shown.getvalue()
+        move(1, 4)
+        assert " maps " in shown.getvalue()
 
 
 def test_nothing_serves():
