@@ -364,7 +364,7 @@ def test_a_colour_map_of_matplotlib_goes_wherever_a_name_does() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: projdist.summarize("robin", None), r"^Invalid region 'None'\. It must be globe, "),
+        (lambda: projdist.summarize("robin", True), r"^Invalid region 'True'\. It must be globe, "),
         (lambda: projdist.summarize("robin", [1, 2, 3]), r"^Invalid region '\[1, 2, 3\]'\. It must be globe, "),
         (
             lambda: projdist.summarize("robin", CAP, tolerance="small"),

@@ -29,7 +29,7 @@ from projdist.projections import (
     uncomposed,
     wkt_of,
 )
-from projdist.regions import GLOBE, Box, Place, Region, RegionLike, get_region
+from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, check_choice, plain, quoted
 
 __all__ = ["CONSTRAINTS", "Correction", "correct"]
@@ -214,17 +214,17 @@ def correct(
         raise ValueError(f"Invalid keep_north {quoted(keep_north)}. It must be True or False.")
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
-    region = get_region(region) if region is not None else _usual_region(projection)
-    before = summary_of(projection, region, tolerance=tolerance)
+    place = region_for(region, [projection])
+    before = summary_of(projection, place, tolerance=tolerance)
     matrix, notes = CONSTRAINTS[constraint](before.mdt), [_orientation(before)]
     if not keep_north:
-        rotation = _rotation(projection, region, before.mdt, tolerance)
+        rotation = _rotation(projection, place, before.mdt, tolerance)
         matrix = rotation.q @ matrix
         notes.append(rotation.note)
     matrix = _without_noise(matrix, max(tolerance, before.error_estimate))
     name = f"{projection.name}, corrected"
     corrected = compose(projection, matrix, name)
-    after = summary_of(corrected, region, tolerance=tolerance)
+    after = summary_of(corrected, place, tolerance=tolerance)
     error = max(before.error_estimate, after.error_estimate)
     if error > _POOR * before.airy_kavrayskiy:
         notes.append("The errors are hardly known, and neither is the matrix.")
@@ -234,7 +234,7 @@ def correct(
     return Correction(
         projection=projection,
         given=given or projection.label,
-        region=region,
+        region=place,
         constraint=constraint,
         keep_north=keep_north,
         coverage=before.coverage,
@@ -251,10 +251,6 @@ def correct(
         wkt=wkt,
         wkt_reason=reason,
     )
-
-
-def _usual_region(projection: Projection) -> Region:
-    return Box(*projection.area_of_use) if projection.area_of_use else GLOBE
 
 
 def _orientation(before: Summary) -> str:

@@ -22,7 +22,7 @@ from projdist._typing import FloatArray, IntArray
 from projdist.answers.pairs import GOLDEN, Points, Scatter
 from projdist.earth import chord_angle, unit_vectors
 from projdist.projections import Projection, ProjectionLike, geodesic_lengths, geodesic_points
-from projdist.regions import Place, PointSet, RegionLike, get_region
+from projdist.regions import Place, PointSet, RegionLike, region_for
 from projdist.support import Answer, check_choice, check_number, check_whole_number, plain, quoted
 
 __all__ = [
@@ -156,7 +156,7 @@ DISTANCE_MEASURES: dict[str, DistanceMeasure] = {"gott": gott, "peters": peters,
 
 def distance_distortion(
     projection: ProjectionLike,
-    region: RegionLike = "globe",
+    region: RegionLike | None = None,
     *,
     measure: str | DistanceMeasure = "gott",
     map_distance: MapDistance | None = None,
@@ -172,8 +172,9 @@ def distance_distortion(
     ----------
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
-    region : RegionLike, default "globe"
-        Anything that `get_region` takes, also a `PointSet`.
+    region : RegionLike, optional
+        Anything that `get_region` takes, also a `PointSet`. Without one it is the area of use of a CRS, and the globe
+        for other projections.
     measure : str or callable, default "gott"
         A name of `DISTANCE_MEASURES`, or a function of the ratios d_map / d_globe (n,) and their weights (n,), whose
         sum is 1, that gives a number.
@@ -223,7 +224,7 @@ def distance_distortion(
 
 def distance_distortions(
     projection: ProjectionLike,
-    region: RegionLike = "globe",
+    region: RegionLike | None = None,
     measures: Sequence[str | DistanceMeasure] = tuple(DISTANCE_MEASURES),
     *,
     map_distance: MapDistance | None = None,
@@ -332,7 +333,7 @@ def _globe_distances(projection: Projection, one: Points, other: Points) -> Floa
 
 
 def great_circle_bending(
-    projection: ProjectionLike, region: RegionLike = "globe", *, tolerance: float = DEFAULT_TOLERANCE, seed: int = 0
+    projection: ProjectionLike, region: RegionLike | None = None, *, tolerance: float = DEFAULT_TOLERANCE, seed: int = 0
 ) -> FiniteDistortion:
     """How far a map bends the geodesics between all pairs of points of a region.
 
@@ -344,8 +345,9 @@ def great_circle_bending(
     ----------
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
-    region : RegionLike, default "globe"
-        Anything that `get_region` takes, also a `PointSet`.
+    region : RegionLike, optional
+        Anything that `get_region` takes, also a `PointSet`. Without one it is the area of use of a CRS, and the globe
+        for other projections.
     tolerance : float, default 5e-3
         A standard error, relative to the value, that is small enough; where it is larger, four times as many geodesics
         are taken.
@@ -440,11 +442,11 @@ class _Question:
     region: Place
 
     @staticmethod
-    def of(projection: ProjectionLike, region: RegionLike) -> _Question:
+    def of(projection: ProjectionLike, region: RegionLike | None) -> _Question:
         """Raises ProjectionError, and ValueError for an unknown region."""
         given = projection if isinstance(projection, str) else None
         projection = Projection.from_user_input(projection)
-        return _Question(projection, given or projection.label, get_region(region))
+        return _Question(projection, given or projection.label, region_for(region, [projection]))
 
     def answers(self, measures: Sequence[str], found: _Found, errors: FloatArray) -> list[FiniteDistortion]:
         """The answers to it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from projdist.field import DEFAULT_TOLERANCE, Extreme, Field, named_measures, sa
 from projdist.matrices import Measure, listed_measures
 from projdist.numerics import median, p95
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
-from projdist.regions import Box, Place, PointSet, RegionLike, get_region, share_in
+from projdist.regions import Box, Place, PointSet, RegionLike, region_for, share_in
 from projdist.support import Answer, plain, shown, tell
 
 __all__ = ["SORTS", "STATISTICS", "Comparison", "Failure", "MeasureSummary", "Summary", "compare", "summarize"]
@@ -187,7 +187,7 @@ class Comparison(Answer):
 
 def summarize(
     projection: ProjectionLike,
-    region: RegionLike = "globe",
+    region: RegionLike | None = None,
     *,
     measures: Iterable[str | Measure] = (),
     indices: str | Iterable[str] = (),
@@ -202,8 +202,9 @@ def summarize(
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes: a name, a PROJ string, the code of a CRS, WKT, a file, a
         function.
-    region : RegionLike, default "globe"
-        Anything that `get_region` takes: text, bounds (W, S, E, N) in degrees, a geometry, a region.
+    region : RegionLike, optional
+        Anything that `get_region` takes: text, bounds (W, S, E, N) in degrees, a geometry, a region. Without one it is
+        the area of use of a CRS, and the globe for other projections.
     measures : iterable of str or Measure, or one of them
         What statistics are taken of. They are named by the text they were asked for.
     indices : str or iterable of str
@@ -259,7 +260,7 @@ def _tell_of_elsewhere(projection: Projection, region: Place) -> None:
 
 def summary_of(
     projection: ProjectionLike,
-    region: RegionLike,
+    region: RegionLike | None,
     *,
     measures: Iterable[str | Measure] = (),
     indices: str | Iterable[str] = (),
@@ -268,15 +269,15 @@ def summary_of(
     """The summary of `summarize`, without a word on areas of use."""
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
-    region = get_region(region)
+    place = region_for(region, [projection])
     published = get_indices(indices)
-    field = sample(projection, region, measures=measures, tolerance=tolerance)
+    field = sample(projection, place, measures=measures, tolerance=tolerance)
     found = field.airy_kavrayskiy
     extremes = field.extremes(field.measures.values())
     return Summary(
         projection=projection,
         given=given or projection.label,
-        region=region,
+        region=place,
         coverage=field.coverage,
         airy_kavrayskiy=found.raw,
         airy_kavrayskiy_scaled=found.scaled,
@@ -289,7 +290,7 @@ def summary_of(
         measures={
             name: _summarize_measure(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)
         },
-        indices=_published(projection, region, published, tolerance),
+        indices=_published(projection, place, published, tolerance),
     )
 
 
@@ -322,7 +323,7 @@ def _summarize_measure(field: Field, name: str, bottom: Extreme, top: Extreme) -
 
 def compare(
     projections: ProjectionLike | Iterable[ProjectionLike],
-    region: RegionLike = "globe",
+    region: RegionLike | None = None,
     *,
     measures: Iterable[str | Measure] = (),
     indices: str | Iterable[str] = (),
@@ -338,8 +339,9 @@ def compare(
     ----------
     projections : ProjectionLike or iterable of ProjectionLike
         Whatever `summarize` takes, one or several.
-    region : RegionLike, default "globe"
-        Whatever `get_region` takes; it is the same for all.
+    region : RegionLike, optional
+        Whatever `get_region` takes; it is the same for all. Without one it is the area of use, if all are CRSs and have
+        the same, and else the globe.
     measures : iterable of str or Measure, or one of them
         What statistics are taken of.
     indices : str or iterable of str
@@ -373,21 +375,29 @@ def compare(
     >>> [(one.given, round(one.airy_kavrayskiy, 6)) for one in found.results]
     [('plate-carree', 0.52124), ('mercator', 0.737145)]
     """
-    region = get_region(region)
     chosen, published = listed_measures(measures), get_indices(indices)
     names = [index.name for index in published]
     column = _sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections
+    maps: list[tuple[str, Projection]] = []
     results: list[Summary] = []
     failures: list[Failure] = []
-    for projection in listed_projections(projections):
-        given = projection if isinstance(projection, str) else getattr(projection, "name", str(projection))
+    for one in listed_projections(projections):
         try:
-            results.append(summarize(projection, region, measures=chosen, indices=names, tolerance=tolerance))
+            projection = Projection.from_user_input(one)
+        except ProjectionError as error:
+            failures.append(Failure(one if isinstance(one, str) else getattr(one, "name", str(one)), str(error)))
+            continue
+        maps.append((one if isinstance(one, str) else projection.label, projection))
+    place = region_for(region, [projection for _, projection in maps])
+    for given, projection in maps:
+        try:
+            found = summarize(projection, place, measures=chosen, indices=names, tolerance=tolerance)
+            results.append(replace(found, given=given))
         except ProjectionError as error:
             failures.append(Failure(given, str(error)))
     if column != "given":
         results.sort(key=lambda summary: _order(summary._row()[column]))
-    return Comparison(region=region, results=tuple(results), failures=tuple(failures), published=tuple(published))
+    return Comparison(region=place, results=tuple(results), failures=tuple(failures), published=tuple(published))
 
 
 def _sort_column(key: str, measures: Iterable[str], indices: Iterable[str]) -> str:

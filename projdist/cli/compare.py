@@ -23,7 +23,7 @@ from projdist.cli.options import (
     measure_names,
     number,
     printed_or_file,
-    region_of,
+    region_given,
 )
 from projdist.cli.output import present
 from projdist.cli.report import Column, Report, Row, Table
@@ -39,7 +39,7 @@ _LAST_OF_INDICES = 1e-5
 
 def compare_command(
     projections: Projections,
-    region: RegionOption = "globe",
+    region: RegionOption = None,
     weight: WeightOption = None,
     measure: MeasuresOption = None,
     indices: Annotated[
@@ -65,7 +65,7 @@ def compare_command(
     form = format_for(format, path)
     # Rounding alone is of the order of 1e-15.
     largest = number("tolerance", tolerance, 1e-15, 1.0)
-    area = region_of(region, weight)
+    area = region_given(region, weight)
     chosen = [name.strip() for text in indices or [] for name in text.split(",")]
     with refusing():
         found = compare(projections, area, measures=names, indices=chosen, sort=sort, tolerance=largest)

@@ -13,7 +13,16 @@ from projdist.answers import CONSTRAINTS, Correction, correct
 from projdist.cli.cells import area_text, covers, first_digit, rounded
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import JSON, TABLE, json_text
-from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, choice, format_of, number, region_of
+from projdist.cli.options import (
+    DpiOption,
+    OverwriteOption,
+    RegionOption,
+    SizeOption,
+    choice,
+    format_of,
+    number,
+    region_given,
+)
 from projdist.cli.output import drawing, emit, present, tell_written
 from projdist.cli.pictures import PictureFile, picture_of
 from projdist.cli.report import Column, Copy, Report, Table
@@ -25,10 +34,7 @@ _FORMS = (TABLE, JSON, "proj", "wkt")
 
 def correct_command(
     projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
-    region: Annotated[
-        str | None,
-        typer.Option("--region", "-r", help="As for compare; without it the area of use of a CRS, else the globe."),
-    ] = None,
+    region: RegionOption = None,
     constraint: Annotated[
         str,
         typer.Option(metavar="|".join(CONSTRAINTS), help="Any linear map, one that keeps areas, or a scale alone."),
@@ -52,7 +58,7 @@ def correct_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
-    form, area = format_of(format, _FORMS), None if region is None else region_of(region)
+    form, area = format_of(format, _FORMS), region_given(region)
     choice("constraint", constraint, list(CONSTRAINTS))
     picture = picture_of(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
     with refusing():

@@ -20,13 +20,13 @@ from projdist.cli.options import (
     file_of_kind,
     levels_of,
     measure_names,
-    region_of,
+    region_given,
     size_of,
     step_of,
 )
 from projdist.cli.output import drawing, tell_written
 from projdist.projections import Projection, ProjectionError
-from projdist.regions import GLOBE, Box, Place
+from projdist.regions import Place, region_for
 
 
 def tissot_command(
@@ -37,7 +37,7 @@ def tissot_command(
             "--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or layer of polygons: .gpkg, .geojson."
         ),
     ] = "tissot.png",
-    region: RegionOption = "globe",
+    region: RegionOption = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses.")] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,
@@ -47,7 +47,7 @@ def tissot_command(
     path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
     if path.suffix.lower() in LAYER_SUFFIXES:
         check_layer_options(path, {"--size": size, "--dpi": dpi})
-        write_layer(projections, path, region=region_of(region), step=step_of(step), overwrite=overwrite)
+        write_layer(projections, path, region=region_given(region), step=step_of(step), overwrite=overwrite)
         return
     dots, spacing = dots_of(dpi), step_of(step)
     inches = size_of(size, dots)
@@ -73,7 +73,7 @@ def heatmap_command(
         str,
         typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or GeoTIFF: .tif."),
     ] = "heatmap.png",
-    region: RegionOption = "globe",
+    region: RegionOption = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between graticule lines.")] = None,
     levels: Annotated[str | None, typer.Option(help="Number of isolines, or values in any order, as 1,1.5,2.")] = None,
     cmap: Annotated[str | None, typer.Option(help="Name of a matplotlib colour map.")] = None,
@@ -100,7 +100,7 @@ def heatmap_command(
             projections,
             names,
             path,
-            region=region_of(region),
+            region=region_given(region),
             grid=grid,
             size=size,
             resolution=resolution,
@@ -132,26 +132,26 @@ def heatmap_command(
     tell_problems(problems)
 
 
-def _maps(given: list[str], region: str) -> tuple[list[Projection], Place | None, list[float], list[str]]:
-    """The projections that can be measured, what to draw, their Airy-Kavrayskiy figures over it, and the failures.
-
-    The region is None for the globe: a CRS then shows its area of use.
-    """
-    area = region_of(region)
-    maps: list[Projection] = []
-    figures: list[float] = []
+def _maps(given: list[str], region: str | None) -> tuple[list[Projection], Place, list[float], list[str]]:
+    """The projections that can be measured, what to draw, their Airy-Kavrayskiy figures over it, and the failures."""
+    area = region_given(region)
+    known: list[Projection] = []
     problems: list[str] = []
     for text in given:
         try:
-            projection = Projection.from_user_input(text)
-            drawn = area
-            if area == GLOBE and projection.area_of_use is not None:
-                drawn = Box(*projection.area_of_use)
+            known.append(Projection.from_user_input(text))
+        except ProjectionError as error:
+            problems.append(str(error))
+    place = region_for(area, known)
+    maps: list[Projection] = []
+    figures: list[float] = []
+    for projection in known:
+        try:
             # Titles show three decimals.
-            figures.append(summarize(projection, drawn, tolerance=1e-5).airy_kavrayskiy)
+            figures.append(summarize(projection, place, tolerance=1e-5).airy_kavrayskiy)
             maps.append(projection)
         except ProjectionError as error:
             problems.append(str(error))
     if not maps:
         tell_problems(problems)
-    return maps, None if area == GLOBE else area, figures, problems
+    return maps, place, figures, problems

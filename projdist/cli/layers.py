@@ -11,7 +11,7 @@ from projdist.cli.errors import refuse, refusing
 from projdist.cli.options import choice, number
 from projdist.cli.output import drawing, tell_written
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Place
+from projdist.regions import Place
 
 RASTER_SUFFIXES = (".tif", ".tiff")
 LAYER_SUFFIXES = (".gpkg", ".geojson")
@@ -37,7 +37,7 @@ def write_raster(
     measures: Sequence[str],
     path: Path,
     *,
-    region: Place,
+    region: Place | None,
     grid: str,
     size: str | None,
     resolution: str | None,
@@ -50,18 +50,18 @@ def write_raster(
     check_libraries(path)
     projection = _only_map(given, path)
     with drawing(path):
-        found = gis.raster(projection, measures, region=_drawn(region), grid=grid, size=pixels, resolution=side)
+        found = gis.raster(projection, measures, region=region, grid=grid, size=pixels, resolution=side)
         gis.save_raster(found, path, overwrite=overwrite)
     note(found.note)
     tell_written(path)
 
 
-def write_layer(given: Sequence[str], path: Path, *, region: Place, step: float | None, overwrite: bool) -> None:
+def write_layer(given: Sequence[str], path: Path, *, region: Place | None, step: float | None, overwrite: bool) -> None:
     """The indicatrices of a map as polygons."""
     check_libraries(path)
     projection = _only_map(given, path)
     with drawing(path):
-        found = gis.indicatrices(projection, region=_drawn(region), step=step)
+        found = gis.indicatrices(projection, region=region, step=step)
         gis.save_layer(found, path, overwrite=overwrite)
     if found.crs is None:
         note(f"{projection.name} has no CRS; that of the layer is undefined, and its coordinates are metres.")
@@ -80,11 +80,6 @@ def _only_map(given: Sequence[str], path: Path) -> Projection:
         refuse(f"Invalid projections '{' '.join(given)}' for '{path}'. A {path.suffix} file has one map; name one.")
     with refusing():
         return Projection.from_user_input(given[0])
-
-
-def _drawn(region: Place) -> Place | None:
-    """None for the globe: a CRS then shows its area of use."""
-    return None if region == GLOBE else region
 
 
 def _pixels(text: str | None) -> int | tuple[int, int] | None:

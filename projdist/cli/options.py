@@ -31,14 +31,14 @@ Projections = Annotated[
     ),
 ]
 RegionOption = Annotated[
-    str,
+    str | None,
     typer.Option(
         "--region",
         "-r",
         help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM, country:NAME, "
         "continent:NAME, crs:CODE (its area of use), file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for "
         "edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and brackets; @main behind "
-        "a region is its main part.",
+        "a region is its main part. Without one: the area of use of a CRS, if all maps have the same, else the globe.",
     ),
 ]
 WeightOption = Annotated[
@@ -97,6 +97,11 @@ def format_for(text: str | None, path: Path | None, forms: Sequence[str] = FORMA
     if told is not None and stated not in (None, told):
         refuse(f"Invalid format '{stated}' for '{path}'. Its suffix tells the format, {told}.")
     return told or stated or TABLE
+
+
+def region_given(text: str | None, weight: str | None = None) -> Place | None:
+    """The region of an option, None for none: its default depends on the maps. That of weights is the globe."""
+    return None if text is None and weight is None else region_of("globe" if text is None else text, weight)
 
 
 def region_of(text: str, weight: str | None = None) -> Place:

@@ -20,7 +20,7 @@ from projdist.field.guard import tell_of_contradiction
 from projdist.matrices import Measure, get_measure, listed_measures, orientation
 from projdist.numerics import Estimate, get_criterion
 from projdist.projections import Projection, ProjectionLike
-from projdist.regions import Place, PointSet, RegionLike, get_region
+from projdist.regions import Place, PointSet, RegionLike, region_for
 from projdist.support import check_numbers
 
 __all__ = ["Field", "named_measures", "sample"]
@@ -288,7 +288,7 @@ def named_measures(measures: Any) -> dict[str, Measure]:
 
 def sample(
     projection: ProjectionLike,
-    region: RegionLike = "globe",
+    region: RegionLike | None = None,
     *,
     measures: Iterable[AnyMeasure] = (),
     tolerance: float = DEFAULT_TOLERANCE,
@@ -299,8 +299,9 @@ def sample(
     ----------
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
-    region : RegionLike, default "globe"
-        Anything that `get_region` takes.
+    region : RegionLike, optional
+        Anything that `get_region` takes. Without one it is the area of use of a CRS, and the globe for other
+        projections.
     measures : iterable of str, Measure or callable, or one of them
         Whose means are resolved besides the Airy-Kavrayskiy errors: to max(tolerance, 1e-6) of themselves where they
         are above 1, those of second derivatives to 1e-5. Other measures may be asked of the field, too; their errors
@@ -334,11 +335,11 @@ def sample(
     >>> round(field.mean("s").value, 6), round(field.maximum("s").value, 6)
     (1.520692, 4.0)
     """
-    projection, region = Projection.from_user_input(projection), get_region(region)
-    chosen = named_measures(measures)
-    field = _resolved(projection, region, chosen, tolerance)
-    if isinstance(region, PointSet) and region.coarse is not None:
-        field = replace(field, _coarser=_resolved(projection, region.coarse, chosen, tolerance))
+    projection = Projection.from_user_input(projection)
+    place, chosen = region_for(region, [projection]), named_measures(measures)
+    field = _resolved(projection, place, chosen, tolerance)
+    if isinstance(place, PointSet) and place.coarse is not None:
+        field = replace(field, _coarser=_resolved(projection, place.coarse, chosen, tolerance))
     return field
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.projections import Graticule, Plane, Projection, graticule_of
-from projdist.regions import GLOBE, Box, Place, RegionLike, get_region
+from projdist.regions import Place
 from projdist.surfaces import normalised, surface_of
 
 GRIDS = ("map", "lonlat")
@@ -103,13 +103,6 @@ def _outward(low: float, high: float, step: float) -> tuple[float, float]:
 def _check_number(values: float, what: str) -> None:
     if not 1 <= values <= _MOST_VALUES:
         raise ValueError(f"Invalid {what}. It makes {values:.3g} values; there must be 1 to {_MOST_VALUES:.0e}.")
-
-
-def drawn_region(projection: Projection, region: RegionLike | None) -> Place:
-    """A region; None is the area of use of a CRS, else the globe."""
-    if region is None:
-        return Box(*projection.area_of_use) if projection.area_of_use else GLOBE
-    return get_region(region)
 
 
 # ---- on a map's plane -----------------------------------------------------------------------

@@ -11,11 +11,11 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.field import jacobian, measure_at
-from projdist.gis.grids import GRIDS, Coordinates, OnPlane, Pixels, drawn_region, graticule_grid, pixels, plane_extent
+from projdist.gis.grids import GRIDS, Coordinates, OnPlane, Pixels, graticule_grid, pixels, plane_extent
 from projdist.gis.libraries import needed_for
 from projdist.matrices import Measure, get_measure
 from projdist.projections import Plane, Projection, ProjectionLike, plane_of, same_map
-from projdist.regions import Place, RegionLike
+from projdist.regions import Place, RegionLike, region_for
 from projdist.support import replacing
 
 RASTER_SUFFIXES = (".tif", ".tiff")
@@ -61,7 +61,7 @@ def raster(
     if grid not in GRIDS:
         raise ValueError(f"Invalid grid '{grid}'. It must be {' or '.join(GRIDS)}.")
     chosen = tuple(dict.fromkeys(_named(measure) for measure in measures))
-    area = drawn_region(projection, region)
+    area = region_for(region, [projection])
     plane, flavour, note = _held_plane(projection) if grid == "map" else (None, _FLAVOURS[0], "")
     if plane is not None:
         found = pixels(plane_extent(projection, plane, area), len(chosen), size, resolution)

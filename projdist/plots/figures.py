@@ -25,8 +25,8 @@ from projdist.plots.colours import colour_scale
 from projdist.plots.ground import draw_ground_map, prepare_ground
 from projdist.plots.local_fields import draw_local_field, prepare_local_field
 from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_heatmap, draw_tissot
-from projdist.projections import ProjectionLike, listed_projections
-from projdist.regions import RegionLike
+from projdist.projections import Projection, ProjectionLike, listed_projections
+from projdist.regions import GLOBE, RegionLike, region_for
 from projdist.support import check_instance, check_number, check_pair, check_path, quoted, replacing
 from projdist.surfaces import Surface, field, fit, surface_of, tissot_points
 
@@ -36,6 +36,7 @@ _SAVING = threading.Lock()
 
 _GAP, _TITLE, _FOOT, _BAR = 0.15, 0.5, 0.3, 0.75  # inches
 _COLUMNS = 5
+_LONGEST = 60  # letters of a region's name
 _LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 
 
@@ -56,7 +57,7 @@ def tissot_figure(
     for ax, one, panel in zip(axes, maps, panels, strict=True):
         draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy)
     fit_titles(axes, room)
-    text = f"Ellipses: circles on the ground with a radius of {_length(radius)}"
+    text = f"Ellipses: circles on the ground with a radius of {_length(radius)}{_over(maps)}"
     figure.text(0.5, 0.08 / figure.get_figheight(), text, ha="center", va="bottom", fontsize=7.5, color="#555555")
     return figure
 
@@ -91,7 +92,7 @@ def heatmap_figure(
     for ax, one, value in zip(axes, maps, values, strict=True):
         draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy)
     fit_titles(axes, room)
-    draw_colourbar(figure, scale, cax=_bar_axes(figure))
+    draw_colourbar(figure, scale, cax=_bar_axes(figure)).set_label(f"{scale.label}{_over(maps)}")
     return figure
 
 
@@ -111,7 +112,7 @@ def local_figure(
     figure, axes, room = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
     draw_local_field(axes[0], local, title)
     fit_titles(axes, room)
-    draw_colourbar(figure, local.scale, cax=_bar_axes(figure))
+    draw_colourbar(figure, local.scale, cax=_bar_axes(figure)).set_label(f"{local.scale.label}{_over(maps)}")
     return figure, local.corrections
 
 
@@ -165,12 +166,21 @@ def _maps(
     titles: Sequence[str | None] | None,
     airy_kavrayskiy: Sequence[float | None] | None,
 ) -> list[_Map]:
-    """The maps of a figure; a single projection need not be in a list."""
+    """The maps of a figure, all of one region; a single projection need not be in a list."""
     listed = listed_projections(projections)
     if not listed:
         raise ValueError("Invalid list of projections '[]'. It must name at least one.")
-    above = zip(listed, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
-    return [_Map(surface_of(projection, region), title, figure) for projection, title, figure in above]
+    chosen = [Projection.from_user_input(one) for one in listed]
+    place = region_for(region, chosen)
+    above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
+    return [_Map(surface_of(projection, place), title, figure) for projection, title, figure in above]
+
+
+def _over(maps: list[_Map]) -> str:
+    """The region of all maps in words, where it is not the globe."""
+    region = maps[0].surface.domain.region
+    name = region.name if len(region.name) <= _LONGEST else f"{region.name[: _LONGEST - 1]}…"
+    return "" if region == GLOBE else f", over {name}"
 
 
 def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from projdist._typing import BoolArray, FloatArray
 from projdist.numerics import quantile
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Box, Place, PointSet, RegionLike, get_region
+from projdist.regions import GLOBE, Box, Place, PointSet, RegionLike, region_for
 from projdist.support import check_number
 
 Bounds = tuple[float, float, float, float]
@@ -82,10 +82,8 @@ class Domain:
 
 def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
     """The drawn part of a projection in a region; None is its area of use, or the globe."""
-    if region is None:
-        region = Box(*projection.area_of_use) if projection.area_of_use else GLOBE
-    region = get_region(region)
-    return Domain(projection, region, _beyond(projection, region))
+    place = region_for(region, [projection])
+    return Domain(projection, place, _beyond(projection, place))
 
 
 _STEP = 2e-5  # degrees; 2 m on the ground, where differences still have 9 digits

@@ -15,7 +15,7 @@ from projdist.field import Integrand, sample_panels
 from projdist.matrices import get_measure, principal_scales
 from projdist.numerics import Estimate
 from projdist.projections import Projection, ProjectionLike
-from projdist.regions import GLOBE, Box, Place, RegionLike, get_region
+from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
 from projdist.support import Answer, plain, quoted
 
 __all__ = ["IndexSummary", "IndexValue", "indices"]
@@ -85,7 +85,7 @@ class IndexSummary(Answer):
 
 def indices(
     projection: ProjectionLike,
-    region: RegionLike = "globe",
+    region: RegionLike | None = None,
     names: str | Iterable[str] = "all",
     *,
     tolerance: float = _TOLERANCE,
@@ -96,8 +96,9 @@ def indices(
     ----------
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
-    region : RegionLike, default "globe"
-        Anything that `get_region` takes.
+    region : RegionLike, optional
+        Anything that `get_region` takes. Without one it is the area of use of a CRS, and the globe for other
+        projections.
     names : str or iterable of str, default "all"
         Those of indices and groups (`INDICES`, `GROUPS`), their symbols, or "all".
     tolerance : float, default 1e-6
@@ -129,7 +130,7 @@ def indices(
     """
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
-    region = get_region(region)
+    place = region_for(region, [projection])
     chosen = get_indices(names)
     if not chosen:
         raise ValueError(f"Invalid indices {quoted(names)}. There must be at least one.")
@@ -137,13 +138,13 @@ def indices(
     values: dict[str, IndexValue] = {}
     for band in dict.fromkeys(index.band for index in chosen):
         together = [index for index in chosen if index.band == band]
-        fields[band] = _field(projection, _within(region, band), together, tolerance)
+        fields[band] = _field(projection, _within(place, band), together, tolerance)
         values |= {index.name: _value(index, fields[band], tolerance) for index in together}
     whole = fields.get(None) or next(iter(fields.values()))
     return IndexSummary(
         projection=projection,
         given=given or projection.label,
-        region=region,
+        region=place,
         coverage=whole.samples.coverage,
         evaluations=sum(field.samples.evaluations for field in fields.values()),
         values={index.name: values[index.name] for index in chosen},
