@@ -218,7 +218,7 @@ def _perimeter_excess(n: FloatArray) -> FloatArray:
         from scipy.special import ellipe  # imported here: scipy is slow to load, and few need it
 
         root = np.sqrt(n)
-        exact = 2.0 / np.pi * (1.0 + root) * ellipe(4.0 * root / (1.0 + root) ** 2) - 1.0
+        exact = 2.0 / np.pi * (1.0 + root) * ellipe(np.minimum(4.0 * root / (1.0 + root) ** 2, 1.0)) - 1.0
         return np.asarray(np.where(large, exact, series))
     return np.asarray(series)
 

@@ -20,4 +20,4 @@ class Estimate(NamedTuple):
             return Estimate(math.nan, math.nan)
         square = max(self.value, 0.0)
         root = math.sqrt(square)
-        return Estimate(root, self.error / (root + math.sqrt(square + self.error)) if self.error > 0 else 0.0)
+        return Estimate(root, 0.0 if self.error <= 0 else self.error / (root + math.sqrt(square + self.error)))

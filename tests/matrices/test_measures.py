@@ -306,6 +306,15 @@ def test_jordan_against_quadrature(a, b):
     assert result == pytest.approx(truth, rel=1e-13 + 8 * EPS / truth)
 
 
+@pytest.mark.parametrize("a", [637.1556165, 322.91080479, 121.62964773, 1.0])
+@pytest.mark.parametrize("b", [9.23705556e-14, 5.68434189e-14, 2.84217094e-14, 0.0])
+def test_jordan_of_nearly_singular_maps(a, b):
+    """The mean of (a |cos z| - 1)^2 is a^2 / 2 - 4 a / pi + 1; rounding makes no ellipse flatter than a line."""
+    expected = math.sqrt(a * a / 2 - 4 * a / math.pi + 1)
+    for scale in (1.0, 1.001, 0.999):
+        assert value("jordan", np.diag([a, scale * b])) == pytest.approx(expected, rel=1e-9)
+
+
 @given(J=jacobians())
 def test_jordan_between_bounds(J):
     """Jordan's term, a mean over the azimuths, is at most the largest |scale - 1|."""
