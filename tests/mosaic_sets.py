@@ -48,7 +48,7 @@ def common_points(H, sizes=SIZES, rng=None, noise=0.0, pairs=None, grid=9):
     i, j, xi, xj = (np.concatenate(column) for column in columns)
     if noise:
         xi, xj = xi + noise * rng.normal(size=xi.shape), xj + noise * rng.normal(size=xj.shape)
-    return Correspondences(i, j, xi, xj, sizes)
+    return Correspondences(i=i, j=j, xi=xi, xj=xj, sizes=sizes)
 
 
 def write_csv(path, points, model=0, sizes=True):

@@ -37,7 +37,7 @@ _FINEST_INDICES = 1e-6  # of the means of published indices
 _MOSTLY = 0.5  # of a region
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MeasureSummary:
     """A measure over a region: its mean, RMS, median, 95th percentile, and its extremes (infinite: unbounded).
 

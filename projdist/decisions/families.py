@@ -28,7 +28,7 @@ _CONTINENT = 30.0  # degrees: below, the flattening of the Earth is a part of wh
 _CROSSES = 15.0  # degrees of latitude: cylinders are tried for regions that come so near to the equator
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Extent:
     """How far a region reaches: its limits and its middle in degrees, and the azimuth of its long axis.
 
@@ -53,7 +53,9 @@ def extent_of(region: Place) -> Extent:
     middle = points @ nodes.weight
     west, south, east, north = region.bounds
     if np.linalg.norm(middle) < 1e-6:  # the globe has no middle
-        return Extent(west, south, east, north, 0.5 * (west + east), 0.0, 180.0, 90.0)
+        return Extent(
+            west=west, south=south, east=east, north=north, lon=0.5 * (west + east), lat=0.0, radius=180.0, azimuth=90.0
+        )
     middle /= np.linalg.norm(middle)
     lon, lat = np.degrees(np.arctan2(middle[1], middle[0])), np.degrees(np.arcsin(np.clip(middle[2], -1.0, 1.0)))
     sin, cos = np.sin(np.radians(lon)), np.cos(np.radians(lon))
@@ -64,7 +66,9 @@ def extent_of(region: Place) -> Extent:
     radius = float(np.degrees(np.arccos(np.clip((middle @ points).min(), -1.0, 1.0))))
     # Next to a pole the middle has any longitude.
     lon = float(west + np.mod(lon - west, 360.0)) if abs(lat) < 89.9 else 0.5 * (west + east)
-    return Extent(west, south, east, north, lon, float(lat), radius, azimuth)
+    return Extent(
+        west=west, south=south, east=east, north=north, lon=lon, lat=float(lat), radius=radius, azimuth=azimuth
+    )
 
 
 def usual_crs(extent: Extent) -> tuple[str, str]:
@@ -76,7 +80,7 @@ def usual_crs(extent: Extent) -> tuple[str, str]:
     return f"UTM {zone}{letter}", f"EPSG:{hemisphere}{zone:02d}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Family:
     """A method with free parameters.
 
@@ -131,7 +135,16 @@ def _cone(name: str, e: Extent) -> Family:
     middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
     text = f"+proj={name}"
     scale = "k_0" if name == "lcc" else ""
-    return Family(name, text, limits, rule | middle, ("lat_1", "lat_2"), scale, rule, "one-sixth rule")
+    return Family(
+        name=name,
+        text=text,
+        limits=limits,
+        fixed=rule | middle,
+        free=("lat_1", "lat_2"),
+        scale=scale,
+        rule=rule,
+        rule_name="one-sixth rule",
+    )
 
 
 _CYLINDERS = {"lcc": "merc", "aea": "cea", "eqdc": "eqc"}
@@ -168,7 +181,17 @@ def _azimuthal(name: str, e: Extent) -> Family:
         rule = "centred on the region, for its greatest radius"
     scale = "k_0" if name == "stere" else ""
     free = (*free, "k_0") if scale else free
-    return Family(name, text, limits, middle, free, scale, middle, rule, is_spherical=name in _SPHERICAL)
+    return Family(
+        name=name,
+        text=text,
+        limits=limits,
+        fixed=middle,
+        free=free,
+        scale=scale,
+        rule=middle,
+        rule_name=rule,
+        is_spherical=name in _SPHERICAL,
+    )
 
 
 def _centre_limits(e: Extent, longitude: str) -> dict[str, Limits]:
@@ -187,19 +210,19 @@ def _cylinder(name: str, e: Extent) -> Family:
     farthest = min(max(abs(e.south), abs(e.north)), _MOST)
     nearest = 0.0 if e.south <= 0.0 <= e.north else min(abs(e.south), abs(e.north))
     if name == "merc":
-        return Family(name, "+proj=merc", {}, middle, ("k_0",), "k_0")
+        return Family(name=name, text="+proj=merc", limits={}, fixed=middle, free=("k_0",), scale="k_0")
     rule = {"lat_ts": 0.5 * (nearest + farthest)}
     spherical = name in _SPHERICAL
     limits = {"lat_ts": (0.0, farthest)}
     return Family(
-        name,
-        f"+proj={name}",
-        limits,
-        rule | middle,
-        ("lat_ts",),
-        "",
-        rule,
-        "true in the middle latitude",
+        name=name,
+        text=f"+proj={name}",
+        limits=limits,
+        fixed=rule | middle,
+        free=("lat_ts",),
+        scale="",
+        rule=rule,
+        rule_name="true in the middle latitude",
         is_spherical=spherical,
     )
 
@@ -208,7 +231,16 @@ def _transverse(e: Extent) -> Family:
     middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
     rule = {"lon_0": e.lon}
     limits = {"lon_0": (e.west, e.east)}
-    return Family("tmerc", "+proj=tmerc", limits, middle, ("lon_0", "k_0"), "k_0", rule, "true on the middle meridian")
+    return Family(
+        name="tmerc",
+        text="+proj=tmerc",
+        limits=limits,
+        fixed=middle,
+        free=("lon_0", "k_0"),
+        scale="k_0",
+        rule=rule,
+        rule_name="true on the middle meridian",
+    )
 
 
 def _oblique(e: Extent) -> Family:
@@ -225,7 +257,14 @@ def _oblique(e: Extent) -> Family:
         "alpha": (e.azimuth - 90.0, e.azimuth + 90.0),
     }
     return Family(
-        "omerc", "+proj=omerc", reach, middle, (across, "alpha", "k_0"), "k_0", middle, "along the region's long axis"
+        name="omerc",
+        text="+proj=omerc",
+        limits=reach,
+        fixed=middle,
+        free=(across, "alpha", "k_0"),
+        scale="k_0",
+        rule=middle,
+        rule_name="along the region's long axis",
     )
 
 
@@ -252,14 +291,14 @@ def _rotated(name: str, e: Extent) -> Family:
             limits[key] = (0.0, _MOST)
             middle[key] = float(stated[1]) if stated else _INNER[key, operation[1]]
     return Family(
-        name,
-        f"+proj=ob_tran +o_proj={operation[1]}{operation[2]}",
-        limits,
-        middle,
-        ("o_lat_p", "o_lon_p", "lon_0"),
-        "",
-        rule,
-        "in its plain aspect",
+        name=name,
+        text=f"+proj=ob_tran +o_proj={operation[1]}{operation[2]}",
+        limits=limits,
+        fixed=middle,
+        free=("o_lat_p", "o_lon_p", "lon_0"),
+        scale="",
+        rule=rule,
+        rule_name="in its plain aspect",
         is_spherical=True,
     )
 
@@ -278,7 +317,15 @@ def _winkel(e: Extent) -> Family:
     middle = {"lon_0": e.lon}
     limits = {"lat_1": (0.0, _MOST)}
     return Family(
-        "wintri", "+proj=wintri", limits, rule | middle, ("lat_1",), "", rule, "Winkel's parallel", is_spherical=True
+        name="wintri",
+        text="+proj=wintri",
+        limits=limits,
+        fixed=rule | middle,
+        free=("lat_1",),
+        scale="",
+        rule=rule,
+        rule_name="Winkel's parallel",
+        is_spherical=True,
     )
 
 
@@ -344,9 +391,19 @@ def _template(text: str) -> Family:
     if not limits:
         raise ValueError(f"Invalid family '{text}'. A PROJ string must have free parameters, as +lat_1={{20..60}}.")
     middle = {name: 0.5 * (low + high) for name, (low, high) in limits.items()}
-    family = Family(text, " ".join(words), limits, middle, tuple(limits), states_ellipsoid=True)
+    family = Family(
+        name=text, text=" ".join(words), limits=limits, fixed=middle, free=tuple(limits), states_ellipsoid=True
+    )
     scale = next((name for name in ("k_0", "k") if name in limits and _is_scale(family, name)), "")
-    return Family(text, " ".join(words), limits, middle, tuple(limits), scale, states_ellipsoid=True)
+    return Family(
+        name=text,
+        text=" ".join(words),
+        limits=limits,
+        fixed=middle,
+        free=tuple(limits),
+        scale=scale,
+        states_ellipsoid=True,
+    )
 
 
 def _range(word: str, text: str) -> Limits:

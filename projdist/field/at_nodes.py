@@ -33,7 +33,7 @@ _NOTHING = 1e-10  # of the area: nodes next to a pole, which cost much to settle
 _HIGHEST = 20  # Gauss nodes along a side of a panel: enough for whole hemispheres of smooth maps
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Nodes:
     """Points in degrees, their share of the area, and stencils (8, n) about them.
 
@@ -103,13 +103,13 @@ def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: El
     X, Y, Z = np.moveaxis(np.array(moved), 1, 0)
     away = np.degrees(np.arctan2(Y, X)) - lon
     return Nodes(
-        lon,
-        lat,
-        weight / weight.sum(),
-        ellipsoid,
-        lon + np.mod(away + 180.0, 360.0) - 180.0,
-        np.degrees(np.arctan2(Z, np.hypot(X, Y))),
-        step,
+        lon=lon,
+        lat=lat,
+        weight=weight / weight.sum(),
+        ellipsoid=ellipsoid,
+        stencil_lon=lon + np.mod(away + 180.0, 360.0) - 180.0,
+        stencil_lat=np.degrees(np.arctan2(Z, np.hypot(X, Y))),
+        step=step,
     )
 
 

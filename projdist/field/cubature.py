@@ -37,7 +37,7 @@ _NOTHING = 1e-6  # of a mean, in the unit of any measure: omega of conformal map
 UNDEFINED, UNDEFINED_AT_KINKS = 1e-6, 1e-3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Samples:
     """The Jacobian field of a projection over a region, at n x 10 x 10 nodes.
 
@@ -135,21 +135,21 @@ def sample_panels(
     if not len(pieces.panel):
         raise _nothing(projection, region)
     return Samples(
-        pieces.lon,
-        pieces.lat,
-        pieces.u,
-        pieces.v,
-        pieces.patch,
-        pieces.jacobian,
-        pieces.density,
-        pieces.weight,
-        pieces.share,
-        pieces.doubt.sum(axis=-1),
-        min(1.0, float(pieces.weight.sum()) / mesh.region_area),
-        mesh.undecided_area / mesh.region_area,
-        mesh.evaluations,
-        limit,
-        H,
+        lon=pieces.lon,
+        lat=pieces.lat,
+        u=pieces.u,
+        v=pieces.v,
+        patch=pieces.patch,
+        jacobian=pieces.jacobian,
+        density=pieces.density,
+        weight=pieces.weight,
+        share=pieces.share,
+        doubt=pieces.doubt.sum(axis=-1),
+        coverage=min(1.0, float(pieces.weight.sum()) / mesh.region_area),
+        undecided=mesh.undecided_area / mesh.region_area,
+        evaluations=mesh.evaluations,
+        limit=limit,
+        hessian=H,
     )
 
 
@@ -165,21 +165,21 @@ def _at_points(projection: Projection, points: PointSet, curved: bool) -> Sample
         raise _nothing(projection, points)
     lon, lat, weight = (values[defined, None, None] for values in (points.lon, points.lat, points.weight))
     return Samples(
-        lon,
-        lat,
-        lon,
-        lat,
-        np.zeros(len(lon), dtype=int),
-        found.jacobian[defined, None, None],
-        weight,
-        weight,
-        np.ones(len(lon)),
-        found.error[defined],
-        float(weight.sum() / points.weight.sum()),
-        0.0,
-        STENCIL * points.lon.size,
-        "",
-        hessian(projection, lon, lat) if curved else None,
+        lon=lon,
+        lat=lat,
+        u=lon,
+        v=lat,
+        patch=np.zeros(len(lon), dtype=int),
+        jacobian=found.jacobian[defined, None, None],
+        density=weight,
+        weight=weight,
+        share=np.ones(len(lon)),
+        doubt=found.error[defined],
+        coverage=float(weight.sum() / points.weight.sum()),
+        undecided=0.0,
+        evaluations=STENCIL * points.lon.size,
+        limit="",
+        hessian=hessian(projection, lon, lat) if curved else None,
     )
 
 

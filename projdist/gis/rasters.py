@@ -24,7 +24,7 @@ _INSTEAD = "the raster is in longitude and latitude."
 _AT_ONCE = 1_000_000  # pixels; 200 MB
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Raster:
     """Measures at the centres of pixels: `values` (bands, rows, columns), NaN outside the map and the region.
 
@@ -68,14 +68,30 @@ def raster(
         coordinates = OnPlane(projection, plane, min(found.width, found.height))
         values = _values(projection, chosen, area, coordinates, found)
         if np.isfinite(values).any():
-            return Raster(projection, chosen, values, found, coordinates.wkt, flavour, note)
+            return Raster(
+                projection=projection,
+                measures=chosen,
+                values=values,
+                pixels=found,
+                wkt=coordinates.wkt,
+                flavour=flavour,
+                note=note,
+            )
         flavour, note = _FLAVOURS[0], f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
     graticule, extent = graticule_grid(projection, area)
     found = pixels(extent, len(chosen), size, resolution)
     values = _values(projection, chosen, area, graticule, found)
     if not np.isfinite(values).any():
         raise ValueError(f"Invalid region '{area.name}'. No pixel's centre in it has a value; it needs smaller pixels.")
-    return Raster(projection, chosen, values, found, graticule.wkt, flavour, note)
+    return Raster(
+        projection=projection,
+        measures=chosen,
+        values=values,
+        pixels=found,
+        wkt=graticule.wkt,
+        flavour=flavour,
+        note=note,
+    )
 
 
 def _named(measure: str | Measure) -> Measure:

@@ -28,7 +28,7 @@ _HALO = withStroke(linewidth=2.2, foreground="#ffffffb0")
 _FLAT = 1e-6  # of logarithms: what differs by less is the same, and where all stretches are less there are no lines
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LocalField:
     """Corrections at n places on a map, (n, 2) in metres, and the radius about each that is free."""
 
@@ -92,7 +92,14 @@ def prepare_local_field(surface: Surface, radius_km: float, step: float | None) 
     shown = _SCALE if np.ptp(np.log(_SCALE(found.matrix))) > _FLAT else _STRETCH
     values = shown(found.matrix)
     scale = colour_scale(shown, [values], [np.full(values.size, 1.0 / values.size)])
-    return LocalField(surface, found, points.xy, ellipses(points, _DISC * radius, _VERTICES), radius, scale)
+    return LocalField(
+        surface=surface,
+        corrections=found,
+        xy=points.xy,
+        discs=ellipses(points, _DISC * radius, _VERTICES),
+        radius=radius,
+        scale=scale,
+    )
 
 
 def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:

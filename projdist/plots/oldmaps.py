@@ -42,7 +42,7 @@ _NARROWEST, _TEXT = 0.5, 3.6  # inches: of a map, and of a column, for the lines
 _MOST_NAMES = 12
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Sheet:
     """The drawn part of an old map: a mesh over the hull of its control points, true places and corrected Jacobians.
 
@@ -123,13 +123,13 @@ def _sheet(found: OldMap, scan: Scan | None) -> Sheet:
     if found.is_mirrored:
         bottom, top = top, bottom
     return Sheet(
-        found,
-        Triangulation(*vertices.T),
-        found.fit(vertices),
-        found.corrected(found.local_jacobian(vertices)),
-        np.vstack([corners, corners[:1]]),
-        (left, right, bottom, top),
-        scan,
+        found=found,
+        mesh=Triangulation(*vertices.T),
+        truth=found.fit(vertices),
+        J=found.corrected(found.local_jacobian(vertices)),
+        hull=np.vstack([corners, corners[:1]]),
+        view=(left, right, bottom, top),
+        scan=scan,
     )
 
 

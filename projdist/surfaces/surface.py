@@ -26,7 +26,7 @@ _LONGEST = 0.25  # of the map's size: no cell is that long, unless it spans a se
 _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitudes where seams are
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Surface:
     """Triangles over the drawn part of a map.
 

@@ -172,7 +172,7 @@ def test_names(tmp_path):
 def test_points_of_reduced_images(tmp_path):
     """Points that were measured in reduced images are those of the images at hand."""
     pictures = open_pictures([np.zeros((60, 90), np.uint8)] * 2)
-    half = Correspondences([0], [1], [[10.0, 20.0]], [[30.0, 15.0]], [[45.0, 30.0]] * 2)
+    half = Correspondences(i=[0], j=[1], xi=[[10.0, 20.0]], xj=[[30.0, 15.0]], sizes=[[45.0, 30.0]] * 2)
     found = correspondences_of(pictures, write_csv(tmp_path / "half.csv", half))
     assert (found.xi.tolist(), found.xj.tolist()) == ([[20.0, 40.0]], [[60.0, 30.0]])
     assert (found.sizes == [90, 60]).all()

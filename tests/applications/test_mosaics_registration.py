@@ -145,11 +145,11 @@ def test_points_on_a_line_give_no_map():
     good = common_points(H, SIZES[:3], pairs=[(0, 1)])
     x = np.column_stack([np.linspace(160.0, 290.0, 20), np.full(20, 100.0)])
     both = Correspondences(
-        np.r_[good.i, np.full(20, 1)],
-        np.r_[good.j, np.full(20, 2)],
-        np.vstack([good.xi, x]),
-        np.vstack([good.xj, x - [150.0, 0.0]]),
-        SIZES[:3],
+        i=np.r_[good.i, np.full(20, 1)],
+        j=np.r_[good.j, np.full(20, 2)],
+        xi=np.vstack([good.xi, x]),
+        xj=np.vstack([good.xj, x - [150.0, 0.0]]),
+        sizes=SIZES[:3],
     )
     found = register(both)
     assert (found.images, found.left_out) == ([0, 1], [2])
@@ -174,12 +174,12 @@ def test_nothing_matches():
     """Random points connect nothing, and the message says how many agree."""
     rng = np.random.default_rng(6)
     x = rng.uniform(size=(2, 60, 2)) * [300.0, 200.0]
-    points = Correspondences(np.zeros(60), np.ones(60), x[0], x[1], SIZES[:2])
+    points = Correspondences(i=np.zeros(60), j=np.ones(60), xi=x[0], xj=x[1], sizes=SIZES[:2])
     with pytest.raises(
         ValueError, match=r"^Invalid correspondences\. No two images match: 0 and 1, \d+ of 60 points agr"
     ):
         register(points, tolerance=1.0)
-    few = Correspondences([0, 0], [1, 1], x[0, :2], x[0, :2], SIZES[:2])
+    few = Correspondences(i=[0, 0], j=[1, 1], xi=x[0, :2], xj=x[0, :2], sizes=SIZES[:2])
     with pytest.raises(ValueError, match=r"0 and 1, 2 points; it takes 3\.$"):
         register(few)
 

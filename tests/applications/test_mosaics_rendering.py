@@ -210,7 +210,7 @@ def test_left_out_is_not_drawn(pictures, found):
     """An image that nothing connects is named and is not in the picture."""
     points = found.points
     sizes = np.vstack([SIZES, [[50.0, 40.0]]])
-    more = Correspondences(points.i, points.j, points.xi, points.xj, sizes)
+    more = Correspondences(i=points.i, j=points.j, xi=points.xi, xj=points.xj, sizes=sizes)
     seven = [*pictures, *open_pictures([np.zeros((40, 50), np.uint8)])]
     partly = mosaic(more)
     assert partly.left_out == ["6"]

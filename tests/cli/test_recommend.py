@@ -132,7 +132,14 @@ def rich(found, monkeypatch):
         keeps=(),
     )
     zones = [
-        ZoneSystem("A to B", national, 1.0, 1e-4, 73.04, (Zone("EPSG:1", "A", 0.25, 1e-4, 73.04),))
+        ZoneSystem(
+            name="A to B",
+            national=national,
+            share=1.0,
+            value=1e-4,
+            max_scale_error_ppm=73.04,
+            zones=(Zone("EPSG:1", "A", 0.25, 1e-4, 73.04),),
+        )
         for national in (True, False)
     ]
     reasons = ("Its area of use holds 3 % of the region.", "It can be projected to 50 %.", INTERRUPTED, "Broken.")

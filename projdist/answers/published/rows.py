@@ -24,7 +24,7 @@ TABLES: dict[str, str] = {
 """The published tables by name."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Printed:
     """A figure as it was printed: of a projection, and at a point, or of the globe, where `lon` and `lat` are NaN.
 
@@ -56,17 +56,17 @@ def printed(table: str) -> tuple[Printed, ...]:
     rows = [row for file in ("world.csv", "pointwise.csv") for row in _read(file)]
     return tuple(
         Printed(
-            table,
-            row["source"],
-            row["projection"],
-            row["definition"],
-            float(row.get("lon", math.nan)),
-            float(row.get("lat", math.nan)),
-            row["measure"],
-            float(row["value"]),
-            int(row["decimals"]),
-            row.get("status", "read"),
-            row["convention"],
+            table=table,
+            source=row["source"],
+            projection=row["projection"],
+            definition=row["definition"],
+            lon=float(row.get("lon", math.nan)),
+            lat=float(row.get("lat", math.nan)),
+            measure=row["measure"],
+            value=float(row["value"]),
+            decimals=int(row["decimals"]),
+            status=row.get("status", "read"),
+            convention=row["convention"],
         )
         for row in rows
         if row["name"] == table

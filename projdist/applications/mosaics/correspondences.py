@@ -26,7 +26,7 @@ _LARGEST = 1e7  # pixels
 _SAME_SHAPE = 0.01  # of a ratio: a reduced image has whole pixels
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Correspondences:
     """Points of images i, shape (n, 2), that are points of images j.
 
@@ -73,7 +73,9 @@ class Correspondences:
         for name, (across, down) in zip(names, ratio, strict=True):
             if abs(across / down - 1.0) > _SAME_SHAPE:
                 raise ValueError(f"Invalid image '{name}'. Its shape is not that of the correspondences.")
-        return Correspondences(self.i, self.j, self.xi * ratio[self.i], self.xj * ratio[self.j], new, tuple(names))
+        return Correspondences(
+            i=self.i, j=self.j, xi=self.xi * ratio[self.i], xj=self.xj * ratio[self.j], sizes=new, names=tuple(names)
+        )
 
     def name(self, image: int) -> str:
         """What an image is called: its name, or its number."""
@@ -103,7 +105,14 @@ def read_correspondences(
         )
     if len(given) == 1 and sizes is not None:
         given = given * (len(names) if names is not None else int(max(i.max(), j.max())) + 1)
-    return Correspondences(i, j, table[:, 2:4], table[:, 4:6], np.array(given), None if names is None else tuple(names))
+    return Correspondences(
+        i=i,
+        j=j,
+        xi=table[:, 2:4],
+        xj=table[:, 4:6],
+        sizes=np.array(given),
+        names=None if names is None else tuple(names),
+    )
 
 
 def correspondences_of(
@@ -116,7 +125,7 @@ def correspondences_of(
     table, stated = _read(Path(path), check_model(model))
     sizes, names = [picture.size for picture in pictures], tuple(picture.name for picture in pictures)
     i, j = table[:, 0].astype(int), table[:, 1].astype(int)
-    points = Correspondences(i, j, table[:, 2:4], table[:, 4:6], np.array(stated or sizes))
+    points = Correspondences(i=i, j=j, xi=table[:, 2:4], xj=table[:, 4:6], sizes=np.array(stated or sizes))
     return points.resized(sizes, names)
 
 

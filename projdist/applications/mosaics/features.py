@@ -59,7 +59,9 @@ def match(pictures: Sequence[Picture]) -> Correspondences:
         raise ValueError("Invalid images. No two of them have anything in common.")
     first, second, xi, xj = (np.concatenate(column) for column in columns)
     sizes = np.array([picture.size for picture in pictures], dtype=float)
-    return Correspondences(first, second, xi, xj, sizes, tuple(picture.name for picture in pictures))
+    return Correspondences(
+        i=first, j=second, xi=xi, xj=xj, sizes=sizes, names=tuple(picture.name for picture in pictures)
+    )
 
 
 def _features(picture: Picture) -> _Features:

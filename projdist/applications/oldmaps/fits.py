@@ -117,7 +117,7 @@ def _log(square: FloatArray) -> FloatArray:
 # ---- the fit --------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
     """A map from the plane of an old map to the truth.
 
@@ -181,7 +181,16 @@ def _similarity(points: ControlPoints, smoothing: None) -> Fit:
     unit = np.sqrt(abs(np.linalg.det(helmert_fit(points).matrix) / np.linalg.det(plane.matrix)))
     coefficients = np.vstack([points.new.mean(axis=0), unit * np.eye(2)])
     residuals = points.new - Monomials(1).values(u) @ coefficients
-    return Fit("helmert", None, 2.0, plane, Monomials(1), coefficients, residuals, _deleted(residuals, leverage))
+    return Fit(
+        model="helmert",
+        smoothing=None,
+        freedom=2.0,
+        plane=plane,
+        terms=Monomials(1),
+        coefficients=coefficients,
+        residuals=residuals,
+        left_out=_deleted(residuals, leverage),
+    )
 
 
 def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]:
@@ -197,7 +206,14 @@ def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]
         coefficients = np.linalg.solve(R, Q.T @ points.new)
         residuals = points.new - basis @ coefficients
         return Fit(
-            model, None, float(count), plane, terms, coefficients, residuals, _deleted(residuals, (Q**2).sum(axis=1))
+            model=model,
+            smoothing=None,
+            freedom=float(count),
+            plane=plane,
+            terms=terms,
+            coefficients=coefficients,
+            residuals=residuals,
+            left_out=_deleted(residuals, (Q**2).sum(axis=1)),
         )
 
     return polynomial
@@ -235,14 +251,14 @@ def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
     flat = np.linalg.solve(R[:3], Q[:, :3].T @ (points.new - kernel @ weights))
     diagonal = (modes**2 / (bending + smoothing)).sum(axis=1)
     return Fit(
-        "tps",
-        smoothing,
-        len(u) - float((smoothing / (bending + smoothing)).sum()),
-        plane,
-        terms,
-        np.vstack([flat, weights]),
-        smoothing * weights,
-        weights / diagonal[:, None],
+        model="tps",
+        smoothing=smoothing,
+        freedom=len(u) - float((smoothing / (bending + smoothing)).sum()),
+        plane=plane,
+        terms=terms,
+        coefficients=np.vstack([flat, weights]),
+        residuals=smoothing * weights,
+        left_out=weights / diagonal[:, None],
     )
 
 

@@ -94,7 +94,7 @@ def _turned(normals: FloatArray, A: FloatArray) -> FloatArray:
 # ---- text -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _Table:
     """Rows of cells, and in which columns the coordinates, the normals and the ids stand.
 
@@ -160,14 +160,29 @@ def _read_csv(data: bytes) -> _Table:
     if any(map(is_number, header)) or not any(header):
         ids = 0 if header[0] and not is_number(header[0]) else None
         axes = [k for k in range(len(header)) if k != ids]
-        return _Table("".join(f"{line}\n" for line in comments), rows, separator, axes, [], ids)
+        return _Table(
+            head="".join(f"{line}\n" for line in comments),
+            rows=rows,
+            separator=separator,
+            axes=axes,
+            normal_axes=[],
+            id_column=ids,
+        )
     ids = next((header.index(name) for name in _IDS if name in header), None)
     axes = [header.index(name) for name in _AXES if name in header]
     if not {"x", "y"} <= set(header):
         axes = [k for k in range(len(header)) if k != ids]
     normals = [header.index(name) for name in _NORMALS[: len(axes)] if name in header]
     head = "".join(f"{line}\n" for line in [*comments, lines[0]])
-    return _Table(head, rows[1:], separator, axes, normals if len(normals) == len(axes) else [], ids, "")
+    return _Table(
+        head=head,
+        rows=rows[1:],
+        separator=separator,
+        axes=axes,
+        normal_axes=normals if len(normals) == len(axes) else [],
+        id_column=ids,
+        missing="",
+    )
 
 
 def _read_xyz(data: bytes) -> _Table:
@@ -178,7 +193,7 @@ def _read_xyz(data: bytes) -> _Table:
     if dimension < 3 and longer is not None:
         raise CloudError(f"Row 1 has {dimension} numbers, row {longer} more.")
     head = "".join(f"{line}\n" for line in comments)
-    return _Table(head, rows, " ", list(range(dimension)), [], None)
+    return _Table(head=head, rows=rows, separator=" ", axes=list(range(dimension)), normal_axes=[], id_column=None)
 
 
 def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:

@@ -100,7 +100,7 @@ def _add(result: Measured, curves: _Curves, chain: IntArray, chosen: BoolArray) 
 # ---- curves ---------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Curves:
     """Figures of edges, each of shape (n,), as those of `Measured`, and how well they are known."""
 
@@ -151,16 +151,16 @@ class _Frame:
             torn = ~smooth & (map_length > _TEAR * np.maximum(length, floor))
         bearing = np.where(np.abs(lat) < 90.0 - _AT_A_POLE, _bearing_error(xy_rate, ground_rate, lon, lat), 0.0)
         return _Curves(
-            map_length,
-            length,
-            _area(xy - self.origin[chain, None], xy_rate),
-            _area(polar - self.polar_origin[chain, None], polar_rate),
-            (speed * bearing**2) @ _WEIGHTS,
-            np.max(np.abs(bearing), axis=-1, where=speed > 0.0, initial=0.0),
-            outside,
-            smooth,
-            torn,
-            np.maximum(length, polar_length),
+            map_length=map_length,
+            length=length,
+            map_area=_area(xy - self.origin[chain, None], xy_rate),
+            area=_area(polar - self.polar_origin[chain, None], polar_rate),
+            bearing_square=(speed * bearing**2) @ _WEIGHTS,
+            bearing_most=np.max(np.abs(bearing), axis=-1, where=speed > 0.0, initial=0.0),
+            outside=outside,
+            smooth=smooth,
+            torn=torn,
+            size=np.maximum(length, polar_length),
         )
 
     def _polar(self, lon: FloatArray, lat: FloatArray, pole: FloatArray) -> FloatArray:

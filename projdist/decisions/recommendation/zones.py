@@ -49,7 +49,7 @@ class Zone:
     max_scale_error_ppm: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ZoneSystem:
     """Zones that cover the region together, from west to east; the figures are the worst of any zone in its part.
 
@@ -277,12 +277,12 @@ def _measured(
         for record, value, ppm in zip(meeting, values, worst, strict=True)
     )
     return ZoneSystem(
-        f"{zones[0].name} to {zones[-1].name.partition(' / ')[2] or zones[-1].name}",
-        national,
-        float(system.held.any(axis=0) @ lattice.weight),
-        max(zone.value for zone in zones),
-        max(zone.max_scale_error_ppm for zone in zones),
-        zones,
+        name=f"{zones[0].name} to {zones[-1].name.partition(' / ')[2] or zones[-1].name}",
+        national=national,
+        share=float(system.held.any(axis=0) @ lattice.weight),
+        value=max(zone.value for zone in zones),
+        max_scale_error_ppm=max(zone.max_scale_error_ppm for zone in zones),
+        zones=zones,
     )
 
 

@@ -218,7 +218,9 @@ def ldp(
     extent = extent_of(area)
     if extent.radius > _WIDEST:
         raise ValueError(f"Invalid region '{area.name}'. It must reach no farther than {_WIDEST:g} degrees.")
-    design = _Design(area, extent, ground, ground.fewer(area), goal, round_axis)
+    design = _Design(
+        region=area, extent=extent, ground=ground, few=ground.fewer(area), goal=goal, round_axis=round_axis
+    )
     found = sorted((design.best(family) for family in families), key=design.order)
     best = min((one for one in found if design.is_as_good(one, found[0])), key=lambda one: families.index(one.family))
     wkt, esri = (
@@ -261,7 +263,7 @@ def _usual(extent: Extent) -> list[str]:
     return [code] if name.startswith("UTM") else []
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Design:
     """What a projection is designed for; `few` is the ground with fewer points, for the search."""
 

@@ -173,7 +173,7 @@ def ground_of(region: Place, ellipsoid: Ellipsoid, heights: ArrayLike | None, he
 # ---- statistics -----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class HeightStatistics:
     """Distortion at heights, in ppm; `within` the share of the points, or of the area, within so many ppm."""
 
@@ -196,4 +196,4 @@ def statistics_of(ppm: FloatArray, weight: FloatArray, limits: Iterable[float]) 
     std = float(np.sqrt(np.sum(weight * (ppm - mean) ** 2)))
     rms = float(np.sqrt(np.sum(weight * ppm * ppm)))
     within = {float(limit): float(np.sum(weight[np.abs(ppm) <= limit])) for limit in sorted(set(limits))}
-    return HeightStatistics(float(ppm.min()), float(ppm.max()), mean, std, rms, within)
+    return HeightStatistics(min=float(ppm.min()), max=float(ppm.max()), mean=mean, std=std, rms=rms, within=within)
