@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pyproj import Proj
 
+from projdist import FIGURES
 from projdist.decisions.recommendation.trial_nodes import Lattice
 from projdist.decisions.recommendation.zones import _measured, _System, _systems
 from projdist.projections.database import crs_records
@@ -21,7 +22,7 @@ def measured(region, *codes):
     records, place = tuple(known[code] for code in codes), get_region(region)
     lattice = Lattice(place)
     held = lattice.within([record.area_of_use for record in records])
-    return _measured(place, lattice, _System(records, held, 0, "WGS 84", False), "max_omega", None, True)
+    return _measured(place, lattice, _System(records, held, 0, "WGS 84", False), FIGURES["max_omega"], None, True)
 
 
 def test_zones_over_their_parts():
