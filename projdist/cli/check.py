@@ -14,7 +14,7 @@ from projdist import gis
 from projdist.cli.cells import area_text
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
-from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number
+from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number, whole_number
 from projdist.cli.output import drawing, present
 from projdist.cli.report import Column, Report, Table
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
@@ -65,7 +65,7 @@ def check_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Check areas, lengths and bearings of data in a CRS against the ellipsoid."""
-    form, count = format_of(format), _count(worst)
+    form, count = format_of(format), whole_number("number of features", worst, 0, 1_000_000)
     limit = None if fail_above is None else _share(fail_above)
     turn = None if fail_above_bearing is None else number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
     choice("thing to fail on", fail_on, list(FAIL_ON))
@@ -92,13 +92,6 @@ def _reason(result: Check, fail_on: str, share: str | None, bearing: str | None)
     limits = [text for text in (share, bearing and f"{bearing} degrees") if text]
     what = "The worst feature is" if fail_on == "worst" else "The totals are"
     return f"{what} above {' or '.join(limits)}."
-
-
-def _count(text: str) -> int:
-    count = number("number of features", text, 0, 1_000_000)
-    if count != int(count):
-        refuse(f"Invalid number of features '{text}'. It must be a whole number.")
-    return int(count)
 
 
 def _share(text: str) -> float:

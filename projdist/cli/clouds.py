@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 
 from projdist.applications.pointclouds import CORRESPONDENCES, FITS, CloudFile, Registration, read_cloud, register
-from projdist.cli.errors import cannot_write, fail, refuse, refusing
+from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of
-from projdist.cli.output import present
+from projdist.cli.output import drawing, present
 from projdist.cli.report import Column, Report, Table
 from projdist.support import refuse_existing
 
@@ -116,11 +116,9 @@ def _targets(files: Sequence[str], output: str | None, overwrite: bool) -> dict[
             refuse(f"Invalid cloud '{file}'. Another has its name, and '{output}' has room for one.")
         if target.exists() and target.samefile(file):
             refuse(f"Invalid output '{output}'. It holds the clouds themselves.")
-        try:
-            if not overwrite:
+        if not overwrite:
+            with refusing():
                 refuse_existing(target)
-        except FileExistsError as error:
-            refuse(str(error), error)
     return targets
 
 
@@ -129,14 +127,10 @@ def _write(
 ) -> None:
     """The registered clouds, moved."""
     by_name = {str(target): cloud for target, cloud in zip(targets, clouds, strict=True)}
-    try:
+    with drawing(folder):
         folder.mkdir(exist_ok=True)
         for name, M, t in zip(found.names, found.matrices, found.shifts, strict=True):
             by_name[name].write(targets[name], M, t, overwrite=overwrite)
-    except FileExistsError as error:
-        refuse(str(error), error)
-    except OSError as error:
-        cannot_write(folder, error)
 
 
 # ---- what is printed ------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from projdist import plots
 from projdist.answers import CONSTRAINTS, Correction, correct
 from projdist.cli.cells import area_text, covers, first_digit, rounded
 from projdist.cli.errors import refuse, refusing
-from projdist.cli.formats import JSON, TABLE, json_text
+from projdist.cli.formats import JSON, TABLE
 from projdist.cli.options import (
     DpiOption,
     OverwriteOption,
@@ -23,7 +23,7 @@ from projdist.cli.options import (
     number,
     region_given,
 )
-from projdist.cli.output import drawing, emit, present, tell_written
+from projdist.cli.output import drawing, present
 from projdist.cli.pictures import PictureFile, picture_of
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.projections import Projection
@@ -108,10 +108,7 @@ def _draw_local(
                 projection, radius_km, region=region, step=picture.step, size=picture.size, dpi=picture.dots
             )
         picture.save(lambda **_: figure)
-    if picture is None or form == JSON:
-        emit(json_text(field.to_dict()), None)
-    else:
-        tell_written(picture.path)
+    present(Report(data=field.to_dict, written=[picture.path if picture else None]), form)
 
 
 def _report(result: Correction, given: str, picture: PictureFile | None) -> Report:

@@ -44,13 +44,13 @@ def tell_problems(problems: list[str]) -> None:
 
 @contextlib.contextmanager
 def refusing() -> Iterator[None]:
-    """Say in one line what was wrong: a projection, and end with 1, or any other word, or a missing library."""
+    """Say in one line what was wrong, and end: with 1 for projections; with 2 for other words, libraries, old files."""
     try:
         yield
     except ProjectionError as error:
         fail(str(error))
         raise typer.Exit(1) from error
-    except (ValueError, ImportError) as error:
+    except (ValueError, ImportError, FileExistsError) as error:
         refuse(str(error), error)
 
 

@@ -25,9 +25,10 @@ from projdist.applications.mosaics import (
     world_file,
     write_world_file,
 )
-from projdist.cli.errors import cannot_write, fail, refuse, refusing
+from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.layers import check_libraries
 from projdist.cli.options import choice, file_of_kind, output_file
+from projdist.cli.output import drawing
 from projdist.cli.pictures import PictureFile
 
 _GEOTIFF = (".tif", ".tiff")
@@ -71,12 +72,8 @@ class MosaicFile:
         except MemoryError as error:
             refuse(f"Invalid picture '{self.path}'. It needs more memory than there is: take fewer --pixels.", error)
         place = self._place(found, drawn)
-        try:
+        with drawing(self.path):
             self._write(drawn, place)
-        except (ValueError, FileExistsError) as error:
-            refuse(str(error), error)
-        except OSError as error:
-            cannot_write(self.path, error)
         return {
             "file": str(self.path),
             "width": drawn.canvas.width,

@@ -135,6 +135,14 @@ def measure_names(given: list[str] | None) -> list[str]:
     return names
 
 
+def whole_number(name: str, text: str, low: float, high: float) -> int:
+    """A whole number within limits."""
+    value = number(name, text, low, high)
+    if value != int(value):
+        refuse(f"Invalid {name} '{text}'. It must be a whole number.")
+    return int(value)
+
+
 def number(name: str, text: str, low: float, high: float, unit: str = "") -> float:
     """A number within limits."""
     try:

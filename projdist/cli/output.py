@@ -34,9 +34,8 @@ def tell_written(*paths: Path) -> None:
 def put(text: str, output: Path | None, overwrite: bool = False) -> None:
     """The same without a word."""
     try:
-        write(text, output, overwrite)
-    except FileExistsError as error:
-        refuse(str(error), error)
+        with refusing():
+            write(text, output, overwrite)
     except OSError as error:
         if output is None and error.errno == errno.EPIPE:
             raise  # typer knows how to end on a closed pipe
@@ -59,8 +58,6 @@ def drawing(output: Path) -> Iterator[None]:
     try:
         with refusing():
             yield
-    except FileExistsError as error:
-        refuse(str(error), error)
     except MemoryError as error:
         refuse(f"Invalid picture '{output}'. It needs more memory than there is: take a larger step.", error)
     except OSError as error:

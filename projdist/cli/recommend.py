@@ -17,7 +17,15 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from projdist import plots
 from projdist.cli.cells import certain, change, per_cent, rounded
 from projdist.cli.errors import fail, refuse, refusing
-from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, format_of, number, region_of
+from projdist.cli.options import (
+    DpiOption,
+    FormatOption,
+    OverwriteOption,
+    SizeOption,
+    format_of,
+    region_of,
+    whole_number,
+)
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
 from projdist.cli.report import Column, Report, Row, Table
@@ -79,9 +87,7 @@ def recommend_command(
 ) -> None:
     """Find the best existing CRSs for a region, by measuring every candidate."""
     form, area = format_of(format), region_of(region)
-    most = number("limit", limit, 1, 10_000)
-    if most != int(most):
-        refuse(f"Invalid limit '{limit}'. It must be a whole number.")
+    most = whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
     picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite)
@@ -94,7 +100,7 @@ def recommend_command(
             datum=datum,
             area="contains" if contains else "intersects" if intersects else "preferred",
             deprecated=deprecated,
-            limit=int(most),
+            limit=most,
             uninterrupted=uninterrupted,
             custom=custom,
             executor=workers,
