@@ -1,6 +1,9 @@
 from .correction_fields import LocalCorrections, local_corrections
 from .corrections import CONSTRAINTS, Correction, correct
-from .distances import DISTANCE_MEASURES, FiniteDistortion, distance_distortion, great_circle_bending
+from .distance_measures import DISTANCE_MEASURES
+from .distances import distance_distortion
+from .finite_distortions import FiniteDistortion
+from .great_circles import great_circle_bending
 from .point_factors import Factors, factors
 from .published import TABLES, PublishedRow, PublishedTable, tables
 from .published_indices import (

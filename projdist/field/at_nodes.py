@@ -17,6 +17,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid
 from projdist.field.at_points import jacobian
+from projdist.field.stencils import fourth_order
 from projdist.numerics import NODES
 from projdist.projections import Projection
 from projdist.regions import Place, PointSet, Region
@@ -57,12 +58,8 @@ class Nodes:
         for column, radius in enumerate((vertical, meridian)):
             metre = 1.0 / (self.step * radius)
             for row, value in enumerate((x, y)):
-                ahead, behind, far_ahead, far_behind = value[4 * column : 4 * column + 4]
-                near = 0.5 * (ahead - behind)
-                # Fourth order is second order at h plus a third of its change from 2 h to h.
-                third = (near - 0.25 * (far_ahead - far_behind)) / 3.0
-                J[:, row, column] = (near + third) * metre
-                change += np.abs(third) * metre
+                J[:, row, column], third = fourth_order(value[4 * column : 4 * column + 4], metre)
+                change += np.abs(third)
         with np.errstate(invalid="ignore"):
             doubtful = np.flatnonzero(~(change <= _DOUBTFUL * np.abs(J).sum(axis=(1, 2))))
         if doubtful.size == self.lon.size:

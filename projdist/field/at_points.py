@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.stencils import Points, is_torn, settle
+from projdist.field.stencils import Points, fourth_order, is_torn, settle
 from projdist.matrices import principal_scales
 from projdist.projections import Projection, ProjectionLike
 from projdist.support import check_degrees
@@ -193,11 +193,8 @@ def _fast_stage(
     gap, size = np.zeros((2, n))
     for i, value in enumerate((x, y)):
         for j in (0, 1):
-            ahead, behind, far_ahead, far_behind = value[4 * j : 4 * j + 4]
-            near = ahead - behind
-            # Fourth order is second order at h plus a third of its change from 2 h to h.
-            change = (near - 0.5 * (far_ahead - far_behind)) * (metre[j] / 6.0)
-            J[:, i, j] = column = near * (0.5 * metre[j]) + change
+            column, change = fourth_order(value[4 * j : 4 * j + 4], metre[j])
+            J[:, i, j] = column
             gap += np.abs(change)
             size += np.abs(column)
     # One sum of x and y, with odd weights, shows a kink in either at half the cost.

@@ -241,6 +241,17 @@ def _one_sided_levels(points: Points, centre: FloatArray) -> Iterator[_Level]:
         index, centre, points = index[on], centre[:, on], points.take(on)
 
 
+def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """First derivatives (n,) of values (4, n) at h, -h, 2 h and -2 h, one over h being `metre`; and what that corrects.
+
+    Fourth order is second order at h plus a third of its change from 2 h to h.
+    """
+    ahead, behind, far_ahead, far_behind = values
+    near = ahead - behind
+    change = (near - 0.5 * (far_ahead - far_behind)) * (metre / 6.0)
+    return near * (0.5 * metre) + change, change
+
+
 def _white(fourth: FloatArray, sixth: FloatArray) -> FloatArray:
     """The sixth difference where it is white noise: on smooth maps it is well below the fourth, in noise above it.
 

@@ -16,8 +16,8 @@ from projdist import (
     get_region,
     great_circle_bending,
 )
-from projdist.answers import distances
-from projdist.answers.distances import best_scale_of_distances
+from projdist.answers import distances, great_circles
+from projdist.answers.distance_measures import best_scale_of_distances
 from projdist.answers.pairs import Points
 from projdist.answers.published import printed
 from projdist.earth.sphere import chord_angle, unit_vectors
@@ -336,12 +336,12 @@ def test_geodesics_count_by_the_weights_of_both_ends():
     equator = Points(lon, np.zeros(20), np.ones(20))
     both = Points(np.append(lon, lon + 1.0), np.repeat([0.0, 60.0], 20), np.repeat([1.0, 0.0], 20))
     plate, rng = Projection.from_user_input("plate-carree"), np.random.default_rng(1)
-    found = distances._over_geodesics(plate, equator, both, rng)
+    found = great_circles._over_geodesics(plate, equator, both, rng)
     assert found.values == pytest.approx(0.0, abs=1e-12)
     assert found.coverage == pytest.approx(1.0)
-    turned = distances._over_geodesics(plate, both, equator, rng)
+    turned = great_circles._over_geodesics(plate, both, equator, rng)
     assert turned.values == pytest.approx(0.0, abs=1e-12)
-    assert distances._over_geodesics(plate, equator, both._replace(weight=np.ones(40)), rng).values > 0.01
+    assert great_circles._over_geodesics(plate, equator, both._replace(weight=np.ones(40)), rng).values > 0.01
 
 
 def test_ellipsoids_have_their_own_distances():

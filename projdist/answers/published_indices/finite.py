@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from projdist.answers.distances import best_scale_of_distances, distance_distortions, gott, great_circle_bending, peters
+from projdist.answers.distance_measures import best_scale_of_distances, gott, peters
+from projdist.answers.distances import distance_distortions
+from projdist.answers.great_circles import great_circle_bending
 from projdist.answers.published_indices.index import ScaledField
 from projdist.numerics import Estimate
 
