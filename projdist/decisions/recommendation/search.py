@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from projdist._typing import BoolArray
 from projdist.decisions.recommendation.advice import Candidate, Recommendation
 from projdist.decisions.recommendation.candidates import (
     Distortion,
@@ -26,24 +25,20 @@ from projdist.decisions.recommendation.candidates import (
     try_crs,
 )
 from projdist.decisions.recommendation.custom import Custom, Design, design, families_for
-from projdist.decisions.recommendation.nations import home_of, named
+from projdist.decisions.recommendation.pool import HOLDS, Pool, of_datum
 from projdist.decisions.recommendation.purposes import get_purpose, suits
-from projdist.decisions.recommendation.same_maps import Usage, by_usage, grouped
-from projdist.decisions.recommendation.standing import CLOSE, Key, Standing, is_close, is_own, is_wide, preferred, tiers
-from projdist.decisions.recommendation.trial_nodes import Lattice, Probe, probe_of
+from projdist.decisions.recommendation.same_maps import by_usage, grouped
+from projdist.decisions.recommendation.standing import CLOSE, Key, Standing, is_close, preferred, tiers
+from projdist.decisions.recommendation.trial_nodes import Probe, probe_of
 from projdist.decisions.recommendation.zones import ENGINEERING_PPM, ZoneSystem, find_zones
 from projdist.field import FIGURES, AnyFigure, Figure, get_figure
 from projdist.projections import (
     AUTHORITIES,
-    UNKNOWN,
-    CrsRecord,
-    Facts,
     check_authorities,
     crs_records,
-    facts_of,
     reasons_against,
 )
-from projdist.regions import PointSet, Region, RegionLike, get_region, main_part
+from projdist.regions import PointSet, RegionLike, get_region, main_part
 from projdist.support import check_whole_number, hints, is_picklable, own_executor, quoted, run_all
 
 __all__ = ["AREAS", "Candidate", "Recommendation", "recommend"]
@@ -53,9 +48,6 @@ AREAS = ("preferred", "contains", "intersects")
 
 Progress = Callable[[int, int], None]
 
-_HOLDS = 0.99  # of the region: areas of use are rounded, and so are boxes
-_TOUCHES = 0.25  # of the region: a map for less was not made for it
-_SOME = 0.1  # of the region: a CRS for less is not named for the map
 # A trial's mean is good to a few per cent (6 on the globe, whose poles it leaves out), its maximum never too large.
 _MEAN_MARGIN, _MAXIMUM_MARGIN = 0.7, 0.99
 _SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
@@ -149,21 +141,20 @@ def recommend(
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
     place = main_part(given) if given.far else given
     assert not isinstance(place, PointSet)
-    ranking = get_figure(criterion)
-    search = _Search(place, get_purpose(purpose), ranking, _check_area(area), _check_limit(limit), progress)
+    ranking, purpose, area, limit = get_figure(criterion), get_purpose(purpose), _check_area(area), _check_limit(limit)
     records = crs_records(check_authorities(authorities), deprecated=deprecated)
+    search = _Search(Pool(place, records, area), purpose, ranking, area, limit, progress)
     search.uninterrupted = uninterrupted
     if custom:
-        search.families = families_for(place, search.purpose)
-    search.choose(records)
+        search.families = families_for(place, purpose)
     if place is not given:
         search.notes.append(f"The answer is for the main part, {place.name}.")
     if executor is not None:
         return search.run(executor, datum)
     if not is_picklable(ranking):
         return search.run(None, datum)
-    with own_executor(len(search.records) + _HEAVY * len(search.families)) as pool:
-        return search.run(pool, datum)
+    with own_executor(len(search.pool.records) + _HEAVY * len(search.families)) as own:
+        return search.run(own, datum)
 
 
 def _check_area(area: str) -> str:
@@ -209,77 +200,29 @@ class _Search:
 
     def __init__(
         self,
-        region: Region,
+        pool: Pool,
         purpose: str,
         ranking: Figure,
         area: str,
         limit: int | None,
         progress: Progress | None,
     ) -> None:
-        self.region, self.purpose, self.ranking, self.area, self.limit = region, purpose, ranking, area, limit
+        self.pool, self.purpose, self.ranking, self.area, self.limit = pool, purpose, ranking, area, limit
         self.progress = progress
-        self.probe: Probe = probe_of(region)
-        self.lattice = Lattice(region)
-        self.records: dict[str, CrsRecord] = {}
-        self.meeting: list[CrsRecord] = []  # with the region, be it on the bounds only
-        self.facts: dict[str, Facts] = {}
-        self.held: dict[str, BoolArray] = {}  # what a CRS has of the lattice
-        self.united: dict[str, BoolArray] = {}  # what all CRSs of its map have
-        self.home = ""
+        self.probe: Probe = probe_of(pool.region)
         self.close = 0.0 if area == "intersects" else CLOSE
         self.notes: list[str] = []
-        self.rejected: list[Rejected] = []
+        self.rejected = list(pool.rejected)
         self.uninterrupted = False
         self.families: list[str] = []  # of custom projections
 
-    def choose(self, records: Sequence[CrsRecord]) -> None:
-        """Keep the records of maps whose areas of use are those of the region; reject those that touch it."""
-        least = _HOLDS if self.area == "contains" else _TOUCHES
-        near = self.lattice.near([record.area_of_use for record in records])
-        self.meeting = [record for record, is_near in zip(records, near, strict=True) if is_near]
-        bounds = list(dict.fromkeys(record.area_of_use for record in self.meeting))
-        held = dict(zip(bounds, self.lattice.within(bounds), strict=True))
-        self.facts = facts_of([record.code for record in self.meeting])
-        self.home = self._home()
-        touching = [record for record in self.meeting if held[record.area_of_use].any()]
-        united: dict[Any, BoolArray] = {}
-        for record in touching:
-            drawn = self._draws(record)
-            united[drawn] = united.get(drawn, False) | held[record.area_of_use]
-        for record in touching:
-            own, together = held[record.area_of_use], united[self._draws(record)]
-            if self._share(together) >= least and self._share(own) >= min(least, _SOME):
-                self.records[record.code], self.held[record.code], self.united[record.code] = record, own, together
-            else:
-                text = f"Its area of use holds {100 * self._share(own):.2g} % of the region."
-                self.rejected.append(Rejected(record.code, record.name, text))
-
-    def _draws(self, record: CrsRecord) -> Any:
-        """What CRSs of one map have in common, as far as the registry tells."""
-        return self._facts(record.code).draws or record.code
-
-    def _facts(self, code: str) -> Facts:
-        return self.facts.get(code, UNKNOWN)
-
-    def _share(self, held: BoolArray) -> float:
-        return float(held @ self.lattice.weight)
-
-    def _home(self) -> str:
-        """The country whose land the region is."""
-        names = {name for facts in self.facts.values() for name in named(facts.extents)}
-        return home_of(names, self.lattice.lon, self.lattice.lat, self.lattice.weight)
-
-    def _is_national(self, record: CrsRecord) -> bool:
-        """Whether a CRS is of the country that the region is in, by the names of its area of use."""
-        return is_own(record, named(self._facts(record.code).extents), self.home)
-
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
-        unfit = reasons_against(self.records)
-        self.rejected += [Rejected(code, self.records[code].name, reason) for code, reason in unfit.items()]
+        unfit = reasons_against(self.pool.records)
+        self.rejected += [Rejected(code, self.pool.records[code].name, reason) for code, reason in unfit.items()]
         trials = [
             Trial(code, record.name, self.probe, self.ranking)
-            for code, record in self.records.items()
+            for code, record in self.pool.records.items()
             if code not in unfit
         ]
         total = len(trials) + len(self.families) + (self.limit or len(trials))
@@ -287,7 +230,7 @@ class _Search:
         findings = [one for one in found if isinstance(one, Finding)]
         self.rejected += [one for one in found if isinstance(one, Rejected)]
         if datum is not None:
-            findings = _of_datum(findings, datum)
+            findings = of_datum(findings, datum)
         maps = [one for one in self._maps(findings) if suits(one.first.keeps, self.purpose)]
         custom, not_custom = self._custom(executor, self._report(len(trials), total))
         best = self._best(maps, executor, len(trials) + len(self.families), total)
@@ -296,17 +239,17 @@ class _Search:
         if self.progress is not None:
             self.progress(total, total)
         return Recommendation(
-            region=self.region,
+            region=self.pool.region,
             purpose=self.purpose,
             criterion=self.ranking.name,
             area=self.area,
             results=tuple(self._candidate(one, custom) for one in best),
             rejected=tuple(self.rejected),
-            candidates=len(self.records),
+            candidates=len(self.pool.records),
             maps=len(maps),
             custom=custom,
             not_custom=not_custom,
-            country=self.home,
+            country=self.pool.home,
             zones=zones,
             notes=tuple(self.notes),
         )
@@ -318,32 +261,14 @@ class _Search:
 
     def _maps(self, findings: list[Finding]) -> list[_Map]:
         """The different maps among findings."""
-        usages = {one.code: self._usage(self.records[one.code]) for one in findings}
+        usages = {one.code: self.pool.usage(self.pool.records[one.code]) for one in findings}
         maps = []
         for group in grouped(findings, self._size):
-            members = by_usage(group, self.records, usages)
-            standing = self._standing(members, usages)
-            weight = 1.0 if self.area == "intersects" else standing.weight(_HOLDS)
+            members = by_usage(group, self.pool.records, usages)
+            standing = self.pool.standing(members, usages)
+            weight = 1.0 if self.area == "intersects" else standing.weight(HOLDS)
             maps.append(_Map(members, standing, weight, self._level(members[0])))
         return maps
-
-    def _usage(self, record: CrsRecord) -> Usage:
-        facts = self._facts(record.code)
-        holds = self._share(self.held[record.code]) >= _HOLDS
-        return Usage(holds, self._is_national(record), facts.special, facts.since)
-
-    def _standing(self, members: list[Finding], usages: dict[str, Usage]) -> Standing:
-        """How the map of some CRSs stands: their areas of use count as one."""
-        held = np.any([self.united[one.code] for one in members], axis=0)
-        first, national = members[0], any(usages[one.code].national for one in members)
-        return Standing(
-            share=self._share(held),
-            national=national,
-            wide=not national and all(is_wide(self.records[one.code], self.region.area_km2) for one in members),
-            special=usages[first.code].special,
-            since=usages[first.code].since,
-            datum=first.datum,
-        )
 
     def _level(self, one: Finding) -> float:
         """The Airy-Kavrayskiy error by the trial."""
@@ -357,7 +282,7 @@ class _Search:
         self, executor: Executor | None, progress: Callable[[int], None] | None
     ) -> tuple[tuple[Custom, ...], tuple[Rejected, ...]]:
         """The best member of each family, best first, and families without one."""
-        tasks = [Design(name, self.region, self.probe, self.ranking, self.purpose) for name in self.families]
+        tasks = [Design(name, self.pool.region, self.probe, self.ranking, self.purpose) for name in self.families]
         found = run_all(executor, design, tasks, progress)
         custom = [one for one in found if isinstance(one, Custom)]
         custom.sort(key=lambda one: (self.ranking.without_rounding(_number(one.value)), one.distortion.airy_kavrayskiy))
@@ -443,8 +368,8 @@ class _Search:
         tasks = [
             Full(
                 code=one.first.code,
-                name=self.records[one.first.code].name,
-                region=self.region,
+                name=self.pool.records[one.first.code].name,
+                region=self.pool.region,
                 probe=self.probe,
                 keeps=one.first.keeps,
                 level=one.level,
@@ -463,19 +388,19 @@ class _Search:
         least = min(errors, default=np.inf if suits(("conformal",), self.purpose) else 0.0)
         if least <= ENGINEERING_PPM:
             return ()
-        known = [record for record in self.meeting if record.code in self.facts]
-        own = [record for record in known if self._is_national(record)]
-        frames = {self.facts[record.code].frame for record in own}
+        known = [record for record in self.pool.meeting if record.code in self.pool.facts]
+        own = [record for record in known if self.pool.is_national(record)]
+        frames = {self.pool.facts[record.code].frame for record in own}
         same = [
-            record for record in known if self.facts[record.code].frame in frames
+            record for record in known if self.pool.facts[record.code].frame in frames
         ]  # outlines are not all undisputed
         utm = [record for record in known if record.name.startswith(_UTM)]
         for records in (own, same, utm):
             found = find_zones(
-                self.region,
-                self.lattice,
+                self.pool.region,
+                self.pool.lattice,
                 records,
-                self.facts,
+                self.pool.facts,
                 self.ranking,
                 least,
                 executor,
@@ -499,11 +424,11 @@ class _Search:
         if isinstance(figure, Rejected):
             return []
         first, name = best[0], self.ranking.name
-        counts = f"{one.first.code}, the best of those of {self.home}, counts {one.weight * figure:.5g} by {name}"
+        counts = f"{one.first.code}, the best of those of {self.pool.home}, counts {one.weight * figure:.5g} by {name}"
         return [f"{counts}, {first.first.code} {first.weight * first.found[0]:.5g}."]
 
     def _candidate(self, one: _Map, custom: tuple[Custom, ...]) -> Candidate:
-        record = self.records[one.first.code]
+        record = self.pool.records[one.first.code]
         value, distortion = one.found
         least = custom[0].value if custom else None
         return Candidate(
@@ -521,7 +446,7 @@ class _Search:
             datum_since=one.standing.since or None,
             area_of_use=record.area_of_use,
             area_name=record.area_name,
-            same=tuple((other.code, self.records[other.code].name) for other in one.members[1:]),
+            same=tuple((other.code, self.pool.records[other.code].name) for other in one.members[1:]),
             ratio_to_custom=value / least if least is not None and least > self.ranking.rounding else None,
             difference_to_custom=value - least if least is not None else None,
         )
@@ -530,21 +455,3 @@ class _Search:
 def _number(value: float) -> float:
     """The value, or infinity for NaN."""
     return value if np.isfinite(value) else np.inf
-
-
-def _of_datum(findings: list[Finding], datum: str) -> list[Finding]:
-    """Findings whose datum's name has the text in it; raises ValueError, with names that are there, for none."""
-    wanted = _plain_name(datum)
-    known = {_plain_name(finding.datum): finding.datum for finding in findings}
-    if not wanted or not any(wanted in name for name in known):
-        close = [known[name] for name in hints.close_words(wanted, known)] if wanted else []
-        raise ValueError(
-            f"Invalid datum '{datum}'. {hints.did_you_mean(close)}It must be a part of the name of a geodetic CRS "
-            "with candidates for the region, as WGS 84 or ETRS89."
-        )
-    return [finding for finding in findings if wanted in _plain_name(finding.datum)]
-
-
-def _plain_name(text: str) -> str:
-    """A name in small letters and digits only."""
-    return "".join(c for c in text.lower() if c.isalnum())
