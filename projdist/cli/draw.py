@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import functools
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 
 from projdist import plots
-from projdist.answers import summarize
+from projdist.answers import compare
 from projdist.cli.errors import refuse, tell_problems
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.options import (
@@ -16,17 +18,16 @@ from projdist.cli.options import (
     Projections,
     RegionOption,
     SizeOption,
-    dots_of,
     file_of_kind,
     levels_of,
     measure_names,
     region_given,
-    size_of,
     step_of,
 )
-from projdist.cli.output import drawing, tell_written
-from projdist.projections import Projection, ProjectionError
-from projdist.regions import Place, region_for
+from projdist.cli.output import tell_written
+from projdist.cli.pictures import PictureFile
+
+_TOLERANCE = 1e-5  # titles show three decimals
 
 
 def tissot_command(
@@ -49,14 +50,8 @@ def tissot_command(
         check_layer_options(path, {"--size": size, "--dpi": dpi})
         write_layer(projections, path, region=region_given(region), step=step_of(step), overwrite=overwrite)
         return
-    dots, spacing = dots_of(dpi), step_of(step)
-    inches = size_of(size, dots)
-    maps, area, figures, problems = _maps(projections, region)
-    with drawing(path):
-        figure = plots.tissot_figure(maps, region=area, step=spacing, size=inches, dpi=dots, airy_kavrayskiy=figures)
-        plots.save(figure, path, dpi=dots, overwrite=overwrite)
-    tell_written(path)
-    tell_problems(problems)
+    picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
+    _draw(plots.tissot_figure, projections, region, picture)
 
 
 def heatmap_command(
@@ -112,46 +107,19 @@ def heatmap_command(
         refuse(f"Invalid option '{option}' for '{path}'. It is for rasters, whose suffix is .tif.")
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
-    dots, spacing, isolines = dots_of(dpi), step_of(step), levels_of(levels)
-    inches = size_of(size, dots)
-    maps, area, figures, problems = _maps(projections, region)
-    with drawing(path):
-        figure = plots.heatmap_figure(
-            maps,
-            measure=names[0],
-            region=area,
-            step=spacing,
-            levels=isolines,
-            cmap=cmap,
-            size=inches,
-            dpi=dots,
-            airy_kavrayskiy=figures,
-        )
-        plots.save(figure, path, dpi=dots, overwrite=overwrite)
-    tell_written(path)
-    tell_problems(problems)
+    picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
+    _draw(plots.heatmap_figure, projections, region, picture, measure=names[0], levels=levels_of(levels), cmap=cmap)
 
 
-def _maps(given: list[str], region: str | None) -> tuple[list[Projection], Place, list[float], list[str]]:
-    """The projections that can be measured, what to draw, their Airy-Kavrayskiy figures over it, and the failures."""
-    area = region_given(region)
-    known: list[Projection] = []
-    problems: list[str] = []
-    for text in given:
-        try:
-            known.append(Projection.from_user_input(text))
-        except ProjectionError as error:
-            problems.append(str(error))
-    place = region_for(area, known)
-    maps: list[Projection] = []
-    figures: list[float] = []
-    for projection in known:
-        try:
-            # Titles show three decimals.
-            figures.append(summarize(projection, place, tolerance=1e-5).airy_kavrayskiy)
-            maps.append(projection)
-        except ProjectionError as error:
-            problems.append(str(error))
-    if not maps:
-        tell_problems(problems)
-    return maps, place, figures, problems
+def _draw(
+    figure: Callable[..., Any], given: list[str], region: str | None, picture: PictureFile, **options: Any
+) -> None:
+    """Draw the projections that can be measured, with their Airy-Kavrayskiy figures, and say why others cannot."""
+    found = compare(given, region_given(region), sort="given", tolerance=_TOLERANCE)
+    if found.results:
+        maps = [one.projection for one in found.results]
+        figures = [one.airy_kavrayskiy for one in found.results]
+        options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures}
+        picture.save(functools.partial(figure, maps, **options))
+        tell_written(picture.path)
+    tell_problems([failure.error for failure in found.failures])
