@@ -12,7 +12,7 @@ from projdist.earth import WGS84
 from projdist.field import nodes_of
 from projdist.regions import Region
 
-__all__ = ["Area", "Lattice", "Probe", "probe_of", "shares_within"]
+__all__ = ["Area", "Lattice", "Probe", "probe_of"]
 
 Area = tuple[float, float, float, float]
 
@@ -74,12 +74,3 @@ def _columns(areas: Sequence[Area]) -> tuple[FloatArray, ...]:
     west, south, east, north = np.array(areas, dtype=float).reshape(-1, 4).T
     width = (east - west) % 360.0
     return west, south, east, north, np.where(width == 0.0, 360.0, width)
-
-
-def shares_within(region: Region, areas: Sequence[Area]) -> FloatArray:
-    """The shares of a region within areas of west, south, east, north in degrees; west > east crosses the antimeridian.
-
-    They come from a thousand nodes, so that what lies out by a few thousandths does not count.
-    """
-    lattice = Lattice(region)
-    return np.asarray(lattice.within(areas) @ lattice.weight)
