@@ -9,23 +9,21 @@ less that is the error. All goals of a projection go together, as a call for man
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.at_points import derivatives
 from projdist.field.cubature import Samples
 from projdist.field.extremes import borders, cells
 from projdist.field.extremes.goals import Extreme, Goal, defined
+from projdist.field.extremes.measuring import BENT, exact, fields_at, measured
 from projdist.field.extremes.polynomials import Polynomials, polynomials_of
-from projdist.field.second_derivatives import hessian
+from projdist.field.extremes.singular_points import unbounded
+from projdist.field.extremes.states import NOBODY, Chosen, State
 from projdist.numerics import ORDER
 from projdist.projections import Projection
 from projdist.regions import Place, PointSet, Region
 
-_EXACT = 1e-10  # of the scales: what a search resolves, above the rounding of derivatives
-_BENT = 1e-7  # of the second derivatives
 _NOISY = 1e-3  # errors of the scales
 _NARROW = 1e-4  # of the region's width: of pieces that are narrower nothing is certain
 _GOOD = 30.0  # times what a search resolves: polynomials that are not sampled anew
@@ -38,14 +36,6 @@ _TURNS, _SHRINK = 10, 0.4
 _AROUND = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
 _MOST = 64  # pieces of a goal that are sampled anew at once
 _CANDIDATES = 3  # places of a goal to measure at
-_LEAST = 2e-12  # of J, as the differences leave it
-_BROAD = 3e-3  # of the largest panel's area
-# Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
-# this: the last thousandths of a degree before a singular point often are not defined, so that it is not found itself.
-_APPROACH = 10.0 ** -np.arange(0.5, 2.5, 0.5)
-_SLOWING = 0.75  # a logarithm gains the same in every step, a square root half of the last, a smooth maximum a tenth
-_GROWTH = 1e-3  # of the value, in a step
-_FEWEST = 3  # steps where it is defined
 
 
 def find_extremes(
@@ -66,7 +56,7 @@ def _best_point(samples: Samples, goal: Goal) -> Extreme:
     H = [] if samples.hessian is None else samples.hessian.reshape(-1, 8)[top]
     field = np.concatenate([J, H])
     error = np.full(field.shape, np.max(np.abs(J))) * samples.doubt[top]
-    error[4:] = _BENT * np.max(np.abs(field[4:]), initial=0.0)
+    error[4:] = BENT * np.max(np.abs(field[4:]), initial=0.0)
     return Extreme(
         float(values.flat[top]),
         float(samples.lon.flat[top]),
@@ -83,40 +73,6 @@ def _signed(goal: Goal, found: Extreme) -> Extreme:
     return Extreme(goal.sign * found.value, float((found.lon + 180.0) % 360.0 - 180.0), found.lat, error)
 
 
-class _State:
-    """What is known in the search for one goal: what it reaches for certain, a bound, and the pieces in question."""
-
-    def __init__(self, goal: Goal) -> None:
-        self.goal = goal
-        self.live = np.empty(0, dtype=int)  # pieces to be looked at
-        self.good: list[_Chosen] = []  # whose polynomials are good enough
-        self.rough: list[_Chosen] = []  # which have none that are
-        self.known = -np.inf
-        self.known_at: tuple[float, float] | None = None
-        self.bound = -np.inf  # of all that was looked at and left
-        self.exact = 0.0  # what is no more than rounding
-        self.places: list[tuple[float, float]] = []  # where it may be largest
-
-    def raise_bound(self, bounds: FloatArray) -> None:
-        """What is left has so high bounds."""
-        self.bound = max(self.bound, float(bounds.max(initial=-np.inf)))
-
-
-class _Chosen(NamedTuple):
-    """Pieces, a goal's bounds there, and its errors."""
-
-    piece: IntArray
-    bound: FloatArray
-    error: FloatArray
-
-    @staticmethod
-    def joined(parts: Sequence[_Chosen]) -> _Chosen:
-        return _Chosen(*(np.concatenate(part) for part in zip(_NOBODY, *parts, strict=True)))
-
-
-_NOBODY = _Chosen(np.empty(0, dtype=int), np.empty(0), np.empty(0))
-
-
 class _Search:
     """The search for the largest values of goals, which are those of the measures times the goals' signs."""
 
@@ -129,13 +85,13 @@ class _Search:
         self.inside = np.ones(samples.lon.shape, dtype=bool)
         clipped = self.pieces.clipped
         self.inside[clipped] = region.contains(samples.lon[clipped], samples.lat[clipped])
-        self.states = [_State(goal) for goal in goals]
+        self.states = [State(goal) for goal in goals]
 
     def run(self) -> list[Extreme]:
         """The largest value of each goal."""
         found = [self._at_nodes(state) for state in self.states]
         # Where samples show that there is no bound, a search would only climb towards the singularity.
-        found = self._unbounded(found)
+        found = unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
         on = [number for number, one in enumerate(found) if np.isfinite(one.value)]
         searched = [self.states[number] for number in on]
         for turn in range(_ROUNDS + 1):
@@ -144,14 +100,14 @@ class _Search:
             self._sample_anew(searched)
         for state in searched:
             self._climb(state)
-        best = self._measured(searched, [found[number] for number in on])
+        best = measured(self.projection, searched, [found[number] for number in on])
         for number, one in zip(on, best, strict=True):
             found[number] = one
-        return self._unbounded(found)
+        return unbounded(self.projection, self.samples, [state.goal for state in self.states], found)
 
     # ---- sifting the pieces -------------------------------------------------------------
 
-    def _at_nodes(self, state: _State) -> Extreme:
+    def _at_nodes(self, state: State) -> Extreme:
         """The best node; the pieces that may have more are to be looked at."""
         goal, pieces = state.goal, self.pieces
         n = len(pieces)
@@ -169,8 +125,8 @@ class _Search:
         state.known = float(certain.max())
         best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
         field = fields[best_piece, within[best_piece].argmax()]
-        exact = float(goal.change(field, _exact(field)))
-        state.exact = exact if np.isfinite(exact) else 0.0
+        resolved = float(goal.change(field, exact(field)))
+        state.exact = resolved if np.isfinite(resolved) else 0.0
         high, low = values.max(axis=(1, 2)), np.where(values > -np.inf, values, np.inf).min(axis=(1, 2))
         error = np.where(high > -np.inf, error, 0.0)
         bound = high + _BEYOND * np.where(low <= high, high - low, 0.0) + error
@@ -180,7 +136,7 @@ class _Search:
         state.live = np.flatnonzero(live)
         return best
 
-    def _sift(self, state: _State, *, last: bool) -> None:
+    def _sift(self, state: State, *, last: bool) -> None:
         """Look at pieces: leave those that hold nothing more; those with good polynomials, and with none, are kept."""
         live = state.live = self._touched(state.live)
         if not live.size:
@@ -201,10 +157,10 @@ class _Search:
         state.raise_bound(bound[~kept])
         rough = ~good & (self._stuck(live) | last)
         for pieces, chosen in ((state.good, kept & good), (state.rough, kept & rough)):
-            pieces.append(_Chosen(live[chosen], bound[chosen], error[chosen]))
+            pieces.append(Chosen(live[chosen], bound[chosen], error[chosen]))
         rest = np.flatnonzero(kept & ~good & ~rough)
         rest = rest[np.argsort(-bound[rest], kind="stable")]
-        state.rough.append(_Chosen(live[rest[_MOST:]], bound[rest[_MOST:]], error[rest[_MOST:]]))
+        state.rough.append(Chosen(live[rest[_MOST:]], bound[rest[_MOST:]], error[rest[_MOST:]]))
         state.live = live[rest[:_MOST]]
 
     def _within_steps(self, goal: Goal, piece: IntArray) -> FloatArray:
@@ -228,9 +184,9 @@ class _Search:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             return np.asarray(self.pieces.error[piece, :4].max(axis=1) / size)
 
-    def _sample_anew(self, states: Sequence[_State]) -> None:
+    def _sample_anew(self, states: Sequence[State]) -> None:
         """Go on with the quarters of the pieces that are still to be looked at."""
-        wanted = np.unique(np.concatenate([_NOBODY.piece, *(state.live for state in states)]))
+        wanted = np.unique(np.concatenate([NOBODY.piece, *(state.live for state in states)]))
         new = np.array([piece for piece in wanted.tolist() if piece not in self.first_quarter], dtype=int)
         if new.size:
             first = len(self.pieces)
@@ -277,10 +233,10 @@ class _Search:
 
     # ---- climbing -----------------------------------------------------------------------
 
-    def _climb(self, state: _State) -> None:
+    def _climb(self, state: State) -> None:
         """Find the places where a goal may be largest, and a bound that it cannot pass."""
         goal = state.goal
-        good = _Chosen.joined(state.good)
+        good = Chosen.joined(state.good)
         if good.piece.size:
             bound, top = cells.climb(
                 goal, self.pieces, good.piece, good.error, self._contains, state.known, state.exact
@@ -294,9 +250,9 @@ class _Search:
             if certain.max(initial=-np.inf) > state.known:
                 state.known, state.known_at = float(certain.max()), places[int(certain.argmax())]
         self._climb_borders(state, good)
-        self._climb_rough(state, _Chosen.joined(state.rough))
+        self._climb_rough(state, Chosen.joined(state.rough))
 
-    def _climb_borders(self, state: _State, good: _Chosen) -> None:
+    def _climb_borders(self, state: State, good: Chosen) -> None:
         """The same along the edges in some pieces."""
         crossed = self.pieces.clipped[good.piece] & (good.bound > state.known + state.exact)
         parts = [borders.crossing(self.pieces, int(k), self._edges(int(k))) for k in good.piece[crossed]]
@@ -310,7 +266,7 @@ class _Search:
         if np.isfinite(best[0]):
             state.places.append((float(best[1]), float(best[2])))
 
-    def _climb_rough(self, state: _State, rough: _Chosen) -> None:
+    def _climb_rough(self, state: State, rough: Chosen) -> None:
         """Take pieces without good polynomials point by point; `_within_steps` of these is a bound there."""
         order = np.argsort(-rough.bound, kind="stable")
         order = order[rough.bound[order] > state.known + state.exact]
@@ -322,7 +278,9 @@ class _Search:
         u, v = (each[piece][:, some][:, :, some] for each in (self.pieces.u, self.pieces.v))
         points = self.region.chart(self.pieces.patch[piece][:, None, None], u, v)
         lon, lat = np.asarray(points.lon), np.asarray(points.lat)
-        values = state.goal.of(self._fields(lon.ravel(), lat.ravel(), state.goal.measure.needs_hessian)[0])
+        values = state.goal.of(
+            fields_at(self.projection, lon.ravel(), lat.ravel(), state.goal.measure.needs_hessian)[0]
+        )
         values = values.reshape(lon.shape)
         state.raise_bound(np.minimum(bound, _within_steps(values)))
         clipped = self.pieces.clipped[piece]
@@ -342,7 +300,7 @@ class _Search:
         for _ in range(_TURNS):
             around = np.clip(place + step * _AROUND, low, high)
             points = self.region.chart(np.broadcast_to(start.patch, len(around)), *around.T)
-            values = goal.of(self._fields(points.lon, points.lat, goal.measure.needs_hessian)[0])
+            values = goal.of(fields_at(self.projection, points.lon, points.lat, goal.measure.needs_hessian)[0])
             if start.clipped[0]:
                 values = np.where(self.region.contains(points.lon, points.lat), values, -np.inf)
             top = int(values.argmax())
@@ -350,82 +308,6 @@ class _Search:
                 best, place, found = values[top], around[top], (float(points.lon[top]), float(points.lat[top]))
             step = _SHRINK * step
         return found
-
-    # ---- measuring ----------------------------------------------------------------------
-
-    def _measured(self, states: Sequence[_State], found: Sequence[Extreme]) -> list[Extreme]:
-        """The best of the places of each goal, measured there, or else the best node; with its error."""
-        if not states:
-            return []
-        places = [place for state in states for place in state.places]
-        bent = any(state.goal.measure.needs_hessian for state in states)
-        lon, lat = np.array(places).reshape(-1, 2).T
-        fields, errors = self._fields(lon, lat, bent)
-        ends = np.cumsum([len(state.places) for state in states])
-        parts = zip(np.split(fields, ends[:-1]), np.split(errors, ends[:-1]), strict=True)
-        return [_measured_at(state, node, *part) for state, node, part in zip(states, found, parts, strict=True)]
-
-    def _fields(self, lon: FloatArray, lat: FloatArray, bent: bool) -> tuple[FloatArray, FloatArray]:
-        """The entries of J, and if `bent` of H, at points, and their errors: both (n, k)."""
-        lon, lat = np.asarray(lon), np.asarray(lat)
-        found = derivatives(self.projection, lon, lat)
-        field = found.jacobian.reshape(-1, 4)
-        error = (_size(field) * np.maximum(found.error, _LEAST))[:, None] * np.ones(4)
-        if bent:
-            H = hessian(self.projection, lon, lat).reshape(-1, 8)
-            field, lost = np.concatenate([field, H], axis=1), _BENT * np.maximum(np.abs(H).max(axis=1), _size(field))
-            error = np.concatenate([error, np.broadcast_to(lost[:, None], H.shape)], axis=1)
-        return field, error
-
-    # ---- towards singular points --------------------------------------------------------
-
-    def _unbounded(self, found: Sequence[Extreme]) -> list[Extreme]:
-        """Values found for the goals, infinite where a goal grows without bound on the way to its place.
-
-        The way is that from the middle of the nearest panel that is broad; in every step it grows no less.
-        """
-        goals = [state.goal for state in self.states]
-        doubtful = [k for k, one in enumerate(found) if np.isfinite(one.value) and not goals[k].bounded]
-        result = list(found)
-        if not doubtful:
-            return result
-        areas = self.samples.weight.sum(axis=(1, 2))
-        middle = self.samples.lon.shape[-1] // 2
-        broad = (areas >= _BROAD * areas.max(), middle, middle)
-        lon, lat = np.array([found[k][1:3] for k in doubtful]).T[:, :, None]
-        east, north = (self.samples.lon[broad] - lon + 180.0) % 360.0 - 180.0, self.samples.lat[broad] - lat
-        cosines = np.cos(np.radians(lat)) * np.cos(np.radians(lat + north))
-        distance = np.sin(np.radians(north) / 2) ** 2 + cosines * np.sin(np.radians(east) / 2) ** 2
-        nearest = np.argmin(distance, axis=1)[:, None]
-        east, north = (np.take_along_axis(way, nearest, axis=1) for way in (east, north))
-        lons, lats = lon + _APPROACH * east, lat + _APPROACH * north
-        bent = any(goals[k].measure.needs_hessian for k in doubtful)
-        fields = self._fields(lons.ravel(), lats.ravel(), bent)[0].reshape(*lons.shape, -1)
-        values = np.stack([goals[k].of(own) for k, own in zip(doubtful, fields, strict=True)])
-        with np.errstate(invalid="ignore"):
-            gains, defined_at = np.diff(values), np.isfinite(values)
-            grows = ((gains > _GROWTH * np.abs(values[:, 1:])) | ~defined_at[:, 1:]).all(axis=1)
-            grows &= ((gains[:, 1:] > _SLOWING * gains[:, :-1]) | ~defined_at[:, 2:]).all(axis=1)
-            grows &= defined_at[:, :_FEWEST].all(axis=1)
-        for k in np.array(doubtful)[grows]:
-            result[k] = result[k]._replace(value=np.inf)
-        return result
-
-
-def _measured_at(state: _State, node: Extreme, fields: FloatArray, errors: FloatArray) -> Extreme:
-    """The largest value at a goal's places, with its error; without one, what is known of polynomials or a node."""
-    values = state.goal.of(fields)
-    best, rounding = node, 0.0
-    if np.isfinite(values).any():
-        top = int(values.argmax())
-        best, rounding = (
-            Extreme(float(values[top]), *state.places[top]),
-            float(state.goal.change(fields[top], errors[top])),
-        )
-    singular = state.known_at in state.places and values[state.places.index(state.known_at)] == -np.inf
-    if state.known_at is not None and singular and state.known > best.value:
-        best, rounding = Extreme(state.known, *state.known_at), 0.0
-    return best._replace(error=max(state.bound - best.value, 0.0) + rounding)
 
 
 def _within_steps(values: FloatArray) -> FloatArray:
@@ -445,18 +327,6 @@ def _within_steps(values: FloatArray) -> FloatArray:
         peak = (~known | (drops >= 0.0)).all(axis=0)
         bound += np.moveaxis(np.where(peak, np.where(known, drops, 0.0).max(axis=0), 0.0), 0, axis)
     return np.asarray(bound.max(axis=(1, 2)))
-
-
-def _size(field: FloatArray) -> FloatArray:
-    """The scale of J, from fields (..., k)."""
-    return np.sqrt(0.5 * (field[..., :4] ** 2).sum(axis=-1))
-
-
-def _exact(field: FloatArray) -> FloatArray:
-    """What a search resolves of each entry of a field (k,)."""
-    error = np.full(field.shape, _EXACT * _size(field))
-    error[4:] = _BENT * np.abs(field[4:]).max(initial=0.0)
-    return error
 
 
 def _limits(region: Region, patch: int) -> tuple[FloatArray, FloatArray]:
