@@ -83,6 +83,9 @@ from .decisions import (
     recommend,
 )
 
+# Maps made to measure
+from .designs import Design, design
+
 # The same mean elsewhere
 from .applications import mosaics, oldmaps, pointclouds
 from .applications.oldmaps import ControlPoints, OldMap, old_map, read_control_points
@@ -116,6 +119,7 @@ __all__ = [
     "ControlPoints",
     "Correction",
     "Derivatives",
+    "Design",
     "Ellipsoid",
     "Estimate",
     "Extreme",
@@ -152,6 +156,7 @@ __all__ = [
     "compare",
     "correct",
     "derivatives",
+    "design",
     "distance_distortion",
     "distortion_ppm",
     "elevation_factor",

@@ -54,7 +54,7 @@ HOMES = {
         *("surfaces.tissot_ellipses", "plots.oldmaps"),
     },
     "shapely": {
-        *("earth.rings", "earth.natural_earth", "regions", "decisions.checking.outlines"),
+        *("earth.rings", "earth.natural_earth", "regions", "decisions.checking.outlines", "designs.overlaps"),
         *("surfaces.domain", "surfaces.land", "plots.basemap", "gis.layers", "gis.points"),
     },
     "matplotlib": {"plots"},

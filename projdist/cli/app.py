@@ -16,6 +16,7 @@ from projdist.cli.check import check_command
 from projdist.cli.clouds import clouds_command
 from projdist.cli.compare import compare_command
 from projdist.cli.correct import correct_command
+from projdist.cli.design import design_command
 from projdist.cli.draw import heatmap_command, tissot_command
 from projdist.cli.factors import factors_command
 from projdist.cli.ldp import ldp_command
@@ -65,6 +66,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "heatmap": heatmap_command,
     "recommend": recommend_command,
     "optimize": optimize_command,
+    "design": design_command,
     "ldp": ldp_command,
     "check": check_command,
     "correct": correct_command,

@@ -1,7 +1,9 @@
 from .checking.errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
-from .families import FAMILIES
+from .families import FAMILIES, Extent, ellipsoid_text, extent_of, sensible_families
+from .limits import LIMITED, least_error
 from .members import Rounded
-from .optimization import Baseline, Optimum, optimize
+from .objectives import Objective
+from .optimization import Baseline, Optimum, best_member, optimize
 from .recommendation.candidates import INTERRUPTED
 from .recommendation.for_frames import estimate_crs
 from .recommendation.purposes import PURPOSES, get_purpose
@@ -26,6 +28,7 @@ __all__ = [
     "INTERRUPTED",
     "LDP",
     "LDP_FAMILIES",
+    "LIMITED",
     "OUTSIDE",
     "PURPOSES",
     "TORN",
@@ -33,19 +36,26 @@ __all__ = [
     "Baseline",
     "Candidate",
     "Check",
+    "Extent",
     "HeightStatistics",
+    "Objective",
     "Optimum",
     "Recommendation",
     "Rounded",
     "Totals",
     "ZoneSystem",
+    "best_member",
     "check",
     "distortion_ppm",
     "elevation_factor",
+    "ellipsoid_text",
     "estimate_crs",
+    "extent_of",
     "get_purpose",
     "ldp",
+    "least_error",
     "optimize",
     "read_heights",
     "recommend",
+    "sensible_families",
 ]

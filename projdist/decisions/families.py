@@ -61,7 +61,9 @@ def extent_of(region: Place) -> Extent:
     sin, cos = np.sin(np.radians(lon)), np.cos(np.radians(lon))
     east_part = points.T @ np.array([-sin, cos, 0.0])
     north_part = points.T @ np.cross(middle, np.array([-sin, cos, 0.0]))
-    axes = np.linalg.eigh(np.cov(np.stack([east_part, north_part]), aweights=nodes.weight + 1e-12))[1]
+    parts = np.stack([east_part, north_part])
+    parts = parts - (parts @ nodes.weight)[:, None]
+    axes = np.linalg.eigh((parts * nodes.weight) @ parts.T)[1]
     azimuth = float(np.mod(np.degrees(np.arctan2(axes[0, 1], axes[1, 1])) + 90.0, 180.0) - 90.0)
     radius = float(np.degrees(np.arccos(np.clip((middle @ points).min(), -1.0, 1.0))))
     # Next to a pole the middle has any longitude.

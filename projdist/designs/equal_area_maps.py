@@ -37,11 +37,12 @@ def equal_area_map(site: Site, degree: int, share: float) -> Shears:
         return whole
 
     def terms(place: FloatArray) -> tuple[FloatArray, FloatArray]:
-        rest, slopes = _sheared(u + 1j * v, columns, angles, coefficients(place))
-        rest, slopes = rest * root, slopes[:, free.ravel()] * root[:, None]
+        rest, slopes = _sheared(u + 1j * v, columns, angles, coefficients(place), free)
+        rest, slopes = rest * root, slopes * root[:, None]
         return np.append(rest.real, rest.imag), np.vstack([slopes.real, slopes.imag])
 
-    found = coefficients(least_squares(terms, np.zeros(int(free.sum()))))
+    with np.errstate(over="ignore", invalid="ignore"):  # of steps that go too far, and are taken back
+        found = coefficients(least_squares(terms, np.zeros(int(free.sum()))))
     return Shears(site.origin, site.size, angles, np.hstack([np.zeros((angles.size, 1)), found]))
 
 
@@ -53,32 +54,37 @@ def _independent(degree: int) -> BoolArray:
     return free
 
 
-def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray) -> tuple[Any, Any]:
+def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray, free: BoolArray) -> tuple[Any, Any]:
     """ln(a/b) / sqrt(2) as complex numbers (n,) whose angle is twice that of the larger scale, and their slopes (n, p).
 
-    Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ...
+    Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ..., slopes
+    those by the p coefficients that are `free`.
     """
-    degree = coefficients.shape[1]
-    dz = np.zeros((z.size, coefficients.size), dtype=complex)
-    dc = np.zeros((2, z.size, coefficients.size), dtype=complex)
-    c = columns.T
-    powers = np.arange(1, degree + 1)
-    for k, (angle, own) in enumerate(zip(angles, coefficients, strict=True)):
-        turn = np.exp(-1j * angle)
-        z, dz, c, dc = z * turn, dz * turn, c * turn, dc * turn
-        y = z.imag
-        monomials = y[:, None] ** np.arange(degree + 1)
-        by_y = powers * monomials[:, :-1]
-        slope = by_y @ own
-        bend = (powers[1:] * powers[:-1] * monomials[:, :-2]) @ own[1:] if degree > 1 else np.zeros_like(y)
-        mine = slice(k * degree, (k + 1) * degree)
-        along = c.imag
-        dc = dc + slope[:, None] * dc.imag + (bend * along)[..., None] * dz.imag
-        dc[..., mine] += along[..., None] * by_y
-        dz = dz + slope[:, None] * dz.imag
-        dz[:, mine] += monomials[:, 1:]
-        c, z = c + slope * along, z + monomials[:, 1:] @ own
-        z, dz, c, dc = z / turn, dz / turn, c / turn, dc / turn
+    degree, count = coefficients.shape[1], int(free.sum())
+    dz = np.zeros((count, z.size), dtype=complex)
+    dc = np.zeros((2, count, z.size), dtype=complex)
+    c, powers, first = columns.T, np.arange(1, degree + 1), 0
+    for angle, own, chosen in zip(angles, coefficients, free, strict=True):
+        turn, known = np.exp(-1j * angle), slice(0, first)  # later ones have changed nothing yet
+        z, c = z * turn, c * turn
+        dz[known] *= turn
+        dc[:, known] *= turn
+        y, along = z.imag, c.imag
+        monomials = y ** np.arange(degree + 1)[:, None]
+        by_y = powers[:, None] * monomials[:-1]
+        slope = own @ by_y
+        bend = own[1:] @ (powers[1:, None] * by_y[:-1]) if degree > 1 else np.zeros_like(y)
+        dc[:, known] += slope * dc[:, known].imag + (bend * along)[:, None] * dz[known].imag
+        dz[known] += slope * dz[known].imag
+        mine = slice(first, first + int(chosen.sum()))
+        dc[:, mine] += along[:, None] * by_y[chosen]
+        dz[mine] += monomials[1:][chosen]
+        c, z = c + slope * along, z + own @ monomials[1:]
+        first = mine.stop
+        known = slice(0, first)
+        z, c = z / turn, c / turn
+        dz[known] /= turn
+        dc[:, known] /= turn
     return _anisotropy(c, dc)
 
 
@@ -87,12 +93,11 @@ def _anisotropy(c: Any, dc: Any) -> tuple[Any, Any]:
     p, q = 0.5 * (c[0] - 1j * c[1]), 0.5 * (c[0] + 1j * c[1])
     dp, dq = 0.5 * (dc[0] - 1j * dc[1]), 0.5 * (dc[0] + 1j * dc[1])
     mu = q / p
-    dmu = (dq - mu[:, None] * dp) / p[:, None]
+    dmu = (dq - mu * dp) / p
     square = np.minimum(np.abs(mu) ** 2, 1.0 - 1e-12)
-    safe = np.where(square > _NEAR, square, 1.0)
-    ratio = np.where(
-        square > _NEAR, np.arctanh(np.sqrt(np.minimum(safe, 1.0 - 1e-12))) / np.sqrt(safe), 1.0 + square / 3.0
-    )
-    change = np.where(square > _NEAR, (1.0 / (1.0 - square) - ratio) / safe, 2.0 / 3.0)  # 2 d ratio / d square
-    slopes = ratio[:, None] * dmu + (change * mu)[:, None] * (mu.conj()[:, None] * dmu).real
-    return _SQRT2 * ratio * mu, _SQRT2 * slopes
+    far = square > _NEAR
+    safe = np.where(far, square, 1.0 - 1e-12)
+    ratio = np.where(far, np.arctanh(np.sqrt(safe)) / np.sqrt(safe), 1.0 + square / 3.0)
+    change = np.where(far, (1.0 / (1.0 - square) - ratio) / safe, 2.0 / 3.0)  # twice d ratio / d square
+    slopes = ratio * dmu + change * mu * (mu.conj() * dmu).real
+    return _SQRT2 * ratio * mu, _SQRT2 * slopes.T

@@ -10,7 +10,7 @@ from projdist._typing import FloatArray
 from projdist.matrices import Energy, Expansion
 
 _STEPS = 60
-_DONE = 1e-20  # of the energy: what a step would gain; sums round at 1e-16, and Newton squares
+_DONE = 1e-12  # of the energy: what a step would gain; after that step it is rounding, as Newton squares
 _FREE = 1e-10  # of the largest curvature: turns and shifts cost nothing
 _HALVINGS = 40
 _SUFFICIENT = 1e-4  # of what the slope promises (Armijo)
@@ -36,8 +36,6 @@ def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, 
         slope, hessian = _assembled(energy.expansion(_jacobians(C, gradients)), gradients, w)
         change = _newton_step(slope, hessian).reshape(C.shape)
         gain = -float(np.sum(slope.reshape(C.shape) * change))
-        if gain <= _DONE * max(value, 1e-30):
-            return Minimum(C, value, step)
         share = 1.0
         for _ in range(_HALVINGS):
             trial = C + share * change
@@ -48,6 +46,8 @@ def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, 
         else:  # rounding is all that is left
             return Minimum(C, value, step)
         C, value = trial, found
+        if gain <= _DONE * value:
+            break
     return Minimum(C, value, _STEPS)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,8 +11,11 @@ from projdist._typing import FloatArray
 from projdist.field import Nodes, nodes_at
 from projdist.projections import Projection, ProjectionError
 
-__all__ = ["Site", "site_of"]
+__all__ = ["SYMMETRIES", "Site", "mirrored", "site_of"]
 
+SYMMETRIES = ("none", "meridian", "equator", "both")
+
+_SAME = 1e-3  # metres
 _TORN = 1e-9  # of the region's area: nodes at which the base is not smooth, or turns over
 
 
@@ -57,10 +61,6 @@ class Site:
         """Weights (n,) that sum to 1, of which the surroundings have a share."""
         return (1.0 - share) * self.weight + share * self.around
 
-    def scaled(self, factor: float) -> Site:
-        """The same with a base of another scale."""
-        return replace(self, x=factor * self.x, y=factor * self.y, J=factor * self.J)
-
 
 def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
     """Nodes of a region and of its surroundings on a base; raises ProjectionError for one that tears the region."""
@@ -90,3 +90,32 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
         site,
         **{name: getattr(site, name)[kept] for name in ("lon", "lat", "weight", "around", "x", "y", "J")},
     )
+
+
+def mirrored(site: Site, symmetry: str) -> Site:
+    """A site and its mirror image, for which the best map is symmetric; raises ProjectionError for the base's."""
+    for name, sign in (("meridian", np.array([-1.0, 1.0])), ("equator", np.array([1.0, -1.0]))):
+        if symmetry in (name, "both"):
+            _check_symmetric(site.base, name, sign)
+            site = replace(
+                site,
+                lon=np.tile(site.lon, 2),
+                lat=np.tile(site.lat, 2),
+                weight=np.tile(0.5 * site.weight, 2),
+                around=np.tile(0.5 * site.around, 2),
+                x=np.append(site.x, sign[0] * site.x),
+                y=np.append(site.y, sign[1] * site.y),
+                J=np.concatenate([site.J, sign[:, None] * site.J * sign]),
+            )
+    return site
+
+
+def _check_symmetric(base: Projection, name: str, sign: FloatArray) -> None:
+    """Raise ProjectionError for a base that is not its own mirror image."""
+    found = re.search(r"\+lon_0=(\S+)", base.definition)
+    middle = float(found[1]) if found else 0.0
+    lon, lat = np.array([3.0, 11.0, 7.0]), np.array([20.0, 35.0, 5.0])
+    one = np.array(base(middle + lon, lat))
+    other = np.array(base(middle + sign[0] * lon, sign[1] * lat))
+    if not np.allclose(one, sign[:, None] * other, rtol=0.0, atol=_SAME):
+        raise ProjectionError(f"Invalid base '{base.label}' for a symmetric map. It is not symmetric about the {name}.")

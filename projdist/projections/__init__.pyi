@@ -15,6 +15,7 @@ from .database import (
     to_pyproj,
 )
 from .definitions import crs_wkt, geodetic_ellipsoid, unprojected
+from .derived import DerivedCrs, derived_crs
 from .errors import GridError, ProjectionError
 from .exports import parameters_of, pipeline_of, wkt_of
 from .geodesy import area_of_use, crs_of, geodesic_lengths, geodesic_points, geodesics, to_lonlat
@@ -52,6 +53,7 @@ __all__ = [
     "CrsRecord",
     "DatabaseCrs",
     "DatumShift",
+    "DerivedCrs",
     "Facts",
     "Frame",
     "Graticule",
@@ -73,6 +75,7 @@ __all__ = [
     "crs_wkt",
     "datum_shift",
     "defined_by",
+    "derived_crs",
     "distance_around_edge",
     "facts_of",
     "geodesic_lengths",

@@ -210,6 +210,8 @@ def _projecting_step(projection: Projection) -> Parameters | None:
 
 def _changed_parameters(tokens: Parameters, x: float, y: float) -> Iterator[Parameters]:
     """Parameters that may stretch the map by x and y along its axes."""
+    if x == y == 1.0:
+        yield dict(tokens)
     try:
         shifts: Parameters = {
             key: f"{float(tokens[key] or 0) * by!r}" for key, by in (("x_0", x), ("y_0", y)) if key in tokens

@@ -1,7 +1,7 @@
 from .border import Border
 from .boxes import GLOBE, Box, bounding_box
 from .caps import Cap
-from .combined import combine
+from .combined import combine, polygons_of
 from .defaults import region_for
 from .files import polygons_from_geojson
 from .language import Place, RegionLike, get_region, weighted_points
@@ -33,6 +33,7 @@ __all__ = [
     "latitude_of",
     "main_part",
     "polygons_from_geojson",
+    "polygons_of",
     "region_for",
     "share_in",
     "weighted_points",

@@ -1,0 +1,230 @@
+"""The command `design`."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Callable, Iterator
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from projdist import plots
+from projdist.cli.cells import area_text, certain, per_cent
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.formats import JSON, TABLE
+from projdist.cli.options import (
+    DpiOption,
+    OutputOption,
+    OverwriteOption,
+    SizeOption,
+    WeightOption,
+    choice,
+    file_format,
+    format_for,
+    printed_or_file,
+    region_of,
+)
+from projdist.cli.output import present
+from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.report import Column, Copy, Report, Table
+from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
+
+_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
+_IN_PPM = 0.01  # Airy-Kavrayskiy errors of maps whose scales are told in parts per million
+_DOING = {
+    "nodes": "Laying nodes",
+    "base": "Choosing a base",
+    "fit": "Fitting",
+    "measure": "Measuring",
+    "recommend": "Looking at existing CRSs",
+}
+
+
+def design_command(
+    region: Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")],
+    kind: Annotated[str, typer.Option(metavar="|".join(KINDS), help="What the map keeps.")] = "any",
+    criterion: Annotated[
+        str,
+        typer.Option(
+            "--criterion", "-c", metavar="|".join(CRITERIA_OF_DESIGNS), help="What to make small; max_... if conformal."
+        ),
+    ] = "airy_kavrayskiy",
+    degree: Annotated[
+        str, typer.Option(metavar="auto|NUMBER", help="Of the polynomials; auto while it pays.")
+    ] = "auto",
+    base: Annotated[str | None, typer.Option(metavar="PROJECTION", help="The map to correct, else the best.")] = None,
+    balance: Annotated[
+        str, typer.Option(metavar="NUMBER", help="Share of areas, 0 to 1: more keeps areas better, less angles.")
+    ] = "0.5",
+    norm: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Of ln k of conformal maps: 2, or more for the worst places.")
+    ] = None,
+    weight: WeightOption = None,
+    background: Annotated[
+        str,
+        typer.Option(metavar="auto|NUMBER", help="What the surroundings count, 0 to 0.5, so that they do not fold."),
+    ] = "auto",
+    symmetric: Annotated[str, typer.Option(metavar="|".join(SYMMETRIES), help="About what.")] = "none",
+    north: Annotated[str | None, typer.Option(metavar="LON,LAT", help="Where north is up, else in the middle.")] = None,
+    datum: Annotated[
+        str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
+    ] = None,
+    against: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PROJECTION", help="Maps to compare with, else the best existing CRS. May be repeated."),
+    ] = None,
+    name: Annotated[str | None, typer.Option(metavar="TEXT", help="Of the CRS.")] = None,
+    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt or .txt")] = None,
+    output: OutputOption = None,
+    picture: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Beside the best existing map: .png, .svg or .pdf.")
+    ] = None,
+    size: SizeOption = None,
+    dpi: DpiOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Make the map that distorts a region least, as a CRS that PROJ and GDAL run."""
+    path = printed_or_file(output, overwrite)
+    form = format_for(format, path, _FORMS)
+    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite)
+    choice("symmetry", symmetric, list(SYMMETRIES))
+    area = region_of(region, weight)
+    with refusing(), _telling() as tell:
+        found = design(
+            area,
+            kind=kind,
+            criterion=criterion,
+            degree="auto" if degree == "auto" else _whole(degree),
+            base=base,
+            balance=_number("balance", balance),
+            norm=None if norm is None else _number("norm", norm),
+            background="auto" if background == "auto" else _number("background", background),
+            symmetric=symmetric,
+            north=None if north is None else _place(north),
+            datum=datum,
+            against=against or "recommend",
+            name=name,
+            progress=tell,
+        )
+    if drawn is not None:
+        _draw(found, drawn)
+    present(_report(found, drawn), form, path, overwrite)
+
+
+@contextlib.contextmanager
+def _telling() -> Iterator[Callable[[str], None]]:
+    """What is being done, on the standard error, where that is a terminal."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    with console.status("") as status:
+        yield lambda word: status.update(_DOING[word])
+
+
+def _number(thing: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        refuse(f"Invalid {thing} '{text}'. It must be a number.")
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal():
+        refuse(f"Invalid degree '{text}'. It must be auto, or a whole number.")
+    return int(text)
+
+
+def _place(text: str) -> tuple[float, float]:
+    lon, comma, lat = text.partition(",")
+    if not comma:
+        refuse(f"Invalid north '{text}'. It must be LON,LAT in degrees.")
+    return _number("north", lon), _number("north", lat)
+
+
+def _draw(found: Design, picture: PictureFile) -> None:
+    """Heat maps of the made map and its first rival that is a CRS, on one scale."""
+    beside = next((one for one in found.rivals if one.kind == "best existing"), next(iter(found.rivals), None))
+    maps = [found.projection] + ([beside.projection] if beside else [])
+    titles = ["Made to measure"] + ([beside.name] if beside else [])
+    measure = "scale_error_ppm" if found.airy_kavrayskiy < _IN_PPM else "fisher"
+    picture.save(functools.partial(plots.heatmap_figure, maps, measure=measure, region=found.region, titles=titles))
+
+
+def _report(found: Design, picture: PictureFile | None) -> Report:
+    return Report(
+        title=f"{found.projection.name} ({area_text(found.region.area_km2)})",
+        lead=[*_lead(found)],
+        tables=[_rivals(found), _degrees(found)],
+        notes=[*_notes(found)],
+        data=found.to_dict,
+        copies={
+            "proj": Copy(found.proj),
+            "wkt": Copy(found.wkt),
+            "wkt-derived": Copy(found.crs.wkt_derived),
+            "projjson": Copy(found.crs.projjson),
+        },
+        about=found.projection.name,
+        written=[picture.path if picture else None],
+    )
+
+
+def _lead(found: Design) -> Iterator[str]:
+    """The figures of the map."""
+    yield f"Degree {found.degree} on {found.base.definition}"
+    yield f"{found.criterion} {certain(found.value, found.error)} {found.unit}".rstrip()
+    if found.criterion != "airy_kavrayskiy":
+        yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy)}"
+    if found.limit is not None:
+        yield f"limit {certain(found.limit)}: about what the best of all {_kind_words(found)} has"
+    yield (
+        f"scales {found.smallest.value:.6f} (at {found.smallest.lon:.2f}, {found.smallest.lat:.2f}) to "
+        f"{found.largest.value:.6f} (at {found.largest.lon:.2f}, {found.largest.lat:.2f})"
+    )
+
+
+def _kind_words(found: Design) -> str:
+    return "maps" if found.kind == "any" else f"{found.kind} maps"
+
+
+def _rivals(found: Design) -> Table:
+    """The map beside others."""
+    rows = [{"map": "made to measure", "name": "", "value": found.value, "error": found.error, "gain": None}]
+    rows += [
+        {"map": one.kind, "name": one.name, "value": one.value, "error": one.error, "gain": one.gain}
+        for one in found.rivals
+    ]
+    columns = [
+        Column("map", left=True),
+        Column("name", left=True),
+        Column("value", found.criterion, certain, error="error", unit=found.unit),
+        Column("gain", "the made map has less by", functools.partial(per_cent, digits=3)),
+    ]
+    return Table(rows, columns)
+
+
+def _degrees(found: Design) -> Table:
+    """What each degree gains."""
+    rows = [{"degree": one.degree, "value": one.value, "share": one.share} for one in found.degrees]
+    columns = [
+        Column("degree", show="{:d}".format),
+        Column("value", f"{found.criterion} at nodes", certain, unit=found.unit),
+        Column("share", "share of surroundings", "{:g}".format),
+    ]
+    return Table(rows, columns)
+
+
+def _notes(found: Design) -> Iterator[str]:
+    if found.overlaps is not None:
+        yield "The image of the region covers itself." if found.overlaps else "The image does not cover itself."
+    if found.surroundings is not None:
+        around = found.surroundings
+        yield (
+            f"Within {around.within_km:.3g} km of the region scales are {around.smallest_scale:.3g} to "
+            f"{around.largest_scale:.3g}."
+        )
+    yield f"There and back, points of the region miss themselves by at most {found.inverse_error:.0e} m."
+    yield from found.notes
+    yield "To take it elsewhere: --format wkt, wkt-derived, proj or projjson, or -o FILE.wkt."

@@ -1,0 +1,140 @@
+"""What `design` answers: a map made to measure, what it gains, and the forms in which other programs run it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from projdist.field import Extreme
+from projdist.projections import DerivedCrs, Projection
+from projdist.regions import Place
+from projdist.support import Answer, plain
+
+__all__ = ["Degree", "Design", "Rival", "Surroundings"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Degree:
+    """A degree that was tried: its figure at fixed nodes, and the share of the energy that the surroundings had."""
+
+    degree: int
+    value: float
+    share: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rival:
+    """A map to compare with, by the same criterion; `gain` is the share of its figure that the made map saves."""
+
+    kind: str
+    name: str
+    projection: Projection
+    value: float
+    error: float
+    gain: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surroundings:
+    """What becomes of what lies around a region: the smallest and the largest scale there, and the share that folds."""
+
+    within_km: float
+    smallest_scale: float
+    largest_scale: float
+    folded: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Design(Answer):
+    """A map made to measure.
+
+    `value` is the figure of `criterion` over the region, measured of the finished map by adaptive cubature, with its
+    `error`. `projection` is that map as PROJ runs it, `crs` its texts. `base` is the map that is corrected, `degrees`
+    what was gained with each degree. `limit` is the Airy-Kavrayskiy error that no map of the kind goes far below, None
+    where none is known; `smallest` and `largest` are the extreme scales in any direction. `overlaps` is whether the
+    image of the region covers itself (None of points), `inverse_error` by how many metres a point of the region may
+    miss itself, there and back.
+    """
+
+    region: Place
+    kind: str
+    criterion: str
+    unit: str
+    degree: int
+    balance: float
+    exponent: float
+    base: Projection
+    projection: Projection
+    crs: DerivedCrs
+    value: float
+    error: float
+    airy_kavrayskiy: float
+    limit: float | None
+    smallest: Extreme
+    largest: Extreme
+    overlaps: bool | None
+    surroundings: Surroundings | None
+    inverse_error: float
+    degrees: tuple[Degree, ...]
+    rivals: tuple[Rival, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def proj(self) -> str:
+        """The PROJ pipeline from degrees to metres."""
+        return self.crs.pipeline
+
+    @property
+    def wkt(self) -> str:
+        """WKT2 of a projected CRS."""
+        return self.crs.wkt
+
+    def _line(self) -> str:
+        figure = f"{self.criterion} {self.value:.4g} ± {self.error:.1g}"
+        return f"{self.kind} map of degree {self.degree} for {self.region.name}: {figure}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; what is not finite is None."""
+        return {
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "kind": self.kind,
+            "criterion": self.criterion,
+            "unit": self.unit,
+            "degree": self.degree,
+            "balance": self.balance,
+            "exponent": self.exponent,
+            "base": self.base.definition,
+            "value": plain(self.value),
+            "error_estimate": plain(self.error),
+            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
+            "limit": self.limit,
+            "smallest_scale": _place(self.smallest),
+            "largest_scale": _place(self.largest),
+            "overlaps": self.overlaps,
+            "surroundings": None if self.surroundings is None else _plain(vars(self.surroundings)),
+            "inverse_error": plain(self.inverse_error),
+            "degrees": [_plain(vars(one)) for one in self.degrees],
+            "rivals": [
+                _plain(vars(one) | {"name": one.name, "projection": one.projection.definition}) for one in self.rivals
+            ],
+            "notes": list(self.notes),
+            "proj": self.proj,
+            "wkt": self.wkt,
+            "wkt_derived": self.crs.wkt_derived,
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        """A row a map: this one, and its rivals."""
+        made = {"map": "made", "name": self.projection.name, self.criterion: self.value, "gain": 0.0}
+        rivals = (
+            {"map": one.kind, "name": one.name, self.criterion: one.value, "gain": one.gain} for one in self.rivals
+        )
+        return [made, *rivals]
+
+
+def _place(extreme: Extreme) -> dict[str, Any]:
+    return {"value": plain(extreme.value), "lon": extreme.lon, "lat": extreme.lat, "error": plain(extreme.error)}
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: plain(value) for name, value in values.items()}

@@ -1,0 +1,291 @@
+"""Maps made to measure, from the question to what is known of the finished map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from projdist.decisions import LIMITED, Extent, least_error, recommend
+from projdist.designs.answers import Degree, Design, Rival, Surroundings
+from projdist.designs.bases import best_base, check_keeps, check_whole, given_base
+from projdist.designs.degrees import SHARES, Stage, best_of, stage_of, stages
+from projdist.designs.kinds import Kind, Wish, get_kind
+from projdist.designs.measuring import Measured, measured
+from projdist.designs.plane_maps import PlaneMap
+from projdist.designs.sites import SYMMETRIES, Site, mirrored, site_of
+from projdist.designs.wishes import check_degree, check_extent, check_within, wish_of
+from projdist.earth import MEAN_EARTH_RADIUS, WGS84, Ellipsoid, unit_vectors
+from projdist.field import Nodes, jacobian, nodes_at, nodes_of
+from projdist.projections import (
+    DerivedCrs,
+    Projection,
+    ProjectionLike,
+    derived_crs,
+    geodesic_lengths,
+    geodetic_ellipsoid,
+    listed_projections,
+)
+from projdist.regions import Cap, Place, PointSet, RegionLike, get_region
+from projdist.support import check_choice, check_pair, check_text
+
+__all__ = ["design"]
+
+_NODES, _AROUND = 3000, 1000
+_LIMIT_DEGREE = 12
+_MARGIN = 0.15  # of the region's radius: its surroundings
+_WIDEST = 120.0  # degrees from the middle, of surroundings
+
+Progress = Callable[[str], None]
+
+
+def design(
+    region: RegionLike,
+    *,
+    kind: str = "any",
+    criterion: str = "airy_kavrayskiy",
+    degree: int | str = "auto",
+    base: ProjectionLike | None = None,
+    balance: float = 0.5,
+    norm: float | None = None,
+    background: float | str = "auto",
+    symmetric: str = "none",
+    north: tuple[float, float] | None = None,
+    datum: str | None = None,
+    against: ProjectionLike | Iterable[ProjectionLike] = "recommend",
+    name: str | None = None,
+    progress: Progress | None = None,
+) -> Design:
+    """The map that distorts a region least, of all polynomial corrections of a base map, as a CRS that PROJ runs.
+
+    Parameters
+    ----------
+    region : RegionLike
+        Whatever `get_region` takes, also points with weights; it must lie within 100 degrees of its middle.
+    kind : {"any", "conformal", "equal-area"}
+        What the map keeps.
+    criterion : {"airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale"}
+        What to make small; the largest scale errors are for conformal maps.
+    degree : int or "auto"
+        Of the polynomials; "auto" goes on while a degree gains 1 %.
+    base : ProjectionLike, optional
+        The map to correct, by default the best member of the families of the kind. It has little influence.
+    balance : float, default 0.5
+        The share of areas in the energy, above 0 and below 1: 0.5 is the Airy-Kavrayskiy error, more keeps areas
+        better, less angles. For maps of any kind.
+    norm : float, optional
+        For conformal maps, of ln k: 2 and more; the higher, the more the worst places count.
+    background : float or "auto"
+        The share of the energy that the surroundings have, so that they do not fold, from 0 to 0.5; "auto" is the least
+        of a few for which scales there stay between 0.5 and 2.
+    symmetric : {"none", "meridian", "equator", "both"}
+        What the map is symmetric about: the base's central meridian, the equator.
+    north : pair of float, optional
+        Longitude and latitude in degrees of where north is up; by default the middle of the region.
+    datum : str, optional
+        The geographic CRS that the map is based on, as EPSG:4258; by default WGS 84.
+    against : ProjectionLike, or iterable of them
+        Maps to compare with; "recommend" is the best existing CRS.
+    name : str, optional
+        That of the CRS.
+    progress : callable, optional
+        Hears what is being done, in a word or two.
+
+    Returns
+    -------
+    Design
+        The finished map, measured anew by adaptive cubature, what it gains, and its texts for other programs.
+
+    Raises
+    ------
+    ValueError
+        For unknown words, numbers out of their range, a degree that the region does not resolve, and a region that is a
+        point or wider than 100 degrees.
+    ProjectionError
+        For a base that tears the region, or is not of the kind.
+
+    References
+    ----------
+    - P. Chebyshev 1856, Sur la construction des cartes geographiques: the least largest scale error.
+    - W. I. Reilly 1973, Survey Review 22:108: the New Zealand Map Grid, a conformal polynomial.
+    - P. Neff, I.-D. Ghiba, J. Lankeit 2015, Journal of Elasticity 121: the exponentiated energy.
+
+    Examples
+    --------
+    The best conformal map of a round region is stereographic, whose mean ln^2 k over a small cap of radius r is
+    r^4 / 192, by which the error is sqrt(2) times r^2 / sqrt(192) (here r = 1/10):
+
+    >>> found = design("cap:10,50,637.1", kind="conformal", degree=2, against=())
+    >>> round(found.airy_kavrayskiy / (2**0.5 * 0.01 / 192**0.5), 2)
+    1.0
+    """
+    wanted = get_kind(kind)
+    wish = wish_of(wanted, criterion, balance, norm)
+    share = None if background == "auto" else check_within("background", background, 0.0, 0.5)
+    check_choice("symmetry", symmetric, SYMMETRIES)
+    up = None if north is None else check_pair("north", north)
+    given = None if base is None else given_base(base)
+    ellipsoid = given.ellipsoid if given else WGS84
+    if datum is not None:
+        ellipsoid = _of_datum(check_text("datum", datum), given)
+    chosen = None if degree == "auto" else check_degree(degree)
+    tell = progress or (lambda _: None)
+    area = get_region(region)
+    extent = check_extent(area)
+    tell("nodes")
+    nodes = nodes_of(area, ellipsoid, _NODES, edges=True)
+    tell("base")
+    start = given or best_base(wanted, area, wish, nodes, symmetric)
+    site = mirrored(site_of(start, nodes, _beside(extent, nodes)), symmetric)
+    check_whole(start, area)
+    check_keeps(wanted, start, site.J[site.in_region])
+    tell("fit")
+    try:
+        if chosen is None:
+            tried = list(stages(site, wanted, wish, share))
+        else:
+            tried = [stage_of(site, wanted, wish, chosen, SHARES if share is None else (share,))]
+    except ValueError as error:
+        raise ValueError(f"Invalid degree '{degree}' for region '{area.name}'. {error}") from error
+    from projdist.designs.overlaps import overlaps  # shapely is slow to load
+
+    stage = best_of(tried)
+    finished = _turned(stage.plane_map, start, up or (extent.lon, extent.lat))
+    title = name or f"{area.name}, {_ADJECTIVES[wanted.name]}"
+    crs = derived_crs(start, finished.steps, title, geodetic=datum)
+    tell("measure")
+    made = measured(crs.projection, area, wish)
+    rivals = tuple(_rivals(area, wanted, wish, start if base is None else None, against, made, tell))
+    return Design(
+        region=area,
+        kind=wanted.name,
+        criterion=wish.figure.name,
+        unit=wish.figure.unit,
+        degree=stage.degree,
+        balance=wish.balance,
+        exponent=stage.wish.exponent,
+        base=start,
+        projection=crs.projection,
+        crs=crs,
+        value=made.value,
+        error=made.error,
+        airy_kavrayskiy=made.airy_kavrayskiy,
+        limit=least_error(area, wanted.purpose, ellipsoid, _LIMIT_DEGREE)
+        if criterion in LIMITED and wish.balance == 0.5
+        else None,
+        smallest=made.smallest,
+        largest=made.largest,
+        overlaps=overlaps(crs.projection, area),
+        surroundings=_around(extent, stage),
+        inverse_error=_inverse_error(crs, site),
+        degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
+        rivals=rivals,
+        notes=tuple(_notes(stage, made)),
+    )
+
+
+_ADJECTIVES = {"any": "least-distorting map", "conformal": "conformal map", "equal-area": "equal-area map"}
+_CUT = 0.9999999  # of the region: what a map that shows it whole covers
+
+
+def _of_datum(datum: str, base: Projection | None) -> Ellipsoid:
+    """The ellipsoid of a geographic CRS, which must be the base's; raises ValueError."""
+    ellipsoid = geodetic_ellipsoid(datum)
+    if base is not None and not base.ellipsoid.is_close(ellipsoid):
+        raise ValueError(f"Invalid datum '{datum}' for base '{base.label}'. They have different ellipsoids.")
+    return ellipsoid
+
+
+def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:
+    """Nodes beside the region, as far from it as the margin is; None where it is half of the world."""
+    reach = (1.0 + _MARGIN) * extent.radius
+    if reach > _WIDEST:
+        return None
+    cap = Cap(extent.lon, extent.lat, float(np.radians(reach) * MEAN_EARTH_RADIUS / 1000.0))
+    found = nodes_of(cap, nodes.ellipsoid, _AROUND)
+    cosine = unit_vectors(found.lon, found.lat).T @ unit_vectors(nodes.lon, nodes.lat)
+    near = cosine.max(axis=1) > np.cos(np.radians(_MARGIN * extent.radius))
+    return nodes_at(found.lon[near], found.lat[near], found.weight[near], nodes.ellipsoid)
+
+
+def _around(extent: Extent, stage: Stage) -> Surroundings | None:
+    smallest, largest, folded = stage.around
+    if np.isnan(smallest):
+        return None
+    reach = float(np.radians(_MARGIN * extent.radius) * MEAN_EARTH_RADIUS / 1000.0)
+    return Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
+
+
+def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -> PlaneMap:
+    """The map with its origin at a place, where north is up."""
+    lon, lat = np.array([north[0]]), np.array([north[1]])
+    new_x, new_y, by = plane_map.at(*base(lon, lat))
+    east, up = (by @ jacobian(base, lon, lat))[0, :, 1]
+    size = float(np.hypot(east, up))
+    if not (np.isfinite(size) and size > 0.0):
+        raise ValueError(f"Invalid north '{north[0]:g},{north[1]:g}'. The map does not show it.")
+    turn = 1j * complex(east, -up) / size
+    return plane_map.moved(turn, -turn * complex(new_x[0], new_y[0]))
+
+
+def _inverse_error(crs: DerivedCrs, site: Site) -> float:
+    """By how many metres nodes of the region miss themselves, there and back."""
+    lon, lat = site.lon[site.in_region], site.lat[site.in_region]
+    back = crs.inverse(*crs.projection(lon, lat))
+    return float(np.max(geodesic_lengths(site.base.ellipsoid, lon, lat, *back)))
+
+
+def _rivals(
+    region: Place,
+    kind: Kind,
+    wish: Wish,
+    member: Projection | None,
+    against: Any,
+    made: Measured,
+    tell: Progress,
+) -> Iterator[Rival]:
+    """The best member of the families, and the maps to compare with."""
+    if member is not None:
+        yield _rival("best of the families", "", member, region, wish, made, scaled=kind.free_scale)
+    for given in listed_projections(against):
+        code = given
+        if given == "recommend":
+            if isinstance(region, PointSet):
+                continue
+            tell("recommend")
+            best = recommend(region, purpose=kind.purpose, criterion=wish.figure, limit=1).results
+            if not best:
+                continue
+            code = best[0].code
+        words = "best existing" if given == "recommend" else "given"
+        name = code if isinstance(code, str) else ""
+        yield _rival(words, name, Projection.from_user_input(code), region, wish, made)
+
+
+def _rival(
+    kind: str, name: str, projection: Projection, region: Place, wish: Wish, made: Measured, *, scaled: bool = False
+) -> Rival:
+    found = measured(projection, region, wish, scaled=scaled)
+    gain = 1.0 - made.value / found.value if found.value > 0.0 else 0.0
+    return Rival(
+        kind=kind,
+        name=name or projection.name,
+        projection=projection,
+        value=found.value,
+        error=found.error,
+        gain=gain,
+    )
+
+
+def _notes(stage: Stage, made: Measured) -> Iterator[str]:
+    """What is to be known of the map."""
+    if stage.wish.exponent:
+        yield (
+            "Scales leave the range in which the Airy-Kavrayskiy energy is elliptic, so that a finer map could tear: "
+            "its exponentiated twin was made small."
+        )
+    if made.coverage < _CUT:
+        yield f"The map shows {100.0 * made.coverage:.6g} % of the region."
+    if stage.around[2] > 0.0:
+        yield f"The map folds in {100.0 * stage.around[2]:.2g} % of the surroundings: ask for more --background."
