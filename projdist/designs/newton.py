@@ -28,13 +28,14 @@ class Minimum:
 def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, start: FloatArray) -> Minimum:
     """The coefficients C (2, m) for which the mean energy of J = C g, g (n, m, 2) at each point, is least.
 
-    Directions of negative curvature are left out of the Hessian, which changes nothing near the minimum.
+    Far from the minimum directions of negative curvature are left out of the Hessian, near it nothing is.
     """
     w = weights / weights.sum()
     C, value = start, _mean(energy, start, gradients, w)
     for step in range(_STEPS):
-        slope, hessian = _assembled(energy.expansion(_jacobians(C, gradients)), gradients, w)
-        change = _newton_step(slope, hessian).reshape(C.shape)
+        expansion = energy.expansion(_jacobians(C, gradients))
+        slope = np.einsum("n,nrb,nkb->rk", w, expansion.gradient, gradients, optimize=True).ravel()
+        change = _newton_step(slope, *_bends(expansion, gradients, w)).reshape(C.shape)
         gain = -float(np.sum(slope.reshape(C.shape) * change))
         share = 1.0
         for _ in range(_HALVINGS):
@@ -47,7 +48,7 @@ def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, 
             return Minimum(C, value, step)
         C, value = trial, found
         if gain <= _DONE * value:
-            break
+            return Minimum(C, value, step + 1)
     return Minimum(C, value, _STEPS)
 
 
@@ -59,19 +60,26 @@ def _mean(energy: Energy, C: FloatArray, gradients: FloatArray, w: FloatArray) -
     return float(np.sum(w * energy.value(_jacobians(C, gradients))))
 
 
-def _assembled(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The gradient (2 m,) and the Hessian (2 m, 2 m) by the coefficients, negative curvatures left out."""
-    n, m, _ = gradients.shape
-    slope = np.einsum("n,nrb,nkb->rk", w, found.gradient, gradients, optimize=True).ravel()
-    root = np.sqrt(np.maximum(found.curvatures, 0.0) * w[:, None])
-    scaled = found.directions * root[:, :, None, None]
-    features = np.matmul(scaled.reshape(n, 8, 2), np.swapaxes(gradients, 1, 2)).reshape(4 * n, 2 * m)
-    return slope, features.T @ features
+def _bends(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues (2 m,) and eigenvectors of the Hessian, without negative curvatures where it has negative values."""
+    above = _hessian(found, np.maximum(found.curvatures, 0.0), gradients, w)
+    bends, axes = np.linalg.eigh(above - _hessian(found, np.maximum(-found.curvatures, 0.0), gradients, w))
+    if bends[0] < -_FREE * bends[-1]:
+        bends, axes = np.linalg.eigh(above)
+    return bends, axes
 
 
-def _newton_step(slope: FloatArray, hessian: FloatArray) -> FloatArray:
+def _hessian(found: Expansion, curvatures: FloatArray, gradients: FloatArray, w: FloatArray) -> FloatArray:
+    """The Hessian (2 m, 2 m) by the coefficients, of curvatures (n, 4) that are not negative."""
+    point, which = np.nonzero(curvatures)
+    root = np.sqrt(curvatures[point, which] * w[point])
+    scaled = found.directions[point, which] * root[:, None, None]
+    features = np.matmul(scaled, np.swapaxes(gradients, 1, 2)[point]).reshape(len(point), 2 * gradients.shape[1])
+    return np.asarray(features.T @ features)
+
+
+def _newton_step(slope: FloatArray, bends: FloatArray, axes: FloatArray) -> FloatArray:
     """The step to the minimum of the quadratic, none along directions without curvature."""
-    bends, axes = np.linalg.eigh(hessian)
     steep = bends > _FREE * bends[-1]
     along = axes[:, steep]
     return -along @ ((along.T @ slope) / bends[steep])
