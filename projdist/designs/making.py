@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -82,7 +83,8 @@ def design(
     symmetric : {"none", "meridian", "equator", "both"}
         What the map is symmetric about: the base's central meridian, the equator.
     north : pair of float, optional
-        Longitude and latitude in degrees of where north is up; by default the middle of the region.
+        Longitude and latitude in degrees of where north is up, and the origin; by default the middle of the
+        region, or the pole of a region about it, with Greenwich's meridian up and down.
     datum : str, optional
         The geographic CRS that the map is based on, as EPSG:4258; by default WGS 84.
     against : ProjectionLike, or iterable of them
@@ -151,7 +153,7 @@ def design(
     from projdist.designs.overlaps import overlaps  # shapely is slow to load
 
     stage = best_of(tried)
-    finished = _turned(stage.plane_map, start, up or (extent.lon, extent.lat))
+    finished = _turned(stage.plane_map, start, up or _middle(extent))
     title = name or f"{area.name}, {_ADJECTIVES[wanted.name]}"
     crs = derived_crs(start, finished.steps, title, geodetic=datum)
     tell("measure")
@@ -215,6 +217,13 @@ def _around(extent: Extent, stage: Stage) -> Surroundings | None:
         return None
     reach = float(np.radians(_MARGIN * extent.radius) * MEAN_EARTH_RADIUS / 1000.0)
     return Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
+
+
+def _middle(extent: Extent) -> tuple[float, float]:
+    """The middle of a region; about a pole the pole, where north is along the meridian of Greenwich."""
+    if abs(extent.lat) + 0.5 * extent.radius > 90.0:
+        return 0.0, math.copysign(90.0, extent.lat)
+    return extent.lon, extent.lat
 
 
 def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -> PlaneMap:
