@@ -7,15 +7,21 @@ fold. The early ones: Laborde 1928, Reilly 1973 (Survey Review 22:108, the New Z
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from projdist._typing import FloatArray
 from projdist.designs.plane_maps import ComplexPolynomial
 from projdist.designs.sites import Site
-from projdist.numerics import fit_harmonic
+from projdist.numerics import ComplexPolynomials, fit_harmonic
 
 __all__ = ["conformal_map"]
 
-_ENOUGH, _MOST = 1e-13, 48  # of the map's size: what is left of exp(p) at the farthest node; and its degree
+_ENOUGH = 1e-13  # of the map's size: what is left of exp(p) at the farthest node
+_MOST = 36  # degree of the map: powers of 1e8 m are numbers yet
+_FITTED = range(8, 33, 4)  # degrees of exp(p) where its series does not end in time
+_CLOSE = 1e-9  # of scales
 
 
 def conformal_map(site: Site, degree: int, norm: float, share: float) -> ComplexPolynomial:
@@ -23,15 +29,50 @@ def conformal_map(site: Site, degree: int, norm: float, share: float) -> Complex
 
     Raises ValueError for a degree that the nodes do not resolve.
     """
-    counts = site.in_region if np.isinf(norm) else site.weights(share) > 0.0
+    weights = site.weights(share)
+    counts = site.in_region if np.isinf(norm) else weights > 0.0
     u, v = site.plane
+    z = u + 1j * v
     log_scale = 0.5 * np.log(np.linalg.det(site.J))
-    fit = fit_harmonic((u + 1j * v)[counts], log_scale[counts], site.weights(share)[counts], degree, norm)
-    terms = np.zeros(_MOST, dtype=complex)
-    terms[0] = np.exp(fit.powers[0])
-    for n in range(1, _MOST):  # n e_n = sum of k p_k e_(n-k), of exp(p) = sum of e_n z^n
-        k = np.arange(1, min(n, degree) + 1)
-        terms[n] = np.sum(k * fit.powers[k] * terms[n - k]) / n
-    whole = np.concatenate([[0.0], terms / np.arange(1, _MOST + 1)]) * site.size
+    fit = fit_harmonic(z[counts], log_scale[counts], weights[counts], degree, norm)
+    slopes = _series(fit.powers)
+    if np.abs(slopes[-1]) > _ENOUGH * np.abs(slopes).max():
+        counts = weights > 0.0
+        slopes = _fitted(fit.powers, z[counts], weights[counts])
+    whole = np.concatenate([[0.0], slopes / np.arange(1, len(slopes) + 1)]) * site.size
     counting = np.flatnonzero(np.abs(whole) > _ENOUGH * np.abs(whole).max())
     return ComplexPolynomial(site.origin, site.size, whole[: counting[-1] + 1])
+
+
+def _series(powers: Any) -> Any:
+    """The Taylor series of exp(p), by n e_n = sum of k p_k e_(n-k)."""
+    terms = np.zeros(_MOST, dtype=complex)
+    terms[0] = np.exp(powers[0])
+    for n in range(1, _MOST):
+        k = np.arange(1, min(n + 1, len(powers)))
+        terms[n] = np.sum(k * powers[k] * terms[n - k]) / n
+    return terms
+
+
+def _fitted(powers: Any, z: Any, weights: FloatArray) -> Any:
+    """The polynomial nearest to exp(p) at points, of the lowest degree that comes near enough, or the nearest one.
+
+    Between the region and the disc about it exp(p) may be so large that its series converges late.
+    """
+    wanted = np.exp(np.polynomial.polynomial.polyval(z, powers))
+    root = np.sqrt(weights) / np.abs(wanted)
+    best, least = None, np.inf
+    for degree in _FITTED:
+        try:
+            basis = ComplexPolynomials.over(z, weights, degree)
+        except ValueError:
+            break
+        found = basis.powers(np.linalg.lstsq(basis.values * root[:, None], wanted * root, rcond=None)[0])
+        off = float(np.abs(np.polynomial.polynomial.polyval(z, found) / wanted - 1.0).max())
+        if off < least:
+            best, least = found, off
+        if off < _CLOSE:
+            break
+    if best is None:
+        raise ValueError(f"{z.size} points do not tell the map.")
+    return best

@@ -11,6 +11,9 @@ import shapely
 
 import projdist
 from projdist import Projection, ProjectionError, design, summarize
+from projdist.designs.kinds import get_kind
+from projdist.designs.measuring import measured
+from projdist.designs.wishes import wish_of
 from projdist.earth import SPHERE, destination
 from projdist.field import nodes_of
 
@@ -234,3 +237,23 @@ def test_what_leaves_the_elliptic_range_is_told() -> None:
     wide = cap(99.0)
     found = design(wide, degree=2, base=SPHERICAL.format("stere", 0, 0), against=(), background=0.0)
     assert (found.exponent > 0.0) == any("exponentiated" in note for note in found.notes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("published", "region", "degree", "base", "ppm"),
+    [
+        ("alsk", "country:US & box:170,50,-129,72", 5, "+lat_0=64 +lon_0=-152 +ellps=clrk66", 3090),
+        ("gs50", "country:US - box:-180,-30,-140,15", 9, "+lat_0=45 +lon_0=-120 +ellps=clrk66", 19568),
+        ("nzmg", NZ, 5, "+lat_0=-41 +lon_0=173 +ellps=intl", 215),
+    ],
+)
+def test_published_conformal_maps(published: str, region: str, degree: int, base: str, ppm: float) -> None:
+    """Snyder's and Reilly's polynomials have so many ppm to either side over land; at their degree less is possible."""
+    wish = wish_of(get_kind("conformal"), "max_log_scale", 0.5, None)
+    theirs = measured(Projection.from_user_input(f"+proj={published}"), projdist.get_region(region), wish, scaled=True)
+    assert 1e6 * theirs.value == pytest.approx(ppm, rel=0.005)  # of coastlines
+    ours = design(
+        region, kind="conformal", criterion="max_log_scale", degree=degree, base=f"+proj=stere {base}", against=()
+    )
+    assert ours.value < 0.87 * theirs.value
