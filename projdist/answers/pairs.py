@@ -14,8 +14,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid, destination
-from projdist.field import cells_of
-from projdist.regions import Box, Cap, Place, PointSet, Region
+from projdist.regions import Box, Cap, Place, PointSet, Region, cells_of
 
 __all__ = ["GOLDEN", "Points", "Scatter"]
 

@@ -1,5 +1,5 @@
 from .airy_kavrayskiy import AiryKavrayskiy, airy_kavrayskiy_of
-from .at_nodes import Nodes, cells_of, nodes_at, nodes_of
+from .at_nodes import Nodes, nodes_at, nodes_of
 from .at_points import Derivatives, Quality, derivatives, jacobian
 from .cubature import UNDEFINED, UNDEFINED_AT_KINKS, Samples, sample_panels
 from .cut_lengths import cut_length, is_interrupted
@@ -33,7 +33,6 @@ __all__ = [
     "Quality",
     "Samples",
     "airy_kavrayskiy_of",
-    "cells_of",
     "cut_length",
     "dense",
     "derivatives",

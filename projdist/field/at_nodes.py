@@ -8,9 +8,7 @@ criterion a smooth function of the map's parameters.
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,11 +16,10 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid
 from projdist.field.at_points import jacobian
 from projdist.field.stencils import fourth_order
-from projdist.numerics import NODES
 from projdist.projections import Projection
-from projdist.regions import Place, PointSet, Region
+from projdist.regions import Place, PointSet, Region, cells_of
 
-__all__ = ["Cells", "Nodes", "cells_of", "nodes_at", "nodes_of"]
+__all__ = ["Nodes", "nodes_at", "nodes_of"]
 
 # Radians. Where the truncation of the fourth order, step^4 / 30, meets rounding, 1e-16 / step; and, where a pole that
 # is drawn as a line is near, as a part of the distance to it.
@@ -155,72 +152,7 @@ def _cell_nodes(region: Region, ellipsoid: Ellipsoid, count: int, edges: bool) -
     return nodes_at(*nodes, ellipsoid)
 
 
-_GENERATIONS = 20  # of halvings: more than the digits of a single point need
 _ALONG = 100  # points on an edge that is as long as the region
-
-
-class Cells(NamedTuple):
-    """Rectangles (n, 4) of a chart, the middles u, v of their parts of the region, and the area of these."""
-
-    patch: IntArray
-    rectangle: FloatArray
-    u: FloatArray
-    v: FloatArray
-    area: FloatArray
-
-    def take(self, kept: BoolArray) -> Cells:
-        """The cells of a mask."""
-        parts: list[Any] = [values[kept] for values in self]
-        return Cells(*parts)
-
-    def joined(self, other: Cells) -> Cells:
-        """These cells and others."""
-        parts: list[Any] = [np.concatenate(pair) for pair in zip(self, other, strict=True)]
-        return Cells(*parts)
-
-    @staticmethod
-    def clipped(
-        region: Region, ellipsoid: Ellipsoid, patch: IntArray, rectangles: FloatArray, within: FloatArray | None
-    ) -> Cells:
-        """The cells of rectangles that hold any of the region."""
-        kept, rectangle, rule, _ = region.clip(patch, rectangles, within)
-        patch = patch[kept]
-        u0, u1, v0, v1 = (side[:, None, None] for side in rectangle.T)
-        u, v = u0 + 0.5 * (u1 - u0) * (1.0 + NODES[:, None]), v0 + 0.5 * (v1 - v0) * (1.0 + NODES)
-        u, v = np.broadcast_arrays(u, v)
-        points = region.chart(patch[:, None, None], u, v)
-        density = np.abs(points.east_u * points.north_v - points.east_v * points.north_u)
-        weight = rule * density * _radii_squared(ellipsoid, points.lat) * 0.25 * (u1 - u0) * (v1 - v0)
-        area = weight.sum(axis=(1, 2))
-        held = area > 0.0
-        u, v = (np.sum(weight * axis, axis=(1, 2))[held] / area[held] for axis in (u, v))
-        return Cells(patch[held], rectangle[held], u, v, area[held])
-
-
-@functools.lru_cache(maxsize=16)  # one search after another asks for the nodes of a region
-def cells_of(region: Region, ellipsoid: Ellipsoid, count: int) -> Cells:
-    """About `count` cells that cover a region, of which the largest are split until there are enough."""
-    patch, rectangles = region.panels()
-    cells = Cells.clipped(region, ellipsoid, patch, rectangles, None)
-    for _ in range(_GENERATIONS):
-        if cells.area.size >= 0.6 * count:
-            break
-        large = cells.area > cells.area.sum() / count
-        chosen = cells.take(large)
-        new = Cells.clipped(region, ellipsoid, *_quarters(chosen.patch, chosen.rectangle))
-        cells = cells.take(~large).joined(new)
-    for values in cells:
-        values.flags.writeable = False
-    return cells
-
-
-def _quarters(patch: IntArray, rectangle: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Each rectangle in four, and the one that it is of."""
-    u0, u1, v0, v1 = rectangle.T
-    u, v = 0.5 * (u0 + u1), 0.5 * (v0 + v1)
-    parts = [(u0, u, v0, v), (u, u1, v0, v), (u0, u, v, v1), (u, u1, v, v1)]
-    new = np.concatenate([np.stack(part, axis=-1) for part in parts])
-    return np.tile(patch, 4), new, np.tile(rectangle, (4, 1))
 
 
 def _along(region: Region) -> tuple[FloatArray, FloatArray]:

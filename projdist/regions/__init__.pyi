@@ -1,6 +1,7 @@
 from .border import Border
 from .boxes import GLOBE, Box, bounding_box
 from .caps import Cap
+from .cells import cells_of
 from .combined import combine, polygons_of
 from .defaults import region_for
 from .files import polygons_from_geojson
@@ -26,6 +27,7 @@ __all__ = [
     "Region",
     "RegionLike",
     "bounding_box",
+    "cells_of",
     "combine",
     "crs_name",
     "get_region",

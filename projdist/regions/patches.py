@@ -20,6 +20,10 @@ _LATITUDES = (-40.0, 0.0, 40.0)
 _COLATITUDES = (5.0,)
 _WIDEST = 180.0  # degrees of longitude in one panel
 _POLES = (0.0, 1.0, -1.0)  # by patch
+_SMALL = 0.2  # of a panel's height
+
+SLIVER = 1e-13
+"""Of a panel; what is smaller is rounding."""
 
 
 def patch_panels(bounds: tuple[float, float, float, float]) -> tuple[IntArray, FloatArray]:
@@ -58,3 +62,18 @@ def height_of(patch: int, lat: FloatArray) -> FloatArray:
     """v at a latitude in one of the patches."""
     sign = _POLES[patch]
     return np.cbrt(np.maximum(90.0 - sign * np.asarray(lat), 0.0)) if sign else np.asarray(lat)
+
+
+def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, float]:
+    """The interval v0, v1 halved as long as low to high is in one half; low to high itself where that is far less.
+
+    Halves stay on the 5-degree knots of Robinson's table, where his map has kinks.
+    """
+    while True:
+        middle = 0.5 * (v0 + v1)
+        if high <= middle:
+            v1 = middle
+        elif low >= middle:
+            v0 = middle
+        else:
+            return (low, high) if high - low < _SMALL * (v1 - v0) else (v0, v1)

@@ -21,11 +21,9 @@ from numpy.typing import ArrayLike
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.numerics import ORDER, PLANE_WEIGHTS
 from projdist.regions import chains
-from projdist.regions.patches import height_of, latitude_of, patch_chart, patch_panels
+from projdist.regions.patches import SLIVER, height_of, latitude_of, patch_chart, patch_panels, tightened
 from projdist.regions.region import ChartPoints, Clips, Square
 
-_SLIVER = 1e-13  # of a panel; what is smaller is rounding
-_SMALL = 0.2  # of a panel's height
 _GAP = 1e-6  # degrees of longitude
 _CHORDS = 512.0  # for a curve across a panel: they leave it by 5e-7 of its bend
 
@@ -168,14 +166,14 @@ class Polygons:
             return _Part(part, (u0, u1, v0, v1), PLANE_WEIGHTS, True)
         west, east, low, high = chains.extent(part, u0, u1, south, north)
         if low > south or high < north:
-            v0, v1 = _tightened(v0, v1, *sorted(float(v) for v in height_of(patch, np.array([low, high]))))
+            v0, v1 = tightened(v0, v1, *sorted(float(v) for v in height_of(patch, np.array([low, high]))))
         if not (east > west and v1 > v0):
             return None
         if east < u1:
             # The eastern side has moved: what lies on it now is a gate.
             part = chains.clip(part, west, east, low, high)
         rule = self._rule(part, patch, (west, east, v0, v1))
-        return _Part(part, (west, east, v0, v1), rule, False) if rule.sum() > 4.0 * _SLIVER else None
+        return _Part(part, (west, east, v0, v1), rule, False) if rule.sum() > 4.0 * SLIVER else None
 
     @staticmethod
     def _rule(part: chains.Clip, patch: int, rectangle: tuple[float, float, float, float]) -> FloatArray:
@@ -208,21 +206,6 @@ class Polygons:
         rule = chains.weights(curved, _same, _same, _same)
         # The slices south of a cut and those north of it have opposite orientations.
         return rule if rule.sum() >= 0.0 else -rule
-
-
-def _tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, float]:
-    """The interval v0, v1 halved as long as low to high is in one half; low to high itself where that is far less.
-
-    Halves stay on the 5-degree knots of Robinson's table, where his map has kinks.
-    """
-    while True:
-        middle = 0.5 * (v0 + v1)
-        if high <= middle:
-            v1 = middle
-        elif low >= middle:
-            v0 = middle
-        else:
-            return (low, high) if high - low < _SMALL * (v1 - v0) else (v0, v1)
 
 
 def _same(values: FloatArray) -> FloatArray:
