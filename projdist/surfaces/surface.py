@@ -15,7 +15,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field import Links, Map, drawn, evaluate, find_tears
 from projdist.projections import Projection, ProjectionLike
-from projdist.regions import GLOBE, RegionLike
+from projdist.regions import GLOBE, PointSet, RegionLike
 from projdist.surfaces.domain import POLE, Domain, domain_of, ground_size, longitude_width, normalised
 from projdist.surfaces.turned_grids import Frame, frame_of
 
@@ -73,12 +73,25 @@ def build_surface(domain: Domain, step: float | None = None) -> Surface:
     uu, vv = np.meshgrid(u, v)
     points = evaluate(function, uu, vv)
     if not drawn(points).any():
-        raise ValueError(f"Invalid region for '{domain.projection.name}'. No part of it can be projected.")
+        raise _nothing(domain)
     right = np.concatenate([points[:, 1:], points[:, :1] + [360.0, 0, 0, 0]], axis=1) if wraps else points[:, 1:]
     left = points if wraps else points[:, :-1]
     across = find_tears(function, left.reshape(-1, 4), right.reshape(-1, 4), domain.radius)
     along = find_tears(function, points[:-1].reshape(-1, 4), points[1:].reshape(-1, 4), domain.radius)
     return _Builder(domain, frame, function, points, across, along, wraps).surface()
+
+
+def _nothing(domain: Domain) -> ValueError:
+    """Why nothing can be drawn: the map does not show it, or no node of a grid lies in it."""
+    region = domain.region
+    if not isinstance(region, PointSet) and len(region.edges):
+        lon, lat = region.edges[:, 0], region.edges[:, 1]
+        if np.isfinite(domain.projection(normalised(lon), lat)[0]).any():
+            return ValueError(
+                f"Invalid region '{region.name}' for a picture. Its parts are too small to be seen in one; take some "
+                "of them, as with @main."
+            )
+    return ValueError(f"Invalid region for '{domain.projection.name}'. No part of it can be projected.")
 
 
 def _grid(domain: Domain, frame: Frame, step: float | None) -> tuple[FloatArray, FloatArray, bool]:
@@ -161,6 +174,8 @@ class _Builder:
         vertices = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])
         fans = [np.column_stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]]) for p in cut if len(p) > 2]
         triangles = np.concatenate([whole[:, [0, 1, 2]], whole[:, [0, 2, 3]], *fans])
+        if not len(triangles):
+            raise _nothing(self.domain)
         u, v, x, y = vertices.T
         nodes = rows * columns
         sources = np.concatenate([np.arange(nodes), np.array(self.source, dtype=int)])

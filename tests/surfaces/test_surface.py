@@ -235,3 +235,9 @@ def test_finer_coast_for_parts_of_the_world() -> None:
     assert coast_resolution(surface_of("robin")) == "110m"
     assert coast_resolution(surface_of("robin", EUROPE, None)) == "50m"
     assert coast_resolution(surface_of("robin", Cap(10.0, 54.0, 1.0), None)) == "50m"
+
+
+def test_parts_that_are_too_small_for_a_picture() -> None:
+    """Atolls of some km over 40 degrees have no cell of a grid to themselves: one line says what to do."""
+    with pytest.raises(ValueError, match="Its parts are too small to be seen in one"):
+        build_surface(domain_of(Projection.from_user_input("robinson"), "country:KI@all"))
