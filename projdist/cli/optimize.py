@@ -29,6 +29,7 @@ from projdist.regions import Place
 
 _RECOMMENDED = "recommend"
 _LAST = 0.1  # digit of values above 1
+_LIMIT_DIGIT = 1e-3  # of a limit, which is no more than a good prediction
 _DIGIT = 1e-5  # of a value: what figures of a table are shown to
 
 
@@ -118,6 +119,9 @@ def _lead(found: Optimum) -> Iterator[str]:
     yield f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}"
     if found.criterion != "airy_kavrayskiy":
         yield f"{found.criterion} {_shown(found.value, found.error_estimate)} {found.unit}".rstrip()
+    if found.limit is not None:
+        over = f"{found.value / found.limit:.3g} times"
+        yield f"{over} the limit {_shown(found.limit, _LIMIT_DIGIT * found.limit)}: about what the best of all maps has"
     yield from found.remarks
     yield from (f"{name} is at the end of its range." for name in found.at_limit)
     yield from covers(found.coverage)

@@ -44,6 +44,7 @@ from projdist.projections import OF_A_SPHERE
 from projdist.support import check_executor, open_executor
 
 _DRAWN = 4  # maps in the picture
+_KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
 _ROUNDING = 1e-6  # of an angle, degrees
 
 RegionArgument = Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")]
@@ -207,7 +208,11 @@ def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column]:
     yield Column("name")
     yield Column("method", show=lambda method: method.replace("_", " "))
     yield Column("ranked", "ranks by", certain)
-    yield from _figures(result.criterion)
+    value, *others = _figures(result.criterion)
+    yield value
+    if result.limit is not None:
+        yield Column("over_limit", "over limit", "x {:.3g}".format)
+    yield from others
     if result.custom:
         yield Column("ratio_to_custom", "against custom", change)
     if any(row["cut_km"] for row in rows):
@@ -250,6 +255,12 @@ def _notes(result: Recommendation) -> list[str]:
         "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: to 0.1 ppm, as measured; "
         "in area: the share of the region in the CRS's area of use.",
     ]
+    if result.limit is not None:
+        kind = f"{result.purpose} " if result.purpose in _KINDS else ""
+        notes.append(
+            f"Over limit: {result.criterion} over {result.limit:.3g}, about what the best of all {kind}maps of the "
+            "region has; 'projdist design' makes such maps."
+        )
     if result.area == "preferred":
         notes.append(
             "Ranks by: the figure over the share of the region in the area of use (--intersects: the figure alone), "

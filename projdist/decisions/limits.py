@@ -14,12 +14,12 @@ import numpy as np
 
 from projdist.decisions.families import ellipsoid_text, extent_of
 from projdist.earth import WGS84, Ellipsoid
-from projdist.field import nodes_of
+from projdist.field import Figure, nodes_of
 from projdist.numerics import fit_harmonic
 from projdist.projections import Projection
 from projdist.regions import Place
 
-__all__ = ["LIMITED", "least_error"]
+__all__ = ["LIMITED", "least_error", "limit_of"]
 
 LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
 """The figures whose limit is known."""
@@ -49,3 +49,11 @@ def least_error(region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS8
         return None
     mean = float(np.sum(nodes.weight[known] * fit.rest**2) / np.sum(nodes.weight[known]))
     return float(np.sqrt(mean * (2.0 if purpose in ("conformal", "equal-area") else 1.0)))
+
+
+def limit_of(figure: Figure, region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84) -> float | None:
+    """The limit of a figure over a region; None where it is not known, or no more than rounding."""
+    if not figure.is_airy_kavrayskiy:
+        return None
+    found = least_error(region, purpose, ellipsoid)
+    return found if found is not None and found > figure.rounding else None

@@ -15,6 +15,7 @@ import numpy as np
 
 from projdist.answers import Failure
 from projdist.decisions.families import Extent, Family, cylinder_of, extent_of, get_family, sensible_families, usual_crs
+from projdist.decisions.limits import limit_of
 from projdist.decisions.members import DECIMALS, Flat, Members, Rounded
 from projdist.decisions.objectives import Objective
 from projdist.earth import SPHERE, WGS84, Ellipsoid
@@ -76,6 +77,8 @@ class Optimum(Answer):
     optima of the families that came second and worse, with `auto`. `wkt` is WKT2, or None with a reason.
     `flats` are parameters that hardly matter: within which values the criterion is at most 1 % larger.
     `note` says that the Airy-Kavrayskiy error has decided, where the criterion vanishes for the whole family.
+    `limit` is, for the Airy-Kavrayskiy errors, about what the best of all maps of the region has, None where that is
+    not known.
     """
 
     family: str
@@ -100,6 +103,7 @@ class Optimum(Answer):
     evaluations: int
     note: str | None = None
     flats: tuple[Flat, ...] = ()
+    limit: float | None = None
 
     @property
     def cylinder(self) -> str:
@@ -132,6 +136,7 @@ class Optimum(Answer):
             "error_estimate": plain(self.error_estimate),
             "airy_kavrayskiy": plain(self.airy_kavrayskiy),
             "coverage": self.coverage,
+            "limit": self.limit,
             "proj": self.proj,
             "wkt": self.wkt,
             "wkt_reason": self.wkt_reason,
@@ -334,6 +339,7 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
         evaluations=evaluations,
         note=None if members.objective == objective else _NOTE.format(objective.figure.name, members.family.name),
         flats=members.flats(best, least, fine),
+        limit=limit_of(objective.figure, members.region, ellipsoid=projection.ellipsoid),
     )
 
 

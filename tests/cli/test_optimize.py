@@ -49,6 +49,14 @@ def test_json() -> None:
     assert answer == optimize("lcc", SQUARE, round_to=0.5).to_dict()
 
 
+def test_the_limit() -> None:
+    """A line says how many times the limit the optimum has, for the figure that has one."""
+    found = optimize("laea", SQUARE)
+    assert found.limit is not None
+    assert f"\n{found.value / found.limit:.3g} times the limit " in run("laea", SQUARE)[1]
+    assert "the limit" not in run("laea", SQUARE, "--criterion", "max_omega")[1]
+
+
 @pytest.mark.slow
 def test_against() -> None:
     """A projection, or the best existing CRS: the last of the baselines, with the figure that recommend has."""

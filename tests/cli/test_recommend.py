@@ -116,6 +116,18 @@ def test_forms_of_an_answer(known):
     assert f"| {known.results[0].code} |" in out
 
 
+def test_the_limit(known):
+    """How many times the limit each map has is in a column of tables and CSV; a line says what that is."""
+    assert known.limit is not None
+    out = run(ISLAND, *QUICK, "--format", "markdown")[1]
+    assert "| airy_kavrayskiy | over limit |" in out
+    for one in known.results:
+        assert f"| x {one.value / known.limit:.3g} |" in out
+    assert f"over {known.limit:.3g}, about what the best of all maps" in run(ISLAND, *QUICK)[1]
+    rows = list(csv.DictReader(io.StringIO(run(ISLAND, *QUICK, "--format", "csv")[1])))
+    assert [float(row["over_limit"]) for row in rows] == [one.value / known.limit for one in known.results]
+
+
 @pytest.fixture
 def rich(found, monkeypatch):
     """An answer with all that there may be: cuts, zones, custom projections, reasons; two of its CRSs are torn."""

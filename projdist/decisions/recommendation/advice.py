@@ -23,7 +23,8 @@ class Candidate:
     within the areas of use of all these CRSs, `keeps` what the map keeps true to 0.1 ppm. `national` is whether the
     country that the region is in has the map for its own; `datum_since` the year of the datum, None where the registry
     has none. `ratio_to_custom` and `difference_to_custom` are the figure over, and less, that of the best custom
-    projection; None without one, the ratio also where that is no more than rounding.
+    projection; None without one, the ratio also where that is no more than rounding. `over_limit` is the figure over
+    `Recommendation.limit`, None without that.
     """
 
     code: str
@@ -43,6 +44,7 @@ class Candidate:
     same: tuple[tuple[str, str], ...]
     ratio_to_custom: float | None = None
     difference_to_custom: float | None = None
+    over_limit: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
@@ -63,6 +65,7 @@ class Candidate:
             "same": [{"code": code, "name": name} for code, name in self.same],
             "ratio_to_custom": plain(self.ratio_to_custom),
             "difference_to_custom": plain(self.difference_to_custom),
+            "over_limit": plain(self.over_limit),
         }
 
     def _row(self) -> dict[str, Any]:
@@ -83,6 +86,7 @@ class Candidate:
             "same": " ".join(code for code, _ in self.same),
             "ratio_to_custom": self.ratio_to_custom,
             "difference_to_custom": self.difference_to_custom,
+            "over_limit": self.over_limit,
             "proj": "",
         }
 
@@ -95,7 +99,9 @@ class Recommendation(Answer):
     purpose. `custom` are the best custom projections of families, best first, where they were asked for, and
     `not_custom` the families that have none, with the reasons. `country` is whose land the region is, "" for none.
     `zones` are systems of conformal zones, where no single CRS serves for engineering; `notes` say what else there is
-    to say, with figures. A frame has the results and the custom ones.
+    to say, with figures. `limit` is, for the Airy-Kavrayskiy errors, about what the best of all maps of the region
+    has, of all conformal or equal-area ones for these purposes; None where it is not known. A frame has the results and
+    the custom ones.
     """
 
     region: Region
@@ -111,6 +117,7 @@ class Recommendation(Answer):
     country: str = ""
     zones: tuple[ZoneSystem, ...] = ()
     notes: tuple[str, ...] = ()
+    limit: float | None = None
 
     def _line(self) -> str:
         best = f"{self.results[0].code}, {self.results[0].name}" if self.results else "no CRS"
@@ -126,6 +133,7 @@ class Recommendation(Answer):
             "country": self.country,
             "candidates": self.candidates,
             "maps": self.maps,
+            "limit": self.limit,
             "results": [result.to_dict() for result in self.results],
             "zones": [system.to_dict() for system in self.zones],
             "notes": list(self.notes),

@@ -42,6 +42,7 @@ class Custom:
     value: float
     distortion: Distortion
     keeps: tuple[str, ...]
+    over_limit: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
@@ -53,6 +54,7 @@ class Custom:
             "value": plain(self.value),
             **{name: plain(value) for name, value in asdict(self.distortion).items()},
             "keeps": list(self.keeps),
+            "over_limit": plain(self.over_limit),
         }
 
     def _row(self) -> dict[str, Any]:
@@ -73,6 +75,7 @@ class Custom:
             "same": "",
             "ratio_to_custom": None,
             "difference_to_custom": None,
+            "over_limit": self.over_limit,
             "proj": self.proj,
         }
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from projdist.decisions.limits import limit_of
 from projdist.decisions.recommendation.advice import Candidate, Recommendation
 from projdist.decisions.recommendation.candidates import (
     Distortion,
@@ -215,6 +216,7 @@ class _Search:
         self.rejected = list(pool.rejected)
         self.uninterrupted = False
         self.families: list[str] = []  # of custom projections
+        self.least = limit_of(ranking, pool.region, purpose)
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
@@ -252,6 +254,7 @@ class _Search:
             country=self.pool.home,
             zones=zones,
             notes=tuple(self.notes),
+            limit=self.least,
         )
 
     def _report(self, before: int, total: int) -> Callable[[int], None] | None:
@@ -284,7 +287,7 @@ class _Search:
         """The best member of each family, best first, and families without one."""
         tasks = [Design(name, self.pool.region, self.probe, self.ranking, self.purpose) for name in self.families]
         found = run_all(executor, design, tasks, progress)
-        custom = [one for one in found if isinstance(one, Custom)]
+        custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
         custom.sort(key=lambda one: (self.ranking.without_rounding(_number(one.value)), one.distortion.airy_kavrayskiy))
         return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
 
@@ -410,6 +413,10 @@ class _Search:
                 return found
         return ()
 
+    def _over_limit(self, value: float) -> float | None:
+        """A figure over the least that there can be."""
+        return None if self.least is None else value / self.least
+
     def _scale_error(self, one: Finding) -> float:
         """The largest scale error in ppm by the trial."""
         return _SCALE(one.jacobian, self.probe.weight)
@@ -449,6 +456,7 @@ class _Search:
             same=tuple((other.code, self.pool.records[other.code].name) for other in one.members[1:]),
             ratio_to_custom=value / least if least is not None and least > self.ranking.rounding else None,
             difference_to_custom=value - least if least is not None else None,
+            over_limit=self._over_limit(value),
         )
 
 
