@@ -25,6 +25,7 @@ __all__ = [
     "gott_elliptical",
     "gott_mugnolo_elliptical",
     "gott_wagner",
+    "wagner_9",
 ]
 
 XY = tuple[FloatArray, FloatArray]
@@ -68,12 +69,7 @@ def gott_wagner(lon: FloatArray, lat: FloatArray) -> XY:
     that improve on the Winkel Tripel" (arXiv 2102.08176), after a program that implements it: its score, as
     they define it, computes to 4.55, where they print 4.497, so that a detail may differ.
     """
-    phi, lam = np.radians(lat) * 2 / 3, np.radians(_turned(lon)) / np.sqrt(12)
-    east, north = np.cos(phi) * np.sin(lam), np.sin(phi)
-    sine = np.hypot(east, north)
-    distance = np.arctan2(sine, np.cos(phi) * np.cos(lam))
-    scale = MEAN_EARTH_RADIUS * np.divide(distance, sine, out=np.ones_like(sine), where=sine > 0)
-    return 2 * scale * east, scale * north
+    return _equidistant(np.radians(_turned(lon)) / np.sqrt(12), np.radians(lat) * 2 / 3, 2.0, 1.0)
 
 
 # ---- Briesemeister, Francula ----------------------------------------------------------------
@@ -111,6 +107,18 @@ def francula_2(lon: FloatArray, lat: FloatArray) -> XY:
     phi = np.radians(lat)
     ellipse = np.sqrt(1.0 - (83.0769 / 90 * 2 / np.pi * phi) ** 2)
     return MEAN_EARTH_RADIUS * 0.621462 * np.radians(_turned(lon)) * ellipse, MEAN_EARTH_RADIUS * phi
+
+
+# ---- Wagner ---------------------------------------------------------------------------------
+
+
+def wagner_9(lon: FloatArray, lat: FloatArray) -> XY:
+    """Wagner's ninth map: a part of an equatorial equidistant map, with new numbers at its lines.
+
+    7/9 of the latitude and 5/18 of the longitude, stretched by the inverses: the equator and the central meridian
+    have their true lengths. Wagner 1949, "Kartographische Netzentwürfe".
+    """
+    return _equidistant(np.radians(_turned(lon)) * 5 / 18, np.radians(lat) * 7 / 9, 18 / 5, 9 / 7)
 
 
 # ---- double-sided ---------------------------------------------------------------------------
@@ -176,6 +184,15 @@ def _turned(lon: FloatArray) -> FloatArray:
     return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
 
 
+def _equidistant(lam: FloatArray, phi: FloatArray, across: float, along: float) -> XY:
+    """The equatorial equidistant map of radians, stretched."""
+    east, north = np.cos(phi) * np.sin(lam), np.sin(phi)
+    sine = np.hypot(east, north)
+    distance = np.arctan2(sine, np.cos(phi) * np.cos(lam))
+    scale = MEAN_EARTH_RADIUS * np.divide(distance, sine, out=np.ones_like(sine), where=sine > 0)
+    return across * scale * east, along * scale * north
+
+
 def _mollweide(sine: FloatArray, cosine: FloatArray) -> XY:
     """Sine and cosine of the angle theta of Mollweide's map, of those of the latitude.
 
@@ -208,4 +225,5 @@ WORLD_MAPS: dict[str, Callable[[FloatArray, FloatArray], XY]] = {
     "gott-elliptical": gott_elliptical,
     "gott-mugnolo-elliptical": gott_mugnolo_elliptical,
     "gott-wagner": gott_wagner,
+    "wagner-9": wagner_9,
 }

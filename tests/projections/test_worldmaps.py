@@ -101,6 +101,14 @@ def test_gott_wagner_is_a_part_of_an_equidistant_map():
     np.testing.assert_allclose(make("gott-wagner")(LON, LAT), (2 * x, y), atol=_METRE)
 
 
+def test_wagner_9_is_a_part_of_an_equidistant_map():
+    """PROJ's equatorial azimuthal equidistant map of renumbered places; its axes have their true lengths."""
+    x, y = make("aeqd")(LON * 5 / 18, LAT * 7 / 9)
+    np.testing.assert_allclose(make("wagner-9")(LON, LAT), (18 / 5 * x, 9 / 7 * y), atol=_METRE)
+    x, y = make("wagner-9")([180.0, 0.0], [0.0, 90.0])
+    np.testing.assert_allclose((x[0], 2 * y[1]), np.pi * SPHERE.a, rtol=1e-14)
+
+
 @pytest.mark.parametrize(("name", "side"), [("double-sided-equidistant", "aeqd"), ("double-sided-equal-area", "laea")])
 def test_sides_are_polar_maps(name, side):
     """Each hemisphere is PROJ's polar map, set beside the other, and not mirrored."""
