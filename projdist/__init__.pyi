@@ -84,7 +84,7 @@ from .decisions import (
 )
 
 # Maps made to measure
-from .designs import Design, design
+from .designs import Design, WorldMap, design, world_map
 
 # The same mean elsewhere
 from .applications import mosaics, oldmaps, pointclouds
@@ -151,6 +151,7 @@ __all__ = [
     "Rounded",
     "Summary",
     "Totals",
+    "WorldMap",
     "axes_shift",
     "check",
     "compare",
@@ -193,5 +194,6 @@ __all__ = [
     "spd",
     "summarize",
     "tables",
+    "world_map",
     "worldmaps",
 ]

@@ -30,6 +30,7 @@ LINES: dict[str, tuple[str, ...]] = {
         *("-o", "best.png", "--dpi", "30"),
     ),
     "optimize": ("optimize", "lcc", EUROPE, "--round", "0.5", "--against", "EPSG:3034"),
+    "world_map": ("world-map", "--cells", "8", "--against", "robin", "--tinshift", "world.json"),
     "optimize_file": ("optimize", "lcc", EUROPE, "-o", "optimum.txt"),
     "ldp": ("ldp", "box:-104.2,38.9,-103.2,39.6", "--height", "1610", "--against", "EPSG:32613"),
     "check": ("check", "parcels.geojson", "--crs", "EPSG:25832", "--no-recommend"),

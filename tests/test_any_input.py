@@ -128,6 +128,16 @@ CALLS = {
     },
     "summarize": lambda: {"projection": "robin", "region": CAP, "measures": (), "indices": (), "tolerance": 1e-3},
     "tables": lambda: {"name": "nothing"},
+    "world_map": lambda: {
+        "region": None,
+        "cut": 180.0,
+        "elsewhere": 0.02,
+        "until": 90.0,
+        "symmetric": "auto",
+        "exponent": 0.125,
+        "cells": 8,
+        "against": (),
+    },
     "estimate_crs": lambda: {"frame": None, "purpose": "any"},
     "plots.heatmap": lambda: {
         "ax": axes(),

@@ -28,6 +28,7 @@ from projdist.cli.output import emit
 from projdist.cli.parser import Command, Commands
 from projdist.cli.published import tables_command
 from projdist.cli.recommend import recommend_command
+from projdist.cli.world_map import world_map_command
 from projdist.support import orderly_end
 
 app = typer.Typer(
@@ -68,6 +69,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "optimize": optimize_command,
     "design": design_command,
     "ldp": ldp_command,
+    "world-map": world_map_command,
     "check": check_command,
     "correct": correct_command,
     "mosaic": mosaic_command,

@@ -181,7 +181,7 @@ def output_file(text: str, overwrite: bool) -> Path:
 def file_of_kind(text: str, suffixes: tuple[str, ...], overwrite: bool, kind: str = "output") -> Path:
     """The same for a file whose suffix tells its format."""
     if Path(text).suffix.lower() not in suffixes:
-        allowed = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        allowed = " or ".join(filter(None, (", ".join(suffixes[:-1]), suffixes[-1])))
         refuse(f"Invalid {kind} '{text}'. Its suffix must be {allowed}.")
     return output_file(text, overwrite)
 

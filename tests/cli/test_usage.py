@@ -10,7 +10,7 @@ from projdist import __version__
 
 COMMANDS = [
     *("compare", "factors", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
-    *("mosaic", "clouds", "oldmap", "list"),
+    *("world-map", "mosaic", "clouds", "oldmap", "list"),
 ]
 
 

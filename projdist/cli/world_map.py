@@ -1,0 +1,184 @@
+"""The command `world-map`."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from projdist import plots
+from projdist.cli.cells import area_text, certain, covers, per_cent
+from projdist.cli.errors import cannot_write, refuse, refusing
+from projdist.cli.formats import JSON, TABLE
+from projdist.cli.options import (
+    DpiOption,
+    OutputOption,
+    OverwriteOption,
+    SizeOption,
+    WeightOption,
+    choice,
+    file_format,
+    file_of_kind,
+    format_for,
+    number,
+    printed_or_file,
+    region_of,
+)
+from projdist.cli.output import present
+from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.report import Column, Report, Table
+from projdist.designs import AGAINST, WORLD_SYMMETRIES, WorldMap, world_map
+
+_FORMS = (TABLE, JSON)
+_GOOD = 1e-4  # to which the errors over the globe are measured
+
+
+def world_map_command(
+    region: Annotated[
+        str | None,
+        typer.Argument(metavar="[REGION]", help="What to show well, as --region of compare; all if not given."),
+    ] = None,
+    cut: Annotated[
+        str,
+        typer.Option(
+            metavar="LON|POINTS",
+            help="A meridian; or points as '-170,40 -70,-62', from the first through the others to its antipode.",
+        ),
+    ] = "180",
+    weight: WeightOption = None,
+    elsewhere: Annotated[
+        str, typer.Option(metavar="NUMBER", help="The weight of what is not in the region, 1e-4 to 1.")
+    ] = "0.02",
+    until: Annotated[str, typer.Option(metavar="LAT", help="Where the map ends, north and south.")] = "90",
+    symmetric: Annotated[str, typer.Option(metavar="|".join(WORLD_SYMMETRIES), help="About what.")] = "auto",
+    exponent: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Of the energy, 0 to 1; 1/8 if not given, 0: Airy-Kavrayskiy.")
+    ] = None,
+    cells: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Of the mesh, either way, 8 to 128; 32 or, of a region, 64.")
+    ] = None,
+    against: Annotated[
+        list[str] | None, typer.Option(metavar="PROJECTION", help="A map to compare with. May be repeated.")
+    ] = None,
+    format: Annotated[str | None, file_format(_FORMS, ".json or .txt")] = None,
+    output: OutputOption = None,
+    tinshift: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Triangles for PROJ's tinshift, a .json to write.")
+    ] = None,
+    step: Annotated[str, typer.Option(metavar="DEGREES", help="Between the triangles' corners.")] = "2",
+    picture: Annotated[
+        str | None, typer.Option(metavar="FILE", help="A heat map of the Fisher distortion: .png, .svg or .pdf.")
+    ] = None,
+    size: SizeOption = None,
+    dpi: DpiOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Make the map of the world that distorts a region least."""
+    path = printed_or_file(output, overwrite)
+    form = format_for(format, path, _FORMS)
+    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite)
+    triangles = None if tinshift is None else file_of_kind(tinshift, (".json",), overwrite, "file of triangles")
+    corners = number("step", step, 0.2, 30.0, " of degrees")
+    if weight is not None and region is None:
+        refuse(f"Invalid weight '{weight}' without a region. Name one, as globe.")
+    options: dict[str, Any] = {
+        "cut": _cut(cut),
+        "elsewhere": number("weight elsewhere", elsewhere, 1e-4, 1.0),
+        "until": number("end", until, 10.0, 90.0, " of degrees"),
+        "symmetric": choice("symmetry", symmetric, list(WORLD_SYMMETRIES)),
+        "against": against or AGAINST,
+        "cells": None if cells is None else _whole(cells),
+    }
+    if exponent is not None:
+        options["exponent"] = number("exponent", exponent, 0.0, 1.0)
+    area = None if region is None else region_of(region, weight)
+    with refusing():
+        found = world_map(area, **options)
+    pipeline = None if triangles is None else _written(found, triangles, corners, overwrite)
+    if drawn is not None:
+        _draw(found, drawn)
+    present(_report(found, pipeline, [triangles, drawn.path if drawn else None]), form, path, overwrite)
+
+
+def _cut(text: str) -> float | list[list[float]]:
+    """A longitude, or points."""
+    try:
+        values = [[float(value) for value in word.split(",")] for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) == 1 and len(values[0]) == 1:
+        return values[0][0]
+    if len(values) < 2 or any(len(point) != 2 for point in values):
+        refuse(f"Invalid cut '{text}'. It must be a longitude, or two or more points as '-170,40 -70,-62'.")
+    return values
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal():
+        refuse(f"Invalid number of cells '{text}'. It must be even, within 8 and 128.")
+    return int(text)
+
+
+def _written(found: WorldMap, path: Path, step: float, overwrite: bool) -> str:
+    """The operation of PROJ that reads the triangles."""
+    try:
+        return found.write_tinshift(path, step=step, overwrite=overwrite)
+    except FileExistsError as error:
+        refuse(str(error), error)
+    except OSError as error:
+        cannot_write(path, error)
+
+
+def _draw(found: WorldMap, picture: PictureFile) -> None:
+    titles, figures = ["Made to measure"], [found.airy_kavrayskiy]
+    picture.save(functools.partial(plots.heatmap_figure, found.projection, titles=titles, airy_kavrayskiy=figures))
+
+
+def _report(found: WorldMap, pipeline: str | None, written: list[Path | None]) -> Report:
+    return Report(
+        title=f"{found.projection.name} ({area_text(found.region.area_km2)})",
+        lead=[*_lead(found)],
+        tables=[_maps(found), _meshes(found)],
+        notes=[
+            "Airy-Kavrayskiy errors of other maps are at their best scales.",
+            *([f"PROJ: {pipeline}"] * bool(pipeline)),
+        ],
+        data=lambda: found.to_dict() | {"pipeline": pipeline},
+        about=found.projection.name,
+        written=written,
+    )
+
+
+def _lead(found: WorldMap) -> Iterator[str]:
+    yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy, found.error_estimate)}"
+    if found.symmetric != "none":
+        yield f"Symmetric about: {found.symmetric}"
+    yield from covers(found.coverage)
+    if found.mirrored:
+        yield f"It turns over {per_cent(found.mirrored)} of the region: take more cells."
+
+
+def _maps(found: WorldMap) -> Table:
+    """The map beside others."""
+    columns = [
+        Column("name", "map", left=True),
+        Column("airy_kavrayskiy", "AK", certain, error="error_estimate"),
+    ]
+    if found.region.name != "globe" and found.until == 90.0:
+        columns.append(Column("over_globe", "over the globe", functools.partial(certain, error=_GOOD)))
+    return Table(found._table(), columns)
+
+
+def _meshes(found: WorldMap) -> Table:
+    """What finer meshes gain."""
+    columns = [
+        Column("cells", show="{0:d} x {0:d}".format),
+        Column("unknowns", show="{:d}".format),
+        Column("energy", show="{:.6f}".format),
+        Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format),
+        Column("steps", show="{:d}".format),
+    ]
+    return Table([one.to_dict() for one in found.refinements], columns)

@@ -1,0 +1,231 @@
+"""The world, cut from pole to pole, as a sheet of splines: twice continuously differentiable where they are cubic.
+
+The sheet's coordinates are u, the longitude from its middle, and v, the latitude, in radians. x and y are sums of
+products of B-splines in u and in v; all of those of a pole's row have the same coefficient, so that the pole is a
+point. C. de Boor 1978, A Practical Guide to Splines, chapters IX and X.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from projdist._typing import FloatArray, IntArray
+from projdist.designs.cuts import Cut
+from projdist.designs.elements import Elements
+
+_POLE = 0.5 * np.pi
+_ROUNDING = 1e-12  # radians
+
+
+@dataclass(frozen=True, eq=False)
+class Splines:
+    """B-splines of a degree on an interval that is cut at `breaks` (s + 1,); there are s + degree of them."""
+
+    breaks: FloatArray
+    degree: int
+
+    @property
+    def count(self) -> int:
+        """How many they are."""
+        return len(self.breaks) - 1 + self.degree
+
+    @property
+    def knots(self) -> FloatArray:
+        """The breaks, of which the ends are repeated."""
+        return np.r_[[self.breaks[0]] * self.degree, self.breaks, [self.breaks[-1]] * self.degree]
+
+    @property
+    def middles(self) -> FloatArray:
+        """Where each of them counts most (count,), Greville's abscissae."""
+        knots = self.knots
+        return np.array([knots[k + 1 : k + 1 + self.degree].mean() for k in range(self.count)])
+
+    def at(self, t: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The first of those that are not zero at t (n,), and the values and slopes (n, degree + 1) from it on."""
+        knots, d = self.knots, self.degree
+        span = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.breaks) - 2)
+        values, lower = np.ones((len(t), 1)), np.ones((len(t), 1))
+        for k in range(1, d + 1):
+            lower = values
+            left = knots[span[:, None] + d + np.arange(1 - k, 1)]
+            right = knots[span[:, None] + d + np.arange(1, k + 1)]
+            share = lower / (right - left)
+            values = np.zeros((len(t), k + 1))
+            values[:, :-1] += (right - t[:, None]) * share
+            values[:, 1:] += (t[:, None] - left) * share
+        slopes = np.zeros((len(t), d + 1))
+        slopes[:, :-1] -= d * share
+        slopes[:, 1:] += d * share
+        return span, values, slopes
+
+    def interpolation(self) -> FloatArray:
+        """The matrix (count, count) of the values of all at the middles."""
+        first, values, _ = self.at(self.middles)
+        matrix = np.zeros((self.count, self.count))
+        np.put_along_axis(matrix, first[:, None] + np.arange(self.degree + 1), values, axis=1)
+        return matrix
+
+
+@dataclass(frozen=True, eq=False)
+class SplineMap:
+    """A map of the world as a function of longitude and latitude in degrees; x, y in the unit of the coefficients.
+
+    The coefficients are (2, of v, of u); beyond the latitudes of v it is not defined.
+    """
+
+    cut: Cut
+    u: Splines
+    v: Splines
+    coefficients: FloatArray
+
+    def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """x and y of any shape, NaN beyond the sheet."""
+        u, v = self.cut.unrolled(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
+        end = self.v.breaks[-1]
+        shown = np.isfinite(u) & (np.abs(v) <= end + _ROUNDING)
+        x, y = (np.full(np.shape(u), np.nan) for _ in range(2))
+        x[shown], y[shown] = self.on_sheet(u[shown], np.clip(v[shown], -end, end))
+        return x, y
+
+    def on_sheet(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """x and y (n,) at the coordinates of the sheet, radians (n,)."""
+        (i, of_u, _), (j, of_v, _) = self.u.at(u), self.v.at(v)
+        rows, columns = j[:, None] + np.arange(self.v.degree + 1), i[:, None] + np.arange(self.u.degree + 1)
+        near = self.coefficients[:, rows[:, :, None], columns[:, None, :]]
+        x, y = np.einsum("rnji,nj,ni->rn", near, of_v, of_u, optimize=True)
+        return x, y
+
+    def moved(self, similarity: complex, shift: complex) -> SplineMap:
+        """The map followed by a turn and scale, and a shift of x + i y."""
+        z = similarity * (self.coefficients[0] + 1j * self.coefficients[1]) + shift
+        return replace(self, coefficients=np.stack([z.real, z.imag]))
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """Splines of the sheet, and to which of the mirror images of itself it is to be equal.
+
+    `across` makes the middle of the sheet an axis of symmetry, `along` the equator.
+    """
+
+    cut: Cut
+    u: Splines
+    v: Splines
+    across: bool
+    along: bool
+
+    @property
+    def has_poles(self) -> bool:
+        """Whether it reaches to the poles."""
+        return bool(self.v.breaks[-1] > _POLE - 1e-9)
+
+    def nodes(self, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Gauss nodes u, v of all elements, and the areas, each (spans of v, spans of u, points v, points u)."""
+        u, of_u = _gauss(self.u.breaks, points)
+        v, of_v = _gauss(self.v.breaks, points)
+        area = (np.cos(v) * of_v)[:, None, :, None] * of_u[None, :, None, :]
+        u, v = np.broadcast_arrays(u[None, :, None, :], v[:, None, :, None])
+        return u, v, area
+
+    def elements(self, weights: FloatArray) -> Elements:
+        """The elements with the weights of all nodes, which symmetry folds upon a half or a quarter of the sheet."""
+        points = weights.shape[-1]
+        if self.across:
+            weights = (weights + weights[:, ::-1, :, ::-1])[:, weights.shape[1] // 2 :]
+        if self.along:
+            weights = (weights + weights[::-1, :, ::-1])[weights.shape[0] // 2 :]
+        rows, columns = len(self.v.breaks) - 1, len(self.u.breaks) - 1
+        row, column = (a.ravel() for a in np.meshgrid(*(np.arange(n) for n in (rows, columns)), indexing="ij"))
+        kept = ((column >= columns // 2) | (not self.across)) & ((row >= rows // 2) | (not self.along))
+        row, column = row[kept], column[kept]
+        numbers, signs, count = self._numbering()
+        j = row[:, None] + np.arange(self.v.degree + 1)
+        i = column[:, None] + np.arange(self.u.degree + 1)
+        e, a = len(row), j.shape[1] * i.shape[1]
+        local = (slice(None), j[:, :, None], i[:, None, :])
+        return Elements(
+            numbers[local].reshape(2, e, a),
+            signs[local].reshape(2, e, a),
+            self._gradients(row, column, points),
+            (weights / weights.sum()).reshape(e, points * points),
+            count,
+        )
+
+    def _gradients(self, row: IntArray, column: IntArray, points: int) -> FloatArray:
+        """Those of the products of splines by east and north on the unit sphere, (e, points^2, products, 2)."""
+        u, v = _gauss(self.u.breaks, points)[0], _gauss(self.v.breaks, points)[0]
+        _, U, by_u = (part.reshape(*u.shape, -1)[column] if part.ndim > 1 else part for part in self.u.at(u.ravel()))
+        _, V, by_v = (part.reshape(*v.shape, -1)[row] if part.ndim > 1 else part for part in self.v.at(v.ravel()))
+        across = np.einsum("epj,eqi->epqji", V, by_u)
+        northward = np.einsum("epj,eqi->epqji", by_v, U)
+        phi = v[row][:, :, None, None, None]
+        _, drift = self.cut.at(np.degrees(phi))
+        both = np.stack([across / np.cos(phi), northward - drift * across], axis=-1)
+        return both.reshape(len(row), points * points, -1, 2)
+
+    def _numbering(self) -> tuple[IntArray, FloatArray, int]:
+        """Which unknown each coefficient (2, of v, of u) is, -1 for none, with which sign, and how many there are."""
+        j, i = np.indices((self.v.count, self.u.count))
+        places, signs, zero = [], [], []
+        for across_sign, along_sign in ((-1.0, 1.0), (1.0, -1.0)):
+            place, sign, none = j * self.u.count + i, np.ones(j.shape), np.zeros(j.shape, dtype=bool)
+            if self.has_poles:
+                place = np.where((j == 0) | (j == self.v.count - 1), j * self.u.count, place)
+                none |= self.across & ((j == 0) | (j == self.v.count - 1)) & (across_sign < 0.0)
+            if self.across:
+                mirrored = place[:, ::-1] < place
+                sign = np.where(mirrored, across_sign * sign, sign)
+                none |= (i == self.u.count - 1 - i) & (across_sign < 0.0)
+                place = np.minimum(place, place[:, ::-1])
+            if self.along:
+                mirrored = j > self.v.count - 1 - j
+                sign = np.where(mirrored, along_sign * sign[::-1], sign)
+                none |= (j == self.v.count - 1 - j) & (along_sign < 0.0)
+                place = np.where(mirrored, place[::-1], place)
+            places.append(place)
+            signs.append(sign)
+            zero.append(none)
+        self._pin(zero)
+        numbers = 2 * np.stack(places) + np.arange(2)[:, None, None]
+        numbers[np.stack(zero)] = -1
+        used = np.unique(numbers[numbers >= 0])
+        return np.where(numbers >= 0, np.searchsorted(used, numbers), -1), np.stack(signs), len(used)
+
+    def _pin(self, zero: list[FloatArray]) -> None:
+        """Coefficients that are zero, so that the map neither shifts nor turns."""
+        middle = slice(None) if self.has_poles else slice(self.u.count // 2, self.u.count // 2 + 1)
+        if not self.across:
+            zero[0][0, middle] = zero[0][-1, middle] = True
+        if not self.along:
+            zero[1][0, middle] = True
+
+    def unknowns(self, coefficients: FloatArray) -> FloatArray:
+        """The unknowns (m,) of coefficients (2, of v, of u) that are as symmetric and as shifted as the sheet asks."""
+        numbers, signs, count = self._numbering()
+        kept = numbers >= 0
+        times = np.bincount(numbers[kept], minlength=count)
+        return np.bincount(numbers[kept], (signs * coefficients)[kept], count) / times
+
+    def map(self, unknowns: FloatArray) -> SplineMap:
+        """The map of unknowns."""
+        numbers, signs, _ = self._numbering()
+        return SplineMap(self.cut, self.u, self.v, signs * np.append(unknowns, 0.0)[numbers])
+
+    def interpolated(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """The unknowns of a map whose values (of v, of u) at the middles of the splines are given."""
+        of_u, of_v = self.u.interpolation(), self.v.interpolation()
+        coefficients = np.stack([np.linalg.solve(of_v, np.linalg.solve(of_u, z.T).T) for z in (x, y)])
+        if not self.across:
+            coefficients[0] -= coefficients[0, 0, self.u.count // 2]
+        if not self.along:
+            coefficients[1] -= coefficients[1, 0, self.u.count // 2]
+        return self.unknowns(coefficients)
+
+
+def _gauss(breaks: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights (spans, points)."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    middle, half = 0.5 * (breaks[1:] + breaks[:-1])[:, None], 0.5 * np.diff(breaks)[:, None]
+    return middle + half * nodes, half * weights

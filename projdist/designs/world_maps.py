@@ -1,0 +1,463 @@
+"""The map of the whole world, cut from pole to pole, that distorts a part of it least.
+
+The squares of logarithms grow so slowly that tearing a map is free in the end: of the Airy-Kavrayskiy error alone there
+is no best world map. Its exponentiated twin, the same to second order, has minimisers (P. Neff, I.-D. Ghiba, J.
+Lankeit 2015), and with it poles are points.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import FloatArray, IntArray
+from projdist.answers import summarize
+from projdist.designs.cuts import Cut, CutLike, get_cut
+from projdist.designs.elements import Elements, Solution, minimise_elements
+from projdist.designs.sites import SYMMETRIES
+from projdist.designs.spline_sheets import Sheet, SplineMap, Splines
+from projdist.designs.tin_shifts import pipeline_with, triangulation
+from projdist.earth import SPHERE
+from projdist.matrices import EXPONENT, Energy
+from projdist.projections import Projection, ProjectionLike, listed_projections
+from projdist.regions import Box, Place, PointSet, RegionLike, get_region
+from projdist.support import Answer, check_choice, check_number, check_path, check_whole_number, plain, replacing
+
+__all__ = ["AGAINST", "WORLD_SYMMETRIES", "Refinement", "Standing", "WorldMap", "world_map"]
+
+AGAINST = ("winkel-tripel", "wagner-9", "robinson", "equal-earth")
+WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
+
+_DEGREE = 3
+_CELLS, _CELLS_FOR_PARTS = 32, 64
+_FEWEST, _MOST, _COARSEST = 8, 128, 16
+_GRADED, _GRADED_FOR_PARTS = 3.0, 2.0  # powers of the distance from a pole, by which the cells are finer there
+_POINTS = 4  # Gauss points of a cell, either way
+_BLENDS = (1.0, 0.9, 0.8, 0.6, 0.4, 0.2, 0.0)
+_TOLERANCE, _TOLERANCE_OF_GLOBE = 1e-5, 1e-4  # of what is measured of the finished map: coasts cross splines' breaks
+_LEAST_ELSEWHERE = 1e-4
+_STEP = 2.0  # degrees
+_NORTH = 1e-3  # degrees, for the direction of north
+
+
+# ---- answers --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """A mesh of cells by cells, its unknowns, and what the best map on it has at the nodes.
+
+    `energy` is the root of the mean energy, `airy_kavrayskiy` the root mean square Fisher distortion, both by the
+    weights that the map is made for.
+    """
+
+    cells: int
+    unknowns: int
+    energy: float
+    airy_kavrayskiy: float
+    steps: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A map's Airy-Kavrayskiy errors at its best scale, over the region and, `over_globe`, over all of the Earth."""
+
+    name: str
+    airy_kavrayskiy: float
+    error_estimate: float
+    over_globe: float
+    coverage: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name."""
+        return {name: plain(value) for name, value in asdict(self).items()}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class WorldMap(Answer):
+    """A map of the world made to measure.
+
+    `projection` is the map, a cubic spline, twice continuously differentiable but at the ends of the cut, in metres, at
+    the scale that is best for the region. `airy_kavrayskiy` is measured of it by adaptive cubature over the region, to
+    `error_estimate`, and `over_globe` over all of the Earth (NaN for a map that ends before the poles).
+    `refinements` tell of the meshes, `standings` of other maps by the same measure. `elsewhere` is the weight of
+    what does not lie in the region.
+    """
+
+    projection: Projection
+    region: Place
+    cut: Cut
+    elsewhere: float
+    until: float
+    symmetric: str
+    exponent: float
+    airy_kavrayskiy: float
+    error_estimate: float
+    over_globe: float
+    coverage: float
+    mirrored: float
+    refinements: tuple[Refinement, ...]
+    standings: tuple[Standing, ...]
+
+    @property
+    def sheet(self) -> SplineMap:
+        """The function of the projection."""
+        function = self.projection.function
+        assert isinstance(function, SplineMap)
+        return function
+
+    def write_tinshift(self, path: str | os.PathLike[str], *, step: float = _STEP, overwrite: bool = True) -> str:
+        """Write the map as triangles for PROJ, and return the operation that reads them, from degrees to metres.
+
+        Parameters
+        ----------
+        path : str or path
+            A file that ends in .json.
+        step : float, default 2
+            Degrees between the triangles' corners at most. PROJ is exact at the corners; between them its map is
+            linear, and off by about 0.3 km at 2 degrees and a fourth of it at 1, more near the ends of the cut.
+        overwrite : bool, default True
+            Whether a file that is there is replaced.
+
+        Returns
+        -------
+        str
+            What `pyproj.Transformer.from_pipeline` takes, or the program cct.
+
+        Raises
+        ------
+        ValueError
+            For a step that is not within 0.2 and 30 degrees, or a suffix that is not .json.
+        FileExistsError
+            For a file that is there and not to be overwritten.
+        """
+        file, size = check_path("file", path), check_number("step", step)
+        if file.suffix.lower() != ".json":
+            raise ValueError(f"Invalid file '{file}'. Its suffix must be .json.")
+        if not 0.2 <= size <= 30.0:
+            raise ValueError(f"Invalid step '{step}'. It must be within 0.2 and 30 degrees.")
+        with replacing(file, overwrite=overwrite) as new:
+            new.write_text(json.dumps(triangulation(self.sheet, self.projection.name, size)), encoding="utf-8")
+        return self.pipeline(file)
+
+    def pipeline(self, path: str | os.PathLike[str]) -> str:
+        """PROJ's operation from degrees to metres that reads a file of `write_tinshift`."""
+        return pipeline_with(Path(path), self.sheet)
+
+    def _line(self) -> str:
+        return f"{self.projection.name}: AK {self.airy_kavrayskiy:.4g} ± {self.error_estimate:.1g}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return {
+            "name": self.projection.name,
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "cut": self.cut.name,
+            "elsewhere": self.elsewhere,
+            "until": self.until,
+            "symmetric": self.symmetric,
+            "exponent": self.exponent,
+            "airy_kavrayskiy": plain(self.airy_kavrayskiy),
+            "error_estimate": plain(self.error_estimate),
+            "over_globe": plain(self.over_globe),
+            "coverage": self.coverage,
+            "mirrored": self.mirrored,
+            "refinements": [one.to_dict() for one in self.refinements],
+            "standings": [one.to_dict() for one in self.standings],
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        own = Standing("this", self.airy_kavrayskiy, self.error_estimate, self.over_globe, self.coverage)
+        return [asdict(one) for one in (own, *self.standings)]
+
+
+# ---- the map --------------------------------------------------------------------------------
+
+
+def world_map(
+    region: RegionLike | None = None,
+    *,
+    cut: CutLike = 180.0,
+    elsewhere: float = 0.02,
+    until: float = 90.0,
+    symmetric: str = "auto",
+    exponent: float = EXPONENT,
+    cells: int | None = None,
+    against: ProjectionLike | Iterable[ProjectionLike] = AGAINST,
+) -> WorldMap:
+    """The map of the world, cut along a line, that distorts a region least.
+
+    The exponentiated twin of the Airy-Kavrayskiy error is made as small as it can be, by Newton's method, for cubic
+    splines on the unrolled globe. Nothing folds, and everything is shown once.
+
+    Parameters
+    ----------
+    region : RegionLike, optional
+        Anything that `get_region` takes: what is to be shown well; points with weights, too. All of the map if not
+        given.
+    cut : float, or points (lon, lat), default 180
+        Where the globe is cut: along a meridian; or from the first of two or more points through the others to the
+        antipode of the first. Two points make half a great circle, more a smooth curve.
+    elsewhere : float, default 0.02
+        The weight of places outside the region, to those inside, within 1e-4 and 1. Of points, which have no area, it
+        is that of the whole Earth to that of all points.
+    until : float, default 90
+        The latitude north and south at which the map ends, in the frame of the cut; at 90 it has the poles, as points.
+    symmetric : str, default "auto"
+        What the map is a mirror image of itself about: "none", "equator", "meridian" (the one opposite the cut) or
+        "both", all in the frame of the cut. By "auto" it is both where there is no region and the cut is straight,
+        else none.
+    exponent : float, default 1/8
+        Of the energy, at most 1. At 0 it is the Airy-Kavrayskiy error itself, for maps that end before the poles.
+    cells : int, optional
+        Of the finest mesh, either way: an even number within 8 and 128; 32 or, with a region, 64.
+    against : ProjectionLike, or iterable of them
+        Maps that are measured beside it, each at its best scale.
+
+    Returns
+    -------
+    WorldMap
+        `projection` is the map, on the sphere of the Earth's mean radius, with the middle of the sheet at 0, 0.
+
+    Raises
+    ------
+    ValueError
+        For an unknown region or symmetry, an impossible cut, and numbers out of their ranges.
+    ProjectionError
+        For one of `against` that is no projection.
+
+    References
+    ----------
+    - P. Neff, I.-D. Ghiba, J. Lankeit 2015, Journal of Elasticity 121: the exponentiated energy.
+    - J. Brown 1935 and G. B. Airy 1861 ask the same of families of maps; C. de Boor 1978 for splines.
+
+    Examples
+    --------
+    >>> found = world_map(cells=8, against=["winkel-tripel"])
+    >>> found.airy_kavrayskiy < found.standings[0].airy_kavrayskiy
+    True
+    """
+    design = _design_of(region, cut, elsewhere, until, symmetric, exponent)
+    usual = _CELLS if design.region is None else _CELLS_FOR_PARTS
+    finest = check_whole_number("number of cells", usual if cells is None else cells)
+    if finest % 2 or not _FEWEST <= finest <= _MOST:
+        raise ValueError(f"Invalid number of cells '{cells}'. It must be even, within {_FEWEST} and {_MOST}.")
+    others = listed_projections(against)
+    function, refinements = _refined(design, finest)
+    projection = Projection(design.name, design.name, SPHERE, function)
+    return _measured(design, projection, refinements, others)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Design:
+    """What map is asked for; `region` is None for all of it, and what is shown is `area`."""
+
+    region: Place | None
+    area: Place
+    cut: Cut
+    elsewhere: float
+    until: float
+    across: bool
+    along: bool
+    energy: Energy
+
+    @property
+    def name(self) -> str:
+        made_for = "World map" if self.region is None else f"World map for {self.region.name}"
+        return f"{made_for}, cut at {self.cut.name}"
+
+    @property
+    def symmetric(self) -> str:
+        return {(True, True): "both", (True, False): "meridian", (False, True): "equator"}.get(
+            (self.across, self.along), "none"
+        )
+
+    def sheet(self, cells: int) -> Sheet:
+        """Splines on cells that are finer toward poles."""
+        across = np.linspace(-np.pi, np.pi, cells + 1)
+        t = np.linspace(-1.0, 1.0, cells + 1)
+        power = 1.0 if self.until < 90.0 else _GRADED if self.region is None else _GRADED_FOR_PARTS
+        along = np.radians(self.until) * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** power)
+        return Sheet(self.cut, Splines(across, _DEGREE), Splines(along, _DEGREE), self.across, self.along)
+
+    def weights(self, sheet: Sheet, share: float) -> FloatArray:
+        """Weights of the sheet's nodes, (spans of v, spans of u, points v, points u)."""
+        u, v, area = sheet.nodes(_POINTS)
+        if self.region is None:
+            return area
+        if isinstance(self.region, PointSet):
+            return share * area / area.sum() + _counted(self.region, sheet)
+        return area * np.where(self.region.contains(*self.cut.rolled(u, v)), 1.0, share)
+
+
+def _design_of(
+    region: RegionLike | None, cut: CutLike, elsewhere: float, until: float, symmetric: str, exponent: float
+) -> _Design:
+    """What is asked for, checked."""
+    where, end = get_cut(cut), _within("end", until, 10.0, 90.0)
+    chosen = None if region is None else get_region(region)
+    mirrors = check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
+    if mirrors == "auto":
+        mirrors = "both" if chosen is None and where.is_straight else "none"
+    if mirrors != "none" and not where.is_straight:
+        raise ValueError(f"Invalid symmetry '{mirrors}' for the cut '{where.name}'. Where it is bent there is none.")
+    if end < 90.0 and where.frame is not None and chosen is None:
+        raise ValueError(
+            f"Invalid end '{until}' for the cut '{where.name}'. A map that ends needs a meridian or a region."
+        )
+    everything = get_region("globe") if end == 90.0 else Box(-180.0, -end, 180.0, end)
+    return _Design(
+        region=chosen,
+        area=everything if chosen is None else chosen,
+        cut=where,
+        elsewhere=_within("weight elsewhere", elsewhere, _LEAST_ELSEWHERE, 1.0),
+        until=end,
+        across=mirrors in ("meridian", "both"),
+        along=mirrors in ("equator", "both"),
+        energy=Energy(exponent=_within("exponent", exponent, 0.0, 1.0)),
+    )
+
+
+def _within(thing: str, value: float, low: float, high: float) -> float:
+    number = check_number(thing, value)
+    if not low <= number <= high:
+        raise ValueError(f"Invalid {thing} '{value}'. It must be within {low:g} and {high:g}.")
+    return number
+
+
+def _counted(points: PointSet, sheet: Sheet) -> FloatArray:
+    """The points' weights, which sum to 1, each at the node of the sheet that is next to it in its cell."""
+    u, v = sheet.cut.unrolled(points.lon, points.lat)
+    shown = np.abs(v) <= sheet.v.breaks[-1]
+    (column, i), (row, j) = _nearest(sheet.u.breaks, u[shown]), _nearest(sheet.v.breaks, v[shown])
+    counted = np.zeros((len(sheet.v.breaks) - 1, len(sheet.u.breaks) - 1, _POINTS, _POINTS))
+    np.add.at(counted, (row, column, j, i), points.weight[shown])
+    if not counted.any():
+        raise ValueError(f"Invalid region '{points.name}'. Nothing of it is on the map.")
+    return counted / counted.sum()
+
+
+def _nearest(breaks: FloatArray, t: FloatArray) -> tuple[IntArray, IntArray]:
+    """The span in which each of t lies, and the nearest of its Gauss points."""
+    span = np.clip(np.searchsorted(breaks, t, side="right") - 1, 0, len(breaks) - 2)
+    nodes = np.polynomial.legendre.leggauss(_POINTS)[0]
+    share = 2.0 * (t - breaks[span]) / (breaks[span + 1] - breaks[span]) - 1.0
+    return span, np.searchsorted(0.5 * (nodes[1:] + nodes[:-1]), share)
+
+
+# ---- how it is found ------------------------------------------------------------------------
+
+
+def _refined(design: _Design, finest: int) -> tuple[SplineMap, tuple[Refinement, ...]]:
+    """The best map on the finest mesh, in metres at the region's best scale; and all meshes on the way."""
+    best: SplineMap | None = None
+    found = []
+    for cells in _sizes(finest):
+        sheet = design.sheet(cells)
+        elements = sheet.elements(design.weights(sheet, design.elsewhere))
+        solution = minimise_elements(design.energy, elements, _start(sheet, design.energy, elements, best))
+        best = sheet.map(solution.unknowns)
+        found.append(_refinement(cells, elements, solution))
+    assert best is not None
+    inside = sheet.elements(design.weights(sheet, 0.0)).weights.ravel()
+    log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(solution.unknowns))))
+    return _placed(best, SPHERE.a * np.exp(-0.5 * log_area)), tuple(found)
+
+
+def _sizes(finest: int) -> list[int]:
+    """Meshes that double their cells, the finest last."""
+    sizes = [finest]
+    while sizes[0] % 4 == 0 and sizes[0] > _COARSEST:
+        sizes.insert(0, sizes[0] // 2)
+    return sizes
+
+
+def _start(sheet: Sheet, energy: Energy, elements: Elements, coarse: SplineMap | None) -> FloatArray:
+    """Unknowns of a map that does not fold at a node: the coarser mesh's best, if need be mixed with Hammer's."""
+    u, v = np.meshgrid(sheet.u.middles, sheet.v.middles)
+    usual = sheet.interpolated(*_hammer(u, v))
+    if coarse is None:
+        return usual
+    best = sheet.interpolated(*(z.reshape(u.shape) for z in coarse.on_sheet(u.ravel(), v.ravel())))
+    mixed = (share * best + (1.0 - share) * usual for share in _BLENDS)
+    return next(one for one in mixed if np.isfinite(elements.mean(energy, one)))
+
+
+def _hammer(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Hammer's map, whose poles are points."""
+    scale = np.sqrt(2.0 / (1.0 + np.cos(v) * np.cos(0.5 * u)))
+    return 2.0 * scale * np.cos(v) * np.sin(0.5 * u), scale * np.sin(v)
+
+
+def _refinement(cells: int, elements: Elements, solution: Solution) -> Refinement:
+    return Refinement(
+        cells=cells,
+        unknowns=elements.count,
+        energy=float(np.sqrt(solution.energy)),
+        airy_kavrayskiy=float(np.sqrt(elements.mean(Energy(), solution.unknowns))),
+        steps=solution.steps,
+    )
+
+
+def _placed(found: SplineMap, scale: float) -> SplineMap:
+    """The map at a scale, its middle at 0, 0; north is up there, or, without a frame, from pole to pole."""
+    middle = np.zeros(1)
+    if found.cut.frame is None:
+        return found.moved(scale, -scale * complex(*(z[0] for z in found.on_sheet(middle, middle))))
+    lon, lat = found.cut.rolled(middle, middle)
+    x, y = found(np.repeat(lon, 2), np.array([lat[0] - _NORTH, lat[0] + _NORTH]))
+    north = complex(x[1] - x[0], y[1] - y[0])
+    turn = scale * 1j * abs(north) / north
+    return found.moved(turn, -turn * complex(*(z[0] for z in found.on_sheet(middle, middle))))
+
+
+# ---- what is measured of it -----------------------------------------------------------------
+
+
+def _measured(
+    design: _Design, projection: Projection, refinements: tuple[Refinement, ...], others: list[Any]
+) -> WorldMap:
+    """The finished map beside others."""
+    own = summarize(projection, design.area, tolerance=_TOLERANCE)
+    return WorldMap(
+        projection=projection,
+        region=design.area,
+        cut=design.cut,
+        elsewhere=1.0 if design.region is None else design.elsewhere,
+        until=design.until,
+        symmetric=design.symmetric,
+        exponent=design.energy.exponent,
+        airy_kavrayskiy=own.airy_kavrayskiy_scaled,
+        error_estimate=own.error_estimate,
+        over_globe=_over_globe(projection, design, own.airy_kavrayskiy_scaled),
+        coverage=own.coverage,
+        mirrored=own.mirrored,
+        refinements=refinements,
+        standings=tuple(sorted((_standing(one, design) for one in others), key=lambda one: one.airy_kavrayskiy)),
+    )
+
+
+def _standing(given: ProjectionLike, design: _Design) -> Standing:
+    found = summarize(given, design.area, tolerance=_TOLERANCE)
+    figure = found.airy_kavrayskiy_scaled
+    over_globe = _over_globe(found.projection, design, figure)
+    return Standing(found.projection.name, figure, found.error_estimate, over_globe, found.coverage)
+
+
+def _over_globe(projection: Projection, design: _Design, over_area: float) -> float:
+    """The error over all of the Earth; NaN for maps that do not show it."""
+    if design.until < 90.0:
+        return float("nan")
+    if design.region is None:
+        return over_area
+    return summarize(projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled
