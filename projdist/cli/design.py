@@ -7,6 +7,7 @@ import functools
 from collections.abc import Callable, Iterator
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -225,6 +226,9 @@ def _notes(found: Design) -> Iterator[str]:
             f"Within {around.within_km:.3g} km of the region scales are {around.smallest_scale:.3g} to "
             f"{around.largest_scale:.3g}."
         )
-    yield f"There and back, points of the region miss themselves by at most {found.inverse_error:.0e} m."
+    if np.isfinite(found.inverse_error):
+        yield f"There and back, points of the region miss themselves by at most {found.inverse_error:.0e} m."
+    else:
+        yield "PROJ does not find the way back from all points of the region: this map has no inverse there."
     yield from found.notes
     yield "To take it elsewhere: --format wkt, wkt-derived, proj or projjson, or -o FILE.wkt."

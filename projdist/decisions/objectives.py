@@ -60,7 +60,7 @@ class Objective:
         """What is made small of a map times c: the root of the sum of squares, no root for a mean; or the largest."""
         if self.figure.version == "affine":
             J, c = np.linalg.inv(mdt(J[w > 0], w[w > 0]).T) @ J, 1.0
-        if self.figure.version == "scaled":
+        if self.figure.version == "scaled" and w.any():
             c = _log_middle(*_scales(J), w)
         if (smooth := _SMOOTH.get(self.figure.measure)) and self.figure.statistic == "rms":
             terms = smooth(*_scales(c * J))

@@ -53,7 +53,7 @@ class Design(Answer):
     what was gained with each degree. `limit` is the Airy-Kavrayskiy error that no map of the kind goes far below, None
     where none is known; `smallest` and `largest` are the extreme scales in any direction. `overlaps` is whether the
     image of the region covers itself (None of points), `inverse_error` by how many metres a point of the region may
-    miss itself, there and back.
+    miss itself, there and back, infinite where PROJ does not find back.
     """
 
     region: Place

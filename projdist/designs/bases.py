@@ -35,7 +35,9 @@ def best_base(kind: Kind, region: Place, wish: Wish, nodes: Nodes, symmetry: str
         except ProjectionError:
             continue
         J, _ = nodes.jacobian(projection)
-        if np.isfinite(J).all() and not _is_cut(projection, region) and crs_wkt(projection, name)[0] is not None:
+        if not np.isfinite(J).all() or not _keeps(kind, J):
+            continue
+        if not _is_cut(projection, region) and crs_wkt(projection, name)[0] is not None:
             found.append((figure(J, nodes.weight), projection))
     if not found:
         raise ProjectionError(f"Invalid region '{region.name}'. No {kind.name} map of PROJ's shows it whole.")
@@ -72,7 +74,12 @@ def given_base(given: ProjectionLike) -> Projection:
 
 def check_keeps(kind: Kind, base: Projection, J: FloatArray) -> None:
     """Raise ProjectionError for a base that is not of the kind: made maps have what all their steps have."""
-    lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
-    if lost is not None and float(np.max(np.abs(lost(J)))) > _KEPT:
+    if not _keeps(kind, J):
         own = "at scale 1" if kind.name == "equal-area" else "itself"
         raise ProjectionError(f"Invalid base '{base.label}' for {kind.name} maps. It must be {kind.name} {own}.")
+
+
+def _keeps(kind: Kind, J: FloatArray) -> bool:
+    """Whether Jacobians are of the kind; those of conics that are all but cylindrical are not, by rounding in PROJ."""
+    lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
+    return lost is None or float(np.max(np.abs(lost(J)))) <= _KEPT

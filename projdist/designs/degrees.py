@@ -21,6 +21,7 @@ SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
 
 _LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
 _PAYS = 0.01  # of the figure, that a degree gains
+_IDLE = 3  # degrees that do not pay: of two islands only the fifth may gain, and a lot
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Stage:
 
 
 def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[Stage]:
-    """Maps of ascending degrees until two in a row do not pay, or nodes do not tell more."""
+    """Maps of ascending degrees until three in a row do not pay, or nodes do not tell more."""
     idle, least = 0, np.inf
     shares: tuple[float, ...] = SHARES if share is None else (share,)
     for degree in kind.degrees:
@@ -48,7 +49,7 @@ def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[
             return
         yield stage
         idle = idle + 1 if stage.value > (1.0 - _PAYS) * least else 0
-        if idle == 2:
+        if idle == _IDLE:
             return
         least, wish = min(least, stage.value), stage.wish
         shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no less care
@@ -56,7 +57,7 @@ def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[
 
 def best_of(found: Sequence[Stage]) -> Stage:
     """The first after which no degree pays."""
-    least = found[-1]
+    least = min(found, key=lambda one: one.value)
     return next(one for one in found if one.value <= least.value * (1.0 + _PAYS) ** (least.degree - one.degree))
 
 

@@ -15,7 +15,7 @@ from projdist.designs.degrees import SHARES, Stage, best_of, stage_of, stages
 from projdist.designs.kinds import Kind, Wish, get_kind
 from projdist.designs.measuring import Measured, measured
 from projdist.designs.plane_maps import PlaneMap
-from projdist.designs.sites import SYMMETRIES, Site, mirrored, site_of
+from projdist.designs.sites import SYMMETRIES, Site, central_meridian, mirrored, site_of
 from projdist.designs.wishes import check_degree, check_extent, check_within, wish_of
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84, Ellipsoid, unit_vectors
 from projdist.field import Nodes, jacobian, nodes_at, nodes_of
@@ -29,7 +29,7 @@ from projdist.projections import (
     listed_projections,
 )
 from projdist.regions import Cap, Place, PointSet, RegionLike, get_region
-from projdist.support import check_choice, check_pair, check_text
+from projdist.support import check_choice, check_pair, check_text, quoted
 
 __all__ = ["design"]
 
@@ -69,7 +69,7 @@ def design(
     criterion : {"airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale"}
         What to make small; the largest scale errors are for conformal maps.
     degree : int or "auto"
-        Of the polynomials; "auto" goes on while a degree gains 1 %.
+        Of the polynomials; "auto" goes on until three in a row gain less than 1 %.
     base : ProjectionLike, optional
         The map to correct, by default the best member of the families of the kind. It has little influence.
     balance : float, default 0.5
@@ -84,7 +84,8 @@ def design(
         What the map is symmetric about: the base's central meridian, the equator.
     north : pair of float, optional
         Longitude and latitude in degrees of where north is up, and the origin; by default the middle of the
-        region, or the pole of a region about it, with Greenwich's meridian up and down.
+        region, on the meridian that it is symmetric about, or the pole of a region about it, with Greenwich's meridian
+        up and down.
     datum : str, optional
         The geographic CRS that the map is based on, as EPSG:4258; by default WGS 84.
     against : ProjectionLike, or iterable of them
@@ -123,6 +124,7 @@ def design(
     1.0
     """
     wanted = get_kind(kind)
+    title = _printable(name)
     wish = wish_of(wanted, criterion, balance, norm)
     share = None if background == "auto" else check_within("background", background, 0.0, 0.5)
     check_choice("symmetry", symmetric, SYMMETRIES)
@@ -153,8 +155,8 @@ def design(
     from projdist.designs.overlaps import overlaps  # shapely is slow to load
 
     stage = best_of(tried)
-    finished = _turned(stage.plane_map, start, up or _middle(extent))
-    title = name or f"{area.name}, {_ADJECTIVES[wanted.name]}"
+    finished = _turned(stage.plane_map, start, up or _middle(extent, start, symmetric))
+    title = title or f"{area.name}, {_ADJECTIVES[wanted.name]}"
     crs = derived_crs(start, finished.steps, title, geodetic=datum)
     tell("measure")
     made = measured(crs.projection, area, wish)
@@ -191,6 +193,14 @@ _ADJECTIVES = {"any": "least-distorting map", "conformal": "conformal map", "equ
 _CUT = 0.9999999  # of the region: what a map that shows it whole covers
 
 
+def _printable(name: str | None) -> str:
+    """A name in one line; raises ValueError."""
+    text = "" if name is None else check_text("name", name).strip()
+    if text.isprintable():
+        return text
+    raise ValueError(f"Invalid name {quoted(name)}. It must be one line of text.")
+
+
 def _of_datum(datum: str, base: Projection | None) -> Ellipsoid:
     """The ellipsoid of a geographic CRS, which must be the base's; raises ValueError."""
     ellipsoid = geodetic_ellipsoid(datum)
@@ -219,8 +229,10 @@ def _around(extent: Extent, stage: Stage) -> Surroundings | None:
     return Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
 
 
-def _middle(extent: Extent) -> tuple[float, float]:
-    """The middle of a region; about a pole the pole, where north is along the meridian of Greenwich."""
+def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, float]:
+    """The middle of a region, on the axis of symmetry; about a pole the pole, Greenwich's meridian up and down."""
+    if symmetry in ("meridian", "both"):
+        return central_meridian(base), extent.lat
     if abs(extent.lat) + 0.5 * extent.radius > 90.0:
         return 0.0, math.copysign(90.0, extent.lat)
     return extent.lon, extent.lat
@@ -242,7 +254,8 @@ def _inverse_error(crs: DerivedCrs, site: Site) -> float:
     """By how many metres nodes of the region miss themselves, there and back."""
     lon, lat = site.lon[site.in_region], site.lat[site.in_region]
     back = crs.inverse(*crs.projection(lon, lat))
-    return float(np.max(geodesic_lengths(site.base.ellipsoid, lon, lat, *back)))
+    missed = geodesic_lengths(site.base.ellipsoid, lon, lat, *back)
+    return float(np.max(np.where(np.isfinite(missed), missed, np.inf)))
 
 
 def _rivals(

@@ -11,7 +11,7 @@ from projdist._typing import FloatArray
 from projdist.field import Nodes, nodes_at
 from projdist.projections import Projection, ProjectionError
 
-__all__ = ["SYMMETRIES", "Site", "mirrored", "site_of"]
+__all__ = ["SYMMETRIES", "Site", "central_meridian", "mirrored", "site_of"]
 
 SYMMETRIES = ("none", "meridian", "equator", "both")
 
@@ -94,28 +94,38 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
 
 def mirrored(site: Site, symmetry: str) -> Site:
     """A site and its mirror image, for which the best map is symmetric; raises ProjectionError for the base's."""
+    middle = central_meridian(site.base)
+    x, y = site.base(np.full(2, middle), np.array([site.lat[0], 0.0]))
+    axes = np.array([x[0], y[1]])
     for name, sign in (("meridian", np.array([-1.0, 1.0])), ("equator", np.array([1.0, -1.0]))):
         if symmetry in (name, "both"):
-            _check_symmetric(site.base, name, sign)
+            shift = np.where(sign < 0.0, 2.0 * axes, 0.0)
+            _check_symmetric(site.base, name, middle, sign, shift)
             site = replace(
                 site,
                 lon=np.tile(site.lon, 2),
                 lat=np.tile(site.lat, 2),
                 weight=np.tile(0.5 * site.weight, 2),
                 around=np.tile(0.5 * site.around, 2),
-                x=np.append(site.x, sign[0] * site.x),
-                y=np.append(site.y, sign[1] * site.y),
+                x=np.append(site.x, sign[0] * site.x + shift[0]),
+                y=np.append(site.y, sign[1] * site.y + shift[1]),
                 J=np.concatenate([site.J, sign[:, None] * site.J * sign]),
             )
     return site
 
 
-def _check_symmetric(base: Projection, name: str, sign: FloatArray) -> None:
-    """Raise ProjectionError for a base that is not its own mirror image."""
-    found = re.search(r"\+lon_0=(\S+)", base.definition)
-    middle = float(found[1]) if found else 0.0
+def central_meridian(base: Projection) -> float:
+    """The longitude of a PROJ string's middle, or of its UTM zone."""
+    found = re.search(r"\+(lon_0|zone)=(\S+)", base.definition)
+    if found is None:
+        return 0.0
+    return float(found[2]) if found[1] == "lon_0" else 6.0 * float(found[2]) - 183.0
+
+
+def _check_symmetric(base: Projection, name: str, middle: float, sign: FloatArray, shift: FloatArray) -> None:
+    """Raise ProjectionError for a base that is not its own mirror image, about its false origin."""
     lon, lat = np.array([3.0, 11.0, 7.0]), np.array([20.0, 35.0, 5.0])
     one = np.array(base(middle + lon, lat))
     other = np.array(base(middle + sign[0] * lon, sign[1] * lat))
-    if not np.allclose(one, sign[:, None] * other, rtol=0.0, atol=_SAME):
+    if not np.allclose(one, sign[:, None] * other + shift[:, None], rtol=0.0, atol=_SAME):
         raise ProjectionError(f"Invalid base '{base.label}' for a symmetric map. It is not symmetric about the {name}.")

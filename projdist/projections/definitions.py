@@ -68,6 +68,8 @@ def _geodetic(text: str) -> CRS:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. {hint}{ALLOWED}") from error
     if not crs.is_geographic or crs.ellipsoid is None:
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. It must have longitudes and latitudes.")
+    if greenwich_offset(crs):
+        raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. Its longitudes must be from Greenwich.")
     return crs.to_2d() if len(crs.axis_info) > 2 else crs
 
 

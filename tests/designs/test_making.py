@@ -11,8 +11,10 @@ import shapely
 
 import projdist
 from projdist import Projection, ProjectionError, design, summarize
+from projdist.designs.degrees import Stage, best_of
 from projdist.designs.kinds import get_kind
 from projdist.designs.measuring import measured
+from projdist.designs.plane_maps import ComplexPolynomial
 from projdist.designs.wishes import wish_of
 from projdist.earth import SPHERE, destination
 from projdist.field import nodes_of
@@ -147,6 +149,46 @@ def test_symmetric_maps() -> None:
     np.testing.assert_allclose(x, [[-1.0], [1.0]] * y, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("base", ["EPSG:3035", "EPSG:25832"])
+def test_symmetric_maps_of_bases_with_false_origins(base: str) -> None:
+    """About the base's own meridian, wherever its coordinates begin, which is straight up without a word."""
+    middle = {"EPSG:3035": 10.0, "EPSG:25832": 9.0}[base]
+    found = design("country:DE", degree=3, base=base, symmetric="meridian", against=(), background=0.0)
+    lon, lat = np.array([1.0, 2.0, 4.0]), np.array([48.0, 50.0, 54.0])
+    x, y = np.array(found.projection(middle + lon, lat)), np.array(found.projection(middle - lon, lat))
+    np.testing.assert_allclose(x, [[-1.0], [1.0]] * y, rtol=0, atol=1e-5)
+
+
+def test_far_islands_get_the_degrees_that_they_need() -> None:
+    """Two caps a quarter of the world apart have the error of one, r^2 / sqrt(192); degrees 3 and 4 gain nothing."""
+    alone = (500.0 / 6371.0) ** 2 / math.sqrt(192.0)
+    base = "+proj=eqc +lat_ts=2.25 +lon_0=45 +ellps=WGS84"
+    found = design("cap:0,0,500 + cap:90,0,500", base=base, background=0.0, against=())
+    assert found.airy_kavrayskiy == pytest.approx(alone, rel=0.02)
+
+
+def test_conics_that_are_all_but_cylinders_are_no_bases() -> None:
+    """About the equator the best cone is one of which PROJ's arithmetic leaves nothing conformal; another is taken."""
+    alone = (500.0 / 6371.0) ** 2 / math.sqrt(192.0)
+    found = design("cap:0,0,500 + cap:90,0,500", kind="conformal", background=0.0, against=())
+    assert found.airy_kavrayskiy == pytest.approx(math.sqrt(2.0) * alone, rel=0.02)
+
+
+def test_the_degree_is_the_first_after_which_none_pays() -> None:
+    """Where the last degree is worse than one before, as its surroundings need more, the best one is taken."""
+    values = (3.3, 3.0, 3.3)
+    around, kind = (1.0, 1.0, 0.0), get_kind("conformal")
+    plane_map = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0]))
+    wish = wish_of(kind, "airy_kavrayskiy", 0.5, None)
+    tried = [Stage(degree, value, 0.0, wish, plane_map, around) for degree, value in enumerate(values, 8)]
+    assert best_of(tried).degree == 9
+
+
+def test_a_wide_region_makes_no_warnings() -> None:
+    """Members of families that show nothing of it are passed over in silence."""
+    assert design("cap:0,0,9000", degree=2, against=()).airy_kavrayskiy < 0.16
+
+
 def test_balance() -> None:
     """More weight on areas keeps areas better, and angles worse; the ends are near the special kinds."""
     base = SPHERICAL.format("laea", 0, 0)
@@ -196,6 +238,12 @@ def test_points_with_weights() -> None:
         ("country:CH", {"background": 0.7}, "Invalid background '0.7'"),
         ("country:CH", {"symmetric": "left"}, "Invalid symmetry 'left'"),
         ("country:CH", {"datum": "EPSG:3035"}, "Invalid geographic CRS"),
+        (
+            "country:CH",
+            {"datum": "EPSG:4807"},
+            "Invalid geographic CRS 'EPSG:4807'. Its longitudes must be from Greenwich",
+        ),
+        ("country:CH", {"name": "two\nlines"}, "It must be one line of text"),
         ("globe", {}, "It reaches 180 degrees from its middle, and must reach at most 100"),
     ],
 )
