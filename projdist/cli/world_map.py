@@ -31,6 +31,7 @@ from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
 from projdist.cli.report import Column, Report, Table
 from projdist.designs import AGAINST, WORLD_SYMMETRIES, WorldMap, world_map
+from projdist.regions import PointSet
 
 _FORMS = (TABLE, JSON)
 _GOOD = 1e-4  # to which the errors over the globe are measured
@@ -139,7 +140,7 @@ def _draw(found: WorldMap, picture: PictureFile) -> None:
 
 def _report(found: WorldMap, pipeline: str | None, written: list[Path | None]) -> Report:
     return Report(
-        title=f"{found.projection.name} ({area_text(found.region.area_km2)})",
+        title=f"{found.projection.name} ({_size(found)})",
         lead=[*_lead(found)],
         tables=[_maps(found), _meshes(found)],
         notes=[
@@ -150,6 +151,11 @@ def _report(found: WorldMap, pipeline: str | None, written: list[Path | None]) -
         about=found.projection.name,
         written=written,
     )
+
+
+def _size(found: WorldMap) -> str:
+    region = found.region
+    return f"{region.lon.size:,} points" if isinstance(region, PointSet) else area_text(region.area_km2)
 
 
 def _lead(found: WorldMap) -> Iterator[str]:

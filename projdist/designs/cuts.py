@@ -7,7 +7,7 @@ longitude has a certain value, which may change with the frame's latitude.
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -109,7 +109,7 @@ def get_cut(given: CutLike) -> Cut:
     """The cut along a meridian, or from a point through others to the antipode of the first; raises ValueError."""
     if isinstance(given, Cut):
         return given
-    if np.ndim(given) == 0:
+    if isinstance(given, str) or not isinstance(given, Iterable):
         lon = check_number("cut", given)
         if not abs(lon) <= _WHOLE:
             raise ValueError(f"Invalid cut '{given}'. Its longitude must be within -360 and 360.")
@@ -120,7 +120,7 @@ def get_cut(given: CutLike) -> Cut:
 def _through(given: Any) -> Cut:
     """A cut from the first of two or more points (lon, lat) to its antipode."""
     try:
-        points = np.array(given, dtype=float)
+        points = np.array(list(given), dtype=float)
     except (TypeError, ValueError) as error:
         raise ValueError("Invalid cut. Its points must be pairs of a longitude and a latitude.") from error
     if points.ndim != 2 or points.shape[0] < 2 or points.shape[1] != 2:

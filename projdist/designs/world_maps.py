@@ -360,6 +360,11 @@ def _nearest(breaks: FloatArray, t: FloatArray) -> tuple[IntArray, IntArray]:
 
 def _refined(design: _Design, finest: int) -> tuple[SplineMap, tuple[Refinement, ...]]:
     """The best map on the finest mesh, in metres at the region's best scale; and all meshes on the way."""
+    if not design.weights(design.sheet(finest), 0.0).any():
+        raise ValueError(
+            f"Invalid region '{design.area.name}'. It is too small for a map of the world of {finest} cells, "
+            "or is not on it."
+        )
     best: SplineMap | None = None
     found = []
     for cells in _sizes(finest):

@@ -37,6 +37,15 @@ def test_json() -> None:
     assert json.loads(out) == found.to_dict() | {"pipeline": None}
 
 
+def test_points(tmp_path: Path) -> None:
+    """Weighted points are a region."""
+    path = tmp_path / "towns.csv"
+    path.write_text("lon,lat,people\n20,45,100\n21,46,300\n25,44,50\n")
+    code, out, _ = run(f"points:{path}", "--weight", "people", *QUICK)
+    assert code == 0
+    assert "(3 points)" in out
+
+
 def test_files(tmp_path: Path) -> None:
     """Triangles that PROJ runs, and a picture; nothing is overwritten unasked."""
     triangles, picture = tmp_path / "world.json", tmp_path / "world.png"

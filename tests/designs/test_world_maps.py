@@ -227,7 +227,9 @@ def test_answers(coarse: dict[str, WorldMap]) -> None:
         ({"symmetric": "pole"}, "Invalid symmetry 'pole'"),
         ({"symmetric": "both", "cut": BENT}, "Where it is bent there is none"),
         ({"until": 80.0, "cut": PACIFIC}, "Invalid end '80.0' for the cut"),
-        ({"region": "country:Nowhere"}, "Invalid"),
+        ({"region": "country:Nowhere"}, "Invalid country 'Nowhere'"),
+        ({"region": "cap:0,0,1"}, "It is too small for a map of the world of 64 cells"),
+        ({"region": "box:-180,80,180,90", "until": 70.0}, "or is not on it"),
     ],
 )
 def test_bad_input_is_told_in_a_line(options: dict, message: str) -> None:
