@@ -1,6 +1,6 @@
 """Draw the pictures of the gallery and of the README, and write gallery.md: `python docs/make_gallery.py [NAME...]`.
 
-Names of entries, or `readme`, draw only these pictures; gallery.md is always written whole.
+Names of entries, `readme` or `mean`, draw only these pictures; gallery.md is always written whole.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from PIL import Image
 
-from projdist import Summary, compare, correct, get_region, ldp, plots, recommend, summarize
+from projdist import Summary, compare, correct, get_region, ldp, mean_map, plots, recommend, summarize
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -347,6 +347,20 @@ def draw_ldp() -> None:
     write_png(plots.ldp_figure(found, size=(5.0, 5.2), dpi=DPI), IMAGES / "readme-ldp.png")
 
 
+def draw_mean() -> None:
+    """The picture of a mean of two maps beside their average."""
+    found = mean_map(["aitoff", f"+proj=eqc +lat_ts=50.46 {SPHERE}"])
+    figure = plots.heatmap_figure(
+        [found.projection, found.average],
+        region=found.region,
+        titles=["Mean of Aitoff's map and plate carrée", "Winkel tripel, their average"],
+        airy_kavrayskiy=[found.standing(kind).airy_kavrayskiy for kind in ("mean", "average")],
+        size=(8.0, 3.8),
+        dpi=DPI,
+    )
+    write_png(figure, IMAGES / "mean-map.png")
+
+
 def readme_figure(painter: Callable[[Axes, str], object]) -> Figure:
     """The maps of the README in rows that are all as wide as the figure, with room at the foot."""
     gap, title, foot, width = 0.15, 0.4, 0.75, 8.0
@@ -404,6 +418,8 @@ def main(names: list[str]) -> None:
         draw_regions()
         draw_recommendation()
         draw_ldp()
+    if not names or "mean" in names:
+        draw_mean()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")
 
 

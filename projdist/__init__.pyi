@@ -84,7 +84,7 @@ from .decisions import (
 )
 
 # Maps made to measure
-from .designs import Design, WorldMap, design, world_map
+from .designs import Design, MeanMap, PlaneMean, WorldMap, design, mean_map, mean_plane_map, world_map
 
 # The same mean elsewhere
 from .applications import mosaics, oldmaps, pointclouds
@@ -132,11 +132,13 @@ __all__ = [
     "IndexSummary",
     "IndexValue",
     "LocalCorrections",
+    "MeanMap",
     "Measure",
     "MeasureSummary",
     "Notice",
     "OldMap",
     "Optimum",
+    "PlaneMean",
     "PointSet",
     "Projection",
     "ProjectionError",
@@ -178,6 +180,8 @@ __all__ = [
     "ldp",
     "local_corrections",
     "mdt",
+    "mean_map",
+    "mean_plane_map",
     "mean_rotation",
     "mosaics",
     "old_map",

@@ -97,6 +97,21 @@ CALLS = {
     },
     "local_corrections": lambda: {"projection": "robin", "lon": 10, "lat": 50, "radius_km": 100},
     "mdt": lambda: {"A": np.eye(2)[None], "weights": None, "method": "auto"},
+    "mean_map": lambda: {
+        "projections": ["robin"],
+        "weights": None,
+        "region": CAP,
+        "degree": 1,
+        "name": None,
+    },
+    "mean_plane_map": lambda: {
+        "x": [0.0, 1.0, 0.0],
+        "y": [0.0, 0.0, 1.0],
+        "jacobians": np.tile(np.eye(2), (2, 3, 1, 1)),
+        "weights": None,
+        "area": None,
+        "degree": 1,
+    },
     "mean_rotation": lambda: {"A": np.eye(2)[None], "weights": None, "T": None, "method": "chordal"},
     "old_map": lambda: {"points": old_map().points, "model": "affine", "smoothing": None, "dots_per_inch": None},
     "optimize": lambda: {

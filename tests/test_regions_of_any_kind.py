@@ -72,6 +72,7 @@ ANSWERS: dict[str, Callable[[Any], Any]] = {
     "great_circle_bending": lambda region: projdist.great_circle_bending("robin", region, tolerance=0.5),
     "indices": lambda region: projdist.indices("robin", region, names="airy", **COARSE),
     "ldp": lambda region: projdist.ldp(region, height=500, families=["tmerc"]),
+    "mean_map": lambda region: projdist.mean_map(["robin"], region=region, degree=1),
     "optimize": lambda region: projdist.optimize("eqc", region, free=["lat_ts"]),
     "recommend": lambda region: projdist.recommend(region, limit=1, authorities=["IGNF"]),
     "sample": lambda region: projdist.sample("robin", region, **COARSE),

@@ -21,6 +21,7 @@ from projdist.cli.draw import heatmap_command, tissot_command
 from projdist.cli.factors import factors_command
 from projdist.cli.ldp import ldp_command
 from projdist.cli.lists import list_command
+from projdist.cli.mean_map import mean_map_command
 from projdist.cli.mosaic import mosaic_command
 from projdist.cli.oldmap import oldmap_command
 from projdist.cli.optimize import optimize_command
@@ -68,6 +69,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "recommend": recommend_command,
     "optimize": optimize_command,
     "design": design_command,
+    "mean-map": mean_map_command,
     "ldp": ldp_command,
     "world-map": world_map_command,
     "check": check_command,
@@ -80,7 +82,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
 }
 for _name, _function in _COMMANDS.items():
     # Of many projections or coordinates, `Command` itself tells what is an option that there is not.
-    lax = _name in ("compare", "factors", "tissot", "heatmap")
+    lax = _name in ("compare", "factors", "tissot", "heatmap", "mean-map")
     app.command(_name, cls=Command, context_settings={"ignore_unknown_options": lax})(_function)
 
 

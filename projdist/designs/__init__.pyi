@@ -1,6 +1,9 @@
 from .answers import Degree, Design, Rival, Surroundings
+from .averaging import mean_map
 from .kinds import KINDS
 from .making import design
+from .mean_answers import MeanMap, Nearness
+from .plane_means import PlaneMean, mean_plane_map
 from .sites import SYMMETRIES
 from .wishes import CRITERIA_OF_DESIGNS
 from .world_maps import AGAINST, WORLD_SYMMETRIES, Refinement, Standing, WorldMap, world_map
@@ -13,11 +16,16 @@ __all__ = [
     "WORLD_SYMMETRIES",
     "Degree",
     "Design",
+    "MeanMap",
+    "Nearness",
+    "PlaneMean",
     "Refinement",
     "Rival",
     "Standing",
     "Surroundings",
     "WorldMap",
     "design",
+    "mean_map",
+    "mean_plane_map",
     "world_map",
 ]

@@ -11,6 +11,7 @@ from projdist.matrices import Energy, Expansion
 
 _STEPS = 60
 _DONE = 1e-12  # of the energy: what a step would gain; after that step it is rounding, as Newton squares
+_NOTHING = 1e-28  # energy of the rounding of Jacobians
 _FREE = 1e-10  # of the largest curvature: turns and shifts cost nothing
 _HALVINGS = 40
 _SUFFICIENT = 1e-4  # of what the slope promises (Armijo)
@@ -47,7 +48,7 @@ def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, 
         else:  # rounding is all that is left
             return Minimum(C, value, step)
         C, value = trial, found
-        if gain <= _DONE * value:
+        if gain <= max(_DONE * value, _NOTHING):
             return Minimum(C, value, step + 1)
     return Minimum(C, value, _STEPS)
 

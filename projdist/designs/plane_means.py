@@ -1,0 +1,181 @@
+"""Means of maps from a plane to planes, of which nothing but Jacobians at points is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import FloatArray
+from projdist.designs.nearest_maps import Targets, common_turn
+from projdist.designs.plane_maps import Polynomials
+from projdist.designs.wishes import check_degree
+from projdist.matrices import check_weights
+from projdist.numerics import PlanePolynomials
+from projdist.support import Answer, check_numbers
+
+__all__ = ["PlaneMean", "check_counts", "mean_plane_map", "polynomial_mean"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class PlaneMean(Answer):
+    """The mean of maps of a plane, as polynomials of it.
+
+    `total` is the sum over the maps of weight times the mean squared Fisher distance at the points, `bound` what it
+    would be if the mean metric of each point were that of a map. Call it with coordinates x, y for the map's;
+    `jacobian` has its derivatives. `coefficients` (2, d + 1, d + 1) are those of u^i v^j, u = (x - x0) / size,
+    v = (y - y0) / size with the origin x0, y0. Its mean over the points is 0, 0, and it is turned as the maps are on
+    average.
+    """
+
+    degree: int
+    weights: tuple[float, ...]
+    total: float
+    bound: float
+    plane_map: Polynomials
+
+    def __call__(self, x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """The map's coordinates."""
+        return self.plane_map.at(*_flat(x, y))[:2]
+
+    def jacobian(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+        """Derivatives (n, 2, 2) by x and y."""
+        return self.plane_map.at(*_flat(x, y))[2]
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """Of u^i v^j."""
+        return self.plane_map.coefficients
+
+    def _line(self) -> str:
+        return f"mean of {len(self.weights)} maps, degree {self.degree}: total {self.total:.6g}, bound {self.bound:.6g}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields, and the polynomials' origin, size and coefficients."""
+        origin = self.plane_map.origin
+        return {
+            "degree": self.degree,
+            "weights": list(self.weights),
+            "total": self.total,
+            "bound": self.bound,
+            "origin": [origin.real, origin.imag],
+            "size": self.plane_map.size,
+            "coefficients": self.coefficients.tolist(),
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        return [{"map": "bound", "total": self.bound}, {"map": "mean", "total": self.total}]
+
+
+def mean_plane_map(
+    x: ArrayLike,
+    y: ArrayLike,
+    jacobians: ArrayLike,
+    *,
+    weights: ArrayLike | None = None,
+    area: ArrayLike | None = None,
+    degree: int = 8,
+) -> PlaneMean:
+    """The mean of maps of one plane domain, given by their Jacobians at points: the MDT's likeness for C^1 maps.
+
+    The map f of the least sum, over the maps i, of weight_i times the mean of Dist_F(J_f J_i^-1)^2 over the points, of
+    all polynomials f of a degree. It does for maps what `mdt` does for matrices: of linear maps it is the mean
+    distorting transformation of their transposed matrices, transposed. What differs is told in the documentation: the
+    mean metric need not be that of a map, and that there is one least sum only is not proven.
+
+    Parameters
+    ----------
+    x, y : array_like (n,)
+        Points of the domain, such as the nodes of a quadrature rule, in any unit.
+    jacobians : array_like (k, n, 2, 2)
+        Of k maps, by x and y: of homographies, of an old map, of a projection after another. All determinants must be
+        positive; mirrored maps are to be turned over first.
+    weights : array_like (k,), optional
+        What each map counts; 1 if not given.
+    area : array_like (n,), optional
+        What each point counts; equal if not given.
+    degree : int, default 8
+        Of the polynomials.
+
+    Returns
+    -------
+    PlaneMean
+
+    Raises
+    ------
+    ValueError
+        For other shapes, Jacobians that are not finite or turn over, and points that do not tell polynomials of the
+        degree apart.
+
+    References
+    ----------
+    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the mean of linear maps.
+    H. Karcher 1977, Communications on Pure and Applied Mathematics 30: the mean of points of a Riemannian manifold.
+
+    Examples
+    --------
+    The mean of a map that doubles x and one that doubles y enlarges both by the root of 2:
+
+    >>> import numpy as np
+    >>> x, y = np.random.default_rng(1).uniform(-1, 1, (2, 50))
+    >>> J = np.tile([[[[2.0, 0], [0, 1]]], [[[1.0, 0], [0, 2]]]], (1, 50, 1, 1))
+    >>> found = mean_plane_map(x, y, J, degree=2)
+    >>> np.round(found.jacobian([0], [0]), 6) + 0.0
+    array([[[1.414214, 0.      ],
+            [0.      , 1.414214]]])
+    """
+    x, y = (check_numbers("coordinates", values) for values in (x, y))
+    J = check_numbers("Jacobians", jacobians)
+    if x.ndim != 1 or x.shape != y.shape or J.ndim != 4 or J.shape[1:] != (x.size, 2, 2) or not J.size:
+        raise ValueError(
+            f"Invalid shapes {x.shape} and {y.shape} of coordinates and {J.shape} of Jacobians. They must be (n,), "
+            "(n,) and (k, n, 2, 2)."
+        )
+    if not (np.isfinite(J).all() and (np.linalg.det(J) > 0.0).all() and np.isfinite(x + y).all()):
+        raise ValueError("Invalid Jacobians or coordinates. All must be finite, and all determinants positive.")
+    weight = np.array(check_weights(area, x.shape))
+    counts = check_counts(weights, len(J))
+    targets = Targets(J, counts, weight)
+    plane_map = polynomial_mean(x, y, targets, check_degree(degree))
+    return PlaneMean(
+        degree=degree,
+        weights=tuple(counts.tolist()),
+        total=targets.total(plane_map.at(x, y)[2]),
+        bound=targets.total(targets.mean_metric()),
+        plane_map=plane_map,
+    )
+
+
+def check_counts(weights: Any, count: int) -> FloatArray:
+    """What each of some maps counts: 1, or given positive numbers."""
+    if weights is None:
+        return np.ones(count)
+    counts = check_numbers("weights", weights)
+    if counts.shape != (count,):
+        raise ValueError(f"Invalid shape {counts.shape} of weights. It must be ({count},), as many as maps.")
+    if not (np.isfinite(counts) & (counts > 0.0)).all():
+        raise ValueError("Invalid weights. They must be finite and positive.")
+    return counts
+
+
+def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int) -> Polynomials:
+    """The polynomials nearest to maps of a plane; raises ValueError where points do not tell them apart."""
+    w = targets.weight
+    origin = complex(w @ x, w @ y)
+    size = float(np.abs(x + 1j * y - origin)[w > 0.0].max(initial=0.0))
+    if not size > 0.0:
+        raise ValueError("All points are one.")
+    u, v = (x - origin.real) / size, (y - origin.imag) / size
+    basis = PlanePolynomials.over(u, v, w, degree)
+    plain = (targets.best_linear() @ np.stack([u, v]) * w) @ basis.values[:, 1:]
+    best = targets.nearest(basis.gradients[:, 1:] / size, size * plain)
+    found = Polynomials(origin, size, basis.powers(np.hstack([np.zeros((2, 1)), best.coefficients])))
+    turned = (found.at(x, y)[2] @ targets.inverses).reshape(-1, 2, 2)
+    turn = common_turn(turned, np.outer(targets.counts, w).ravel())
+    return found.moved(turn.conjugate(), 0j)
+
+
+def _flat(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    return np.asarray(x, dtype=float), np.asarray(y, dtype=float)

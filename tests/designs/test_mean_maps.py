@@ -1,0 +1,309 @@
+"""Means of maps against closed forms, theorems, prototypes of other code, and the laws of a mean."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pyproj
+import pytest
+from numpy.polynomial.legendre import leggauss
+
+import projdist
+from projdist import MeanMap, Projection, ProjectionError, mdt, mean_map, mean_plane_map, summarize
+from projdist.designs.made_functions import BoxPolynomials, box_gradients
+from projdist.designs.nearest_maps import Targets
+from projdist.field import nodes_of
+
+R = 6371008.7714
+SPHERE = f"+R={R}"
+EQC = f"+proj=eqc +lat_ts=50.46 {SPHERE}"
+POLE = f"+proj=stere +lat_0=90 {SPHERE}"
+BOX = "box:-10,40,10,60"
+EUROPE, UTM = f"+proj=laea +lat_0=52 +lon_0=10 {SPHERE}", f"+proj=tmerc +lon_0=9 +k_0=0.9996 {SPHERE}"
+LON, LAT = np.array([-9.0, 3.0, 7.0, 0.0]), np.array([41.0, 45.0, 58.0, 50.0])
+
+# Totals of the bound, the mean map and the average, and the scaled Airy-Kavrayskiy errors of the latter two, by a
+# program of its own, at other nodes; half of the last digit.
+PROTOTYPES = {
+    ("aitoff", EQC): (0.235617, 0.240088, 0.301619, 0.35411, 0.36695),
+    ("mercator", "mollweide"): (0.381201, 0.382028, 0.440810, 0.38476, 0.41562),
+    ("plate-carree", f"+proj=cea {SPHERE}"): (0.119384, 0.119385, 0.129955, None, None),
+}
+DIGIT, AK_DIGIT = 6e-7, 6e-6
+
+
+@pytest.fixture(scope="module")
+def winkel() -> MeanMap:
+    """The mean of the two maps whose average is Winkel's."""
+    return mean_map(["aitoff", EQC])
+
+
+def check_prototype(found: MeanMap, maps: tuple[str, str]) -> None:
+    bound, mean, average, ak_mean, ak_average = PROTOTYPES[maps]
+    assert abs(found.bound - bound) < DIGIT
+    assert abs(found.total - mean) < DIGIT
+    assert abs(found.standing("average").total - average) < DIGIT
+    assert ak_mean is None or abs(found.airy_kavrayskiy - ak_mean) < AK_DIGIT
+    assert ak_average is None or abs(found.standing("average").airy_kavrayskiy - ak_average) < AK_DIGIT
+
+
+def test_aitoff_and_plate_carree(winkel: MeanMap) -> None:
+    """Nearer to both than Winkel's average, and less distorted; the average is Winkel's map as PROJ has it."""
+    check_prototype(winkel, ("aitoff", EQC))
+    lon, lat = np.array([-170.0, -60.0, 20.0, 100.0]), np.array([-80.0, -10.0, 45.0, 70.0])
+    tripel = np.array(Projection.from_user_input(f"+proj=wintri +lat_1=50.46 {SPHERE}")(lon, lat))
+    np.testing.assert_allclose(winkel.average(lon, lat), tripel, rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("maps", [pytest.param(maps, marks=pytest.mark.slow) for maps in list(PROTOTYPES)[1:]])
+def test_other_means_of_the_world(maps: tuple[str, str]) -> None:
+    """To the digits of the prototypes."""
+    check_prototype(mean_map(maps), maps)
+
+
+def test_the_bound_in_closed_form() -> None:
+    """Plate carree and the cylindrical equal-area map: half of the mean of ln^2 cos, and y' = sqrt(cos)."""
+    found = mean_map([f"+proj=eqc {SPHERE}", f"+proj=cea {SPHERE}"], degree=7)
+    t, w = leggauss(200)
+    phi = np.radians(85.0 * t)
+    half = 0.5 * float(np.sum(w * np.cos(phi) * np.log(np.cos(phi)) ** 2) / np.sum(w * np.cos(phi)))
+    assert found.bound == pytest.approx(half, rel=1e-10)
+    assert found.bound < found.total < found.bound * 1.0001
+    t, w = leggauss(40)
+    truth = R * np.radians(60.0) * 0.5 * float(np.sum(w * np.sqrt(np.cos(np.radians(30.0 + 30.0 * t)))))
+    x, y = found.projection([0.0, 90.0], [60.0, 0.0])
+    np.testing.assert_allclose([x[0], y[1]], 0.0, atol=1e-3)
+    np.testing.assert_allclose([y[0], x[1]], [truth, R * np.pi / 2], rtol=2e-3)
+
+
+def test_symmetric_maps_have_a_symmetric_mean(winkel: MeanMap) -> None:
+    """About the equator and the central meridian, to a tenth of a millimetre."""
+    lon, lat = np.array([30.0, 100.0, 179.0]), np.array([10.0, 50.0, 84.0])
+    x, y = winkel.projection(lon, lat)
+    for sx, sy in ((1, -1), (-1, 1), (-1, -1)):
+        np.testing.assert_allclose(winkel.projection(sx * lon, sy * lat), (sx * x, sy * y), rtol=0, atol=1e-4)
+
+
+def test_what_travels(winkel: MeanMap) -> None:
+    """The map of the world is pickled, ends with its box, goes on over the antimeridian, and is told in JSON."""
+    again = pickle.loads(pickle.dumps(winkel.projection))
+    np.testing.assert_array_equal(again(LON, LAT), winkel.projection(LON, LAT))
+    assert np.isnan(winkel.projection(0.0, 86.0)).all()
+    np.testing.assert_allclose(winkel.projection(190.0, 40.0), winkel.projection(-170.0, 40.0), rtol=1e-12)
+    series = winkel.to_dict()["chebyshev"]
+    x = np.polynomial.chebyshev.chebval2d(20.0 / 180.0, 30.0 / 85.0, np.array(series["x"]))
+    assert x == pytest.approx(float(winkel.projection(20.0, 30.0)[0]), rel=1e-12)
+    assert winkel.crs is None
+
+
+@pytest.mark.parametrize(("weights", "cone"), [pytest.param(None, 0.5, marks=pytest.mark.slow), ([2, 1], 1 / 3)])
+def test_the_mean_of_a_cylinder_and_a_plane_is_a_cone(weights: list[float] | None, cone: float) -> None:
+    """Conformal maps have a conformal mean, whose scale is the geometric mean of theirs: no gap.
+
+    Mercator's map and the polar stereographic one have Lambert's cone in between, of the constant that the weights say.
+    """
+    found = mean_map(["mercator", POLE], region=BOX, weights=weights)
+    assert found.total == pytest.approx(found.bound, rel=1e-9)
+    omega = summarize(found.projection, BOX, measures=["omega"]).measures["omega"]
+    assert omega.max < 1e-3
+    sin = np.sin(np.radians(LAT))
+    mercator, stereographic = 1.0 / np.cos(np.radians(LAT)), 2.0 / (1.0 + sin)
+    truth = np.sqrt(mercator ** (2.0 * (1.0 - cone)) * stereographic ** (2.0 * cone))
+    s = projdist.factors(found.projection, LON, LAT).s
+    np.testing.assert_allclose(np.sqrt(s), truth, rtol=1e-5)
+
+
+def test_two_maps_are_twice_the_bound_from_each_other() -> None:
+    """The mean point of two lies in their middle: the sum of squares is half of their squared distance."""
+    found = mean_map([EUROPE, UTM], region=BOX, degree=4)
+    given = [one.total for one in found.standings if one.kind == "given"]
+    np.testing.assert_allclose(given, 2.0 * found.bound, rtol=1e-9)
+
+
+def coordinates(found: MeanMap) -> np.ndarray:
+    return np.array(found.projection(LON, LAT))
+
+
+def test_the_mean_of_one_map() -> None:
+    """Is the map, of copies, too, and has no total."""
+    truth = np.array(Projection.from_user_input(EUROPE)(LON, LAT))
+    for maps in ([EUROPE], [EUROPE] * 3):
+        found = mean_map(maps, region=BOX, degree=3)
+        np.testing.assert_allclose(coordinates(found), truth, rtol=0, atol=1e-4)
+        assert found.total < 1e-18
+
+
+def test_order_and_size_of_weights_do_not_matter() -> None:
+    """Nor does a map that is given twice in place of a weight of two; the totals follow the weights."""
+    maps = [EUROPE, UTM, f"+proj=merc {SPHERE}"]
+    one = mean_map(maps, region=BOX, degree=5, weights=[1, 2, 1])
+    shuffled = mean_map([maps[2], maps[0], maps[1]], region=BOX, degree=5, weights=[3, 3, 6])
+    twice = mean_map([*maps, maps[1]], region=BOX, degree=5)
+    assert shuffled.total == pytest.approx(3.0 * one.total, rel=1e-9)
+    assert twice.total == pytest.approx(one.total, rel=1e-9)
+    np.testing.assert_allclose(coordinates(twice), coordinates(one), rtol=0, atol=1e-2)
+    distances = [np.abs(np.subtract.outer(z, z)) for z in (x + 1j * y for x, y in map(coordinates, (one, shuffled)))]
+    np.testing.assert_allclose(distances[1], distances[0], rtol=0, atol=1e-2)
+
+
+def enlarged(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Turned by a radian, four times as large, and elsewhere."""
+    x, y = Projection.from_user_input(EUROPE)(lon, lat)
+    z = 4.0 * np.exp(1j) * (x + 1j * y) + 1e6
+    return z.real, z.imag
+
+
+def test_a_map_and_its_similar_image() -> None:
+    """Their mean is the map at the geometric mean of the scales, here 2, as the first is turned; a function will do."""
+    found = mean_map([EUROPE, enlarged], region=BOX, degree=3)
+    x, y = Projection.from_user_input(EUROPE)(LON, LAT)
+    z = coordinates(found)[0] + 1j * coordinates(found)[1]
+    np.testing.assert_allclose(np.diff(z), 2.0 * np.diff(x + 1j * y), rtol=1e-9)
+    assert found.total == pytest.approx(found.bound, rel=1e-9)
+    # Of similar maps each distance is the root of 2 times the logarithm of the scale.
+    assert found.total == pytest.approx(2.0 * 2.0 * np.log(2.0) ** 2, rel=1e-9)
+
+
+def test_crs_texts() -> None:
+    """What PROJ runs is the map, both ways, by the pipeline and both kinds of WKT."""
+    found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10.5,47.5", degree=4, name="Two")
+    assert found.crs is not None
+    lon, lat = np.array([6.5, 8.0, 10.0]), np.array([46.3, 47.1, 46.7])
+    truth = np.array(found.projection(lon, lat))
+    for text in (found.crs.pipeline, found.crs.wkt, found.crs.wkt_derived):
+        np.testing.assert_allclose(Projection.from_user_input(text)(lon, lat), truth, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found.crs.inverse(*truth), (lon, lat), rtol=0, atol=1e-10)
+    assert pyproj.CRS.from_wkt(found.crs.wkt).name == "Two"
+    assert found.bound <= found.total < found.standing("average").total
+    assert found.to_dict()["chebyshev"] is None
+
+
+X, Y = np.random.default_rng(5).uniform(-1.0, 1.0, (2, 400))
+
+
+def homography(H: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Jacobians (n, 2, 2) of a homography (3, 3) by the quotient rule."""
+    u, v, w = np.einsum("ij,jn->in", H, np.stack([x, y, np.ones_like(x)]))
+    rows = [[(H[i, j] * w - value * H[2, j]) / w**2 for j in (0, 1)] for i, value in enumerate((u, v))]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+HOMOGRAPHIES = [
+    np.array([[1.1, 0.1, 0.0], [-0.1, 0.9, 0.2], [0.1, 0.05, 1.0]]),
+    np.array([[0.8, 0.0, 0.1], [0.2, 1.2, 0.0], [-0.1, 0.1, 1.0]]),
+]
+
+
+def test_linear_maps_have_the_mdt_for_mean() -> None:
+    """T of `mdt` of the transposed matrices, up to a turn: J^T J is T T^T, and the gap is none."""
+    A = np.eye(2) + 0.3 * np.random.default_rng(2).uniform(-1, 1, (4, 2, 2))
+    found = mean_plane_map(X, Y, np.repeat(A[:, None], X.size, axis=1), weights=[1, 2, 3, 4], degree=3)
+    best = mdt(np.swapaxes(A, 1, 2), [1, 2, 3, 4])
+    J = found.jacobian(X, Y)
+    np.testing.assert_allclose(np.swapaxes(J, 1, 2) @ J, np.broadcast_to(best.T @ best.T.T, J.shape), atol=1e-9)
+    assert found.total == pytest.approx(10.0 * best.cost, rel=1e-12)
+    assert found.bound == pytest.approx(10.0 * best.cost, rel=1e-12)
+
+
+def test_the_domain_may_be_drawn_in_another_plane() -> None:
+    """Each f_i after one linear map has f after it for a mean: nothing of the domain matters but what points count."""
+    J = np.stack([homography(H, X, Y) for H in HOMOGRAPHIES])
+    one = mean_plane_map(X, Y, J, degree=4)
+    A = np.array([[2.0, 0.7], [-0.3, 0.5]])
+    x, y = A @ np.stack([X, Y])
+    other = mean_plane_map(x, y, J @ np.linalg.inv(A), degree=4)
+    assert other.total == pytest.approx(one.total, rel=1e-10)
+    np.testing.assert_allclose(other(x, y), one(X, Y), atol=1e-7)
+
+
+def test_a_similarity_after_all_maps() -> None:
+    """Is one after their mean; any other linear map is not, as distances of the plane are what is measured."""
+    J = np.stack([homography(H, X, Y) for H in HOMOGRAPHIES])
+    one = mean_plane_map(X, Y, J, degree=4)
+    S = 3.0 * np.array([[np.cos(1.0), -np.sin(1.0)], [np.sin(1.0), np.cos(1.0)]])
+    other = mean_plane_map(X, Y, S @ J, degree=4)
+    assert other.total == pytest.approx(one.total, rel=1e-10)
+    np.testing.assert_allclose(other(X, Y), S @ np.array(one(X, Y)), atol=1e-7)
+    assert abs(mean_plane_map(X, Y, np.array([[1.0, 0.5], [0.0, 1.0]]) @ J, degree=4).total / one.total - 1.0) > 1e-3
+
+
+def test_nothing_near_is_nearer() -> None:
+    """The total rises from the mean with any change of its coefficients, and falls with the degree to the bound."""
+    J = np.stack([homography(H, X, Y) for H in HOMOGRAPHIES])
+    totals = [mean_plane_map(X, Y, J, degree=degree).total for degree in (1, 2, 4, 6)]
+    best = mean_plane_map(X, Y, J, degree=4)
+    assert sorted(totals, reverse=True) == totals
+    assert totals[-1] > best.bound
+    targets = Targets(J, np.ones(2), np.full(X.size, 1.0 / X.size))
+    assert targets.total(best.jacobian(X, Y)) == pytest.approx(best.total, rel=1e-12)
+    rng = np.random.default_rng(4)
+    graded = np.add.outer(np.arange(5), np.arange(5)) <= 4
+    for _ in range(8):
+        change = 1e-4 * rng.normal(size=(2, 5, 5)) * graded
+        other = replace(best.plane_map, coefficients=best.coefficients + change)
+        assert targets.total(other.at(X, Y)[2]) > best.total
+
+
+def test_the_variance_inequality() -> None:
+    """What a map's total has more than the bound is its squared distance from the mean metric at least.
+
+    So it is wherever curvature is not positive (K.-T. Sturm 2003, Contemporary Mathematics 338, proposition 4.4).
+    """
+    J, w = np.stack([homography(H, X, Y) for H in HOMOGRAPHIES]), np.full(X.size, 1.0 / X.size)
+    counts = np.array([2.0, 1.0])
+    targets = Targets(J, counts, w)
+    middle = targets.mean_metric()
+    from_middle = Targets(middle[None], np.array([counts.sum()]), w)
+    bound = targets.total(middle)
+    for other in (*J, mean_plane_map(X, Y, J, weights=counts, degree=3).jacobian(X, Y)):
+        assert targets.total(other) - bound >= from_middle.total(other)
+
+
+def test_the_start_does_not_matter(winkel: MeanMap) -> None:
+    """From the average and from random maps to the same least sum: no other minimum is met."""
+    nodes = nodes_of(winkel.region, winkel.projection.ellipsoid, 800)
+    targets = Targets(np.stack([nodes.jacobian(one)[0] for one in winkel.maps]), np.ones(2), nodes.weight)
+    gradients = box_gradients(winkel.region.bounds, 5, nodes.lon, nodes.lat, nodes.ellipsoid)[:, 1:]
+    function = winkel.projection.function
+    assert isinstance(function, BoxPolynomials)
+    near = function.coefficients[:, :6, :6].reshape(2, -1)[:, 1:]
+    plain = np.zeros_like(near)
+    plain[0, 5], plain[1, 0] = 2e7, 9e6
+    away = 3e5 * np.random.default_rng(6).normal(size=near.shape) / (1.0 + np.arange(near.shape[1]))
+    found = [targets.nearest(gradients, start).energy for start in (near, plain, near + away)]
+    np.testing.assert_allclose(found, found[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: mean_map([]), "one map or more"),
+        (lambda: mean_map(["robin", "moll"], weights=[1]), "as many as maps"),
+        (lambda: mean_map(["robin", "moll"], weights=[1, -1]), "finite and positive"),
+        (lambda: mean_map(["robin", "moll"], region="globe"), "must be a box within 86 degrees"),
+        (lambda: mean_map(["robin", "moll"], degree=13), "at most 12"),
+        (lambda: mean_map(["robin", "moll"], region=BOX, degree=21), "from 1 to 20"),
+        (lambda: mean_plane_map(X, Y[1:], np.ones((1, 400, 2, 2))), "They must be"),
+        (lambda: mean_plane_map(X, Y, np.tile(np.diag([1.0, -1.0]), (1, 400, 1, 1))), "determinants positive"),
+        (lambda: mean_plane_map(X[:3], Y[:3], np.tile(np.eye(2), (1, 3, 1, 1)), degree=4), "do not tell"),
+    ],
+)
+def test_what_is_refused(call, words: str) -> None:
+    """In one line, with what is allowed."""
+    with pytest.raises(ValueError, match=words) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("maps", "words"),
+    [
+        (["robin", f"+proj=robin +lon_0=10 {SPHERE}"], "is cut within"),
+        (["robin", f"+proj=ortho {SPHERE}"], "does not show"),
+        (["robin", "+proj=robin +R=1737400"], "another body"),
+    ],
+)
+def test_maps_that_have_no_mean(maps: list[str], words: str) -> None:
+    """Cut ones, those that do not show the region, and those of another body."""
+    with pytest.raises(ProjectionError, match=words):
+        mean_map(maps)
