@@ -38,6 +38,7 @@ _HIGHEST = 86.0  # degrees of latitude: beyond, poles that are lines pull the me
 _WORLD = Box(-180.0, -85.0, 180.0, 85.0)
 _DEGREE, _WORLD_DEGREE, _FINEST_OF_WORLD = 8, 9, 12
 _TOLERANCE = 1e-8
+_ROUNDING = 1e-10  # of totals, by the rounding of differences
 _TORN = 1e-9  # of the region's area
 _EDGE = 1e-3  # degrees
 _LONGEST = 60  # characters of a label
@@ -143,7 +144,7 @@ def mean_map(
         average=average,
         standings=(_bound(fine), *standings),
         error=max(abs(one.total - coarse.total(made)) for one, (_, _, made) in zip(standings, measured, strict=True)),
-        notes=tuple(_notes(found, area, coarse)),
+        notes=tuple(_notes(found, area, coarse, standings)),
     )
 
 
@@ -336,10 +337,13 @@ def _standing(kind: str, name: str, projection: Projection, region: Place, groun
     )
 
 
-def _notes(found: _Found, region: Place, ground: _Ground) -> Iterator[str]:
+def _notes(found: _Found, region: Place, ground: _Ground, standings: list[Nearness]) -> Iterator[str]:
     """What is to be known of the map."""
     from projdist.designs.overlaps import overlaps  # shapely is slow to load
 
+    mean, *others = (one.total for one in standings)
+    if mean > min(others) + _ROUNDING:
+        yield "The average, or a given map, has a smaller sum: polynomials of this degree do not come near these maps."
     odd = ground.targets.not_elliptic(ground.jacobian(found.projection))
     if odd.any():
         share = 100.0 * float(ground.targets.weight[odd].sum())

@@ -133,6 +133,13 @@ def test_the_mean_of_one_map() -> None:
         assert found.total < 1e-18
 
 
+def test_polynomials_that_do_not_come_near() -> None:
+    """Robinson's table is no polynomial: that it is nearer to itself than its mean is, is said."""
+    found = mean_map(["robinson"], degree=3)
+    assert found.standing("average").total < 1e-12 < found.total
+    assert "polynomials of this degree do not come near" in found.notes[0]
+
+
 def test_order_and_size_of_weights_do_not_matter() -> None:
     """Nor does a map that is given twice in place of a weight of two; the totals follow the weights."""
     maps = [EUROPE, UTM, f"+proj=merc {SPHERE}"]
