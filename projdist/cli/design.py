@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from projdist import plots
-from projdist.cli.cells import area_text, certain, per_cent
+from projdist.cli.cells import area_text, certain, per_cent, rounded
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import JSON, TABLE
 from projdist.cli.options import (
@@ -31,6 +31,7 @@ from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
+from projdist.field import Extreme
 
 _FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
 _IN_PPM = 0.01  # Airy-Kavrayskiy errors of maps whose scales are told in parts per million
@@ -180,10 +181,12 @@ def _lead(found: Design) -> Iterator[str]:
         yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy)}"
     if found.limit is not None:
         yield f"limit {certain(found.limit)}: about what the best of all {_kind_words(found)} has"
-    yield (
-        f"scales {found.smallest.value:.6f} (at {found.smallest.lon:.2f}, {found.smallest.lat:.2f}) to "
-        f"{found.largest.value:.6f} (at {found.largest.lon:.2f}, {found.largest.lat:.2f})"
-    )
+    yield f"scales {_extreme(found.smallest)} to {_extreme(found.largest)}"
+
+
+def _extreme(found: Extreme) -> str:
+    """A scale with the digits that its error allows, and its place."""
+    return f"{rounded(found.value, found.error)} (at {found.lon:.2f}, {found.lat:.2f})"
 
 
 def _kind_words(found: Design) -> str:

@@ -26,6 +26,7 @@ from projdist.projections import (
     derived_crs,
     geodesic_lengths,
     geodetic_ellipsoid,
+    geodetic_of,
     listed_projections,
 )
 from projdist.regions import Cap, Place, PointSet, RegionLike, get_region
@@ -87,7 +88,7 @@ def design(
         region, on the meridian that it is symmetric about, or the pole of a region about it, with Greenwich's meridian
         up and down.
     datum : str, optional
-        The geographic CRS that the map is based on, as EPSG:4258; by default WGS 84.
+        The geographic CRS that the map is based on, as EPSG:4258; by default that of the base, or WGS 84.
     against : ProjectionLike, or iterable of them
         Maps to compare with; "recommend" is the best existing CRS.
     name : str, optional
@@ -126,14 +127,16 @@ def design(
     wanted = get_kind(kind)
     title = _printable(name)
     wish = wish_of(wanted, criterion, balance, norm)
-    share = None if background == "auto" else check_within("background", background, 0.0, 0.5)
+    share = None if _is_auto(background) else check_within("background", background, 0.0, 0.5)
     check_choice("symmetry", symmetric, SYMMETRIES)
     up = None if north is None else check_pair("north", north)
     given = None if base is None else given_base(base)
     ellipsoid = given.ellipsoid if given else WGS84
     if datum is not None:
         ellipsoid = _of_datum(check_text("datum", datum), given)
-    chosen = None if degree == "auto" else check_degree(degree)
+    elif base is not None:
+        datum = geodetic_of(Projection.from_user_input(base))
+    chosen = None if _is_auto(degree) else check_degree(degree)
     tell = progress or (lambda _: None)
     area = get_region(region)
     extent = check_extent(area)
@@ -193,6 +196,10 @@ _ADJECTIVES = {"any": "least-distorting map", "conformal": "conformal map", "equ
 _CUT = 0.9999999  # of the region: what a map that shows it whole covers
 
 
+def _is_auto(value: Any) -> bool:
+    return isinstance(value, str) and value == "auto"
+
+
 def _printable(name: str | None) -> str:
     """A name in one line; raises ValueError."""
     text = "" if name is None else check_text("name", name).strip()
@@ -233,8 +240,9 @@ def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, flo
     """The middle of a region, on the axis of symmetry; about a pole the pole, Greenwich's meridian up and down."""
     if symmetry in ("meridian", "both"):
         return central_meridian(base), extent.lat
-    if abs(extent.lat) + 0.5 * extent.radius > 90.0:
-        return 0.0, math.copysign(90.0, extent.lat)
+    pole = math.copysign(90.0, extent.lat)
+    if abs(extent.lat) + 0.5 * extent.radius > 90.0 and np.isfinite(jacobian(base, [0.0], [pole])).all():
+        return 0.0, pole
     return extent.lon, extent.lat
 
 

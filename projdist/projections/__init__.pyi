@@ -14,7 +14,7 @@ from .database import (
     reasons_against,
     to_pyproj,
 )
-from .definitions import crs_wkt, geodetic_ellipsoid, unprojected
+from .definitions import crs_wkt, geodetic_ellipsoid, geodetic_of, unprojected
 from .derived import DerivedCrs, derived_crs
 from .errors import GridError, ProjectionError
 from .exports import parameters_of, pipeline_of, wkt_of
@@ -82,6 +82,7 @@ __all__ = [
     "geodesic_points",
     "geodesics",
     "geodetic_ellipsoid",
+    "geodetic_of",
     "geographic",
     "graticule_of",
     "is_frame",

@@ -8,12 +8,12 @@ from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid
-from projdist.projections.datums import geographic_base, greenwich_offset, units_per_degree
+from projdist.projections.datums import geographic_base, greenwich_offset, has_plain_axes, units_per_degree
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.exports import agree, base_crs, tried
 from projdist.projections.grids import check_grids
 from projdist.projections.hints import close_codes
-from projdist.projections.operations import transform
+from projdist.projections.operations import CrsOperation, transform
 from projdist.projections.projection import Projection
 from projdist.support import did_you_mean, shown
 
@@ -26,6 +26,19 @@ def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
     assert crs.ellipsoid is not None
     rf = crs.ellipsoid.inverse_flattening
     return Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0)
+
+
+def geodetic_of(projection: Projection) -> str | None:
+    """WKT of the geographic CRS that a CRS is based on, None for what is no CRS, or counts otherwise than in degrees
+    east of Greenwich."""
+    if not isinstance(projection.function, CrsOperation):
+        return None
+    geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
+    if geodetic is None or not has_plain_axes(geodetic):
+        return None
+    if greenwich_offset(geodetic) or units_per_degree(geodetic) != 1.0:
+        return None
+    return str(geodetic.to_wkt())
 
 
 def crs_wkt(

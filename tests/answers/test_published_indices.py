@@ -189,13 +189,14 @@ def test_closed_forms_of_the_plate_carree():
 
 def test_closed_forms_of_the_equal_area_azimuthal():
     """I of Lambert's map is sqrt(2), its F 1; Q the cap with omega <= 40 degrees, areas being true."""
-    found = indices("+proj=laea +lat_0=90 +R=1", names=["I", "A", "flexion", "capek_nominal"])
+    found = indices("+proj=laea +lat_0=90 +R=1", names=["I", "A", "flexion", "capek", "capek_nominal"])
     assert found["I"].value == pytest.approx(math.sqrt(2), abs=MEAN)
     assert found["A"].value == pytest.approx(0, abs=1e-5)
     assert found["F"].value == pytest.approx(1, abs=1e-5)
     # tan(omega / 4 + 45 degrees) = sqrt(a / b) = sec(c / 2), and the cap's share is sin^2(c / 2).
     share = 1 - math.tan(math.radians(40 / 4 + 45)) ** -2
     assert found["capek_nominal"].value == pytest.approx(100 * share, abs=0.1)
+    assert found["Q"].value == pytest.approx(100 * share, abs=0.1)
 
 
 @pytest.mark.slow

@@ -131,6 +131,19 @@ def test_every_form_is_the_same_map() -> None:
     json.loads(found.crs.projjson)
 
 
+def test_the_datum_is_that_of_the_base() -> None:
+    """Else programs would take coordinates on CH1903+ for such on WGS 84; a PROJ string has none."""
+    swiss = design("country:CH", degree=2, base="EPSG:2056", against=())
+    assert pyproj.CRS.from_wkt(swiss.wkt).geodetic_crs.to_epsg() == 4150
+    assert "Unknown" in design("country:CH", degree=2, base="+proj=somerc +ellps=bessel", against=()).wkt
+
+
+def test_round_a_pole_that_the_base_does_not_show() -> None:
+    """The middle of the region is the origin then."""
+    found = design("box:-179,60,179,70", degree=3, base="+proj=eqc +lat_ts=65 +R=6371000", against=())
+    assert np.isfinite(found.value)
+
+
 def test_north_is_up_where_it_shall_be() -> None:
     """And the origin is there."""
     found = design("country:CH", degree=3, base="EPSG:3035", north=(7.44, 46.95), against=())

@@ -129,14 +129,17 @@ def _log(value: float) -> float:
 
 
 _MOST_OMEGA, _MOST_RATIO = 40.0, 1.5
+_KNOWN = 0.1  # of the smallest areal scale: a larger error is no knowledge
 _THINNED = 2
 
 
 def share_above_smallest(field: ScaledField, scale: float) -> Estimate:
     """Percentage of the area with omega <= 40 degrees and s <= 1.5 times the least s."""
     a, b, weights = field.dense
-    good = (omega(a, b) <= _MOST_OMEGA) & (a * b <= _MOST_RATIO * field.smallest_area.value)
-    return _share(good, weights)
+    least = field.smallest_area
+    # Where a map's rounding is all that is known of the place, as at an antipode, the points tell the least.
+    smallest = least.value if least.error <= _KNOWN * least.value else float(np.min(a * b))
+    return _share((omega(a, b) <= _MOST_OMEGA) & (a * b <= _MOST_RATIO * smallest), weights)
 
 
 def share_near_nominal(field: ScaledField, scale: float) -> Estimate:
