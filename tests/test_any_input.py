@@ -117,6 +117,7 @@ CALLS = {
         "weights": None,
         "region": CAP,
         "degree": 1,
+        "datum": None,
         "name": None,
     },
     "mean_plane_map": lambda: {

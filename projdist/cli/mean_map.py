@@ -42,6 +42,9 @@ def mean_map_command(
         str | None,
         typer.Option(metavar="NUMBER", help="Of the polynomials; 8 if not given, of maps of the world 9, at most 12."),
     ] = None,
+    datum: Annotated[
+        str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
+    ] = None,
     name: Annotated[str | None, typer.Option(metavar="TEXT", help="Of the map.")] = None,
     format: Annotated[str | None, file_format(_FORMS, ".json, .wkt or .txt")] = None,
     output: OutputOption = None,
@@ -65,6 +68,7 @@ def mean_map_command(
             weights=None if weights is None else _numbers(weights),
             region=area,
             degree=None if degree is None else int(degree),
+            datum=datum,
             name=name,
         )
     if drawn is not None:

@@ -24,6 +24,7 @@ from projdist.projections import (
     ProjectionError,
     ProjectionLike,
     derived_crs,
+    geodetic_ellipsoid,
     listed_projections,
     parameters_of,
 )
@@ -51,6 +52,7 @@ def mean_map(
     weights: ArrayLike | None = None,
     region: RegionLike | None = None,
     degree: int | None = None,
+    datum: str | None = None,
     name: str | None = None,
 ) -> MeanMap:
     """The mean of several maps: the one that is nearest to them, in the geometry of their distortion.
@@ -74,6 +76,9 @@ def mean_map(
     degree : int, optional
         Of the polynomials: of a region in the plane of that map which is nearest to all, 8 if not given; of the world
         in longitude and in latitude, 9 if not given, at most 12.
+    datum : str, optional
+        The geographic CRS that the map of a region is based on, as EPSG:4258, with the ellipsoid of the map that it
+        corrects; by default WGS 84, or none of another ellipsoid.
     name : str, optional
         That of the map.
 
@@ -118,6 +123,7 @@ def mean_map(
     order = _degree(degree, of_world=box is not None)
     title = check_text("name", name) if name is not None else _title(labels)
     _check_bodies(maps)
+    ground = None if datum is None else geodetic_ellipsoid(check_text("datum", datum))
     coarse = _Ground.of(area, maps, counts, _NODES)
     for one in maps:
         _check_whole(one, area)
@@ -128,7 +134,10 @@ def mean_map(
         if isinstance(error, ProjectionError):
             raise
         raise ValueError(f"Invalid degree {order} for region '{area.name}'. {error}") from error
-    found = found.turned_as(average, coarse, title)
+    if ground is not None and not (found.base is not None and found.base.ellipsoid.is_close(ground)):
+        base = "a map of the world" if found.base is None else f"base '{found.base.label}'"
+        raise ValueError(f"Invalid datum '{datum}' for {base}. It is for maps of regions, with the base's ellipsoid.")
+    found = found.turned_as(average, coarse, title, datum)
     fine = _Ground.of(area, maps, counts, _FINE)
     measured = [("mean", "", found.projection), ("average", "of coordinates", average)]
     measured += [("given", label, one) for label, one in zip(labels, maps, strict=True)]
@@ -258,7 +267,7 @@ class _Found(NamedTuple):
     base: Projection | None = None
     crs: DerivedCrs | None = None
 
-    def turned_as(self, other: Projection, ground: _Ground, title: str) -> _Found:
+    def turned_as(self, other: Projection, ground: _Ground, title: str, datum: str | None) -> _Found:
         """The same turned as another map, about which it lies."""
         turn = common_turn(
             ground.jacobian(other) @ np.linalg.inv(ground.jacobian(self.projection)), ground.targets.weight
@@ -269,7 +278,7 @@ class _Found(NamedTuple):
         base = self.function.base
         function = Corrected(base, self.function.plane_map.moved(turn, shift))
         try:
-            crs = derived_crs(base, function.plane_map.steps, title)
+            crs = derived_crs(base, function.plane_map.steps, title, geodetic=datum)
         except ProjectionError:  # the base is no CRS: the map is a function
             return _Found.of_function(function, title, base)._replace(base=base)
         return _Found(function, crs.projection, base, crs)
@@ -309,7 +318,7 @@ def _of_region(ground: _Ground, maps: tuple[Projection, ...], degree: int, title
     within = Targets((targets.J @ np.linalg.inv(J))[:, counted], targets.counts, targets.weight[counted])
     plane_map = polynomial_mean(x[counted], y[counted], within, degree)
     function = Corrected(base, plane_map)
-    return _Found(function, Projection.from_function(function, name=title, ellipsoid=base.ellipsoid))
+    return _Found.of_function(function, title, base)._replace(base=base)
 
 
 def _bound(ground: _Ground) -> Nearness:

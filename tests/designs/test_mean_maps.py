@@ -173,14 +173,17 @@ def test_a_map_and_its_similar_image() -> None:
 
 def test_crs_texts() -> None:
     """What PROJ runs is the map, both ways, by the pipeline and both kinds of WKT."""
-    found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10.5,47.5", degree=4, name="Two")
+    found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10.5,47.5", degree=4, datum="EPSG:4258", name="Two")
     assert found.crs is not None
     lon, lat = np.array([6.5, 8.0, 10.0]), np.array([46.3, 47.1, 46.7])
     truth = np.array(found.projection(lon, lat))
     for text in (found.crs.pipeline, found.crs.wkt, found.crs.wkt_derived):
         np.testing.assert_allclose(Projection.from_user_input(text)(lon, lat), truth, rtol=0, atol=1e-8)
     np.testing.assert_allclose(found.crs.inverse(*truth), (lon, lat), rtol=0, atol=1e-10)
-    assert pyproj.CRS.from_wkt(found.crs.wkt).name == "Two"
+    crs = pyproj.CRS.from_wkt(found.crs.wkt)
+    assert crs.name == "Two"
+    assert crs.geodetic_crs is not None
+    assert crs.geodetic_crs.to_epsg() == 4258
     assert found.bound <= found.total < found.standing("average").total
     assert found.to_dict()["chebyshev"] is None
 
@@ -290,6 +293,8 @@ def test_the_start_does_not_matter(winkel: MeanMap) -> None:
         (lambda: mean_map(["robin", "moll"], region="globe"), "must be a box within 86 degrees"),
         (lambda: mean_map(["robin", "moll"], degree=13), "at most 12"),
         (lambda: mean_map(["robin", "moll"], region=BOX, degree=21), "from 1 to 20"),
+        (lambda: mean_map(["robin", "moll"], degree=2, datum="EPSG:4258"), "for maps of regions"),
+        (lambda: mean_map([EUROPE], region=BOX, degree=2, datum="EPSG:4258"), "with the base's ellipsoid"),
         (lambda: mean_plane_map(X, Y[1:], np.ones((1, 400, 2, 2))), "They must be"),
         (lambda: mean_plane_map(X, Y, np.tile(np.diag([1.0, -1.0]), (1, 400, 1, 1))), "determinants positive"),
         (lambda: mean_plane_map(X[:3], Y[:3], np.tile(np.eye(2), (1, 3, 1, 1)), degree=4), "do not tell"),
