@@ -55,7 +55,7 @@ HOMES = {
     },
     "shapely": {
         *("earth.rings", "earth.natural_earth", "regions", "decisions.checking.outlines", "designs.overlaps"),
-        *("surfaces.domain", "surfaces.land", "plots.basemap", "gis.layers", "gis.points"),
+        *("surfaces.domain", "surfaces.land", "plots.basemap", "gis.layers", "gis.points", "gis.conversion"),
     },
     "matplotlib": {"plots"},
     "PIL": {"applications.mosaics.images", "applications.mosaics.saving"},

@@ -15,6 +15,7 @@ from projdist import __version__
 from projdist.cli.check import check_command
 from projdist.cli.clouds import clouds_command
 from projdist.cli.compare import compare_command
+from projdist.cli.convert import convert_command
 from projdist.cli.correct import correct_command
 from projdist.cli.design import design_command
 from projdist.cli.draw import heatmap_command, tissot_command
@@ -73,6 +74,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "ldp": ldp_command,
     "world-map": world_map_command,
     "check": check_command,
+    "convert": convert_command,
     "correct": correct_command,
     "mosaic": mosaic_command,
     "clouds": clouds_command,

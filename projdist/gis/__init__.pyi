@@ -1,3 +1,4 @@
+from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
 from .grids import GRIDS
 from .layers import LAYER_SUFFIXES, indicatrices, save_layer
 from .libraries import check_libraries
@@ -7,12 +8,17 @@ from .sheets import georeference_of, save_geotiff
 from .weights import weighted
 
 __all__ = [
+    "CONVERTED_SUFFIXES",
     "GRIDS",
     "LAYER_SUFFIXES",
     "RASTER_SUFFIXES",
+    "RESAMPLINGS",
     "TABLE_SUFFIXES",
+    "Conversion",
     "Raster",
     "check_libraries",
+    "convert",
+    "convert_frame",
     "frame_of",
     "georeference_of",
     "indicatrices",

@@ -82,7 +82,7 @@ def save_layer(
             # That there is no CRS is meant.
             warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
             try:
-                _write(frame, new, {"driver": _DRIVERS[suffix]} | ({} if layer is None else {"layer": layer}))
+                write_layer(frame, new, {"driver": _DRIVERS[suffix]} | ({} if layer is None else {"layer": layer}))
             except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
                 raise OSError(one_line(error)) from error
         if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
@@ -90,7 +90,8 @@ def save_layer(
     return path
 
 
-def _write(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
+def write_layer(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
+    """Write a GeoDataFrame with the options of pyogrio, also in a CRS of which WKT 1 knows nothing."""
     import pyarrow as pa
     import pyogrio
 
@@ -99,7 +100,8 @@ def _write(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -
         return
     # write_dataframe insists on WKT 1, which knows nothing of Equal Earth.
     table = pa.table(frame.to_arrow(index=False, geometry_encoding="WKB"))
-    kind, wkt = frame.geom_type.iloc[0], frame.crs.to_wkt()
+    kinds, wkt = frame.geom_type.dropna().unique(), frame.crs.to_wkt()
+    kind = kinds[0] if len(kinds) == 1 else "Unknown"
     pyogrio.write_arrow(table, path, geometry_name=frame.geometry.name, geometry_type=kind, crs=wkt, **options)
 
 

@@ -62,7 +62,7 @@ def raster(
         raise ValueError(f"Invalid grid '{grid}'. It must be {' or '.join(GRIDS)}.")
     chosen = tuple(dict.fromkeys(_named(measure) for measure in measures))
     area = region_for(region, [projection])
-    plane, flavour, note = _held_plane(projection) if grid == "map" else (None, _FLAVOURS[0], "")
+    plane, flavour, note = _held_plane(projection) if grid == "map" else (None, FLAVOURS[0], "")
     if plane is not None:
         found = pixels(plane_extent(projection, plane, area), len(chosen), size, resolution)
         coordinates = OnPlane(projection, plane, min(found.width, found.height))
@@ -77,7 +77,7 @@ def raster(
                 flavour=flavour,
                 note=note,
             )
-        flavour, note = _FLAVOURS[0], f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
+        flavour, note = FLAVOURS[0], f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
     graticule, extent = graticule_grid(projection, area)
     found = pixels(extent, len(chosen), size, resolution)
     values = _values(projection, chosen, area, graticule, found)
@@ -123,27 +123,32 @@ def _values(
 # ---- GeoTIFF --------------------------------------------------------------------------------
 
 
-_FLAVOURS = ("STANDARD", "ESRI_PE")  # of GeoTIFF keys: the second holds more, Equal Earth for one, and fewer read it
-_BESIDE = ".aux.xml"  # where GDAL puts what a GeoTIFF cannot hold
+FLAVOURS = ("STANDARD", "ESRI_PE")  # of GeoTIFF keys: the second holds more, Equal Earth for one, and fewer read it
+BESIDE = ".aux.xml"  # where GDAL puts what a GeoTIFF cannot hold
 
 
 def _held_plane(projection: Projection) -> tuple[Plane | None, str, str]:
     """The CRS of a map, how a GeoTIFF can hold it, and a note; None where it cannot, or has no inverse."""
     plane = plane_of(projection)
     if plane is None:
-        return None, _FLAVOURS[0], f"{projection.name} has no CRS; {_INSTEAD}"
+        return None, FLAVOURS[0], f"{projection.name} has no CRS; {_INSTEAD}"
     if not plane.has_inverse:
-        return None, _FLAVOURS[0], f"{projection.name} has no inverse in PROJ; {_INSTEAD}"
-    for flavour in _FLAVOURS:
-        if _is_held(projection, plane, flavour, beside=False):
-            return plane, flavour, ""
-    if _is_held(projection, plane, _FLAVOURS[0], beside=True):
+        return None, FLAVOURS[0], f"{projection.name} has no inverse in PROJ; {_INSTEAD}"
+    flavour = flavour_of(projection, plane)
+    if flavour is not None:
+        return plane, flavour, ""
+    if _is_held(projection, plane, FLAVOURS[0], beside=True):
         return (
             plane,
-            _FLAVOURS[0],
-            f"A GeoTIFF has no room for the CRS of {projection.name}; it is in the {_BESIDE} file.",
+            FLAVOURS[0],
+            f"A GeoTIFF has no room for the CRS of {projection.name}; it is in the {BESIDE} file.",
         )
-    return None, _FLAVOURS[0], f"A GeoTIFF cannot hold the CRS of {projection.name}; {_INSTEAD}"
+    return None, FLAVOURS[0], f"A GeoTIFF cannot hold the CRS of {projection.name}; {_INSTEAD}"
+
+
+def flavour_of(projection: Projection, plane: Plane) -> str | None:
+    """How a GeoTIFF can hold the CRS of a map by itself; None where it cannot."""
+    return next((flavour for flavour in FLAVOURS if _is_held(projection, plane, flavour, beside=False)), None)
 
 
 def _is_held(projection: Projection, plane: Plane, flavour: str, beside: bool) -> bool:
@@ -178,7 +183,7 @@ def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool
     with needed_for(f"output '{path}'"):
         import rasterio
     with (
-        replacing(path, overwrite=overwrite, beside=_BESIDE) as new,
+        replacing(path, overwrite=overwrite, beside=BESIDE) as new,
         rasterio.open(
             new,
             "w",

@@ -28,8 +28,8 @@ _DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoi
 
 
 def is_proj_string(text: str) -> bool:
-    """Whether the text has a `proj=`."""
-    return re.search(r"(?:^|\s)\+?proj=", text) is not None
+    """Whether the text has a `proj=`, and is no WKT or PROJJSON, in which there may be one."""
+    return re.search(r"(?:^|\s)\+?proj=", text) is not None and not re.match(r"\s*(?:\w+\s*[\[(]|{)", text)
 
 
 def proj_string_of_parameters(parameters: Mapping[str, Any]) -> str:

@@ -1,0 +1,345 @@
+"""People's data in another CRS, also in one that was made to measure: layers by PROJ, rasters by GDAL's warp."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from projdist.gis.layers import save_layer, write_layer
+from projdist.gis.libraries import needed_for
+from projdist.gis.points import read_data
+from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of
+from projdist.projections import CRS, Projection, crs_of, plane_of, same_map
+from projdist.support import check_choice, check_number, one_line, refuse_existing, replacing, tell
+
+__all__ = ["CONVERTED_SUFFIXES", "RESAMPLINGS", "Conversion", "convert", "convert_frame"]
+
+RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
+"""How pixels get their values."""
+
+_DRIVERS = {".gpkg": "GPKG", ".fgb": "FlatGeobuf", ".shp": "ESRI Shapefile"}
+_PARTS = (".shx", ".dbf", ".prj", ".cpg")  # of a shapefile
+CONVERTED_SUFFIXES = (*_DRIVERS, ".geojson", ".parquet", *RASTER_SUFFIXES)
+"""Of the files that `convert` writes."""
+
+_CRS_SUFFIXES = (".wkt", ".prj", ".json")
+_METHOD = "PROJ-based operation method"  # of CRSs that WKT 1 knows nothing of
+_DEGREE_KM = 111.0  # along a meridian; 110.6 at the equator, 111.7 at the poles
+_NAMED = 5  # features in a notice
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conversion:
+    """What was written: the data, the file with their CRS beside it or None, and what there is to know, or ""."""
+
+    path: Path
+    wkt: Path | None
+    note: str
+
+
+def convert(
+    data: str | os.PathLike[str],
+    to: Any,
+    output: str | os.PathLike[str],
+    *,
+    source: Any = None,
+    densify: float | None = None,
+    resampling: str = "nearest",
+    resolution: float | None = None,
+    overwrite: bool = True,
+) -> Conversion:
+    """Bring a file of points, lines, polygons or pixels into another CRS.
+
+    All formats but GeoParquet lose a CRS that `design` has made, as they know older WKT only. It is then written beside
+    the data, to a file `.wkt` that `source` takes; that of a GeoTIFF is in its `.aux.xml`, too.
+
+    Parameters
+    ----------
+    data : str or path
+        A GeoPackage, GeoJSON, FlatGeobuf, shapefile, GeoParquet or GeoTIFF; `#LAYER` behind it names a layer.
+    to : str, path or pyproj.CRS
+        The CRS: a code, WKT, a PROJ string, or a file with WKT such as `design` writes.
+    output : str or path
+        The new file: .gpkg, .geojson, .fgb, .shp, .parquet, .tif.
+    source : str, path or pyproj.CRS, optional
+        The CRS of the data, in place of what their file says.
+    densify : float, optional
+        Divides edges into pieces of at most so many kilometres, that they bend as the ground does; else vertices stay
+        what they are.
+    resampling : str
+        How pixels get their values, one of `RESAMPLINGS`.
+    resolution : float, optional
+        The side of a pixel in the unit of the CRS; by default about that of the data.
+    overwrite : bool
+        Whether a file that is there is replaced.
+
+    Returns
+    -------
+    Conversion
+        The files written, and a note where the CRS is not safe in its file.
+
+    Raises
+    ------
+    ValueError
+        For data that cannot be read or have no CRS, a CRS that there is none, and where PROJ has no way between them.
+    FileExistsError
+        For a file that is there and is not to be overwritten.
+    ImportError
+        Without the extra `gis`.
+
+    References
+    ----------
+    OGC 18-010r11, Well-known text representation of coordinate reference systems (WKT2).
+
+    Examples
+    --------
+    >>> import geopandas, tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> bern = geopandas.GeoDataFrame(geometry=geopandas.points_from_xy([7.43864], [46.95108]), crs="EPSG:4326")
+    >>> bern.to_file(folder / "bern.geojson")
+    >>> convert(folder / "bern.geojson", "EPSG:2056", folder / "bern.gpkg").note
+    ''
+    >>> geopandas.read_file(folder / "bern.gpkg").crs.name
+    'CH1903+ / LV95'
+    """
+    path, target = Path(output), _crs(to)
+    given = None if source is None else _crs(source)
+    if path.suffix.lower() not in CONVERTED_SUFFIXES:
+        raise ValueError(f"Invalid output '{path}'. Its suffix must be one of {', '.join(CONVERTED_SUFFIXES)}.")
+    beside = _beside(path, target, overwrite)
+    if path.suffix.lower() in RASTER_SUFFIXES:
+        if densify is not None:
+            raise ValueError(f"Invalid distance '{densify}' for '{path}'. Pixels have no edges to divide.")
+        lost, note = _warp(os.fspath(data), target, path, given, resampling, resolution, overwrite)
+    else:
+        lost, note = _convert_layer(os.fspath(data), target, path, given, densify, overwrite), ""
+    if not lost or beside is None:
+        return Conversion(path=path, wkt=None, note=" ".join(filter(None, (lost, note))))
+    with replacing(beside) as new:
+        new.write_text(target.to_wkt(pretty=True) + "\n", encoding="utf-8")
+    kept = f"It is in '{beside.name}': --from {beside.name} (source=) brings the data back."
+    return Conversion(path=path, wkt=beside, note=" ".join(filter(None, (lost, kept, note))))
+
+
+def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | None = None) -> Any:
+    """A GeoDataFrame in another CRS, with the options of `convert`; what cannot be drawn there has no geometry."""
+    import shapely
+
+    target = _crs(to)
+    if source is not None:
+        frame = frame.set_crs(_crs(source), allow_override=True)
+    if frame.crs is None:
+        raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
+    if densify is not None:
+        frame = frame.set_geometry(shapely.segmentize(frame.geometry.array, _length(frame.crs, densify)))
+        frame = frame.set_crs(frame.crs)
+    try:
+        moved = frame.to_crs(target)
+    except RuntimeError as error:  # PROJ's
+        raise ValueError(_NO_WAY.format(frame.crs.name, target.name)) from error
+    points, owner = shapely.get_coordinates(moved.geometry.array, return_index=True)
+    lost = np.unique(owner[~np.isfinite(points).all(axis=1)])
+    if lost.size:
+        if lost.size == np.unique(owner).size:
+            raise ValueError(_NO_WAY.format(frame.crs.name, target.name))
+        shown = ", ".join(str(k + 1) for k in lost[:_NAMED]) + (", ..." if lost.size > _NAMED else "")
+        tell(f"{lost.size} feature(s) cannot be drawn in {target.name}, and are left without a geometry: {shown}.")
+        shapes = np.asarray(moved.geometry.array).copy()
+        shapes[lost] = None
+        moved = moved.set_geometry(shapes).set_crs(target)
+    return moved
+
+
+_NO_WAY = "Invalid CRS '{}'. PROJ has no way from it to '{}' for these data; a lost CRS is named by --from (source=)."
+
+
+def _crs(given: Any) -> CRS:
+    """The CRS of what was given, a file included; raises ValueError."""
+    path = Path(given) if isinstance(given, str | os.PathLike) else None
+    if path is None or path.suffix.lower() not in _CRS_SUFFIXES or "[" in str(path):
+        return crs_of(given)
+    try:
+        return crs_of(path.read_text(encoding="utf-8-sig").strip())
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"Invalid CRS '{path}'. It cannot be read as text: {one_line(error)}.") from error
+
+
+def _length(crs: CRS, km: float) -> float:
+    """A distance in the unit of a CRS, of degrees along meridians."""
+    if not check_number("distance", km) > 0.0:
+        raise ValueError(f"Invalid distance '{km}'. It must be above 0, in kilometres.")
+    unit = crs.axis_info[0].unit_conversion_factor
+    return float(km / _DEGREE_KM * np.radians(1.0) / unit if crs.is_geographic else 1000.0 * km / unit)
+
+
+def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
+    """The file for a CRS that is not safe in that of the data; raises FileExistsError for one with another CRS."""
+    if _METHOD not in target.to_wkt() or path.suffix.lower() == ".parquet":
+        return None
+    beside = path.with_suffix(".wkt")
+    if not overwrite and beside.exists():
+        with contextlib.suppress(ValueError):
+            if _crs(beside) == target:
+                return beside
+        refuse_existing(beside)
+    return beside
+
+
+# ---- layers ---------------------------------------------------------------------------------
+
+
+def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densify: float | None, new: bool) -> str:
+    """Write a layer in another CRS; a word where the file has lost it."""
+    frame = convert_frame(read_data(data), target, source=source, densify=densify)
+    suffix = path.suffix.lower()
+    if suffix == ".geojson":
+        save_layer(frame, path, overwrite=new)
+    elif suffix == ".parquet":
+        with needed_for(f"output '{path}'"):
+            import pyarrow  # noqa: F401
+        with replacing(path, overwrite=new) as file:
+            frame.to_parquet(file)
+        return ""
+    else:
+        with _with_parts(path, new) as file:
+            write_layer(frame, file, {"driver": _DRIVERS[suffix]})
+    import geopandas
+
+    return "" if _is_same(target, geopandas.read_file(path, rows=0).crs) else f"'{path.name}' cannot hold this CRS."
+
+
+@contextlib.contextmanager
+def _with_parts(path: Path, overwrite: bool) -> Iterator[Path]:
+    """A file to write in the place of another; those of a shapefile come along."""
+    parts = [path.with_suffix(suffix) for suffix in _PARTS] if path.suffix.lower() == ".shp" else []
+    for part in [] if overwrite else parts:
+        refuse_existing(part)
+    with replacing(path, overwrite=overwrite) as new:
+        yield new
+        for part in parts:
+            written = new.with_suffix(part.suffix)
+            if written.exists():
+                with replacing(part) as other:
+                    shutil.copyfile(written, other)
+
+
+def _is_same(target: CRS, found: CRS | None) -> bool:
+    """Whether the CRS that was read back draws the same map."""
+    if found is None or (not target.is_projected and _METHOD not in target.to_wkt()):
+        return found is not None
+    return same_map(Projection.from_user_input(target), found.to_wkt()) is not None
+
+
+# ---- rasters --------------------------------------------------------------------------------
+
+
+def _warp(
+    data: str,
+    target: CRS,
+    path: Path,
+    source: CRS | None,
+    resampling: str,
+    resolution: float | None,
+    overwrite: bool,
+) -> tuple[str, str]:
+    """Write a raster in another CRS; a word where the file does not hold it, and another note."""
+    check_choice("resampling", resampling, RESAMPLINGS)
+    with needed_for(f"output '{path}'"):
+        import rasterio
+        import rasterio.warp
+        from rasterio._err import CPLE_BaseError
+        from rasterio.errors import CRSError, RasterioError, RasterioIOError
+    try:
+        # In WKT 1, which is what GDAL passes on otherwise, a method of PROJ's is lost.
+        with (
+            warnings.catch_warnings(action="ignore", category=PendingDeprecationWarning),  # between affine and rasterio
+            rasterio.Env(OSR_WKT_FORMAT="WKT2_2019"),
+            rasterio.open(data) as image,
+        ):
+            if source is None and image.crs is None:
+                raise ValueError(f"Invalid data '{data}'. They have no CRS; it must be given (--from, source=).")
+            given = image.crs if source is None else rasterio.CRS.from_wkt(source.to_wkt())
+            wanted = rasterio.CRS.from_wkt(target.to_wkt())
+            transform, width, height = rasterio.warp.calculate_default_transform(
+                given, wanted, image.width, image.height, *image.bounds, resolution=resolution
+            )
+            flavour = _flavour(target)
+            nodata = image.nodata
+            if nodata is None and np.issubdtype(np.dtype(image.dtypes[0]), np.floating):
+                nodata = np.nan
+            options = {
+                "driver": "GTiff",
+                "width": width,
+                "height": height,
+                "count": image.count,
+                "dtype": image.dtypes[0],
+                "nodata": nodata,
+                "transform": transform,
+                "compress": "deflate",
+                "BIGTIFF": "IF_SAFER",
+                "crs": wanted,
+                "GEOTIFF_KEYS_FLAVOR": flavour or FLAVOURS[0],
+            }
+            with replacing(path, overwrite=overwrite, beside=BESIDE) as new:
+                with rasterio.open(new, "w", **options) as written:
+                    _copy_words(image, written)
+                    for band in range(1, image.count + 1):
+                        rasterio.warp.reproject(
+                            rasterio.band(image, band),
+                            rasterio.band(written, band),
+                            src_crs=given,
+                            dst_crs=wanted,
+                            dst_nodata=nodata,
+                            resampling=rasterio.warp.Resampling[resampling],
+                        )
+                if flavour is None:
+                    _put_beside(new, target)
+    except RasterioIOError as error:
+        raise ValueError(f"Invalid data '{data}'. They cannot be read: {one_line(error)}.") from error
+    except (CRSError, RasterioError, CPLE_BaseError) as error:
+        name = "of the data" if source is None else source.name
+        raise ValueError(_NO_WAY.format(name, target.name)) from error
+    lost = "" if flavour is not None else f"'{path.name}' keeps this CRS in '{path.name}{BESIDE}' only."
+    return lost, "" if nodata is not None else "Pixels outside the data are 0."
+
+
+def _copy_words(image: Any, written: Any) -> None:
+    """What a raster says of itself and its bands."""
+    words = {key: value for key, value in image.tags().items() if key not in ("AREA_OR_POINT",)}
+    written.update_tags(**words)
+    written.descriptions, written.scales, written.offsets = image.descriptions, image.scales, image.offsets
+    for band, unit in enumerate(image.units, start=1):
+        if unit:
+            written.set_band_unit(band, unit)
+    if written.count == image.count and image.dtypes[0] == "uint8" and image.colorinterp[0].name == "palette":
+        written.write_colormap(1, image.colormap(1))
+
+
+def _flavour(target: CRS) -> str | None:
+    """How a GeoTIFF holds a CRS; None where it cannot."""
+    if not target.is_projected or target.to_authority(auth_name="EPSG") is not None:
+        return None if _METHOD in target.to_wkt() else FLAVOURS[0]
+    projection = Projection.from_user_input(target)
+    plane = plane_of(projection)
+    return None if plane is None else flavour_of(projection, plane)
+
+
+def _put_beside(path: Path, target: CRS) -> None:
+    """The CRS in the file beside an image in which GDAL looks first, the axes in the order of pixels."""
+    text = f'<PAMDataset>\n  <SRS dataAxisToSRSAxisMapping="1,2">{escape(target.to_wkt())}</SRS>\n</PAMDataset>\n'
+    file = path.with_name(path.name + BESIDE)
+    if not file.exists():
+        file.write_text(text, encoding="utf-8")
+        return
+    kept = file.read_text(encoding="utf-8")  # what else has no room in a GeoTIFF
+    if "<SRS" not in kept:
+        file.write_text(kept.replace("<PAMDataset>\n", text.removesuffix("</PAMDataset>\n"), 1), encoding="utf-8")

@@ -1,0 +1,71 @@
+"""The command `convert`."""
+
+from pathlib import Path
+
+import pytest
+import shapely
+from typer.testing import CliRunner
+
+from projdist import gis
+from projdist.cli import convert
+from projdist.cli.app import app
+
+geopandas = pytest.importorskip("geopandas")
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = CliRunner().invoke(app, list(words))
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def run_ok(*words: str) -> str:
+    code, out, err = run(*words)
+    assert (code, err) == (0, "")
+    return out
+
+
+def refused(*words: str) -> str:
+    code, out, err = run(*words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    return err.removeprefix("projdist: ").rstrip("\n")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a map made to measure and a point."""
+    monkeypatch.chdir(tmp_path)
+    run_ok("design", "country:CH", "--degree", "2", "--base", "EPSG:3035", "--against", "EPSG:2056", "-o", "map.wkt")
+    frame = geopandas.GeoDataFrame({"name": ["a"]}, geometry=geopandas.points_from_xy([8.0], [47.0]), crs="EPSG:4326")
+    frame.to_file(tmp_path / "data.geojson")
+    return tmp_path
+
+
+def test_there_and_back(folder: Path) -> None:
+    """The CRS that a file loses is beside it, which a line says; with that the data come back."""
+    code, out, err = run("convert", "data.geojson", "--to", "map.wkt", "-o", "new.shp")
+    assert (code, out) == (0, "Wrote: new.shp\nWrote: new.wkt\n")
+    assert err.startswith("projdist: Note: 'new.shp' cannot hold this CRS. It is in 'new.wkt': --from new.wkt ")
+    assert err.count("\n") == 1
+    assert run_ok("convert", "new.shp", "--from", "new.wkt", "--to", "EPSG:4326", "-o", "b.gpkg") == "Wrote: b.gpkg\n"
+    back = shapely.get_coordinates(geopandas.read_file("b.gpkg").geometry.array)
+    assert back.ravel() == pytest.approx([8.0, 47.0], abs=1e-8)
+
+
+def test_what_is_refused(folder: Path) -> None:
+    """One line each, and no file."""
+    words = ("convert", "data.geojson", "--to", "map.wkt")
+    assert refused("convert", "data.geojson", "-o", "x.gpkg") == "Invalid option '--to'. It must name a CRS."
+    assert refused(*words) == "Invalid option '--output'. It must name a file."
+    assert "Its suffix must be" in refused(*words, "-o", "x.kml")
+    assert "Invalid resampling 'lanczo'" in refused(*words, "-o", "x.tif", "--resampling", "lanczo")
+    assert "Invalid distance '-1'" in refused(*words, "-o", "x.gpkg", "--densify", "-1")
+    assert "Invalid CRS 'EPSG:0'" in refused("convert", "data.geojson", "--to", "EPSG:0", "-o", "x.gpkg")
+    assert not list(folder.glob("x.*"))
+
+
+def test_words() -> None:
+    """Those of the command, which loads nothing for its help, are the library's."""
+    assert convert._RESAMPLINGS == gis.RESAMPLINGS
+    assert set(convert._SUFFIXES) == set(gis.CONVERTED_SUFFIXES)

@@ -1,0 +1,224 @@
+"""Data brought into CRSs that were made to measure, and back, against the projection itself."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from projdist import Projection, design, gis
+from projdist.projections import crs_of, same_map
+
+geopandas = pytest.importorskip("geopandas")
+rasterio = pytest.importorskip("rasterio")
+
+LON, LAT = np.array([6.1, 7.44, 9.5, 8.2]), np.array([46.2, 46.95, 46.8, 47.6])
+METRES, DEGREES = 1e-8, 1e-8
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a map of Switzerland made to measure."""
+    path = tmp_path_factory.mktemp("made") / "map.wkt"
+    path.write_text(design("country:CH", degree=3, base="EPSG:3035", against=()).wkt)
+    return path
+
+
+@pytest.fixture
+def points(tmp_path: Path) -> Path:
+    """Some Swiss points in longitude and latitude."""
+    path = tmp_path / "points.geojson"
+    shapes = geopandas.points_from_xy(LON, LAT)
+    geopandas.GeoDataFrame({"name": ["a", "b", "c", "d"]}, geometry=shapes, crs="EPSG:4326").to_file(path)
+    return path
+
+
+def coordinates(path: Path) -> np.ndarray:
+    """Those of a file, in the order of the names."""
+    frame = geopandas.read_parquet(path) if path.suffix == ".parquet" else geopandas.read_file(path)
+    return shapely.get_coordinates(frame.sort_values("name").geometry.array)
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".fgb", ".shp", ".geojson", ".parquet"])
+def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
+    """They are where the projection has them, in files of all formats; what loses the CRS has it beside."""
+    new, back = tmp_path / f"new{suffix}", tmp_path / "back.gpkg"
+    found = gis.convert(points, made, new)
+    projection = Projection.from_user_input(str(made))
+    assert coordinates(new) == pytest.approx(np.column_stack(projection(LON, LAT)), abs=METRES)
+    assert found.path == new
+    if suffix == ".parquet":
+        assert (found.wkt, found.note) == (None, "")
+    else:
+        assert found.wkt == tmp_path / "new.wkt"
+        assert same_map(projection, found.wkt.read_text()) is not None
+        assert found.note.startswith(f"'new{suffix}' cannot hold this CRS. It is in 'new.wkt': --from new.wkt ")
+        with pytest.raises(ValueError, match="a lost CRS is named by --from"):
+            gis.convert(new, "EPSG:4326", back)
+    gis.convert(new, "EPSG:4326", back, source=found.wkt)
+    assert coordinates(back) == pytest.approx(np.column_stack([LON, LAT]), abs=DEGREES)
+
+
+def test_a_derived_crs(points: Path, tmp_path: Path) -> None:
+    """The other form of WKT, which names the base, of which WKT 1 has nothing."""
+    found = design("country:CH", degree=2, base="EPSG:3035", against=())
+    gis.convert(points, found.crs.wkt_derived, tmp_path / "new.gpkg")
+    assert coordinates(tmp_path / "new.gpkg") == pytest.approx(np.column_stack(found.projection(LON, LAT)), abs=METRES)
+
+
+def test_lines_are_divided_only_if_asked(made: Path, tmp_path: Path) -> None:
+    """Vertices stay what they are; with a distance there are more, on the same line, none farther apart."""
+    path, new = tmp_path / "line.gpkg", tmp_path / "new.gpkg"
+    line = shapely.linestrings([[6.0, 46.0], [10.0, 47.0]])
+    geopandas.GeoDataFrame({"name": ["a"]}, geometry=[line], crs="EPSG:4326").to_file(path)
+    gis.convert(path, made, new)
+    assert len(coordinates(new)) == 2
+    gis.convert(path, made, new, densify=10.0)
+    dense = coordinates(new)
+    steps = np.hypot(*np.diff(dense, axis=0).T)
+    assert 30 < len(dense) < 60
+    assert steps.max() < 10_000.0
+    share = np.linspace(0.0, 1.0, len(dense))
+    expected = Projection.from_user_input(str(made))(6.0 + 4.0 * share, 46.0 + share)
+    assert dense == pytest.approx(np.column_stack(expected), abs=1e-6)  # segments of a length, not shares, of the line
+
+
+@pytest.mark.parametrize("densify", [0.0, -1.0])
+def test_distances_that_are_none(densify: float, made: Path, points: Path, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="It must be above 0, in kilometres"):
+        gis.convert(points, made, tmp_path / "new.gpkg", densify=densify)
+
+
+def test_registered_crss_need_nothing_beside(points: Path, tmp_path: Path) -> None:
+    """LV95 of Bern's old observatory is 2600000, 1200000, to the metres of the datum shift."""
+    found = gis.convert(points, "EPSG:2056", tmp_path / "new.shp")
+    assert (found.wkt, found.note) == (None, "")
+    assert not list(tmp_path.glob("*.wkt"))
+    assert coordinates(found.path)[1] == pytest.approx([2600100.0, 1199880.0], abs=150.0)
+
+
+def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
+    """A point behind the horizon has no geometry, and is told; where there is no other the CRS is refused."""
+    path = tmp_path / "points.gpkg"
+    shapes = geopandas.points_from_xy([0.0, 170.0], [0.0, 0.0])
+    geopandas.GeoDataFrame({"name": ["a", "b"]}, geometry=shapes, crs="EPSG:4326").to_file(path)
+    text = "+proj=ortho +lat_0=0 +lon_0=0 +ellps=WGS84 +type=crs"
+    with pytest.warns(UserWarning, match=r"^1 feature\(s\) cannot be drawn .* geometry: 2\.$"):
+        gis.convert(path, text, tmp_path / "new.gpkg")
+    assert geopandas.read_file(tmp_path / "new.gpkg").geometry.isna().tolist() == [False, True]
+    with pytest.raises(ValueError, match="PROJ has no way"):
+        gis.convert(path, text.replace("lon_0=0", "lon_0=85") + " +lat_ts=0", tmp_path / "new.gpkg", source="EPSG:2056")
+
+
+def test_no_file_is_lost(made: Path, points: Path, tmp_path: Path) -> None:
+    """Neither the data, nor a file with another CRS beside it, nor a part of a shapefile."""
+    (tmp_path / "new.wkt").write_text(crs_of("EPSG:2056").to_wkt())
+    with pytest.raises(FileExistsError, match=r"new\.wkt"):
+        gis.convert(points, made, tmp_path / "new.gpkg", overwrite=False)
+    assert not (tmp_path / "new.gpkg").exists()
+    (tmp_path / "new.wkt").unlink()
+    gis.convert(points, made, tmp_path / "new.gpkg", overwrite=False)
+    with pytest.raises(FileExistsError, match=r"new\.gpkg"):
+        gis.convert(points, made, tmp_path / "new.gpkg", overwrite=False)
+    (tmp_path / "other.dbf").write_text("mine")
+    with pytest.raises(FileExistsError, match=r"other\.dbf"):
+        gis.convert(points, "EPSG:2056", tmp_path / "other.shp", overwrite=False)
+    assert (tmp_path / "other.dbf").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["new.gpkg", "new.wkt", "other.dbf", "points.geojson"]
+
+
+# ---- rasters --------------------------------------------------------------------------------
+
+WEST, NORTH, STEP = 5.8, 48.0, 0.02
+# GDAL's warp has its transformation to an eighth of a pixel of what it reads: 0.02 degrees of the meridian, then
+# 1000 m, which are 0.0133 degrees of the parallel of 47.6.
+METRES_OF_PIXELS = 0.125 * 2230.0
+DEGREES_OF_PIXELS = 0.125 * (0.02 + 0.0133)
+
+
+@pytest.fixture
+def degrees(tmp_path: Path) -> Path:
+    """A raster whose two bands are the longitude and the latitude of its pixels' centres."""
+    path = tmp_path / "degrees.tif"
+    lon, lat = np.meshgrid(WEST + STEP * (np.arange(250) + 0.5), NORTH - STEP * (np.arange(120) + 0.5))
+    transform = rasterio.Affine(STEP, 0, WEST, 0, -STEP, NORTH)
+    options = {"width": 250, "height": 120, "count": 2, "dtype": "float64", "crs": "EPSG:4326", "transform": transform}
+    with rasterio.open(path, "w", driver="GTiff", **options) as image:
+        image.write(np.stack([lon, lat]))
+        image.descriptions = ("lon", "lat")
+    return path
+
+
+def centres(image: Any, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The middles of pixels in the CRS."""
+    a, b, c, d, e, f = image.transform[:6]
+    return a * (columns + 0.5) + b * (rows + 0.5) + c, d * (columns + 0.5) + e * (rows + 0.5) + f
+
+
+def test_rasters_there_and_back(made: Path, degrees: Path, tmp_path: Path) -> None:
+    """Values of longitude and latitude are those of the projection's inverse, as good as GDAL's warp is."""
+    new = tmp_path / "new.tif"
+    found = gis.convert(degrees, made, new, resampling="bilinear", resolution=1000.0)
+    assert found.note.startswith("'new.tif' keeps this CRS in 'new.tif.aux.xml' only. It is in 'new.wkt'")
+    projection = Projection.from_user_input(str(made))
+    with rasterio.Env(OSR_WKT_FORMAT="WKT2_2019"), rasterio.open(new) as image:
+        assert image.descriptions == ("lon", "lat")
+        assert same_map(projection, image.crs.to_wkt(version="WKT2_2019")) is not None  # by the file beside
+        lon, lat = image.read()
+        rows, columns = np.nonzero(np.isfinite(lon))
+        # A pixel or more within: at the edges there are no neighbours to interpolate.
+        inner = (np.abs(lon - 8.3)[rows, columns] < 2.4) & (np.abs(lat - 46.8)[rows, columns] < 1.1)
+        rows, columns = rows[inner], columns[inner]
+        x, y = centres(image, rows, columns)
+    assert len(rows) > 10_000
+    assert np.stack(projection(lon[rows, columns], lat[rows, columns])) == pytest.approx(
+        np.stack([x, y]), abs=METRES_OF_PIXELS
+    )
+    assert (tmp_path / "new.tif.aux.xml").exists()
+    back = tmp_path / "back.tif"
+    assert gis.convert(new, "EPSG:4326", back, resampling="bilinear", resolution=0.01).note == ""
+    with rasterio.open(back) as image:
+        assert image.crs == "EPSG:4326"
+        lon, lat = image.read()
+        rows, columns = np.nonzero((np.abs(lon - 8.3) < 2.3) & (np.abs(lat - 46.8) < 1.0))
+        x, y = centres(image, rows, columns)
+    assert lon[rows, columns] == pytest.approx(x, abs=DEGREES_OF_PIXELS)
+    assert lat[rows, columns] == pytest.approx(y, abs=DEGREES_OF_PIXELS)
+
+
+def test_a_raster_in_a_registered_crs(degrees: Path, tmp_path: Path) -> None:
+    """There is one file, and pixels of the size asked for."""
+    found = gis.convert(degrees, "EPSG:2056", tmp_path / "new.tif", resolution=5000.0)
+    assert (found.wkt, found.note) == (None, "")
+    with rasterio.open(found.path) as image:
+        assert (image.crs.to_epsg(), image.res) == (2056, (5000.0, 5000.0))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["degrees.tif", "new.tif"]
+
+
+def test_rasters_have_no_edges(made: Path, degrees: Path, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="Pixels have no edges"):
+        gis.convert(degrees, made, tmp_path / "new.tif", densify=1.0)
+
+
+# ---- what is refused ------------------------------------------------------------------------
+
+
+def test_what_is_refused(made: Path, points: Path, tmp_path: Path) -> None:
+    """In one line each."""
+    new = tmp_path / "new.gpkg"
+    for words, complaint in (
+        ((points, "EPSG:1", new), "Invalid CRS 'EPSG:1'"),
+        ((points, tmp_path / "none.wkt", new), "It cannot be read as text"),
+        ((points, made, tmp_path / "new.xyz"), "Its suffix must be one of"),
+        ((tmp_path / "none.gpkg", made, new), "There is no file"),
+        ((tmp_path / "none.tif", made, tmp_path / "new.tif"), "They cannot be read"),
+    ):
+        with pytest.raises(ValueError, match=complaint) as caught:
+            gis.convert(*words)
+        assert "\n" not in str(caught.value)
+    lost = tmp_path / "lost.gpkg"
+    with pytest.warns(UserWarning, match="was not provided"):
+        geopandas.GeoDataFrame({"name": ["a"]}, geometry=geopandas.points_from_xy([1.0], [2.0])).to_file(lost)
+    with pytest.raises(ValueError, match="They have no CRS"):
+        gis.convert(lost, made, new)
