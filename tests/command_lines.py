@@ -30,6 +30,7 @@ LINES: dict[str, tuple[str, ...]] = {
         *("-o", "best.png", "--dpi", "30"),
     ),
     "optimize": ("optimize", "lcc", EUROPE, "--round", "0.5", "--against", "EPSG:3034"),
+    "design": ("design", FAROES, "--degree", "2", "--base", "EPSG:5316", "--against", "EPSG:25829"),
     "world_map": ("world-map", "--cells", "8", "--against", "robin", "--tinshift", "world.json"),
     "optimize_file": ("optimize", "lcc", EUROPE, "-o", "optimum.txt"),
     "mean_map": ("mean-map", "EPSG:25832", "EPSG:3035", "-r", FAROES, "--degree", "3"),

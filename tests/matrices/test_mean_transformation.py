@@ -273,7 +273,8 @@ def test_exact_means_in_any_position(n, condition):
     A = np.array([(G * mpmath.matrix(b)).tolist() for b in B], dtype=float)
     scales = mpmath.svd_r(G**-1 * mpmath.matrix(mdt(A, w).T), compute_uv=False)
     error = 2 * mpmath.sqrt(sum(mpmath.log(s) ** 2 for s in scales))
-    assert error < min(1e-10, 1e-14 + 2e-16 * condition**0.5)
+    rounding = 4e-15 * n  # of n singular values, each a sum of n products, in the order that a processor takes
+    assert error < min(1e-10, rounding + 2e-16 * condition**0.5)
 
 
 def test_far_apart_matrices():
