@@ -35,6 +35,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "optimize_file": ("optimize", "lcc", EUROPE, "-o", "optimum.txt"),
     "mean_map": ("mean-map", "EPSG:25832", "EPSG:3035", "-r", FAROES, "--degree", "3"),
     "ldp": ("ldp", "box:-104.2,38.9,-103.2,39.6", "--height", "1610", "--against", "EPSG:32613"),
+    "convert": ("convert", "parcels.geojson", "--to", "EPSG:3035", "-o", "moved.gpkg"),
     "check": ("check", "parcels.geojson", "--crs", "EPSG:25832", "--no-recommend"),
     "check_above": ("check", "parcels.geojson", "--crs", "EPSG:3857", "--no-recommend", "--fail-above", "1%"),
     "correct": ("correct", "mollweide", "-r", EUROPE),
