@@ -148,15 +148,7 @@ def design(
     check_whole(start, area)
     check_keeps(wanted, start, site.J[site.in_region])
     tell("fit")
-    try:
-        if chosen is None:
-            tried = list(stages(site, wanted, wish, share))
-        else:
-            tried = [stage_of(site, wanted, wish, chosen, SHARES if share is None else (share,))]
-    except ValueError as error:
-        raise ValueError(f"Invalid degree '{degree}' for region '{area.name}'. {error}") from error
-    from projdist.designs.overlaps import overlaps  # shapely is slow to load
-
+    tried = _tried(site, wanted, wish, chosen, share, area)
     stage = best_of(tried)
     finished = _turned(stage.plane_map, start, up or _middle(extent, start, symmetric))
     title = title or f"{area.name}, {_ADJECTIVES[wanted.name]}"
@@ -178,12 +170,10 @@ def design(
         value=made.value,
         error=made.error,
         airy_kavrayskiy=made.airy_kavrayskiy,
-        limit=least_error(area, wanted.purpose, ellipsoid, _LIMIT_DEGREE)
-        if criterion in LIMITED and wish.balance == 0.5
-        else None,
+        limit=_limit(area, wanted, wish, ellipsoid),
         smallest=made.smallest,
         largest=made.largest,
-        overlaps=overlaps(crs.projection, area),
+        overlaps=_overlaps(crs.projection, area),
         surroundings=_around(extent, stage),
         inverse_error=_inverse_error(crs, site),
         degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
@@ -214,6 +204,30 @@ def _of_datum(datum: str, base: Projection | None) -> Ellipsoid:
     if base is not None and not base.ellipsoid.is_close(ellipsoid):
         raise ValueError(f"Invalid datum '{datum}' for base '{base.label}'. They have different ellipsoids.")
     return ellipsoid
+
+
+def _tried(site: Site, kind: Kind, wish: Wish, degree: int | None, share: float | None, region: Place) -> list[Stage]:
+    """The maps of all degrees that are tried, or of the one that is asked for."""
+    try:
+        if degree is None:
+            return list(stages(site, kind, wish, share))
+        return [stage_of(site, kind, wish, degree, SHARES if share is None else (share,))]
+    except ValueError as error:
+        asked = "auto" if degree is None else degree
+        raise ValueError(f"Invalid degree '{asked}' for region '{region.name}'. {error}") from error
+
+
+def _limit(region: Place, kind: Kind, wish: Wish, ellipsoid: Ellipsoid) -> float | None:
+    """The least figure of a map of the kind, where one is known."""
+    if wish.figure.name not in LIMITED:
+        return None
+    return least_error(region, kind.purpose, ellipsoid, _LIMIT_DEGREE)
+
+
+def _overlaps(projection: Projection, region: Place) -> bool | None:
+    from projdist.designs.overlaps import overlaps  # shapely is slow to load
+
+    return overlaps(projection, region)
 
 
 def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:

@@ -289,8 +289,9 @@ def test_spheres_and_ellipsoids_measure_alike():
 
 @pytest.mark.slow
 def test_web_mercator_is_nearly_mercator():
-    """On the ellipsoid the figure differs by less than the flattening."""
-    assert distance_distortion("EPSG:3857").value == pytest.approx(distance_distortion("mercator").value, abs=1 / 298)
+    """On the ellipsoid the figure differs by less than the flattening, over the one's area of use."""
+    web, sphere = (distance_distortion(one, "crs:EPSG:3857").value for one in ("EPSG:3857", "mercator"))
+    assert web == pytest.approx(sphere, abs=1 / 298)
 
 
 def test_a_measure_of_ones_own():

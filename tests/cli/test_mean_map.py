@@ -37,6 +37,7 @@ def test_table() -> None:
         assert words in out
 
 
+@pytest.mark.slow
 def test_wkt_and_picture(tmp_path: Path) -> None:
     """A CRS in a file, and the mean beside the average."""
     code, _, err = run(*SWISS, "-o", str(tmp_path / "mean.wkt"), "--picture", str(tmp_path / "mean.png"), "--dpi", "40")

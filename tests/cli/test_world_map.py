@@ -46,6 +46,7 @@ def test_points(tmp_path: Path) -> None:
     assert "(3 points)" in out
 
 
+@pytest.mark.slow
 def test_files(tmp_path: Path) -> None:
     """Triangles that PROJ runs, and a picture; nothing is overwritten unasked."""
     triangles, picture = tmp_path / "world.json", tmp_path / "world.png"

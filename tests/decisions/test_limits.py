@@ -80,6 +80,7 @@ def test_countries(region: str, printed: float) -> None:
     assert limit(region) == pytest.approx(printed, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_what_has_no_limit() -> None:
     """The globe, a few points, other figures than the Airy-Kavrayskiy errors."""
     assert limit("globe") is None
@@ -96,6 +97,7 @@ def test_an_optimum_has_it() -> None:
     assert found.to_dict()["limit"] == found.limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("purpose", ["any", "conformal", "equal-area"])
 def test_recommended_maps_are_over_it(purpose: str) -> None:
     """The ratio of figure and limit; no map of Switzerland is below 1."""

@@ -96,6 +96,7 @@ def test_equal_area_maps_keep_areas() -> None:
     assert max(abs(s.max - 1.0), abs(s.min - 1.0)) < 1e-9
 
 
+@pytest.mark.slow
 def test_nested_degrees() -> None:
     """At the same nodes and with the same share of the surroundings a degree more is never worse."""
     found = design("country:DE", degree="auto", base="EPSG:3035", background=0.001, against=())
@@ -105,6 +106,7 @@ def test_nested_degrees() -> None:
     assert found.degree in [one.degree for one in found.degrees]
 
 
+@pytest.mark.slow
 def test_the_base_is_forgotten() -> None:
     """From two bases to the same map, but for what the degree cannot undo."""
     one, other = (
@@ -172,6 +174,7 @@ def test_symmetric_maps_of_bases_with_false_origins(base: str) -> None:
     np.testing.assert_allclose(x, [[-1.0], [1.0]] * y, rtol=0, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_far_islands_get_the_degrees_that_they_need() -> None:
     """Two caps a quarter of the world apart have the error of one, r^2 / sqrt(192); degrees 3 and 4 gain nothing."""
     alone = (500.0 / 6371.0) ** 2 / math.sqrt(192.0)
@@ -180,6 +183,7 @@ def test_far_islands_get_the_degrees_that_they_need() -> None:
     assert found.airy_kavrayskiy == pytest.approx(alone, rel=0.02)
 
 
+@pytest.mark.slow
 def test_conics_that_are_all_but_cylinders_are_no_bases() -> None:
     """About the equator the best cone is one of which PROJ's arithmetic leaves nothing conformal; another is taken."""
     alone = (500.0 / 6371.0) ** 2 / math.sqrt(192.0)
@@ -197,11 +201,13 @@ def test_the_degree_is_the_first_after_which_none_pays() -> None:
     assert best_of(tried).degree == 9
 
 
+@pytest.mark.slow
 def test_a_wide_region_makes_no_warnings() -> None:
     """Members of families that show nothing of it are passed over in silence."""
     assert design("cap:0,0,9000", degree=2, against=()).airy_kavrayskiy < 0.16
 
 
+@pytest.mark.slow
 def test_balance() -> None:
     """More weight on areas keeps areas better, and angles worse; the ends are near the special kinds."""
     base = SPHERICAL.format("laea", 0, 0)
@@ -216,6 +222,7 @@ def test_balance() -> None:
     assert areas[1] == pytest.approx(angles[1], rel=0.05)  # at the optimum both have the same share
 
 
+@pytest.mark.slow
 def test_norms() -> None:
     """A higher norm lowers the largest and raises the mean error."""
     found = [
@@ -293,6 +300,7 @@ def test_points_that_are_too_few() -> None:
         design(projdist.PointSet(np.array([7.0]), np.array([46.0]), np.ones(1), "one"), base="EPSG:3035", against=())
 
 
+@pytest.mark.slow
 def test_what_leaves_the_elliptic_range_is_told() -> None:
     """A wide cap to the edge of a hemisphere in a bad base, with the exponentiated energy."""
     wide = cap(99.0)

@@ -140,6 +140,7 @@ def test_polynomials_that_do_not_come_near() -> None:
     assert "polynomials of this degree do not come near" in found.notes[0]
 
 
+@pytest.mark.slow
 def test_order_and_size_of_weights_do_not_matter() -> None:
     """Nor does a map that is given twice in place of a weight of two; the totals follow the weights."""
     maps = [EUROPE, UTM, f"+proj=merc {SPHERE}"]

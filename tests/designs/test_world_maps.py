@@ -74,6 +74,7 @@ def test_symmetry_is_found_where_it_is_not_asked() -> None:
     assert np.allclose(free.projection(LON, LAT), tied.projection(LON, LAT), rtol=0, atol=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("symmetric", ["meridian", "equator"])
 def test_half_symmetries(symmetric: str) -> None:
     found = world_map("land", cells=8, symmetric=symmetric, against=[]).projection
@@ -111,6 +112,7 @@ def test_land(elsewhere: float) -> None:
     assert again.airy_kavrayskiy == pytest.approx(found.airy_kavrayskiy, abs=2e-4)
 
 
+@pytest.mark.slow
 def test_less_weight_elsewhere_serves_the_region_better() -> None:
     errors = [
         world_map("continent:Africa", elsewhere=w, cells=16, against=[]).airy_kavrayskiy for w in (1.0, 0.1, 0.01)

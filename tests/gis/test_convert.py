@@ -156,6 +156,7 @@ def centres(image: Any, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarr
     return a * (columns + 0.5) + b * (rows + 0.5) + c, d * (columns + 0.5) + e * (rows + 0.5) + f
 
 
+@pytest.mark.slow
 def test_rasters_there_and_back(made: Path, degrees: Path, tmp_path: Path) -> None:
     """Values of longitude and latitude are those of the projection's inverse, as good as GDAL's warp is."""
     new = tmp_path / "new.tif"

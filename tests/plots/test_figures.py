@@ -42,7 +42,7 @@ def test_heatmap_figure_has_titles_bar_and_label() -> None:
     assert (robin.get_title(), moll.get_title()) == ("Robinson", "Mollweide")
     texts = [text.get_text() for text in robin.texts]
     assert any("Airy–Kavrayskiy 0.4123" in text for text in texts)
-    assert bar.get_xlabel() == "Angular distortion omega (degrees)"
+    assert bar.get_xlabel() == f"Angular distortion omega (degrees), over {EUROPE}"
 
 
 @pytest.mark.slow
@@ -128,7 +128,7 @@ def test_radius_in_the_caption() -> None:
     """The caption tells the radius in metres or kilometres, whichever is read more easily."""
     for region, unit in (("cap:10,54,1", "m"), ("cap:10,54,500", "km")):
         figure = plots.tissot_figure(["laea"], region=region)
-        assert re.search(rf"a radius of [1-9][0-9.]* {unit}$", figure.texts[0].get_text())
+        assert re.search(rf"a radius of [1-9][0-9.]* {unit}, over {region}$", figure.texts[0].get_text())
 
 
 @pytest.mark.slow
