@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 import shapely
 
-from projdist.earth import SPHERE, WGS84
+from projdist.earth import GEOS_ARITHMETIC, SPHERE, WGS84
 from projdist.regions import cells_of, get_region, patches
 
 # The edges of GEOS's clips in pieces of so many degrees. Halved, the areas come nearer by a factor of four: to 1.5e-7.
 _PIECE = 0.003
 
 
+@GEOS_ARITHMETIC
 def clipped(region, cells, i):
     """The polygons' part of a cell by GEOS, in longitude and sine of latitude, where areas are those of the sphere."""
     west, east, *ends = cells.rectangle[i]
