@@ -54,7 +54,8 @@ HOMES = {
         *("surfaces.tissot_ellipses", "plots.oldmaps", "designs.elements", "designs.cuts"),
     },
     "shapely": {
-        *("earth.rings", "earth.natural_earth", "regions", "decisions.checking.outlines", "designs.overlaps"),
+        *("earth.rings", "earth.natural_earth", "earth.topojson", "regions"),
+        *("decisions.checking.outlines", "designs.overlaps"),
         *("surfaces.domain", "surfaces.land", "plots.basemap", "gis.layers", "gis.points", "gis.conversion"),
     },
     "matplotlib": {"plots"},

@@ -1,6 +1,6 @@
 from . import natural_earth
 from .ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
-from .natural_earth import RESOLUTIONS, coastlines, land
+from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, land
 from .rings import (
     GEOS_ARITHMETIC,
     chords,
@@ -20,7 +20,9 @@ __all__ = [
     "RESOLUTIONS",
     "SPHERE",
     "WGS84",
+    "Border",
     "Ellipsoid",
+    "borders",
     "chord_angle",
     "chords",
     "closed_round_pole",
@@ -29,6 +31,7 @@ __all__ = [
     "destination",
     "even_odd",
     "goes_round",
+    "lakes",
     "land",
     "merged",
     "natural_earth",

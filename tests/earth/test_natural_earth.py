@@ -1,10 +1,11 @@
-"""The shipped land: decoded, cut at the antimeridian, of the right area."""
+"""The shipped land, lakes and borders: decoded, cut at the antimeridian, of the right areas and lengths."""
 
 import numpy as np
+import pyproj
 import pytest
 import shapely
 
-from projdist.earth.natural_earth import RESOLUTIONS, coastlines, land
+from projdist.earth.natural_earth import RESOLUTIONS, borders, coastlines, lakes, land
 
 LAND_AREA = 148.94 / 510.07  # million km2, CIA World Factbook; without Natural Earth's ice shelves 1 % less
 
@@ -68,3 +69,92 @@ def test_unknown_resolution() -> None:
     """An unknown resolution is refused with the known ones."""
     with pytest.raises(ValueError, match=r"Invalid resolution '10m'. It must be one of 110m, 50m."):
         land("10m")
+
+
+# km2 and places in them, as encyclopaedias have them; Lakes Michigan and Huron are one at the Straits of Mackinac, and
+# with Lake Superior at 1 : 50 million, by the river between them.
+LAKES = {
+    "Superior, Huron and Michigan": (-88.0, 47.7, 82_103.0 + 59_590.0 + 57_800.0),
+    "Victoria": (33.0, -1.0, 68_870.0),
+    "Baikal": (108.0, 53.4, 31_722.0),
+    "Great Bear Lake": (-121.0, 66.0, 31_153.0),
+    "Ladoga": (31.5, 61.0, 17_700.0),
+    "Ontario": (-78.0, 43.6, 18_960.0),
+    "Taupo": (175.9, -38.8, 616.0),
+}
+
+
+def area_km2(area: shapely.Geometry) -> float:
+    """On WGS84, by GeographicLib."""
+    return abs(float(pyproj.Geod(ellps="WGS84").geometry_area_perimeter(area)[0])) / 1e6
+
+
+@pytest.mark.parametrize("name", LAKES)
+def test_areas_of_lakes(name: str) -> None:
+    """To 3 %, as the data is smoothed."""
+    lon, lat, known = LAKES[name]
+    (lake,) = (lake for lake in lakes("50m").geoms if shapely.contains_xy(lake, lon, lat))
+    assert area_km2(lake) == pytest.approx(known, rel=0.03)
+
+
+@pytest.mark.parametrize("resolution", RESOLUTIONS)
+@pytest.mark.parametrize(("lon", "lat", "known"), [(29.4, -6.0, 32_900.0), (74.9, 46.6, 16_400.0)])
+def test_large_lakes_that_the_finer_data_lacks(lon: float, lat: float, known: float, resolution: str) -> None:
+    """Tanganyika and Balkhash are there at every scale, as coarse as at 1 : 110 million."""
+    (lake,) = (lake for lake in lakes(resolution).geoms if shapely.contains_xy(lake, lon, lat))
+    assert area_km2(lake) == pytest.approx(known, rel=0.35)
+
+
+@pytest.mark.parametrize("resolution", RESOLUTIONS)
+def test_lakes_are_valid_and_on_land(resolution: str) -> None:
+    """Islands are not lake, and the Caspian Sea is neither lake nor land."""
+    area = lakes(resolution)
+    assert area.is_valid
+    assert shapely.covers(land(resolution), area)
+    assert not shapely.contains_xy(area, [51.0, 2.35], [42.0, 48.85]).any()
+    manitoulin = shapely.contains_xy(area, -82.2, 45.75)
+    assert manitoulin == (resolution == "110m")  # where lakes have no islands
+
+
+# km, CIA World Factbook: borders along parallels and straight lines, whose lengths no smoothing changes.
+STRAIGHT = {("818", "729"): 1276.0, ("434", "148"): 1050.0, ("012", "562"): 951.0, ("682", "512"): 658.0}
+# Borders along rivers and ridges, which maps shorten.
+WINDING = {("250", "724"): 646.0, ("124", "840"): 8891.0, ("032", "152"): 6691.0, ("578", "752"): 1666.0}
+
+
+def border_km(one: str, other: str, resolution: str) -> float:
+    """The length of what two countries share, on WGS84."""
+    lines = [border.line for border in borders(resolution) if border.countries == {one, other}]
+    return float(sum(pyproj.Geod(ellps="WGS84").line_length(*line.T) for line in lines)) / 1e3
+
+
+@pytest.mark.parametrize("pair", STRAIGHT)
+def test_lengths_of_straight_borders(pair: tuple[str, str]) -> None:
+    """To 1 %."""
+    assert border_km(*pair, "50m") == pytest.approx(STRAIGHT[pair], rel=0.01)
+
+
+@pytest.mark.parametrize("pair", WINDING)
+def test_finer_borders_are_longer(pair: tuple[str, str]) -> None:
+    """And none is longer than on the ground."""
+    assert 0.6 * WINDING[pair] < border_km(*pair, "110m") < border_km(*pair, "50m") < WINDING[pair]
+
+
+@pytest.mark.parametrize(
+    ("key", "number"),
+    [("276", 9), ("643", 14), ("076", 10), ("710", 6), ("120", 6), ("840", 2), ("624", 2), ("036", 0), ("352", 0)],
+    ids="Germany Russia Brazil South-Africa Cameroon US Guinea-Bissau Australia Iceland".split(),
+)
+def test_number_of_neighbours(key: str, number: int) -> None:
+    """By land, Kaliningrad and French Guiana included."""
+    around = {other for border in borders("50m") if key in border.countries for other in border.countries}
+    assert len(around - {key}) == number
+
+
+@pytest.mark.parametrize("resolution", RESOLUTIONS)
+def test_borders_are_no_coast(resolution: str) -> None:
+    """They run inland, but for their ends and what follows a strait."""
+    middles = np.concatenate([0.5 * (border.line[1:] + border.line[:-1]) for border in borders(resolution)])
+    points = shapely.points(np.mod(middles[:, 0] + 180.0, 360.0) - 180.0, middles[:, 1])
+    assert np.mean(shapely.contains(land(resolution), points)) > 0.99
+    assert max(np.abs(np.diff(border.line, axis=0)).max() for border in borders(resolution)) < 30.0  # degrees
