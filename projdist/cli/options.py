@@ -27,7 +27,9 @@ def file_format(forms: Iterable[str], suffixes: str) -> Any:
 Projections = Annotated[
     list[str],
     typer.Argument(
-        metavar="PROJECTION...", help="Names, PROJ strings, EPSG: or ESRI: codes, WKT, PROJJSON, .prj or .wkt files."
+        metavar="PROJECTION...",
+        help="Names, also with parameters (robinson+lon_0=150) or a latitude and longitude for their centre "
+        "(mollweide@45,-100), PROJ strings, EPSG: or ESRI: codes, WKT, PROJJSON, .prj or .wkt files.",
     ),
 ]
 RegionOption = Annotated[

@@ -1,4 +1,5 @@
 from . import worldmaps
+from .arguments import number_text
 from .catalogue import NAMES, WINKEL_PARALLEL
 from .composed import compose, uncomposed
 from .database import (
@@ -22,7 +23,7 @@ from .geodesy import area_of_use, crs_of, geodesic_lengths, geodesic_points, geo
 from .inputs import listed_projections
 from .names import needed_parameters, projection_names
 from .natures import Nature, nature_of
-from .parameters import defined_by, number_text, with_parameters
+from .parameters import defined_by, with_parameters
 from .planes import Graticule, Plane, Source, geographic, graticule_of, plane_of, same_map, source_of
 from .point_tables import (
     MISSING,

@@ -17,7 +17,7 @@ from pyproj import Transformer
 from projdist.projections.catalogue import NOT_MAPS
 from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import transform
-from projdist.support import close_words, did_you_mean, shown, tell
+from projdist.support import close_words, did_you_mean, listed, shown, tell
 
 ANGLES = frozenset(
     """alpha asc_lon azi gamma inc_angle lat_0 lat_1 lat_2 lat_3 lat_b lat_ts lon_0 lon_1 lon_2 lon_3 lon_wrap lonc
@@ -48,6 +48,10 @@ _BESIDE = frozenset(
     """proj step inv omit_fwd omit_inv title init type no_defs wktext towgs84 nadgrids geoidgrids vunits vto_meter
     geoid_crs datum""".split()
 )
+
+_OF_STEPS = frozenset("proj step inv init omit_fwd omit_inv title".split())
+_OF_FIGURES = frozenset("R R_lat_a R_lat_g a b e es f rf".split())
+_OF_ALL = frozenset("k lon_wrap t_0 x_0 y_0 z_0 h_0".split()) | _OF_FIGURES
 
 _FIGURE = r"(?:\d+(?:_\d+)*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = re.compile(rf"[+-]?{_FIGURE}")
@@ -91,6 +95,29 @@ def tell_of_idle(tokens: Sequence[str]) -> None:
                 continue
             if _is_unread(token, read) or _is_in_vain(token, [*step, *common]):
                 tell(_message(token, step))
+
+
+def check_read(tokens: Sequence[str], added: Iterable[str], text: str) -> None:
+    """Refuse what is added to a map's tokens and that it makes no use of; raises ProjectionError."""
+    for token in added:
+        if token.partition("=")[0] in _OF_STEPS or _is_unread(token, _definition(tokens)) or _is_in_vain(token, tokens):
+            others = [other for other in tokens if other is not token]
+            hint = did_you_mean([meant.partition("=")[0] for meant in _meant(token, tokens)])
+            raise ProjectionError(
+                f"Invalid parameter '+{shown(token)}' in '{shown(text)}'. {hint}What changes {_operation(tokens)} is "
+                f"{listed(_read_of(others), 'and')}."
+            )
+
+
+def _read_of(tokens: Sequence[str]) -> list[str]:
+    """The parameters of a map, and those of all maps."""
+    found = []
+    for key in sorted(ANGLES | NUMBERS | WHOLE_NUMBERS):
+        meant = f"{key}={_OTHERS.get(key, '1')}"
+        more = [*(token for token in tokens if token.partition("=")[0] != key), meant]
+        if key not in _OF_ALL and not _is_unread(meant, _definition(more)) and not _is_in_vain(meant, more):
+            found.append(key)
+    return [*found, "x_0", "y_0", "R", "ellps", "units"]
 
 
 def _steps(tokens: Sequence[str]) -> Iterator[list[str]]:
@@ -170,3 +197,9 @@ def _meant(token: str, step: Sequence[str]) -> Iterator[str]:
         meant = f"{name}{equals}{value}"
         if name not in present and meant in _definition([*rest, meant]):
             yield name
+
+
+def number_text(value: float) -> str:
+    """A number for a PROJ string: with twelve decimals, less the zeros at its end."""
+    text = f"{value:.12f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text

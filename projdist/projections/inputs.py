@@ -67,7 +67,14 @@ def _parse_contents(text: str) -> Parts:
         return _parse_wkt(text)
     if is_proj_string(text):
         return parse_proj_string(" ".join(text.split()))
-    return parse_crs(text) if ":" in text else parse_name(text)
+    if ":" not in text:
+        return parse_name(text)
+    if re.fullmatch(r"\w+:\w+\s*(?:\+\s*[A-Za-z]\w*\s*(?:[=+@].*)?|@.*,.*)", text):
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. Parameters and centres are for names, as robinson+lon_0=150 and "
+            "mollweide@45,-100; a CRS has its own."
+        )
+    return parse_crs(text)
 
 
 def _parse_json(text: str) -> Parts:

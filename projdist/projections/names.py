@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
+import numpy as np
 import pyproj.list
 
 from projdist.earth import SPHERE
+from projdist.projections.arguments import check_read, number_text
+from projdist.projections.aspects import Turned, Words, has_words, turned_tokens, words_of
 from projdist.projections.catalogue import NAMES, NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS, TEXTBOOK_PARAMETERS
 from projdist.projections.crs import parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.figures import figure_parameters, own_figure
 from projdist.projections.hints import close_codes, close_crs_names, close_names, crs_code, normalised
 from projdist.projections.operations import Parts
-from projdist.projections.projstrings import parse_proj_string
+from projdist.projections.projstrings import ELLIPSOID_KEYS, ellipsoid_of, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import did_you_mean, listed, shown
+
+_NEAR = 1e-3  # degrees from a centre, where north is looked for
+_ALMOST = 1e-3  # of the way there: rounding is 1e-10 of it, and meridians that lean are far more
 
 
 def projection_names() -> dict[str, str]:
@@ -50,12 +57,14 @@ def needed_parameters(name: str) -> list[str]:
 
 
 def parse_name(text: str) -> Parts:
-    """The textbook map of a name in any spelling; raises ProjectionError."""
-    operations = pyproj.list.get_proj_operations_map()
-    name = text if text in operations else normalised(text)
-    if name in WORLD_MAPS:
-        return Parts(_title(name), name, SPHERE, WORLD_MAPS[name])
-    if name not in NAMES and name not in operations:
+    """The textbook map of a name in any spelling, with parameters and a centre, or a CRS of that name.
+
+    Raises ProjectionError.
+    """
+    if has_words(text):
+        return _named(words_of(text), text)
+    name = text if text in pyproj.list.get_proj_operations_map() else normalised(text)
+    if name not in {*NAMES, *WORLD_MAPS, *pyproj.list.get_proj_operations_map()}:
         close = close_codes(text) or close_names(text)
         code = _utm_code(text) or ("" if close and "/" not in text else crs_code(text))
         if code:
@@ -63,19 +72,130 @@ def parse_name(text: str) -> Parts:
         # Names of CRSs have one of these, or are too short to be told from other words.
         hint = did_you_mean(close or (close_crs_names(text) if "/" in text or "_" in text else []))
         raise ProjectionError(f"Invalid projection '{shown(text)}'. {hint}{ALLOWED}")
-    if name in NOT_MAPS:
-        raise ProjectionError(f"Invalid projection '{text}'. PROJ's {operations[name]} is not a map projection.")
-    if name in NOT_IN_METRES:
-        raise ProjectionError(f"Invalid projection '{text}'. PROJ's {name} gives {NOT_IN_METRES[name]}, not metres.")
-    needed = needed_parameters(name)
+    return _named(Words(text, (), None), text)
+
+
+def _named(words: Words, text: str) -> Parts:
+    """The map of a name."""
+    name = _known(words.name, text)
+    if name in WORLD_MAPS:
+        return _world_map(name, words)
+    needed = [key for key in needed_parameters(name) if key not in words.keys]
     if needed:
         sphere = "has no form on the sphere and " if "ellps" in needed else ""
         raise ProjectionError(
-            f"Invalid projection '{text}'. It {sphere}needs {listed(needed, 'and')}: give a PROJ string, such as "
-            f"'{_textbook(name)}'."
+            f"Invalid projection '{shown(text)}'. It {sphere}needs {listed(needed, 'and')}: give a PROJ string, such "
+            f"as '{_textbook(name)}', or '{name}{NEEDED_PARAMETERS[name].replace(' ', '')}'."
         )
-    parts = parse_proj_string(_textbook(name))
-    return parts._replace(name=_title(name)) if name in NAMES else parts
+    parts = parse_proj_string(" ".join(f"+{token}" for token in _tokens(name, words, text)))
+    if words.centre is not None:
+        _check_centre(parts, words, text)
+    title = _title(name) if name in NAMES else parts.name.removeprefix("Oblique ")
+    return parts._replace(name=f"{title}{_aspect(words)}")
+
+
+def _known(name: str, text: str) -> str:
+    """The catalogue's spelling of a name, or PROJ's id; raises ProjectionError."""
+    operations = pyproj.list.get_proj_operations_map()
+    known = name if name in operations else normalised(name)
+    if known not in NAMES and known not in operations and known not in WORLD_MAPS:
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. {did_you_mean(close_names(name))}{ALLOWED}")
+    if known in NOT_MAPS:
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. PROJ's {operations[known]} is not a map projection."
+        )
+    if known in NOT_IN_METRES:
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. PROJ's {known} gives {NOT_IN_METRES[known]}, not metres."
+        )
+    return known
+
+
+def _world_map(name: str, words: Words) -> Parts:
+    """A map that PROJ lacks, about a meridian or a point."""
+    others = [token for token in words.parameters if not re.fullmatch(r"lon_0=[+-]?\d+\.?\d*", token)]
+    if others:
+        raise ProjectionError(
+            f"Invalid parameter '+{shown(others[0])}' of '{name}'. It must be lon_0 in degrees: PROJ has no such map."
+        )
+    lat, lon = words.centre or (0.0, words.number("lon_0"))
+    if not words.parameters and words.centre is None:
+        return Parts(_title(name), name, SPHERE, WORLD_MAPS[name])
+    definition = f"{name}+lon_0={number_text(lon)}"
+    if words.centre is not None:
+        definition = f"{name}@{number_text(lat)},{number_text(lon)}"
+    parts = Parts(f"{_title(name)}{_aspect(words)}", definition, SPHERE, Turned(WORLD_MAPS[name], lat, lon))
+    if words.centre is not None:
+        _check_centre(parts, words, definition)
+    return parts
+
+
+def _tokens(name: str, words: Words, text: str) -> list[str]:
+    """The tokens of the PROJ string of a name with parameters and a centre."""
+    operation, *own = (NAMES.get(name) or TEXTBOOK_PARAMETERS.get(name, name)).split()
+    fixed = [token.lstrip("+") for token in own]
+    keys = [token.partition("=")[0] for token in fixed]
+    clash = next((key for key in words.keys if key in keys), None)
+    if clash and name in NAMES:
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. A {name} map is {operation} with {listed(fixed, 'and')}: "
+            f"for others write '{operation}+{clash}=...'."
+        )
+    tokens = [f"proj={operation}", *(token for token in fixed if token.partition("=")[0] not in words.keys)]
+    tokens += words.parameters
+    if not ELLIPSOID_KEYS & set(words.keys):
+        tokens += figure_parameters(own_figure(operation, SPHERE)).replace("+", "").split()
+    if not words.parameters and words.centre is None:
+        return tokens
+    check_read(tokens, words.parameters, text)
+    if words.centre is None:
+        return tokens
+    lat, lon = words.centre
+    if "lat_0=90" in fixed:
+        if lat != 90.0:
+            raise ProjectionError(
+                f"Invalid projection '{shown(text)}'. Its centre is a pole: write '{operation}@{lat:g},{lon:g}'."
+            )
+        tokens.remove("lat_0=90")
+    turned = turned_tokens(tokens, lat, lon)
+    if turned[0] == "proj=ob_tran" and not ellipsoid_of(turned).is_sphere:
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. Only maps of a sphere can be turned: it must have no ellipsoid."
+        )
+    return turned
+
+
+def _check_centre(parts: Parts, words: Words, text: str) -> None:
+    """Refuse a map that has not the point at its origin with north up: icosahedra, Werner's heart."""
+    assert words.centre is not None
+    lat, lon = words.centre
+    step = _NEAR if lat < 89.0 else -_NEAR
+    x, y = parts.function(np.array([lon, lon]), np.array([lat, lat + step]))
+    x, y = x - words.number("x_0"), y - words.number("y_0")
+    slack = _ALMOST * abs(float(y[1]))
+    if not (max(abs(x[0]), abs(x[1]), abs(y[0])) <= slack and np.sign(y[1]) == np.sign(step)):
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. It has no centre for a point with north up there: move it by "
+            "+lon_0=..., or write a PROJ string."
+        )
+
+
+def _aspect(words: Words) -> str:
+    """What a title says of parameters and a centre."""
+    if words.centre is not None:
+        lat, lon = words.centre
+        return f", {_degrees(lat, 'NS')}, {_degrees(lon, 'EW')}{_in_brackets(words.parameters)}"
+    if words.keys == ["lon_0"] and re.fullmatch(r"lon_0=[+-]?\d+\.?\d*", words.parameters[0]):
+        return f", {_degrees(words.number('lon_0'), 'EW')}"
+    return _in_brackets(words.parameters)
+
+
+def _degrees(value: float, letters: str) -> str:
+    return f"{abs(value):.6g}°" + (f" {letters[int(value < 0)]}" if value else "")
+
+
+def _in_brackets(parameters: Sequence[str]) -> str:
+    return f" ({', '.join(parameters)})" if parameters else ""
 
 
 def _utm_code(text: str) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import pyproj.exceptions
 
+from projdist.projections.arguments import number_text
 from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.operations import Pipeline
 from projdist.projections.projection import Projection
@@ -40,9 +41,3 @@ def defined_by(text: str, parameters: Mapping[str, float]) -> str:
         if not count:
             text = f"{text} {token}"
     return text
-
-
-def number_text(value: float) -> str:
-    """A number for a PROJ string: with twelve decimals, less the zeros at its end."""
-    text = f"{value:.12f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text

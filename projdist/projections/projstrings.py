@@ -22,7 +22,7 @@ from projdist.projections.hints import close_ids
 from projdist.projections.operations import Parts, Pipeline, transform
 from projdist.support import did_you_mean, shown
 
-_ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
+ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
 # These tell how a datum relates to WGS 84 or name a height: no part of the map, but PROJ would apply them.
 _DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
 
@@ -48,7 +48,7 @@ def proj_string_of_parameters(parameters: Mapping[str, Any]) -> str:
 def proj_string_of_crs(crs: CRS) -> str:
     """The PROJ string that a CRS was made from, whose default ellipsoid is WGS 84 and not PROJ's GRS 80."""
     keys = {token.lstrip("+").partition("=")[0] for token in crs.srs.split()}
-    if keys & _ELLIPSOID_KEYS or crs.ellipsoid is None:
+    if keys & ELLIPSOID_KEYS or crs.ellipsoid is None:
         return str(crs.srs)
     return f"{crs.srs} +ellps=WGS84"
 
@@ -88,7 +88,7 @@ def parse_proj_string(text: str) -> Parts:
         raise ProjectionError(message.rstrip()) from error
     _check_maps_degrees_to_plane(text, transformer)
     tell_of_idle(tokens)
-    stated = _ellipsoid_of(tokens)
+    stated = ellipsoid_of(tokens)
     _tell_of_figure(operation, tokens, stated)
     tell_of_sphere(operation, stated)
     return Parts(_operation_name(operations, inner), definition, own_figure(operation, stated), function)
@@ -105,17 +105,17 @@ def _check_metres(text: str, tokens: list[str], operations: Iterable[str]) -> No
 
 def _with_own_figure(operation: str, tokens: list[str]) -> list[str]:
     """The tokens of an operation that has a figure of its own with that in the place of what they state."""
-    stated = _ellipsoid_of(tokens)
+    stated = ellipsoid_of(tokens)
     own = figure_parameters(own_figure(operation, stated)).replace("+", "").split()
     if set(own) <= set(tokens):
         return tokens
     _tell_of_figure(operation, tokens, stated)
-    return [*(token for token in tokens if token.partition("=")[0] not in _ELLIPSOID_KEYS), *own]
+    return [*(token for token in tokens if token.partition("=")[0] not in ELLIPSOID_KEYS), *own]
 
 
 def _tell_of_figure(operation: str, tokens: list[str], stated: Ellipsoid) -> None:
     """Tell those who stated a figure, and did not leave it to PROJ's default, of one that is used in its place."""
-    if any(token.partition("=")[0] in _ELLIPSOID_KEYS for token in tokens):
+    if any(token.partition("=")[0] in ELLIPSOID_KEYS for token in tokens):
         tell_of_figure(operation, stated)
 
 
@@ -138,13 +138,13 @@ def _ellipsoid_of_datum(token: str) -> str:
     return ellipsoid[0] if ellipsoid else token
 
 
-def _ellipsoid_of(tokens: list[str]) -> Ellipsoid:
+def ellipsoid_of(tokens: list[str]) -> Ellipsoid:
     """The ellipsoid of the first step that states one, as PROJ itself reads it; PROJ's default is GRS 80."""
     steps: list[list[str]] = [[]]
     for token in tokens:
         if token == "step":
             steps.append([])
-        elif token.partition("=")[0] in _ELLIPSOID_KEYS:
+        elif token.partition("=")[0] in ELLIPSOID_KEYS:
             steps[-1].append(f"+{token}")
     stated = next((step for step in steps if step), [])
     cart = Transformer.from_pipeline(" ".join(["+proj=cart", *stated]))

@@ -1,0 +1,161 @@
+"""Names with parameters and with a point at the centre: closed forms, laws of turned maps, and what is refused."""
+
+import pickle
+import re
+
+import numpy as np
+import pytest
+from projection_points import LAT, LON, R, assert_same, make, mercator, message
+
+import projdist
+from projdist.answers import summarize
+from projdist.field import jacobian
+from projdist.projections.catalogue import NAMES
+from projdist.projections.worldmaps import WORLD_MAPS
+
+# Maps whose centre is where no meridian goes straight on, or that have none.
+WITHOUT_CENTRE = {
+    *("werner", "bertin", "icosahedral-snyder", "peirce-quincuncial", "polar-stereographic", "interrupted-mollweide"),
+    *("briesemeister", "double-sided-equal-area", "double-sided-equidistant"),
+}
+# PROJ has a formula of its own for the equator and what is next to it: as a neighbour's, its Jacobian is rounding.
+UNSMOOTH = {"van-der-grinten", "van-der-grinten-4"}
+CENTRED = sorted({*NAMES, *WORLD_MAPS} - WITHOUT_CENTRE)
+POINTS = [(45.0, -100.0), (-33.0, 151.0), (90.0, 20.0), (-90.0, -70.0), (0.0, 150.0)]
+ROUNDING = 1e-8  # of the Earth's radius, at a centre
+
+
+def turned(lon, lat, centre_lat, centre_lon):
+    """Longitude and latitude about a centre, by products of vectors: east, north and up there are the frame's axes."""
+    phi, lam = np.radians(centre_lat), np.radians(centre_lon)
+    up = np.array([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
+    east = np.array([-np.sin(lam), np.cos(lam), 0.0])
+    frame = np.stack([up, east, np.cross(up, east)])
+    phi, lam = np.radians(lat), np.radians(lon)
+    x, y, z = frame @ np.stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
+    return np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(z))
+
+
+def test_parameters_are_those_of_proj() -> None:
+    """A name with parameters is the PROJ string that it abbreviates, on the sphere if no figure is stated."""
+    assert_same(make("robinson+lon_0=150"), make(f"+proj=robin +lon_0=150 +R={R}"))
+    assert_same(make("Robinson +lon_0 = 150"), make(f"+proj=robin +lon_0=150 +R={R}"))
+    assert_same(make("lambert-azimuthal+lat_0=52+lon_0=10"), make(f"+proj=laea +lat_0=52 +lon_0=10 +R={R}"))
+    assert_same(make("lcc+lat_1=30+lat_2=60"), make(f"+proj=lcc +lat_1=30 +lat_2=60 +R={R}"))
+    assert_same(make("laea+lat_0=52+ellps=GRS80"), make("+proj=laea +lat_0=52 +ellps=GRS80"))
+    assert_same(make("utm+zone=33+ellps=WGS84"), make("EPSG:32633"), np.array([13.0, 16.0]), np.array([50.0, 1.0]))
+    assert_same(
+        make("aea+lat_1=29.5+lat_2=45.5@39,-96"), make(f"+proj=aea +lat_1=29.5 +lat_2=45.5 +lat_0=39 +lon_0=-96 +R={R}")
+    )
+
+
+@pytest.mark.parametrize("centre", POINTS)
+def test_turned_mercator(centre) -> None:
+    """The oblique Mercator map is Mercator's formula in longitudes and latitudes about the point."""
+    lat, lon = centre
+    # Near the frame's poles the map runs off.
+    frame = turned(LON, LAT, lat, lon)
+    far = np.abs(frame[1]) < 80.0
+    assert_same(make(f"mercator@{lat},{lon}"), lambda *_: mercator(*(v[far] for v in frame)), LON[far], LAT[far], 1e-6)
+
+
+@pytest.mark.parametrize("name", CENTRED)
+@pytest.mark.parametrize("centre", [(45.0, -100.0), (-33.0, 151.0), (0.0, 150.0)])
+def test_the_point_is_at_the_centre(name, centre) -> None:
+    """It has the coordinates 0, 0, north is up, and the map distorts there as the normal one at its own centre."""
+    lat, lon = centre
+    map_ = make(f"{name}@{lat},{lon}")
+    assert np.abs(map_(lon, lat)).max() < ROUNDING * R
+    if name in UNSMOOTH:
+        return
+    here, normal = jacobian(map_, [lon], [lat])[0], jacobian(make(name), [0.0], [0.0])[0]
+    if not np.isfinite(normal).all():
+        pytest.skip("The map is singular at its centre.")
+    assert abs(here[0, 1]) < 1e-8
+    assert here[1, 1] > 0
+    np.testing.assert_allclose(here, normal, atol=2e-9)
+
+
+@pytest.mark.parametrize("pole", [90, -90])
+@pytest.mark.parametrize("name", ["mollweide", "lambert-azimuthal", "gott-elliptical", "winkel-tripel", "mercator"])
+def test_a_pole_at_the_centre(name, pole) -> None:
+    """The meridian of its longitude goes straight down from the north pole, and straight up from the south pole."""
+    map_ = make(f"{name}@{pole},20")
+    assert np.abs(map_(20.0, pole)).max() < ROUNDING * R
+    x, y = map_(20.0, 0.99 * pole)
+    assert abs(x) < ROUNDING * R
+    assert np.sign(y) == -np.sign(pole)
+
+
+@pytest.mark.parametrize("name", ["mollweide", "winkel-tripel", "robinson", "wagner-9"])
+def test_the_globe_is_turned_without_loss(name) -> None:
+    """Over the sphere the Airy-Kavrayskiy figure is the same in every aspect, as far as each says that it is known."""
+    normal = summarize(name, tolerance=1e-5)
+    aspect = summarize(f"{name}@45,-100", tolerance=1e-5)
+    slack = normal.error_estimate + aspect.error_estimate
+    assert abs(normal.airy_kavrayskiy - aspect.airy_kavrayskiy) <= slack < 1e-4
+
+
+@pytest.mark.parametrize(
+    "text", ["mollweide@45,-100", "mollweide@45N,100W", "mollweide@100w,45n", "mollweide @ 45 -100", "Mollweide@45,260"]
+)
+def test_ways_to_write_a_point(text) -> None:
+    """Latitude and longitude, or the letters of hemispheres in any order."""
+    found = make(text)
+    assert_same(found, make("moll@45,-100"))
+    assert found.name == "Mollweide, 45° N, 100° W"
+
+
+@pytest.mark.parametrize(
+    "text", ["gott-elliptical@45,-100", "gott-elliptical+lon_0=20", "robinson+lon_0=150", "moll@-5,7"]
+)
+def test_definitions_are_read_back(text) -> None:
+    """The definition of what was made makes it again; so does a pickle."""
+    made = make(text)
+    assert_same(make(made.definition), made)
+    assert_same(pickle.loads(pickle.dumps(made)), made)
+
+
+REFUSED = {
+    "robinson+lon0=150": r"Invalid parameter '\+lon0=150'.* Did you mean lon_0\? What changes robin is lon_0, x_0,",
+    "robinson+lat_1=3": r"Invalid parameter '\+lat_1=3'.*What changes robin is lon_0,",
+    "robinson+lat_0=3": r"Invalid parameter '\+lat_0=3' in 'robinson\+lat_0=3'\. What changes robin is",
+    "robinson+lon_0=abc": r"It must be an angle in degrees",
+    "robinson+lon_0=1+lon_0=2": r"It must have 'lon_0' once",
+    "behrmann+lat_ts=45": r"A behrmann map is cea with lat_ts=30: for others write 'cea\+lat_ts=\.\.\.'",
+    "merc+proj=moll": r"Invalid parameter '\+proj=moll'",
+    "mollweide@-100,45": r"must be -90 to 90\. Did you mean @45,-100\?",
+    "mollweide@45": r"It must be a latitude and a longitude in degrees, as @45,-100 or @45N,100W",
+    "mollweide@45N,100": r"It must be a latitude and a longitude",
+    "mollweide@45N,10S": r"It must be a latitude and a longitude",
+    "mollweide@1.2.3,10": r"It must be a latitude and a longitude",
+    "mollweide@1,2@3,4": r"It must have '@3,4' once",
+    "laea+lat_0=5@45,10": r"Its centre is stated by '@45,10': it must have no lat_0",
+    "mollweide+ellps=WGS84@45,10": r"Only maps of a sphere can be turned",
+    "polar-stereographic@45,10": r"write 'stere@45,10'",
+    "briesemeister@0,10": r"It has no centre for a point with north up there",
+    "werner@45,10": r"It has no centre for a point with north up there",
+    "gott-elliptical+lat_0=20": r"It must be lon_0 in degrees: PROJ has no such map",
+    "EPSG:3035+lon_0=5": r"are for names, .* a CRS has its own",
+    "EPSG:3857@45,10": r"are for names, .* a CRS has its own",
+    "robinsn+lon_0=150": r"Did you mean robinson",
+    "cart+lon_0=3": r"is not a map projection",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_is_refused(text) -> None:
+    """One line says what is wrong and what is allowed."""
+    said = message(text)
+    assert re.search(REFUSED[text], said)
+    assert "\n" not in said
+
+
+def test_names_with_a_plus_that_are_no_parameters() -> None:
+    """A compound CRS of a code is what it was."""
+    assert "N60" in make("EPSG:2393+5717").name
+
+
+def test_answers_take_them() -> None:
+    """Every function does, as all read projections through one door."""
+    assert projdist.factors("mollweide@45,-100", -100, 45).s == pytest.approx(1.0, abs=1e-9)
