@@ -20,7 +20,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from PIL import Image
 
-from projdist import Summary, compare, correct, get_region, ldp, mean_map, plots, recommend, summarize
+from projdist import Summary, compare, correct, get_region, ldp, mean_map, plots, profile, recommend, summarize
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -347,6 +347,12 @@ def draw_ldp() -> None:
     write_png(plots.ldp_figure(found, size=(5.0, 5.2), dpi=DPI), IMAGES / "readme-ldp.png")
 
 
+def draw_profile() -> None:
+    """The picture of a profile along a line with heights."""
+    line = [(9.0, 48.0, 300.0), (9.5, 48.3, 650.0), (10.4, 48.2, 500.0), (11.2, 48.9, 400.0), (12.6, 49.5, 800.0)]
+    write_png(plots.profile_figure(profile("EPSG:25832", line), dpi=DPI), IMAGES / "profile.png")
+
+
 def draw_mean() -> None:
     """The picture of a mean of two maps beside their average."""
     found = mean_map(["aitoff", f"+proj=eqc +lat_ts=50.46 {SPHERE}"])
@@ -418,6 +424,7 @@ def main(names: list[str]) -> None:
         draw_regions()
         draw_recommendation()
         draw_ldp()
+        draw_profile()
     if not names or "mean" in names:
         draw_mean()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")

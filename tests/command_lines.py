@@ -22,6 +22,8 @@ LINES: dict[str, tuple[str, ...]] = {
     "compare_failures": ("compare", "robin", "EPSG:4326", "nosuch", "-r", EUROPE, *QUICK),
     "factors": ("factors", "EPSG:32633", "15", "50", "16", "51"),
     "factors_file": ("factors", "robin", "--at", "points.csv"),
+    "profile": ("profile", "EPSG:25832", "--line", "9,48,9.4,48.2,10,48.1", "--height", "500", "--spacing", "20"),
+    "profile_picture": ("profile", "EPSG:25832", "--line", "road.geojson", "-o", "profile.png", "--dpi", "30"),
     "tissot": ("tissot", "robin", "-o", "tissot.png", "--dpi", "30"),
     "heatmap": ("heatmap", "EPSG:2169", "-o", "heatmap.png", "--dpi", "30"),
     "recommend": ("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54"),
@@ -63,6 +65,8 @@ def write_files(folder: Path) -> None:
     """The files that the command lines name."""
     rng = np.random.default_rng(1)
     (folder / "points.csv").write_text("name,lon,lat\nPraha,14.42,50.09\nBrno,16.61,49.2\n", encoding="utf-8")
+    road = LineString([(9, 48, 300), (9.5, 48.3, 650), (10.4, 48.2, 500)])
+    geopandas.GeoDataFrame(geometry=[road], crs="EPSG:4326").to_file(folder / "road.geojson")
     shapes = [box(5.9, 47.3, 15.0, 55.1), LineString([(8, 50), (9, 51)]), Point(10, 50)]
     names = {"name": ["Germany", "a road", "a tower"]}
     geopandas.GeoDataFrame(names, geometry=shapes, crs="EPSG:4326").to_file(folder / "parcels.geojson")

@@ -32,6 +32,12 @@ def old_map() -> projdist.OldMap:
     return projdist.old_map(projdist.ControlPoints(new * 100.0, new))
 
 
+@functools.cache
+def short_profile() -> projdist.Profile:
+    """A line of one edge."""
+    return projdist.profile("robin", [(10, 50), (11, 51)])
+
+
 def axes() -> object:
     """Axes of a figure of their own."""
     return Figure().add_subplot()
@@ -140,6 +146,13 @@ CALLS = {
         "against": (),
     },
     "principal_scales": lambda: {"J": np.eye(2)},
+    "profile": lambda: {
+        "projection": "robin",
+        "line": [(10, 50), (11, 51)],
+        "measures": (),
+        "spacing_km": None,
+        "height": None,
+    },
     "read_control_points": lambda: {"path": "nowhere.csv", "crs": None},
     "read_heights": lambda: {"path": "nowhere.csv"},
     "recommend": lambda: {
@@ -223,6 +236,7 @@ CALLS = {
         "size": (2, 2),
         "dpi": 50,
     },
+    "plots.profile_figure": lambda: {"found": short_profile(), "size": (4, 4), "dpi": 50, "title": None},
     "plots.save": lambda: {"figure": Figure(), "path": "nowhere/x.png", "dpi": None},
     "plots.tissot": lambda: {
         "ax": axes(),

@@ -2,9 +2,11 @@ from .correction_fields import LocalCorrections, local_corrections
 from .corrections import CONSTRAINTS, Correction, correct
 from .distance_measures import DISTANCE_MEASURES
 from .distances import distance_distortion
+from .elevations import elevation_factor
 from .finite_distortions import FiniteDistortion
 from .great_circles import great_circle_bending
 from .point_factors import Factors, factors
+from .profiles import Profile, profile
 from .published import TABLES, PublishedRow, PublishedTable, tables
 from .published_indices import (
     GROUPS,
@@ -36,18 +38,21 @@ __all__ = [
     "IndexValue",
     "LocalCorrections",
     "MeasureSummary",
+    "Profile",
     "PublishedRow",
     "PublishedTable",
     "Summary",
     "compare",
     "correct",
     "distance_distortion",
+    "elevation_factor",
     "factors",
     "get_indices",
     "goldberg_gott_score",
     "great_circle_bending",
     "indices",
     "local_corrections",
+    "profile",
     "summarize",
     "tables",
 ]

@@ -28,6 +28,7 @@ from projdist.cli.oldmap import oldmap_command
 from projdist.cli.optimize import optimize_command
 from projdist.cli.output import emit
 from projdist.cli.parser import Command, Commands
+from projdist.cli.profile import profile_command
 from projdist.cli.published import tables_command
 from projdist.cli.recommend import recommend_command
 from projdist.cli.world_map import world_map_command
@@ -65,6 +66,7 @@ def options(
 _COMMANDS: dict[str, Callable[..., None]] = {
     "compare": compare_command,
     "factors": factors_command,
+    "profile": profile_command,
     "tissot": tissot_command,
     "heatmap": heatmap_command,
     "recommend": recommend_command,

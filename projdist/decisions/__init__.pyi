@@ -15,7 +15,6 @@ from .surveying import (
     LDP_FAMILIES,
     HeightStatistics,
     distortion_ppm,
-    elevation_factor,
     ldp,
     read_heights,
 )
@@ -47,7 +46,6 @@ __all__ = [
     "best_member",
     "check",
     "distortion_ppm",
-    "elevation_factor",
     "ellipsoid_text",
     "estimate_crs",
     "extent_of",

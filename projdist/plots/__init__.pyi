@@ -5,6 +5,7 @@ from .local_fields import local_field
 from .mosaics import mosaic_figure
 from .oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
 from .pictures import heatmap, tissot
+from .profiles import profile_figure
 
 __all__ = [
     "OLD_MAP_MEASURES",
@@ -19,6 +20,7 @@ __all__ = [
     "local_figure",
     "mosaic_figure",
     "old_map_figure",
+    "profile_figure",
     "save",
     "tissot",
     "tissot_figure",

@@ -19,7 +19,7 @@ from .definitions import crs_wkt, geodetic_ellipsoid, geodetic_of, unprojected
 from .derived import DerivedCrs, derived_crs
 from .errors import GridError, ProjectionError
 from .exports import parameters_of, pipeline_of, wkt_of
-from .geodesy import area_of_use, crs_of, geodesic_lengths, geodesic_points, geodesics, to_lonlat
+from .geodesy import area_of_use, crs_of, geodesic_courses, geodesic_lengths, geodesic_points, geodesics, to_lonlat
 from .inputs import listed_projections
 from .names import needed_parameters, projection_names
 from .natures import Nature, nature_of
@@ -79,6 +79,7 @@ __all__ = [
     "derived_crs",
     "distance_around_edge",
     "facts_of",
+    "geodesic_courses",
     "geodesic_lengths",
     "geodesic_points",
     "geodesics",

@@ -94,5 +94,18 @@ def geodesic_points(
     return np.asarray(to_lon), np.asarray(to_lat)
 
 
+def geodesic_courses(
+    ellipsoid: Ellipsoid, ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray], way: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Longitudes, latitudes and azimuths (n,) at so many metres (n,) from where each of n geodesics begins.
+
+    `ends` are as for `geodesic_points`; azimuths are in degrees clockwise from north, within -180 and 180.
+    """
+    geod = _geod(ellipsoid)
+    azimuth, _, _ = geod.inv(*ends)
+    lon, lat, back = (np.asarray(values) for values in geod.fwd(ends[0], ends[1], azimuth, way))
+    return lon, lat, np.where(back > 0.0, back - 180.0, back + 180.0)
+
+
 def _geod(ellipsoid: Ellipsoid) -> Geod:
     return Geod(a=ellipsoid.a, f=ellipsoid.f)

@@ -5,7 +5,8 @@ from .cells import cells_of
 from .combined import combine, polygons_of
 from .defaults import region_for
 from .files import polygons_from_geojson
-from .language import Place, RegionLike, get_region, weighted_points
+from .language import HasGeometry, Place, RegionLike, get_region, weighted_points
+from .lines import line_of
 from .parts import main_part
 from .patches import height_of, latitude_of
 from .points import PointSet
@@ -21,6 +22,7 @@ __all__ = [
     "Cap",
     "ChartPoints",
     "Clips",
+    "HasGeometry",
     "Place",
     "PointSet",
     "Polygons",
@@ -33,6 +35,7 @@ __all__ = [
     "get_region",
     "height_of",
     "latitude_of",
+    "line_of",
     "main_part",
     "polygons_from_geojson",
     "polygons_of",

@@ -345,12 +345,17 @@ def _crs(text: str, argument: str) -> Region:
     return Box(*area_of_use(argument))
 
 
+def layer_path(text: str) -> tuple[Path, str]:
+    """The path and the layer of PATH#LAYER, "" for the first one; a path that exists may have a # itself."""
+    path, mark, layer = text.rpartition("#")
+    return (Path(path), layer) if mark and not os.path.exists(text) else (Path(text), "")
+
+
 def _path(text: str, argument: str) -> tuple[Path, str]:
-    """The path and the layer, "" for the first one; a path that exists may have a # itself."""
+    """The path and the layer of a region."""
     if not argument:
         raise ValueError(f"Invalid region '{text}'. It must have the path of a file behind the colon.")
-    path, mark, layer = argument.rpartition("#")
-    return (Path(path), layer) if mark and not os.path.exists(argument) else (Path(argument), "")
+    return layer_path(argument)
 
 
 def _file(text: str, argument: str) -> Region:

@@ -149,6 +149,8 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str]) -> Sourc
 
 
 def _shape(geometry: shapely.Geometry, fields: dict[str, Any]) -> Shape:
+    if geometry.geom_type.endswith("LineString"):  # whose heights old versions of GEOS leave out of GeoJSON
+        return Shape(geometry.geom_type, shapely.geometry.mapping(geometry)["coordinates"], fields)
     found = json.loads(shapely.to_geojson(geometry))
     return Shape(found["type"], found.get("coordinates"), fields)
 
@@ -180,7 +182,7 @@ def positions(given: Any, text: str) -> FloatArray:
     """Positions as an array (m, 2) of finite numbers; raises ValueError."""
     try:
         found = np.array([position[:2] for position in given], dtype=float)
-    except (TypeError, ValueError, KeyError, OverflowError) as error:
+    except (TypeError, ValueError, LookupError, OverflowError) as error:
         raise ValueError(f"{text} Its coordinates must be numbers.") from error
     if len(found) and (found.ndim != 2 or found.shape[1] != 2):
         raise ValueError(f"{text} Its coordinates must be numbers.")

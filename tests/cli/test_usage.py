@@ -9,7 +9,7 @@ from commands import refused, run, run_ok
 from projdist import __version__
 
 COMMANDS = [
-    *("compare", "factors", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
+    *("compare", "factors", "profile", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
     *("world-map", "mosaic", "clouds", "oldmap", "list"),
 ]
 
@@ -107,6 +107,17 @@ USAGE = {
     "factors robin −10 20": r"Invalid point '−10 20'",
     "factors robin 1 2 --measure foo": r"Invalid measure 'foo'",
     "factors robin 1 2 --format xml": r"Invalid format 'xml'. It must be table, json, csv or markdown.",
+    "profile robin": r"Missing option '--line'. See 'projdist profile --help'.",
+    "profile robin --line 1,2": r"Invalid line '1,2'. It must be LON,LAT,LON,LAT,..., two numbers a point.",
+    "profile robin --line 1,2,3": r"Invalid line '1,2,3'. It must be LON,LAT",
+    "profile robin --line 1,2,3,91": r"Invalid line '1,2,3,91'. Its longitudes must lie within -360 and 360 degrees",
+    "profile robin --line 1,2,1,2": r"Invalid line '1,2,1,2'. It must have two places or more.",
+    "profile robin --line nowhere.geojson": r"Invalid line file 'nowhere.geojson'. It cannot be read: No such file",
+    "profile robin --line 1,2,3,4 --spacing 0": r"Invalid spacing '0'. It must be a number of km within 1e-06 and",
+    "profile robin --line 1,2,3,4 --height 1e5": r"Invalid height '1e5'. It must be a number of metres within",
+    "profile robin --line 1,2,3,4 --dpi 50": r"Invalid option '--dpi'. It needs a picture to draw to: -o FILE.",
+    "profile robin --line 1,2,3,4 -o x.tif": r"Invalid output 'x.tif'. Its suffix must be .json, .csv, .md, .png",
+    "profile robin --line 1,2,3,4 -m foo": r"Invalid measure 'foo'",
     "tissot robin -o x.jpg": r"Invalid output 'x.jpg'. Its suffix must be .png, .svg, .pdf, .gpkg or .geojson.",
     "tissot robin -o noname": r"Invalid output 'noname'",
     "tissot robin -o ": r"Invalid output ''",

@@ -1,7 +1,7 @@
 """Surveying: distances on the ground, and the maps on which they are nearly true."""
 
 from projdist.decisions.surveying.design import LDP, LDP_FAMILIES, ldp
-from projdist.decisions.surveying.ground import HeightStatistics, distortion_ppm, elevation_factor
+from projdist.decisions.surveying.ground import HeightStatistics, distortion_ppm
 from projdist.decisions.surveying.heights import read_heights
 
 __all__ = [
@@ -9,7 +9,6 @@ __all__ = [
     "LDP_FAMILIES",
     "HeightStatistics",
     "distortion_ppm",
-    "elevation_factor",
     "ldp",
     "read_heights",
 ]

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from projdist._typing import FloatArray
+from projdist.answers import elevation_factor
 from projdist.decisions.families import Extent, ellipsoid_text, get_family
 from projdist.decisions.surveying.criteria import Factors, Goal, Order, rms_scale
-from projdist.decisions.surveying.ground import Ground, elevation_factor
+from projdist.decisions.surveying.ground import Ground
 from projdist.earth import Ellipsoid
 from projdist.numerics import descend_lattice, lattice, minimise
 from projdist.projections import Projection, ProjectionError, number_text, with_parameters

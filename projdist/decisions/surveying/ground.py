@@ -15,61 +15,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
+from projdist.answers import elevation_factor
 from projdist.earth import Ellipsoid
 from projdist.field import Nodes, nodes_at, nodes_of
 from projdist.matrices import areal_scale
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import Place, PointSet
-from projdist.support import check_degrees, check_instance, check_number, check_numbers
+from projdist.support import check_degrees, check_number, check_numbers
 
-__all__ = ["Ground", "HeightStatistics", "distortion_ppm", "elevation_factor", "ground_of", "statistics_of"]
+__all__ = ["Ground", "HeightStatistics", "distortion_ppm", "ground_of", "statistics_of"]
 
 _NODES, _SEARCHED = 4000, 400  # points of a region of one height, and about how many a search looks at
-
-
-# ---- factors --------------------------------------------------------------------------------
-
-
-def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) -> FloatArray:
-    """R_G / (R_G + h), by which distances at a height h are reduced to the ellipsoid.
-
-    R_G = sqrt(M N) is the Gaussian mean radius of curvature.
-
-    Parameters
-    ----------
-    lat : array_like (...)
-        Latitudes in degrees.
-    height : array_like (...)
-        Ellipsoidal heights in metres (not orthometric ones, which are lower by the geoid's height).
-    ellipsoid : Ellipsoid
-
-    Returns
-    -------
-    ndarray (...)
-        A ratio, below 1 above the ellipsoid.
-
-    Raises
-    ------
-    ValueError
-        For values that are no numbers, or no ellipsoid, and shapes that do not go together.
-
-    References
-    ----------
-    J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5: grid and elevation factors.
-
-    Examples
-    --------
-    Station CBL 0 at Limon, Colorado, as its NGS data sheet KJ0588 has it:
-
-    >>> from projdist import WGS84
-    >>> round(float(elevation_factor(39.2, 1610.152, WGS84)), 8)
-    0.99974744
-    """
-    check_instance("ellipsoid", ellipsoid, Ellipsoid, "an Ellipsoid of projdist")
-    lat, height = check_degrees(check_numbers("latitudes", lat), check_numbers("heights", height))
-    meridian, vertical = ellipsoid.radii(lat)
-    radius = np.sqrt(meridian * vertical)
-    return np.asarray(radius / (radius + height))
 
 
 def distortion_ppm(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, height: ArrayLike) -> FloatArray:

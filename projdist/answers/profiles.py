@@ -1,0 +1,294 @@
+"""Profiles: what a map does along a line."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import AnyArray, FloatArray
+from projdist.answers.elevations import elevation_factor
+from projdist.field import derivatives, measure_at, named_measures, tell_of_contradiction
+from projdist.matrices import Measure
+from projdist.numerics import NODES, WEIGHTS
+from projdist.projections import Projection, ProjectionLike, geodesic_courses, geodesic_lengths
+from projdist.regions import HasGeometry, line_of
+from projdist.support import Answer, check_number, plain
+
+__all__ = ["Profile", "profile"]
+
+_POINTS = 50  # about as many, where no spacing is asked for
+_MOST_POINTS = 1e6
+_LOWEST, _HIGHEST = -12_000.0, 9_000.0  # metres
+_SMALL = 1e-11  # of the line's length, as derivatives are: what the halves of a piece may differ by from the whole
+_HALVINGS = 12
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Profile(Answer):
+    """A map along a line: arrays (n,), a value a point; NaN where undefined.
+
+    `distance_km` is that along the line; `azimuth` the line's direction there, in degrees clockwise from north, at a
+    vertex that of the edge which follows; `scale` the point scale in that direction. `vertices` (m,) are the distances
+    of the line's vertices in km. With heights, `height` is that in metres, `elevation_factor` R / (R + h) and
+    `combined_factor` the scale times that; else they are None. `measures` are the others, by their names.
+
+    Of the whole line: `length_m` on the ellipsoid, `map_length_m` that of its image, `mean_scale` their ratio, good to
+    `error`; `grid_distance_m` the sum of straight distances on the map from vertex to vertex; with heights
+    `ground_length_m` and `mean_combined_factor`, else None.
+    """
+
+    projection: Projection
+    vertices: FloatArray
+    distance_km: FloatArray
+    lon: FloatArray
+    lat: FloatArray
+    x: FloatArray
+    y: FloatArray
+    azimuth: FloatArray
+    scale: FloatArray
+    measures: dict[str, FloatArray]
+    height: FloatArray | None
+    elevation_factor: FloatArray | None
+    combined_factor: FloatArray | None
+    length_m: float
+    map_length_m: float
+    mean_scale: float
+    error: float
+    grid_distance_m: float
+    ground_length_m: float | None
+    mean_combined_factor: float | None
+
+    def _line(self) -> str:
+        return f"{self.projection.name} along {self.length_m / 1e3:.6g} km: mean scale {self.mean_scale:.9g}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The projection, the figures of the whole line, and `results`, one a point; what is undefined is None."""
+        columns = self._table()
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        whole = {name: plain(getattr(self, name)) for name in _OF_THE_LINE}
+        named = {"projection": self.projection.definition, "name": self.projection.name}
+        return named | whole | {"results": [dict(zip(columns, map(plain, row), strict=True)) for row in rows]}
+
+    def _table(self) -> dict[str, AnyArray]:
+        columns = {name: getattr(self, name) for name in _OF_A_POINT} | self.measures
+        return {name: values for name, values in columns.items() if values is not None}
+
+
+_OF_THE_LINE = (
+    *("length_m", "map_length_m", "mean_scale", "error", "grid_distance_m"),
+    *("ground_length_m", "mean_combined_factor"),
+)
+_OF_A_POINT = (
+    *("distance_km", "lon", "lat", "x", "y", "azimuth", "scale"),
+    *("height", "elevation_factor", "combined_factor"),
+)
+
+
+def profile(
+    projection: ProjectionLike,
+    line: str | os.PathLike[str] | ArrayLike | HasGeometry | Mapping[str, Any],
+    *,
+    measures: Iterable[str | Measure] = ("convergence",),
+    spacing_km: float | None = None,
+    height: float | None = None,
+) -> Profile:
+    """What a map does along a line: its scale in the line's direction, other measures, and the mean of the scale.
+
+    Edges are geodesics from vertex to vertex, on the map's own ellipsoid.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    line : str, path, array_like, geometry
+        Vertices (n, 2) in degrees, or (n, 3) with ellipsoidal heights in metres; a text "LON,LAT,LON,LAT,..."; a line
+        of shapely, a GeoSeries or GeoDataFrame, in its CRS; GeoJSON; or the path of a vector file, perhaps with
+        "#LAYER". Several lines must join end to end.
+    measures : iterable of str or Measure, or one of them
+        What else to compute at the points.
+    spacing_km : float, optional
+        Between points; vertices are points, too. Without one it is a round number that makes about 50 to 125.
+    height : float, optional
+        One ellipsoidal height in metres, in place of the line's own.
+
+    Returns
+    -------
+    Profile
+        Values at the points, and figures of the whole line; with heights also the combined factor.
+
+    Raises
+    ------
+    ProjectionError
+        For what is no projection.
+    ValueError
+        For what is no line, an unknown measure, a spacing that is not positive, and heights of no place on Earth.
+
+    References
+    ----------
+    - J. P. Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, pages 20 to 26.
+    - J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5, section 4: the line's scale factor
+      and the combined factor.
+
+    Examples
+    --------
+    UTM's scale on its central meridian is 0.9996; 180 km to the side it is true.
+
+    >>> found = profile("EPSG:32632", [(9, 50), (12, 50)], spacing_km=100)
+    >>> found.scale.round(6).tolist(), round(found.mean_scale, 6)
+    ([0.9996, 0.999723, 1.000091, 1.000168], 0.999789)
+    """
+    projection = Projection.from_user_input(projection)
+    chosen = named_measures(measures)
+    course = _Course(projection, line_of(line), height)
+    at = course.distances(spacing_km)
+    lon, lat, azimuth = course.places(at)
+    found = derivatives(projection, lon, lat)
+    J = found.jacobian
+    tell_of_contradiction(projection, J)
+    scale = _along(J, azimuth)
+    reduced = course.reduction(at, lat)
+    map_length, error = _integral(course.scale, course.ends)
+    ground, _ = (None, 0.0) if reduced is None else _integral(course.raised, course.ends)
+    grid_distance = course.grid_distance()
+    return Profile(
+        projection=projection,
+        vertices=course.ends / 1e3,
+        distance_km=at / 1e3,
+        lon=lon,
+        lat=lat,
+        x=found.x,
+        y=found.y,
+        azimuth=azimuth,
+        scale=scale,
+        measures={name: measure_at(projection, measure, lon, lat, J) for name, measure in chosen.items()},
+        height=None if reduced is None else course.heights(at),
+        elevation_factor=reduced,
+        combined_factor=None if reduced is None else scale * reduced,
+        length_m=float(course.ends[-1]),
+        map_length_m=map_length,
+        mean_scale=map_length / float(course.ends[-1]),
+        error=error / float(course.ends[-1]),
+        grid_distance_m=grid_distance,
+        ground_length_m=ground,
+        mean_combined_factor=None if ground is None else map_length / ground,
+    )
+
+
+class _Course:
+    """A line of geodesics, by the distance along it in metres; `ends` (m,) are those of its vertices."""
+
+    def __init__(self, projection: Projection, line: FloatArray, height: float | None) -> None:
+        self.projection = projection
+        lon, lat, own = line.T
+        lengths = geodesic_lengths(projection.ellipsoid, lon[:-1], lat[:-1], lon[1:], lat[1:])
+        moves = np.append(True, lengths > 0.0)  # a vertex may repeat the one before a turn away
+        self.lon, self.lat, own = lon[moves], lat[moves], own[moves]
+        self.ends = np.append(0.0, np.cumsum(lengths[lengths > 0.0]))
+        if len(self.ends) < 2:
+            raise ValueError("Invalid line. It must have two places or more.")
+        self.own = _heights(own, height)
+
+    def distances(self, spacing_km: float | None) -> FloatArray:
+        """Where the points are: at even distances, and at the vertices."""
+        total = float(self.ends[-1])
+        step = _round_step(total / _POINTS) if spacing_km is None else 1e3 * check_number("spacing", spacing_km)
+        if not step > 0.0 or total > _MOST_POINTS * step:
+            raise ValueError(
+                f"Invalid spacing '{spacing_km}'. It must be positive and make at most {_MOST_POINTS:,.0f} points."
+            )
+        even = step * np.arange(np.ceil(total / step))
+        # Of an even distance and a vertex within a millionth of the spacing the vertex stays.
+        nearest = np.abs(even - self.ends[np.searchsorted(self.ends, even).clip(max=len(self.ends) - 1)])
+        before = np.abs(even - self.ends[(np.searchsorted(self.ends, even) - 1).clip(min=0)])
+        return np.union1d(self.ends, even[np.minimum(nearest, before) > 1e-6 * step])
+
+    def places(self, at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Longitudes, latitudes and azimuths at distances; a vertex is what was given, to the last bit."""
+        k = np.clip(np.searchsorted(self.ends, at, side="right") - 1, 0, len(self.ends) - 2)
+        ends = (self.lon[k], self.lat[k], self.lon[k + 1], self.lat[k + 1])
+        lon, lat, azimuth = geodesic_courses(self.projection.ellipsoid, ends, at - self.ends[k])
+        for number in (k, k + 1):
+            vertex = at == self.ends[number]
+            lon[vertex], lat[vertex] = self.lon[number[vertex]], self.lat[number[vertex]]
+        return lon, lat, azimuth
+
+    def scale(self, at: FloatArray) -> FloatArray:
+        """The scale along the line."""
+        lon, lat, azimuth = self.places(at)
+        return _along(derivatives(self.projection, lon, lat).jacobian, azimuth)
+
+    def heights(self, at: FloatArray) -> FloatArray | None:
+        """Heights, straight from vertex to vertex."""
+        return None if self.own is None else np.interp(at, self.ends, self.own)
+
+    def reduction(self, at: FloatArray, lat: FloatArray) -> FloatArray | None:
+        """R / (R + h)."""
+        height = self.heights(at)
+        return None if height is None else elevation_factor(lat, height, self.projection.ellipsoid)
+
+    def raised(self, at: FloatArray) -> FloatArray:
+        """(R + h) / R."""
+        lat = self.places(at)[1]
+        reduced = self.reduction(at, lat)
+        return np.ones(len(at)) if reduced is None else 1.0 / reduced
+
+    def grid_distance(self) -> float:
+        """The sum of straight distances on the map between vertices."""
+        x, y = self.projection(self.lon, self.lat)
+        return float(np.hypot(np.diff(x), np.diff(y)).sum())
+
+
+def _heights(own: FloatArray, height: float | None) -> FloatArray | None:
+    """The heights of vertices: one for all, or their own where all have one."""
+    if height is not None:
+        own = np.full(len(own), check_number("height", height))
+    elif np.isnan(own).any():
+        return None
+    if not ((own >= _LOWEST) & (own <= _HIGHEST)).all():
+        wrong = own[np.argmax(~((own >= _LOWEST) & (own <= _HIGHEST)))]
+        raise ValueError(f"Invalid height '{wrong:g}'. It must lie within {_LOWEST:g} and {_HIGHEST:g} m.")
+    return own
+
+
+def _along(J: FloatArray, azimuth: FloatArray) -> FloatArray:
+    """The scale in an azimuth a point: the length of the image of the unit vector there."""
+    sin, cos = np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth))
+    return np.hypot(J[:, 0, 0] * sin + J[:, 0, 1] * cos, J[:, 1, 0] * sin + J[:, 1, 1] * cos)
+
+
+def _round_step(step: float) -> float:
+    """1, 2 or 5 times a power of ten, at most a step."""
+    power = 10.0 ** np.floor(np.log10(step))
+    return float(power * max(one for one in (1.0, 2.0, 5.0) if one * power <= step * (1.0 + 1e-12)))
+
+
+def _integral(function: Callable[[FloatArray], FloatArray], ends: FloatArray) -> tuple[float, float]:
+    """The integral over the edges between `ends` by Gauss's rule of ten nodes, and its error: pieces are halved."""
+    left, right = ends[:-1], ends[1:]
+    whole = _gauss(function, left, right)
+    total, error, allowed = 0.0, 0.0, _SMALL * float(ends[-1])
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (left + right)
+        first, second = _gauss(function, left, middle), _gauss(function, middle, right)
+        change = np.abs(first + second - whole)
+        done = ~(change > np.maximum(allowed, _SMALL * whole))
+        total += float((first + second)[done].sum())
+        error += float(change[done].sum())
+        left, right = np.append(left[~done], middle[~done]), np.append(middle[~done], right[~done])
+        whole = np.append(first[~done], second[~done])
+        if not len(left):
+            return total, error
+        left_error = float(change[~done].sum())
+    return total + float(whole.sum()), error + left_error
+
+
+def _gauss(function: Callable[[FloatArray], FloatArray], left: FloatArray, right: FloatArray) -> FloatArray:
+    """The integral over each interval."""
+    half = 0.5 * (right - left)
+    at = 0.5 * (left + right)[:, None] + half[:, None] * NODES
+    return half * (function(at.ravel()).reshape(at.shape) @ WEIGHTS)

@@ -1,0 +1,193 @@
+"""Profiles along lines, against printed tables, closed forms and the map's own distances."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from numpy.testing import assert_allclose
+from pyproj import Geod, Proj
+
+from projdist import SPHERE, WGS84, Profile, factors, profile
+
+R = SPHERE.a
+UTM = "EPSG:32632"
+
+
+def test_snyders_example_of_utm() -> None:
+    """USGS Professional Paper 1395, page 270: 40 30' N, 73 30' W, on Clarke 1866 from 75 W, printed to 7 decimals."""
+    found = profile("+proj=tmerc +lon_0=-75 +k_0=0.9996 +ellps=clrk66", [(-75, 40.5), (-73.5, 40.5)])
+    assert found.x[-1] == pytest.approx(127106.5, abs=0.05)
+    assert found.y[-1] == pytest.approx(4484124.4, abs=0.05)
+    assert found.scale[-1] == pytest.approx(0.9997989, abs=5e-8)
+    assert found.scale[0] == pytest.approx(0.9996, abs=1e-10)
+
+
+def test_scale_and_convergence_of_the_transverse_mercator() -> None:
+    """On a sphere, Snyder's equations 8-1 to 8-4 and 8-10's tangent: k = 1 / sqrt(1 - B^2), tan = tan(lon) sin(lat)."""
+    found = profile(f"+proj=tmerc +R={R}", [(1, 10), (20, 55), (-15, 60)], measures=["convergence", "k"])
+    lon, lat = np.radians(found.lon), np.radians(found.lat)
+    k = 1.0 / np.sqrt(1.0 - (np.cos(lat) * np.sin(lon)) ** 2)
+    assert_allclose(found.scale, k, rtol=1e-10)
+    assert_allclose(found.measures["k"], k, rtol=1e-10)
+    grid = np.degrees(np.arctan(np.tan(lon) * np.sin(lat)))
+    assert_allclose(np.abs(found.measures["convergence"]), np.abs(grid), atol=1e-8)
+
+
+def test_scale_in_the_direction_of_the_line() -> None:
+    """On the plate carree h = 1 and k = 1 / cos(lat); a great circle keeps sin(azimuth) cos(lat) (Clairaut)."""
+    found = profile(f"+proj=eqc +R={R}", [(0, 0), (100, 50)])
+    lat = np.radians(found.lat)
+    constant = math.sin(math.radians(found.azimuth[0]))  # at the equator cos(lat) = 1
+    sin = constant / np.cos(lat)
+    assert_allclose(np.abs(np.sin(np.radians(found.azimuth))), sin, atol=1e-12)
+    assert_allclose(found.scale, np.sqrt((sin / np.cos(lat)) ** 2 + 1.0 - sin**2), rtol=1e-10)
+
+
+def test_mean_scale_of_mercator_along_a_meridian() -> None:
+    """The image of a meridian is as long as ln tan(45 + lat / 2) says."""
+    found = profile(f"+proj=merc +R={R}", [(7, 0), (7, 80)])
+    image = R * math.log(math.tan(math.radians(45 + 40)))
+    assert found.map_length_m == pytest.approx(image, rel=1e-10)
+    assert found.length_m == pytest.approx(R * math.radians(80), rel=1e-12)
+    assert found.mean_scale == pytest.approx(image / (R * math.radians(80)), rel=1e-10)
+    assert found.error < 1e-9
+
+
+def test_line_scale_factor() -> None:
+    """Grid distance over geodesic, as surveyors have it, and Simpson's rule of three scales (NOS NGS 5, section 4)."""
+    line = [(10.5, 48.0), (10.54, 48.03)]
+    found = profile(UTM, line)
+    proj = Proj(UTM)
+    (x0, y0), (x1, y1) = (proj(*point) for point in line)
+    length = Geod(ellps="WGS84").inv(*line[0], *line[1])[2]
+    grid = math.hypot(x1 - x0, y1 - y0)
+    assert found.length_m == pytest.approx(length, abs=1e-6)
+    assert found.grid_distance_m == pytest.approx(grid, abs=1e-6)
+    # The image of 4.5 km, 115 km from the axis, bends by 4.5 * 115 km2 / R^2 = 1.3e-5 rad, and is longer than its chord
+    # by the square of that over 24, 7e-12; derivatives are good to 1e-11.
+    assert found.mean_scale == pytest.approx(grid / length, rel=2e-11)
+    lon, lat, _ = Geod(ellps="WGS84").fwd(*line[0], Geod(ellps="WGS84").inv(*line[0], *line[1])[0], length / 2)
+    first, middle, last = (float(factors(UTM, *point).k) for point in (line[0], (lon, lat), line[1]))
+    # The rule's error is its fourth derivative's: (4.5 km / R)^4 / 2880, far below 1e-12.
+    assert found.mean_scale == pytest.approx((first + 4 * middle + last) / 6, rel=2e-11)
+
+
+def test_combined_factor() -> None:
+    """k R / (R + h) with R = sqrt(M N), here written out; the ground's length is that of a raised arc."""
+    found = profile(UTM, [(9, 45), (9.1, 45.05)], height=1000.0)
+    e2 = WGS84.f * (2 - WGS84.f)
+    radius = WGS84.a * math.sqrt(1 - e2) / (1 - e2 * np.sin(np.radians(found.lat)) ** 2)
+    assert found.combined_factor is not None
+    assert found.ground_length_m is not None
+    assert_allclose(found.combined_factor, found.scale * radius / (radius + 1000.0), rtol=1e-13)
+    assert found.ground_length_m == pytest.approx(found.length_m * (1 + 1000.0 / radius.mean()), rel=1e-8)
+    assert found.mean_combined_factor == pytest.approx(found.map_length_m / found.ground_length_m, rel=1e-15)
+
+
+def test_points() -> None:
+    """At even distances and at the vertices, which are what was given to the last bit."""
+    line = [(9.0, 48.0), (9.3, 48.2), (9.9, 48.1)]
+    found = profile(UTM, line, spacing_km=10)
+    inner = ~np.isin(found.distance_km, found.vertices)
+    assert_allclose(found.distance_km[inner], 10.0 * np.arange(1, inner.sum() + 1), rtol=1e-12)
+    places = list(zip(found.lon[~inner], found.lat[~inner], strict=True))
+    assert places == line
+    way = np.hypot(np.diff(found.x), np.diff(found.y)) / np.diff(found.distance_km)
+    assert_allclose(way, 1e3, rtol=1e-3)
+
+
+def test_heights_run_straight_between_vertices() -> None:
+    """Of a line that has them at all vertices; else there are none."""
+    found = profile(UTM, [(9, 48, 100), (9, 49, 300), (9, 50, 200)], spacing_km=10)
+    assert found.height is not None
+    expected = np.interp(found.distance_km, found.vertices, [100, 300, 200])
+    assert_allclose(found.height, expected, rtol=1e-12)
+    assert profile(UTM, [(9, 48, 100), (9, 49, math.nan)]).combined_factor is None
+    assert profile(UTM, [(9, 48, 100), (9, 49, math.nan)], height=5).height is not None
+
+
+def test_what_the_map_leaves_out_is_undefined() -> None:
+    """A line that leaves an orthographic map has no mean there; what can be measured is."""
+    found = profile("+proj=ortho +R=6371000", [(0, 0), (170, 0)])
+    assert np.isnan(found.mean_scale)
+    assert found.scale[0] == pytest.approx(1.0, rel=1e-9)
+    assert found.to_dict()["mean_scale"] is None
+    json.loads(found.to_json())
+
+
+def same(one: Profile, other: Profile) -> None:
+    assert_allclose(one.lon, other.lon, atol=1e-9)
+    assert_allclose(one.scale, other.scale, rtol=1e-9)
+
+
+def test_lines_of_any_kind(tmp_path: Path) -> None:
+    """Text, arrays, geometries, GeoJSON and files are one line."""
+    points = [(9.0, 48.0, 300.0), (9.5, 48.3, 650.0), (10.4, 48.2, 500.0)]
+    line = shapely.LineString(points)
+    expected = profile(UTM, points)
+    path = tmp_path / "road.geojson"
+    path.write_text(shapely.to_geojson(shapely.force_2d(line)))
+    same(profile(UTM, "9,48,9.5,48.3,10.4,48.2"), expected)
+    same(profile(UTM, np.array(points)), expected)
+    same(profile(UTM, line), expected)
+    same(profile(UTM, shapely.geometry.mapping(line)), expected)
+    same(profile(UTM, str(path)), expected)
+    same(profile(UTM, path), expected)
+    assert profile(UTM, line).height is not None
+
+
+def test_files_of_other_programs(tmp_path: Path) -> None:
+    """A GeoPackage in another CRS, with heights, and parts in any order that join end to end."""
+    geopandas = pytest.importorskip("geopandas")
+    points = [(9.0, 48.0, 300.0), (9.5, 48.3, 650.0), (10.4, 48.2, 500.0), (11.0, 48.4, 10.0)]
+    parts = [points[1:3], points[:2], points[:1:-1]]
+    frame = geopandas.GeoDataFrame(geometry=[shapely.LineString(part) for part in parts], crs="EPSG:4326")
+    path = tmp_path / "roads.gpkg"
+    frame.to_crs("EPSG:25832").to_file(path, layer="roads")
+    expected = profile(UTM, points)
+    for line in (f"{path}#roads", frame, frame.to_crs("EPSG:3857").geometry):
+        found = profile(UTM, line)
+        same(found, expected)
+        assert found.combined_factor is not None
+        assert expected.combined_factor is not None
+        assert_allclose(found.combined_factor, expected.combined_factor, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ([], r"^Invalid line '\[\]'\. It must have two places or more\.$"),
+        ([(1, 2)], r"^Invalid line .* It must have two places or more\.$"),
+        ([(1, 2), (1, 2)], r"^Invalid line .* It must have two places or more\.$"),
+        ([(1, 2), (361, 2)], r"^Invalid line .* Its longitudes must lie within -360 and 360"),
+        (shapely.Point(1, 2), r"^Invalid line\. It must hold lines only; it holds a Point\.$"),
+        (
+            shapely.MultiLineString([[(0, 0), (1, 1)], [(2, 2), (3, 3)]]),
+            r"^Invalid line\. It must hold one line, or lines that join end to end; it holds 2\.$",
+        ),
+        (5, r"^Invalid line '5'\. It must be LON,LAT,LON,LAT,\.\.\., positions"),
+    ],
+)
+def test_what_is_no_line(line: object, message: str) -> None:
+    """One line says what is wrong."""
+    with pytest.raises(ValueError, match=message):
+        profile("robin", line)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"spacing_km": 0}, r"^Invalid spacing '0'\. It must be positive"),
+        ({"spacing_km": 1e-9}, r"^Invalid spacing '1e-09'"),
+        ({"spacing_km": math.nan}, r"^Invalid spacing 'nan'"),
+        ({"height": 1e5}, r"^Invalid height '100000'\. It must lie within -12000 and 9000 m\.$"),
+        ({"measures": "foo"}, r"^Invalid measure 'foo'"),
+    ],
+)
+def test_what_is_refused(options: dict[str, object], message: str) -> None:
+    """One line says what is wrong."""
+    with pytest.raises(ValueError, match=message):
+        profile("robin", [(0, 0), (1, 1)], **options)
