@@ -1,6 +1,7 @@
 from . import natural_earth
 from .ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
 from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, land
+from .places import Cities, cities
 from .rings import (
     GEOS_ARITHMETIC,
     chords,
@@ -21,10 +22,12 @@ __all__ = [
     "SPHERE",
     "WGS84",
     "Border",
+    "Cities",
     "Ellipsoid",
     "borders",
     "chord_angle",
     "chords",
+    "cities",
     "closed_round_pole",
     "coastlines",
     "cut_at_antimeridian",
