@@ -15,6 +15,7 @@ from matplotlib.textpath import TextPath
 from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray, IntArray
+from projdist.plots.titles import with_minus
 from projdist.support import check_number, check_text
 from projdist.surfaces import Surface, coast, graticule, graticule_steps, ground_size, land_polygons, project_lines
 
@@ -136,7 +137,7 @@ def draw_title(ax: Axes, title: str, below: str) -> None:
     ax.set_title(check_text("title", title), fontsize=_TITLE, pad=16 if below else 6, color="#111111")
     if below:
         ax.annotate(
-            below,
+            with_minus(below),
             (0.5, 1.0),
             xytext=(0, 4),
             xycoords="axes fraction",

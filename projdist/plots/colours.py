@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from projdist._typing import FloatArray
 from projdist.matrices import Measure
 from projdist.numerics import quantile
+from projdist.plots.titles import with_minus
 from projdist.support import check_numbers, check_pair, quoted
 
 # Perceptually ordered and safe for the colour-blind; light where the distortion is least.
@@ -224,7 +225,7 @@ def level_labels(levels: FloatArray) -> list[str]:
         spacing = np.diff(levels).min(initial=np.inf) if levels.size > 1 else np.abs(levels).max(initial=1.0)
         if (np.abs(read - levels) <= 1e-3 * spacing).all():
             break
-    return [f"{float(label):,.{_decimals(label)}f}" if "e+" in label else label for label in labels]
+    return [with_minus(f"{float(label):,.{_decimals(label)}f}" if "e+" in label else label) for label in labels]
 
 
 def _decimals(label: str) -> int:

@@ -25,6 +25,7 @@ from projdist.plots.colours import colour_scale
 from projdist.plots.ground import draw_ground_map, prepare_ground
 from projdist.plots.local_fields import draw_local_field, prepare_local_field
 from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_heatmap, draw_tissot
+from projdist.plots.titles import title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for
 from projdist.support import check_instance, check_number, check_pair, check_path, quoted, replacing
@@ -156,7 +157,7 @@ class _Map:
     @property
     def title_width(self) -> float:
         """In inches, at the usual size."""
-        name = self.surface.domain.projection.name if self.title is None else self.title
+        name = title_of(self.surface.domain.projection) if self.title is None else self.title
         return title_width(name, airy_kavrayskiy_line(self.airy_kavrayskiy))
 
 

@@ -13,6 +13,7 @@ from projdist.matrices import Measure
 from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.pictures import check_axes, draw_colourbar, draw_heatmap
+from projdist.plots.titles import title_of
 from projdist.support import check_instance
 from projdist.surfaces import Surface, surface_of
 
@@ -83,4 +84,4 @@ def draw_ground_map(ax: Axes, prepared: GroundMap, title: str | None) -> None:
         ground = f"at {found.height.size:,} points from {found.height.min():,.0f} to {found.height.max():,.0f} m"
     share = found.statistics.within[found.target_ppm]
     below = f"{ground}; {100 * share:.4g} % within {found.target_ppm:g} ppm"
-    draw_title(ax, found.projection.name if title is None else title, below)
+    draw_title(ax, title_of(found.projection) if title is None else title, below)

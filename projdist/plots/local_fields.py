@@ -15,6 +15,7 @@ from projdist.matrices import Measure, areal_scale, decompose
 from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.pictures import check_axes, draw_colourbar
+from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
 from projdist.surfaces import Surface, ellipses, even_radius, surface_of, tissot_points, usual_step, without_crowding
@@ -120,7 +121,7 @@ def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
     about = f"Caps of {field.corrections.radius_km:,.6g} km"
     if len(segments):
         about += f"; longest lines: stretch {longest:.4g}{' or more' if cut else ''}"
-    draw_title(ax, field.surface.domain.projection.name if title is None else title, about)
+    draw_title(ax, title_of(field.surface.domain.projection) if title is None else title, about)
 
 
 def _segments(field: LocalField) -> tuple[FloatArray, float, bool]:

@@ -18,6 +18,7 @@ from projdist.matrices import Measure, get_measure
 from projdist.plots.basemap import airy_kavrayskiy_line, draw_ground, draw_lines, draw_title, set_view, triangulation
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.labels import label_isolines
+from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
 from projdist.support import check_instance
@@ -81,7 +82,9 @@ def draw_tissot(
         ),
         autolim=False,
     )
-    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy))
+    draw_title(
+        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
+    )
 
 
 def _edge_width(ax: Axes, polygons: FloatArray) -> float:
@@ -160,7 +163,9 @@ def draw_heatmap(
             mapped, values, levels=inside, colors="#111111", linewidths=0.6, linestyles="solid", zorder=2.0
         )
         label_isolines(ax, lines, dict(zip(inside.tolist(), level_labels(inside), strict=True)), surface.outline)
-    draw_title(ax, surface.domain.projection.name if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy))
+    draw_title(
+        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
+    )
 
 
 def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:

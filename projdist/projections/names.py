@@ -11,7 +11,14 @@ import pyproj.list
 from projdist.earth import SPHERE
 from projdist.projections.arguments import check_read, number_text
 from projdist.projections.aspects import Turned, Words, has_words, turned_tokens, words_of
-from projdist.projections.catalogue import NAMES, NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS, TEXTBOOK_PARAMETERS
+from projdist.projections.catalogue import (
+    NAMES,
+    NEEDED_PARAMETERS,
+    NOT_IN_METRES,
+    NOT_MAPS,
+    TEXTBOOK_PARAMETERS,
+    TITLES,
+)
 from projdist.projections.crs import parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.figures import figure_parameters, own_figure
@@ -90,7 +97,7 @@ def _named(words: Words, text: str) -> Parts:
     parts = parse_proj_string(" ".join(f"+{token}" for token in _tokens(name, words, text)))
     if words.centre is not None:
         _check_centre(parts, words, text)
-    title = _title(name) if name in NAMES else parts.name.removeprefix("Oblique ")
+    title = TITLES.get(name) or parts.name.removeprefix("Oblique ")
     return parts._replace(name=f"{title}{_aspect(words)}")
 
 
@@ -120,11 +127,11 @@ def _world_map(name: str, words: Words) -> Parts:
         )
     lat, lon = words.centre or (0.0, words.number("lon_0"))
     if not words.parameters and words.centre is None:
-        return Parts(_title(name), name, SPHERE, WORLD_MAPS[name])
+        return Parts(TITLES[name], name, SPHERE, WORLD_MAPS[name])
     definition = f"{name}+lon_0={number_text(lon)}"
     if words.centre is not None:
         definition = f"{name}@{number_text(lat)},{number_text(lon)}"
-    parts = Parts(f"{_title(name)}{_aspect(words)}", definition, SPHERE, Turned(WORLD_MAPS[name], lat, lon))
+    parts = Parts(f"{TITLES[name]}{_aspect(words)}", definition, SPHERE, Turned(WORLD_MAPS[name], lat, lon))
     if words.centre is not None:
         _check_centre(parts, words, definition)
     return parts
@@ -202,10 +209,6 @@ def _utm_code(text: str) -> str:
     """The code of WGS 84's UTM zone of `utm33`, `UTM 33N`, `utm-33s`; north where nothing is said."""
     zone = re.fullmatch(r"utm[\s_-]*(?:zone[\s_-]*)?(0?[1-9]|[1-5]\d|60)[\s_-]*([ns]?)", text, re.IGNORECASE)
     return f"EPSG:32{7 if zone[2].lower() == 's' else 6}{int(zone[1]):02}" if zone else ""
-
-
-def _title(name: str) -> str:
-    return name.replace("-", " ").title()
 
 
 def _textbook(name: str) -> str:

@@ -15,7 +15,7 @@ from pyproj import CRS, Transformer
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.projections.arguments import check_values, tell_of_idle
-from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS
+from projdist.projections.catalogue import ID_TITLES, NOT_IN_METRES, NOT_MAPS
 from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.figures import figure_parameters, has_own_figure, own_figure, tell_of_figure, tell_of_sphere
 from projdist.projections.hints import close_ids
@@ -121,7 +121,7 @@ def _tell_of_figure(operation: str, tokens: list[str], stated: Ellipsoid) -> Non
 
 def _operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
     """The name of the last map among the operations, or of what an ob_tran rotates."""
-    known = pyproj.list.get_proj_operations_map()
+    known = pyproj.list.get_proj_operations_map() | ID_TITLES
     maps = [name for name in operations if name not in NOT_MAPS]
     if not maps:
         return "pipeline"
