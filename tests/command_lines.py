@@ -26,6 +26,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "profile_picture": ("profile", "EPSG:25832", "--line", "road.geojson", "-o", "profile.png", "--dpi", "30"),
     "tissot": ("tissot", "robin", "-o", "tissot.png", "--dpi", "30"),
     "heatmap": ("heatmap", "EPSG:2169", "-o", "heatmap.png", "--dpi", "30"),
+    "heatmap_against": ("heatmap", "robin", "--against", "moll", "-r", EUROPE, "-o", "less.png", "--dpi", "30"),
     "recommend": ("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54"),
     "recommend_picture": (
         *("recommend", FAROES, "--authority", "EPSG", "--datum", "ETRS89", "--custom", "--purpose", "conformal"),

@@ -198,6 +198,7 @@ CALLS = {
     "plots.heatmap_figure": lambda: {
         "projections": ["robin"],
         "measure": "fisher",
+        "against": None,
         "region": CAP,
         "step": None,
         "levels": None,

@@ -10,7 +10,7 @@ import typer
 
 from projdist import plots
 from projdist.answers import compare
-from projdist.cli.errors import refuse, tell_problems
+from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.options import (
     DpiOption,
@@ -26,6 +26,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import tell_written
 from projdist.cli.pictures import PictureFile
+from projdist.projections import Projection
 
 _TOLERANCE = 1e-5  # titles show three decimals
 
@@ -68,6 +69,12 @@ def heatmap_command(
         str,
         typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or GeoTIFF: .tif."),
     ] = "heatmap.png",
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PROJECTION", help="Draw by how much the measure is more than on this map; scales over its."
+        ),
+    ] = None,
     region: RegionOption = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between graticule lines.")] = None,
     levels: Annotated[str | None, typer.Option(help="Number of isolines, or values in any order, as 1,1.5,2.")] = None,
@@ -89,7 +96,7 @@ def heatmap_command(
     names = measure_names(measure or ["fisher"])
     path = file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), overwrite)
     if path.suffix.lower() in RASTER_SUFFIXES:
-        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--dpi": dpi}
+        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--dpi": dpi, "--against": against}
         check_layer_options(path, drawn)
         write_raster(
             projections,
@@ -108,17 +115,24 @@ def heatmap_command(
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
     picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
-    _draw(plots.heatmap_figure, projections, region, picture, measure=names[0], levels=levels_of(levels), cmap=cmap)
+    options: dict[str, Any] = {"measure": names[0], "levels": levels_of(levels), "cmap": cmap}
+    if against is not None:
+        with refusing():
+            options["against"] = Projection.from_user_input(against)
+    _draw(plots.heatmap_figure, projections, region, picture, **options)
 
 
 def _draw(
     figure: Callable[..., Any], given: list[str], region: str | None, picture: PictureFile, **options: Any
 ) -> None:
     """Draw the projections that can be measured, with their Airy-Kavrayskiy figures, and say why others cannot."""
-    found = compare(given, region_given(region), sort="given", tolerance=_TOLERANCE)
-    if found.results:
-        maps = [one.projection for one in found.results]
-        figures = [one.airy_kavrayskiy for one in found.results]
+    other = options.get("against")
+    listed = given if other is None else [*given, other]  # for a region that all have
+    found = compare(listed, region_given(region), sort="given", tolerance=_TOLERANCE)
+    drawn = [one for one in found.results if one.projection is not other]
+    if drawn and len(found.results) - len(drawn) == (other is not None):
+        maps = [one.projection for one in drawn]
+        figures = [one.airy_kavrayskiy for one in drawn]
         options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures}
         picture.save(functools.partial(figure, maps, **options))
         tell_written(picture.path)

@@ -22,6 +22,7 @@ from projdist.decisions import LDP
 from projdist.matrices import get_measure
 from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles, title_width
 from projdist.plots.colours import colour_scale
+from projdist.plots.differences import field_against, label_against, measure_against
 from projdist.plots.ground import draw_ground_map, prepare_ground
 from projdist.plots.local_fields import draw_local_field, prepare_local_field
 from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_heatmap, draw_tissot
@@ -29,7 +30,7 @@ from projdist.plots.titles import title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for
 from projdist.support import check_instance, check_number, check_pair, check_path, quoted, replacing
-from projdist.surfaces import Surface, field, fit, surface_of, tissot_points
+from projdist.surfaces import Surface, fit, surface_of, tissot_points
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
@@ -67,6 +68,7 @@ def heatmap_figure(
     projections: ProjectionLike | Iterable[ProjectionLike],
     *,
     measure: AnyMeasure = "fisher",
+    against: ProjectionLike | None = None,
     region: RegionLike | None = None,
     step: float | None = None,
     levels: Levels = None,
@@ -77,12 +79,16 @@ def heatmap_figure(
     titles: Sequence[str | None] | None = None,
     airy_kavrayskiy: Sequence[float | None] | None = None,
 ) -> Figure:
-    """A measure of one or more projections as heat maps, all panels with one colour bar."""
+    """A measure of one or more projections as heat maps, all panels with one colour bar.
+
+    With `against`, another map, it is the measure less that of the other map at the same place, or, of scales, over it.
+    """
     chosen = get_measure(measure)
-    maps = _maps(projections, region, titles, airy_kavrayskiy)
-    values = [field(one.surface, chosen) for one in maps]
+    other = None if against is None else Projection.from_user_input(against)
+    maps = _maps(projections, region, titles, airy_kavrayskiy, other)
+    values = [field_against(one.surface, chosen, other) for one in maps]
     scale = colour_scale(
-        chosen,
+        measure_against(chosen, other),
         [value[: one.surface.nodes] for value, one in zip(values, maps, strict=True)],
         [one.surface.weights for one in maps],
         levels=levels,
@@ -93,7 +99,9 @@ def heatmap_figure(
     for ax, one, value in zip(axes, maps, values, strict=True):
         draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy)
     fit_titles(axes, room)
-    draw_colourbar(figure, scale, cax=_bar_axes(figure)).set_label(f"{scale.label}{_over(maps)}")
+    draw_colourbar(figure, scale, cax=_bar_axes(figure)).set_label(
+        f"{label_against(scale, chosen, [one.surface.domain.projection.name for one in maps], other)}{_over(maps)}"
+    )
     return figure
 
 
@@ -166,13 +174,14 @@ def _maps(
     region: RegionLike | None,
     titles: Sequence[str | None] | None,
     airy_kavrayskiy: Sequence[float | None] | None,
+    other: Projection | None = None,
 ) -> list[_Map]:
     """The maps of a figure, all of one region; a single projection need not be in a list."""
     listed = listed_projections(projections)
     if not listed:
         raise ValueError("Invalid list of projections '[]'. It must name at least one.")
     chosen = [Projection.from_user_input(one) for one in listed]
-    place = region_for(region, chosen)
+    place = region_for(region, chosen if other is None else [*chosen, other])
     above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
     return [_Map(surface_of(projection, place), title, figure) for projection, title, figure in above]
 

@@ -136,6 +136,7 @@ USAGE = {
     "tissot robin --dpi nan": r"Invalid dpi 'nan'",
     "tissot": r"Missing argument 'PROJECTION...'",
     "heatmap robin -o x.gif": r"Invalid output 'x.gif'. Its suffix must be .png, .svg, .pdf, .tif or .tiff.",
+    "heatmap robin --against moll -o x.tif": r"Invalid option '--against' for 'x.tif'. It is for pictures.",
     "heatmap robin --measure foo": r"Invalid measure 'foo'",
     "heatmap robin --measure a,b": r"Invalid measures 'a,b' for 'heatmap.png'. A picture shows one;",
     "heatmap robin --measure=": r"Invalid measure ''",
