@@ -57,7 +57,8 @@ def cut_at_antimeridian(polygon: shapely.Geometry) -> Iterator[shapely.Polygon]:
     for turn in range(int(np.floor((west + _HALF_TURN) / _TURN)), int(np.ceil((east + _HALF_TURN) / _TURN))):
         window = shapely.box(-180.0 + _TURN * turn, -90.0, 180.0 + _TURN * turn, 90.0)
         inside = polygon if window.covers(polygon) else shapely.intersection(polygon, window)
-        for part in shapely.get_parts(inside):
+        # What was made valid may be polygons beside lines: parts of parts.
+        for part in shapely.get_parts(shapely.get_parts(inside)):
             if isinstance(part, shapely.Polygon) and part.area > 0:
                 yield shapely.transform(part, lambda xy, shift=_TURN * turn: xy - [shift, 0.0]) if turn else part
 
