@@ -21,8 +21,19 @@ from projdist.earth.topojson import POLE_CAP, Geometry, Topology, arcs_used, dec
 
 __all__ = ["RESOLUTIONS", "Border", "borders", "coastlines", "country", "country_keys", "lakes", "land", "near"]
 
-RESOLUTIONS = ("110m", "50m")
-"""Scales of the data, in millionths: 1 : 110 million for the world, 1 : 50 million for parts of it."""
+RESOLUTIONS = ("110m", "50m", "10m")
+"""Scales of the data, in millionths: for the world, for parts of it, and for small countries."""
+
+_FILES = {
+    ("land", "110m"): "land-110m.json",
+    ("land", "50m"): "land-50m.json",
+    ("land", "10m"): "countries-10m.npz",
+    ("countries", "110m"): "countries-110m.json",
+    ("countries", "50m"): "countries-50m.json",
+    ("countries", "10m"): "countries-10m.npz",
+    ("lakes", "110m"): "lakes-110m.json",
+    ("lakes", "50m"): "lakes-50m.json",
+}
 
 
 class Border(NamedTuple):
@@ -36,13 +47,15 @@ class Border(NamedTuple):
 
 @functools.cache
 def land(resolution: str = "110m") -> shapely.MultiPolygon:
-    """The land as polygons in degrees, longitudes -180 to 180."""
+    """The land as polygons in degrees, longitudes -180 to 180; at 10m it takes some seconds to make."""
     return _only("land", resolution)
 
 
 @functools.cache
 def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
-    """The lakes as polygons in degrees, longitudes -180 to 180, less their islands; the Caspian Sea is not land.
+    """The lakes as polygons in degrees, longitudes -180 to 180, less their islands, at 110m and 50m.
+
+    The Caspian Sea is none, and not land.
 
     Of the lakes at 1 : 50 million 253 have their vertices to 2 km, 22 of Siberia, New Zealand and Australia to 4 km;
     Tanganyika and Balkhash are those at 1 : 110 million.
@@ -112,9 +125,10 @@ def _key(geometry: Geometry) -> str:
 
 
 def _topology(what: str, resolution: str) -> Topology:
-    if resolution not in RESOLUTIONS:
-        raise ValueError(f"Invalid resolution '{resolution}'. It must be one of {', '.join(RESOLUTIONS)}.")
-    return topology(f"{what}-{resolution}")
+    allowed = [scale for name, scale in _FILES if name == what]
+    if resolution not in allowed:
+        raise ValueError(f"Invalid resolution '{resolution}'. It must be one of {', '.join(allowed)}.")
+    return topology(_FILES[what, resolution])
 
 
 def _without_cuts(arc: FloatArray) -> Iterator[FloatArray]:

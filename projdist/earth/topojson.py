@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.resources
+import io
 import json
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -29,12 +30,24 @@ class Topology(NamedTuple):
 
 @functools.cache
 def topology(name: str) -> Topology:
-    """The topology of a file of the package's data, by its name without a suffix."""
-    file = importlib.resources.files("projdist") / "data" / f"{name}.json"
+    """The topology of a file of the package's data, by its name: TopoJSON, or that packed by docs/make_countries.py."""
+    file = importlib.resources.files("projdist") / "data" / name
+    if name.endswith(".npz"):
+        return _unpacked(file.read_bytes())
     content = json.loads(file.read_text(encoding="utf-8"))
     scale, origin = np.array(content["transform"]["scale"]), np.array(content["transform"]["translate"])
     arcs = [np.cumsum(np.array(arc), axis=0) * scale + origin for arc in content["arcs"]]
     return Topology({key: one["geometries"] for key, one in content["objects"].items()}, arcs)
+
+
+def _unpacked(content: bytes) -> Topology:
+    """Steps with their signs in the lowest bits, and the bytes of all of them by rank."""
+    with np.load(io.BytesIO(content)) as file:
+        unsigned = np.ascontiguousarray(file["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
+        ends, scale, origin = np.cumsum(file["sizes"]), file["scale"], file["origin"]
+        objects = json.loads(file["objects"].tobytes())
+    steps = np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2)
+    return Topology(objects, [np.cumsum(arc, axis=0) * scale + origin for arc in np.split(steps, ends[:-1])])
 
 
 def arcs_used(geometry: Geometry) -> set[int]:
@@ -50,11 +63,8 @@ def decoded(geometry: Geometry, arcs: Sequence[FloatArray]) -> shapely.MultiPoly
         points = [unwrapped(_join(arcs, ring)) for ring in rings]
         # A ring round a pole as narrow as that may stand before Antarctica's coast as if it were the shell.
         shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
-        parts.extend(
-            cut_at_antimeridian(
-                shapely.make_valid(shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes]))
-            )
-        )
+        polygon = shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
+        parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
     # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
     return merged(parts)
 

@@ -1,4 +1,4 @@
-"""Land, ocean, countries and continents, from Natural Earth at 1 : 50 million, or 1 : 110 million on request."""
+"""Land, ocean, countries, continents: Natural Earth at 1 : 50 million; at 1 : 110 or 1 : 10 million on request."""
 
 from __future__ import annotations
 

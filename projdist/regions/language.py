@@ -1,9 +1,9 @@
 """The small language that names regions, the same on the command line and in Python.
 
-    globe, land, ocean              land@110m and ocean@110m in less detail
+    globe, land, ocean              land@110m and ocean@110m in less detail, @10m in more
     box:W,S,E,N                     degrees; W > E crosses the antimeridian
     cap:LON,LAT,KM                  within a distance of a point
-    country:NAME                    or its ISO 3166 code; country:CH@110m in less detail
+    country:NAME                    or its ISO 3166 code; country:CH@110m, country:CH@10m
     continent:NAME                  its countries
     crs:CODE                        the area of use of a CRS
     file:PATH, file:PATH#LAYER      polygons of a file, with edges straight in its coordinates

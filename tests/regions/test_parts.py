@@ -162,7 +162,10 @@ def test_when_there_is_a_word(text: str, told: bool) -> None:
         ("country:FR@main:0", "Invalid distance '0' of a main part. It must be 10 to 20015 km."),
         ("country:FR@main:nan", "Invalid distance 'nan' of a main part. It must be 10 to 20015 km."),
         ("country:FR@all:5", "Invalid region 'country:FR@all:5'. Polygons may have @main, @main:KM or @all behind"),
-        ("country:FR@main@main", "Invalid suffix '@main'. It must be one of @110m, @50m, @main and @all, once each."),
+        (
+            "country:FR@main@main",
+            "Invalid suffix '@main'. It must be one of @110m, @50m, @10m, @main and @all, once each.",
+        ),
     ],
 )
 def test_wrong_suffixes(text: str, message: str) -> None:
