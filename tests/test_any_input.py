@@ -183,6 +183,15 @@ CALLS = {
         "against": (),
     },
     "estimate_crs": lambda: {"frame": None, "purpose": "any"},
+    "plots.distribution_figure": lambda: {
+        "projections": ["robin"],
+        "kind": "histogram",
+        "measure": "fisher",
+        "region": CAP,
+        "size": (4, 4),
+        "dpi": 50,
+        "titles": None,
+    },
     "plots.heatmap": lambda: {
         "ax": axes(),
         "projection": "robin",

@@ -84,6 +84,7 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "gis.indicatrices": lambda region, _: gis.indicatrices("robin", region=region, step=0.1).total_bounds,
     "gis.raster": lambda region, _: gis.raster("robin", ["fisher"], region=region, size=20).pixels.transform,
     "gis.weighted": weighted,
+    "plots.distribution_figure": lambda region, _: limits(plots.distribution_figure(["robin"], region=region)),
     "plots.heatmap": lambda region, _: drawn(plots.heatmap, "robin", region=region),
     "plots.heatmap_figure": lambda region, _: limits(plots.heatmap_figure(["robin"], region=region)),
     "plots.local_field": lambda region, _: drawn(plots.local_field, "robin", 10.0, region=region),

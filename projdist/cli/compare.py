@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import typer
 
-from projdist.answers import GROUPS, STATISTICS, Index, compare
+from projdist import plots
+from projdist.answers import GROUPS, STATISTICS, Comparison, Index, compare
 from projdist.cli.cells import WHOLE, area_text, certain, first_digit, label_of, per_cent, rounded
-from projdist.cli.errors import refusing, tell_problems
+from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.options import (
+    DpiOption,
     FileFormatOption,
     MeasuresOption,
     OutputOption,
     OverwriteOption,
     Projections,
     RegionOption,
+    SizeOption,
     WeightOption,
+    choice,
     format_for,
     measure_names,
     number,
@@ -26,6 +32,7 @@ from projdist.cli.options import (
     region_given,
 )
 from projdist.cli.output import present
+from projdist.cli.pictures import PictureFile
 from projdist.cli.report import Column, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
 
@@ -35,6 +42,7 @@ _CONVENTION = (
     "Scaled: after the best uniform scale; affine: after the best linear map (MDT).",
 )
 _LAST_OF_INDICES = 1e-5
+DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 
 
 def compare_command(
@@ -56,13 +64,24 @@ def compare_command(
     tolerance: Annotated[
         str, typer.Option(metavar="NUMBER", help="Largest error of the Airy-Kavrayskiy figures.")
     ] = f"{DEFAULT_TOLERANCE:g}",
+    plot: Annotated[
+        str | None,
+        typer.Option(
+            metavar="|".join(DISTRIBUTIONS),
+            help="Draw to -o FILE.png, .svg or .pdf: the shares of the area by a measure (fisher, or the first of "
+            "--measure), in bins or up to a value; or errors of areas against those of angles.",
+        ),
+    ] = None,
     format: FileFormatOption = None,
     output: OutputOption = None,
+    size: SizeOption = None,
+    dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Compare projections over a region: Airy-Kavrayskiy errors, statistics of measures, published indices."""
-    path, names = printed_or_file(output, overwrite), measure_names(measure)
-    form = format_for(format, path)
+    picture = _picture(plot, output, size=size, dpi=dpi, overwrite=overwrite)
+    path = None if picture else printed_or_file(output, overwrite)
+    names, form = measure_names(measure), format_for(format, path)
     # Rounding alone is of the order of 1e-15.
     largest = number("tolerance", tolerance, 1e-15, 1.0)
     area = region_given(region, weight)
@@ -70,8 +89,42 @@ def compare_command(
     with refusing():
         found = compare(projections, area, measures=names, indices=chosen, sort=sort, tolerance=largest)
     report = comparison_report(found.to_dict(), found.rows(), names, found.published, f"by {sort}", largest)
+    if picture is not None and plot is not None and found.results:
+        _draw(found, plot, names, picture)
+        report = replace(report, written=[picture.path])
+    report = replace(report, tables=[replace(table, bars=_sort_key(sort, names)) for table in report.tables])
     present(report, form, path, overwrite)
     tell_problems([failure.error for failure in found.failures])
+
+
+def _picture(
+    plot: str | None, output: str | None, *, size: str | None, dpi: str | None, overwrite: bool
+) -> PictureFile | None:
+    """The picture that is asked for, which then is what is written."""
+    if plot is None:
+        for name, value in (("size", size), ("dpi", dpi)):
+            if value is not None:
+                refuse(f"Invalid option '--{name}'. It needs a picture to draw: --plot {'|'.join(DISTRIBUTIONS)}.")
+        return None
+    choice("plot", plot, list(DISTRIBUTIONS))
+    if output is None:
+        refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
+    return PictureFile(output, size=size, dpi=dpi, overwrite=overwrite)
+
+
+def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFile) -> None:
+    """The distribution of the maps that could be measured."""
+    maps = [one.projection for one in found.results]
+    options: dict[str, Any] = {"measure": names[0] if names else "fisher", "region": found.region}
+    picture.save(functools.partial(plots.distribution_figure, maps, plot, **options))
+
+
+def _sort_key(sort: str, measures: Sequence[str]) -> str:
+    """The column of the rows that they are sorted by."""
+    name, dot, statistic = sort.rpartition(".")
+    if sort in measures:
+        return f"{sort}_mean"
+    return f"{name}_{statistic}" if dot and name in measures else sort
 
 
 def comparison_report(

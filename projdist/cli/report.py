@@ -67,12 +67,16 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows and the columns that are shown of them; the first `keys` columns tell what a row is of."""
+    """Rows and the columns that are shown of them; the first `keys` columns tell what a row is of.
+
+    In a terminal with room for it, bars show the values of the key `bars`.
+    """
 
     rows: Sequence[Row]
     columns: Sequence[Column]
     title: str = ""
     keys: int = 1
+    bars: str = ""
 
 
 class Copy(NamedTuple):

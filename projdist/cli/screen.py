@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -20,6 +21,7 @@ from projdist.cli.terminal import folded, takes_escapes, width_of
 _BORDER = 3  # of a column, with its padding
 _READABLE = 200  # columns: a pipe has room enough, and yet keeps the descriptions of lists readable
 _NARROWEST = (24, 16, 8)  # characters; texts wider than that are folded where there is no room
+_BAR = 12  # characters of the longest bar
 _LONGEST_FIGURE = 24  # as 0.99941 .. 1.00026
 
 
@@ -52,6 +54,7 @@ def table_text(table: Table, output: Path | None = None) -> str:
     styled = output is None and takes_escapes(sys.stdout)
     unicode = output is not None or (sys.stdout.encoding or "").lower().startswith("utf")
     narrowest = _narrowest(columns, keys, room)
+    columns = _with_bars(table, columns, room, narrowest, unicode=unicode)
     stream = io.StringIO()
     for block in [columns] if room is None else _blocks(columns, keys, room, narrowest):
         drawn = RichTable(box=box.HEAVY_HEAD if unicode else box.ASCII)
@@ -73,6 +76,29 @@ def table_text(table: Table, output: Path | None = None) -> str:
         needed = 1 + sum(column.least(narrowest) for column in block)
         Console(file=stream, force_terminal=styled, width=max(room or _READABLE, needed)).print(drawn)
     return "\n".join(line.rstrip() for line in stream.getvalue().split("\n"))
+
+
+def _with_bars(table: Table, columns: list[_Drawn], room: int | None, narrowest: int, *, unicode: bool) -> list[_Drawn]:
+    """The columns, and one of bars from 0 where a terminal has room beside them."""
+    values = [row.get(table.bars) for row in table.rows]
+    bars = _bars(values, unicode=unicode)
+    if room is None or not bars:
+        return columns
+    drawn = _Drawn("", bars, True, False)
+    needed = 1 + sum(column.least(narrowest) for column in (*columns, drawn))
+    return [*columns, drawn] if needed <= room else columns
+
+
+def _bars(values: Sequence[object], *, unicode: bool) -> list[str]:
+    """Bars as long as numbers of 0 and more are large; none where fewer than two are, or any is less than 0."""
+    numbers = [float(one) if isinstance(one, int | float) and math.isfinite(one) else None for one in values]
+    known = [one for one in numbers if one is not None]
+    if len(known) < 2 or min(known) < 0.0 or max(known) == 0.0:
+        return []
+    eighths = [None if one is None else round(8 * _BAR * one / max(known)) for one in numbers]
+    if not unicode:
+        return ["" if one is None else "#" * round(one / 8) for one in eighths]
+    return ["" if one is None else "█" * (one // 8) + " ▏▎▍▌▋▊▉"[one % 8].strip() for one in eighths]
 
 
 def notes_text(lines: Iterable[str], output: Path | None = None) -> str:

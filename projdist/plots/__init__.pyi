@@ -1,4 +1,5 @@
 from .colours import ColourScale
+from .distributions import DISTRIBUTIONS, distribution_figure
 from .figures import SUFFIXES, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
 from .ground import ground_map
 from .local_fields import local_field
@@ -8,10 +9,12 @@ from .pictures import heatmap, tissot
 from .profiles import profile_figure
 
 __all__ = [
+    "DISTRIBUTIONS",
     "OLD_MAP_MEASURES",
     "OLD_MAP_PANELS",
     "SUFFIXES",
     "ColourScale",
+    "distribution_figure",
     "ground_map",
     "heatmap",
     "heatmap_figure",

@@ -12,6 +12,7 @@ from commands import parse_markdown
 from projdist.cli.cells import certain, change, first_digit, fixed, label_of, per_cent, rounded
 from projdist.cli.formats import FORMATS, render
 from projdist.cli.report import Column, Copy, Report, Table, listing
+from projdist.cli.screen import _bars
 
 ROWS = [{"name": "a|b*", "figure": 0.25, "error": 1e-3}, {"name": "c", "figure": None, "error": None}]
 COLUMNS = [Column("name"), Column("figure", "fig", rounded, error="error", unit="m", best=True)]
@@ -83,3 +84,11 @@ def test_numbers_as_texts() -> None:
         *("2e-09", "0.0000", "+0.50", "inf")
     ]
     assert [label_of("moll", "X"), label_of("a\nb", "X"), label_of("a" * 61, "X")] == ["moll", "X", "X"]
+
+
+def test_bars_are_as_long_as_values() -> None:
+    """In eighths of a character; none for fewer than two values or where one is negative."""
+    assert _bars([1.0, 0.5, 0.0, None], unicode=True) == ["█" * 12, "█" * 6, "", ""]
+    assert _bars([96, 1], unicode=True) == ["█" * 12, "▏"]
+    assert _bars([2.0, 1.0], unicode=False) == ["#" * 12, "#" * 6]
+    assert _bars([1.0], unicode=True) == _bars([1.0, -1.0], unicode=True) == _bars(["a", "b"], unicode=True) == []

@@ -1,0 +1,69 @@
+"""Shares of the ground by a measure, and maps by their errors of areas and angles."""
+
+import numpy as np
+import pytest
+
+from projdist import plots, sample, summarize
+from projdist.plots.distributions import _front, angles_and_areas
+
+
+def curve(figure: object, k: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    line = figure.axes[0].get_lines()[k]  # type: ignore[attr-defined]
+    return np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+
+
+def test_cumulative_curve_of_mercator() -> None:
+    """Its scale is at most K where cos(lat) >= 1 / K: on the sphere a share sqrt(1 - 1 / K^2)."""
+    figure = plots.distribution_figure("+proj=merc +R=6371000", "cumulative", measure="k", region="globe")
+    k, share = curve(figure)
+    inside = (k > 1.01) & (k < 5.0)
+    assert inside.sum() > 100
+    # The lattice has 200,000 points: shares are good to some of them.
+    np.testing.assert_allclose(share[inside], 100.0 * np.sqrt(1.0 - 1.0 / k[inside] ** 2), atol=0.03)
+
+
+def test_histogram_of_a_scale() -> None:
+    """Bins have their closed form, and with what lies beyond them they sum to all of the area."""
+    figure = plots.distribution_figure("+proj=merc +R=6371000", measure="k", region="globe")
+    steps = figure.axes[0].patches[0]
+    shares, edges, _ = steps.get_data()
+    below = np.sqrt(1.0 - 1.0 / np.maximum(edges, 1.0) ** 2)
+    np.testing.assert_allclose(shares, 100.0 * np.diff(below), atol=0.05)
+    (text,) = figure.axes[0].get_legend().get_texts()
+    assert text.get_text().endswith(f"({100.0 * (1.0 - below[-1]):.2g} % beyond)")
+
+
+@pytest.mark.parametrize("name", ["robin", "mercator", "moll", "laea"])
+def test_areas_and_angles_make_the_error(name: str) -> None:
+    """The squares of both parts sum to that of the scaled Airy-Kavrayskiy error."""
+    angles, areas = angles_and_areas(sample(name, "globe", tolerance=1e-5))
+    assert np.hypot(angles, areas) == pytest.approx(summarize(name, "globe").airy_kavrayskiy_scaled, rel=1e-4)
+    assert (angles < 1e-4) == (name == "mercator")
+    assert (areas < 5e-3) == (name in ("moll", "laea"))
+
+
+def test_the_front() -> None:
+    """What none is below in both, from the left; ties are one."""
+    points = np.array([[0.0, 3.0], [1.0, 2.0], [1.5, 2.5], [2.0, 1.0], [3.0, 1.0 - 1e-6], [2.5, 0.5]])
+    assert _front(points, 1e-3) == [0, 1, 3, 5]
+
+
+def test_labels_do_not_overlap() -> None:
+    """Each map of the trade has its name, and none hides another."""
+    maps = ["robin", "moll", "mercator", "eqearth", "eck4", "wag4", "hammer", "kav7", "winkel-tripel", "natearth"]
+    figure = plots.distribution_figure(maps, "pareto", region="globe")
+    boxes = [text.get_window_extent().extents for text in figure.axes[0].texts]
+    assert len(boxes) == len(maps)
+    for k, (west, south, east, north) in enumerate(boxes):
+        for other in boxes[:k]:
+            assert other[0] >= east or other[2] <= west or other[1] >= north or other[3] <= south
+
+
+def test_what_is_refused() -> None:
+    """In one line each."""
+    with pytest.raises(ValueError, match=r"^Invalid kind of distribution 'pie'\."):
+        plots.distribution_figure("robin", "pie")
+    with pytest.raises(ValueError, match=r"^Invalid list of 0 projections\."):
+        plots.distribution_figure([])
+    with pytest.raises(ValueError, match=r"^Invalid titles\."):
+        plots.distribution_figure("robin", titles=["a", "b"])
