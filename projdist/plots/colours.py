@@ -14,7 +14,7 @@ from projdist._typing import FloatArray
 from projdist.matrices import Measure
 from projdist.numerics import quantile
 from projdist.plots.titles import with_minus
-from projdist.support import check_numbers, check_pair, quoted
+from projdist.support import check_numbers, check_pair, listed, quoted, tell
 
 # Perceptually ordered and safe for the colour-blind; light where the distortion is least.
 _DIVERGING, _RISING, _FALLING = "RdBu_r", "viridis_r", "viridis"
@@ -39,6 +39,7 @@ _FLAT = {"magnitude": (0.0, 1.0), "signed": (-1.0, 1.0), "ratio": (-0.1, 0.1)}  
 _INTERVALS = 9
 _MOST_LEVELS = 100
 _COLOURS = 256
+_FEW_LEVELS = 5  # that a notice names
 
 
 @dataclass(frozen=True)
@@ -116,11 +117,23 @@ def colour_scale(
     if not -np.inf < low < high < np.inf or (measure.kind == "ratio" and low <= 0):
         raise ValueError(f"Invalid colour limits '{low:g}, {high:g}'. They must ascend, and be positive for a ratio.")
     chosen = _round_levels(measure, low, high, wanted) if isinstance(wanted, int) else wanted
+    if not isinstance(wanted, int):
+        _tell_of_beyond(wanted, data)
     norm = LogNorm(low, high) if measure.kind == "ratio" else Normalize(low, high)
     slack = _SLACK * (high - low)
     beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
     return ColourScale(measure, norm, _usual_map(measure, low, high) if cmap is None else cmap, chosen, extend)
+
+
+def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
+    """Say which levels no value reaches."""
+    beyond = levels[(levels < data.min()) | (levels > data.max())]
+    if beyond.size:
+        few = [f"{level:g}" for level in beyond[:_FEW_LEVELS]]
+        few += [f"{beyond.size - len(few)} more"] if beyond.size > len(few) else []
+        has = "level {} has no isoline: it is" if beyond.size == 1 else "levels {} have no isolines: they are"
+        tell(f"The {has.format(listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}.")
 
 
 def _usual_map(measure: Measure, low: float, high: float) -> str:

@@ -11,7 +11,7 @@ from projdist._typing import FloatArray
 from projdist.matrices import Measure
 from projdist.plots.colours import ColourScale
 from projdist.projections import Projection
-from projdist.surfaces import Surface, field
+from projdist.surfaces import Surface, ValuesAt, field, measured
 
 _TURN = 360.0
 _DIRECTIONS = ("meridian_convergence",)  # which go round
@@ -23,6 +23,21 @@ def field_against(surface: Surface, measure: Measure, other: Projection | None) 
     if other is None:
         return values
     others = field(replace(surface, domain=replace(surface.domain, projection=other)), measure)
+    return _against(values, others, measure)
+
+
+def values_against(projection: Projection, measure: Measure, other: Projection | None) -> ValuesAt:
+    """The same as a function of longitudes and latitudes."""
+
+    def values_at(lon: FloatArray, lat: FloatArray) -> FloatArray:
+        values = measured(projection, measure, lon, lat)
+        return values if other is None else _against(values, measured(other, measure, lon, lat), measure)
+
+    return values_at
+
+
+def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatArray:
+    """Values less others, or, of a ratio, over them."""
     if measure.kind == "ratio":
         with np.errstate(divide="ignore", invalid="ignore"):
             found = values / others

@@ -22,7 +22,7 @@ from projdist.decisions import LDP
 from projdist.matrices import get_measure
 from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles, title_width
 from projdist.plots.colours import colour_scale
-from projdist.plots.differences import field_against, label_against, measure_against
+from projdist.plots.differences import field_against, label_against, measure_against, values_against
 from projdist.plots.ground import draw_ground_map, prepare_ground
 from projdist.plots.local_fields import draw_local_field, prepare_local_field
 from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_heatmap, draw_tissot
@@ -97,7 +97,8 @@ def heatmap_figure(
     )
     figure, axes, room = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
     for ax, one, value in zip(axes, maps, values, strict=True):
-        draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy)
+        values_at = values_against(one.surface.domain.projection, chosen, other)
+        draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy, values_at)
     fit_titles(axes, room)
     draw_colourbar(figure, scale, cax=_bar_axes(figure)).set_label(
         f"{label_against(scale, chosen, [one.surface.domain.projection.name for one in maps], other)}{_over(maps)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,9 +12,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap
+from matplotlib.textpath import TextPath
 from matplotlib.tri import Triangulation
 
-from projdist._typing import FloatArray
+from projdist._typing import FloatArray, IntArray
 from projdist.matrices import Measure, get_measure
 from projdist.plots.basemap import airy_kavrayskiy_line, draw_ground, draw_lines, draw_title, set_view, triangulation
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
@@ -22,11 +24,23 @@ from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
 from projdist.support import check_instance
-from projdist.surfaces import Indicatrices, Surface, ellipses, field, fit, surface_of, tissot_points
+from projdist.surfaces import (
+    Indicatrices,
+    Surface,
+    ValuesAt,
+    ellipses,
+    field,
+    fit,
+    jumping,
+    measured,
+    surface_of,
+    tissot_points,
+)
 
 ELLIPSE_FACE, ELLIPSE_EDGE = "#c2402899", "#7d2414"
 
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
+_TICK, _AIR = 8.0, 0.6  # points, and of them between labels
 _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
 AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
@@ -122,7 +136,8 @@ def heatmap(
     surface = surface_of(projection, region)
     values = field(surface, chosen)
     scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
-    draw_heatmap(ax, surface, values, scale, step, title, airy_kavrayskiy)
+    values_at = functools.partial(measured, surface.domain.projection, chosen)
+    draw_heatmap(ax, surface, values, scale, step, title, airy_kavrayskiy, values_at)
     if colourbar:
         draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
     return scale
@@ -136,15 +151,17 @@ def draw_heatmap(
     step: float | None,
     title: str | None,
     airy_kavrayskiy: float | None,
+    values_at: ValuesAt | None = None,
 ) -> None:
-    """Draw prepared values at the vertices of a surface."""
+    """Draw prepared values at the vertices of a surface; isolines end where `values_at` jumps."""
     set_view(ax, surface)
     mapped, used = triangulation(surface)
-    values = values[used]
+    whole, values = values, values[used]
     if scale.measure.name == "meridian_convergence":
         mapped, values = _without_turn(mapped, values)
     missing = ~np.isfinite(values)
-    mapped.set_mask(missing[mapped.triangles].any(axis=1))
+    unknown = missing[mapped.triangles].any(axis=1)
+    mapped.set_mask(unknown)
     present = values[~missing]
     values = np.where(missing, scale.limits[0], values)
     ax.tripcolor(
@@ -159,6 +176,8 @@ def draw_heatmap(
     draw_lines(ax, surface, step, over_colours=True)
     inside = scale.levels[(scale.levels > present.min()) & (scale.levels < present.max())]
     if inside.size and shows_isolines(scale, present):
+        if values_at is not None:
+            mapped.set_mask(unknown | jumping(surface, whole, inside, values_at))
         lines = ax.tricontour(
             mapped, values, levels=inside, colors="#111111", linewidths=0.6, linestyles="solid", zorder=2.0
         )
@@ -186,22 +205,41 @@ def draw_colourbar(figure: Any, scale: ColourScale, **place: Any) -> Colorbar:
     bar: Colorbar = figure.colorbar(
         ScalarMappable(scale.norm, scale.colours), orientation="horizontal", extend=scale.extend, **place
     )
-    ticks = _ticks(scale, bar.ax.get_window_extent().width / figure.dpi)
+    ticks = _ticks(scale, bar.ax.get_window_extent().width / figure.dpi * 72.0 / _TICK)
     bar.set_ticks(ticks, labels=level_labels(np.array(ticks)))
     bar.minorticks_off()
-    bar.ax.tick_params(labelsize=8, length=3)
+    bar.ax.tick_params(labelsize=_TICK, length=3)
     bar.set_label(scale.label, fontsize=9)
     bar.outline.set_linewidth(0.5)
     return bar
 
 
-def _ticks(scale: ColourScale, inches: float) -> list[float]:
-    """As many of the levels as have room for their labels, and among them 0, or 1 for a ratio."""
+def _ticks(scale: ColourScale, length: float) -> list[float]:
+    """As many of the levels as have room for their labels on a bar, its length in units of the labels' size."""
     low, high = scale.limits
     levels = scale.levels[(scale.levels >= low) & (scale.levels <= high)]
     if not levels.size:
         return [low, high]
-    widest = 0.08 * max(len(label) for label in level_labels(levels)) + 0.12
-    every = int(np.ceil(levels.size / max(inches / widest, 1.0)))
+    places = length * np.asarray(scale.norm(levels), dtype=float)
+    reach = 0.5 * np.array(
+        [TextPath((0.0, 0.0), label, size=1.0).get_extents().width for label in level_labels(levels)]
+    )
+    # Even steps with the neutral value among them; or, if there is room for more so, one after the other.
     middle = int(np.argmin(np.abs(levels - (1.0 if scale.measure.kind == "ratio" else 0.0))))
-    return [float(level) for level in levels[middle % every :: every]]
+    steps = (np.arange(middle % every, levels.size, every) for every in range(1, levels.size + 1))
+    even = next(chosen for chosen in steps if _are_clear(places[chosen], reach[chosen]))
+    chosen = max(even, _one_after_the_other(places, reach), key=len)
+    return [float(level) for level in levels[chosen]]
+
+
+def _are_clear(places: FloatArray, reach: FloatArray) -> bool:
+    return bool((np.diff(places) > reach[:-1] + reach[1:] + _AIR).all())
+
+
+def _one_after_the_other(places: FloatArray, reach: FloatArray) -> IntArray:
+    """Labels from the first, each the next that is clear of the last one."""
+    chosen = [0]
+    for index in range(1, len(places)):
+        if places[index] - places[chosen[-1]] > reach[index] + reach[chosen[-1]] + _AIR:
+            chosen.append(index)
+    return np.array(chosen)

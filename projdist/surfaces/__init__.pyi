@@ -1,5 +1,6 @@
 from .domain import ground_size, normalised
-from .fields import field
+from .fields import field, measured
+from .jumps import ValuesAt, jumping
 from .land import coast, land_polygons
 from .lines import graticule, graticule_steps, project_lines
 from .surface import Surface, surface_of
@@ -17,6 +18,7 @@ from .tissot_ellipses import (
 __all__ = [
     "Indicatrices",
     "Surface",
+    "ValuesAt",
     "close_pairs",
     "coast",
     "ellipses",
@@ -26,7 +28,9 @@ __all__ = [
     "graticule",
     "graticule_steps",
     "ground_size",
+    "jumping",
     "land_polygons",
+    "measured",
     "normalised",
     "project_lines",
     "surface_of",

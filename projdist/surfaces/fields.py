@@ -7,6 +7,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.field import hessian, jacobian
 from projdist.matrices import Measure
+from projdist.projections import Projection
 from projdist.surfaces.domain import POLE, normalised
 from projdist.surfaces.surface import Surface
 
@@ -23,7 +24,7 @@ def field(surface: Surface, measure: Measure) -> FloatArray:
     inner = np.flatnonzero(np.isfinite(surface.x) & (np.abs(surface.v) < POLE))
     lon, lat = surface.frame.geographic(u[inner], v[inner])
     values = np.full(surface.x.size, np.nan)
-    values[inner] = _measured(surface, measure, normalised(lon), lat)
+    values[inner] = measured(surface.domain.projection, measure, normalised(lon), lat)
     values[~np.isfinite(values)] = np.nan
     nodes = _filled(values[: surface.nodes].reshape(surface.shape))
     # Next to a seam and beyond a limb derivatives may fail. An image that differs from its node by more than the
@@ -32,8 +33,8 @@ def field(surface: Surface, measure: Measure) -> FloatArray:
     return np.where(np.abs(values - near) <= _MOST_STEPS * step, values, near)
 
 
-def _measured(surface: Surface, measure: Measure, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    projection = surface.domain.projection
+def measured(projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray) -> FloatArray:
+    """Values of a measure at points."""
     J = jacobian(projection, lon, lat)
     if not measure.needs_hessian:
         return measure(J)
