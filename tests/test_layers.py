@@ -56,7 +56,8 @@ HOMES = {
     "shapely": {
         *("earth.rings", "earth.natural_earth", "earth.topojson", "regions"),
         *("decisions.checking.outlines", "designs.overlaps"),
-        *("surfaces.domain", "surfaces.land", "plots.basemap", "gis.layers", "gis.points", "gis.conversion"),
+        *("surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional", "plots.basemap"),
+        *("gis.layers", "gis.points", "gis.conversion"),
     },
     "matplotlib": {"plots"},
     "PIL": {"applications.mosaics.images", "applications.mosaics.saving"},

@@ -13,11 +13,13 @@ from projdist.answers import compare
 from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.layers import LAYER_SUFFIXES, RASTER_SUFFIXES, check_layer_options, write_layer, write_raster
 from projdist.cli.options import (
+    ContextOption,
     DpiOption,
     OverwriteOption,
     Projections,
     RegionOption,
     SizeOption,
+    context_of,
     file_of_kind,
     levels_of,
     measure_names,
@@ -41,6 +43,7 @@ def tissot_command(
     ] = "tissot.png",
     region: RegionOption = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses.")] = None,
+    context: ContextOption = None,
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
@@ -48,11 +51,12 @@ def tissot_command(
     """Draw Tissot's indicatrices."""
     path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
     if path.suffix.lower() in LAYER_SUFFIXES:
-        check_layer_options(path, {"--size": size, "--dpi": dpi})
+        check_layer_options(path, {"--context": context, "--size": size, "--dpi": dpi})
         write_layer(projections, path, region=region_given(region), step=step_of(step), overwrite=overwrite)
         return
+    shown = context_of(context)
     picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
-    _draw(plots.tissot_figure, projections, region, picture)
+    _draw(plots.tissot_figure, projections, region, picture, context=shown)
 
 
 def heatmap_command(
@@ -79,6 +83,7 @@ def heatmap_command(
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between graticule lines.")] = None,
     levels: Annotated[str | None, typer.Option(help="Number of isolines, or values in any order, as 1,1.5,2.")] = None,
     cmap: Annotated[str | None, typer.Option(help="Name of a matplotlib colour map.")] = None,
+    context: ContextOption = None,
     size: Annotated[
         str | None,
         typer.Option(help="Inches of a picture, as 10,6; pixels of a raster: of its longer side, or as 1000,500."),
@@ -96,8 +101,8 @@ def heatmap_command(
     names = measure_names(measure or ["fisher"])
     path = file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), overwrite)
     if path.suffix.lower() in RASTER_SUFFIXES:
-        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--dpi": dpi, "--against": against}
-        check_layer_options(path, drawn)
+        drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--context": context, "--dpi": dpi}
+        check_layer_options(path, drawn | {"--against": against})
         write_raster(
             projections,
             names,
@@ -115,7 +120,8 @@ def heatmap_command(
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
     picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
-    options: dict[str, Any] = {"measure": names[0], "levels": levels_of(levels), "cmap": cmap}
+    shown = context_of(context)
+    options: dict[str, Any] = {"measure": names[0], "levels": levels_of(levels), "cmap": cmap, "context": shown}
     if against is not None:
         with refusing():
             options["against"] = Projection.from_user_input(against)

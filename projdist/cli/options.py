@@ -63,6 +63,12 @@ MeasuresOption = Annotated[
     typer.Option("--measure", "-m", help="A measure (see 'projdist list measures'); may be repeated, or with commas."),
 ]
 SizeOption = Annotated[str | None, typer.Option(help="Width and height of the picture in inches, as 10,6.")]
+ContextOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="none|coast|borders|full", help="What a picture of a region shows of the Earth; full if not given."
+    ),
+]
 DpiOption = Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")]
 
 _MOST_PIXELS = 4e8  # 1.6 GB of memory
@@ -209,6 +215,13 @@ def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
     if size[0] * size[1] * dpi**2 > _MOST_PIXELS:
         refuse(f"Invalid size '{text}' at {dpi:g} dots per inch. It must have at most {_MOST_PIXELS:.0e} pixels.")
     return size
+
+
+def context_of(text: str | None) -> str:
+    """What a picture of a region shows of the Earth."""
+    from projdist import plots  # loads matplotlib
+
+    return plots.CONTEXTS[-1] if text is None else choice("context", text, list(plots.CONTEXTS))
 
 
 def levels_of(text: str | None) -> int | list[float] | None:

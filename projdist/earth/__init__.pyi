@@ -1,4 +1,5 @@
 from . import natural_earth
+from .degree_texts import latitude_text, longitude_text
 from .ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
 from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, land
 from .places import Cities, cities
@@ -36,6 +37,8 @@ __all__ = [
     "goes_round",
     "lakes",
     "land",
+    "latitude_text",
+    "longitude_text",
     "merged",
     "natural_earth",
     "planar",

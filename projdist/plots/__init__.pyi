@@ -1,3 +1,4 @@
+from .areas import CONTEXTS
 from .colours import ColourScale
 from .distributions import DISTRIBUTIONS, distribution_figure
 from .figures import SUFFIXES, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
@@ -9,6 +10,7 @@ from .pictures import heatmap, tissot
 from .profiles import profile_figure
 
 __all__ = [
+    "CONTEXTS",
     "DISTRIBUTIONS",
     "OLD_MAP_MEASURES",
     "OLD_MAP_PANELS",

@@ -1,36 +1,39 @@
-"""What all pictures share: sea, land, graticule, coastline and the outline of the map."""
+"""What all pictures share: their frame, graticule, coasts and borders, and their titles."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-import numpy as np
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import ListedColormap
-from matplotlib.patheffects import withStroke
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.text import Text
 from matplotlib.textpath import TextPath
-from matplotlib.tri import Triangulation
 
-from projdist._typing import FloatArray, IntArray
+from projdist._typing import FloatArray
+from projdist.plots.areas import CONTEXTS, coast_resolution, shows_borders
+from projdist.plots.graticules import GraticuleLine, label_graticule
 from projdist.plots.titles import with_minus
 from projdist.support import check_number, check_text
-from projdist.surfaces import Surface, coast, graticule, graticule_steps, ground_size, land_polygons, project_lines
+from projdist.surfaces import (
+    Bounds,
+    Surface,
+    coast,
+    country_borders,
+    graticule,
+    graticule_steps,
+    graticule_values,
+    ground_size,
+    lake_shores,
+    project_lines,
+)
 
-SEA, LAND, COAST, GRATICULE, OUTLINE = "#f1f5f9", "#dedacf", "#77736a", "#b4bec9", "#333333"
+COAST, GRATICULE, OUTLINE = "#77736a", "#b4bec9", "#333333"
 
 _TITLE, _BELOW = 10.5, 8.0  # points
 _BELOW_LABEL = "below the title"
-
-
-def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
-    """The surface for matplotlib, and the vertices that it uses."""
-    used = np.zeros(surface.x.size, dtype=bool)
-    used[surface.triangles] = True
-    kept = np.flatnonzero(used)
-    return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[surface.triangles]), kept
 
 
 def map_size(surface: Surface) -> float:
@@ -39,84 +42,79 @@ def map_size(surface: Surface) -> float:
     return max(east - west, north - south)
 
 
-def coast_resolution(surface: Surface) -> str:
-    """The finer coastline for parts of the world."""
-    return "110m" if max(ground_size(surface.domain.region.bounds)) > 100.0 else "50m"
-
-
 def set_view(ax: Axes, surface: Surface) -> None:
-    """Limits a little wider than the map, one metre the same in x and y, and no frame."""
-    west, east, south, north = surface.extent
-    margin = 0.01 * map_size(surface)
-    ax.set_xlim(west - margin, east + margin)
-    ax.set_ylim(south - margin, north + margin)
+    """The frame of the picture, one metre the same in x and y; its line is drawn where the map goes on beyond."""
+    west, east, south, north = surface.view
+    ax.set_xlim(west, east)
+    ax.set_ylim(south, north)
     ax.set_aspect("equal")
     ax.set_axis_off()
+    if surface.goes_on:
+        frame = Rectangle((0.0, 0.0), 1.0, 1.0, transform=ax.transAxes, fill=False, clip_on=False, label="frame")
+        frame.set(edgecolor=OUTLINE, linewidth=0.8, zorder=5.0)
+        ax.add_patch(frame)
 
 
-def draw_ground(ax: Axes, surface: Surface) -> None:
-    """Sea and land as pale areas; other bodies are all land."""
-    mapped, kept = triangulation(surface)
-    if surface.domain.projection.is_of_another_body:
-        _fill(ax, mapped, LAND, 0.5)
-        return
-    _fill(ax, mapped, SEA, 0.5)
-    cells, coastal = land_polygons(surface, coast_resolution(surface))
-    renumbered = np.zeros(surface.x.size, dtype=int)
-    renumbered[kept] = np.arange(kept.size)
-    if len(cells):
-        _fill(ax, Triangulation(mapped.x, mapped.y, renumbered[cells]), LAND, 0.6)
-    # The hair of an edge in the same colour closes the joints between the pieces.
-    ax.add_collection(
-        PolyCollection(coastal, facecolors=LAND, edgecolors=LAND, linewidths=0.3, rasterized=True, zorder=0.6),
-        autolim=False,
-    )
-
-
-def _fill(ax: Axes, mapped: Triangulation, colour: str, zorder: float) -> None:
-    # Of matplotlib's ways to fill many triangles, this one leaves no hairlines between them.
-    ax.tripcolor(
-        mapped,
-        np.zeros(mapped.x.size),
-        shading="gouraud",
-        cmap=ListedColormap([colour]),
-        rasterized=True,
-        zorder=zorder,
-    )
-
-
-def draw_lines(ax: Axes, surface: Surface, step: float | None, *, over_colours: bool = False) -> None:
-    """Graticule, coastline and outline; with a pale halo where they lie over a coloured field."""
-    size, bounds = map_size(surface), surface.domain.region.bounds
-    grid = project_lines(surface.domain, graticule(bounds, *graticule_steps(bounds, step)), size)
-    spacing = min(1.0, max(ground_size(bounds)) / 60.0)
-    has_coast = not surface.domain.projection.is_of_another_body
-    coastline = coast(bounds, coast_resolution(surface), spacing) if has_coast else []
-    shore = project_lines(surface.domain, coastline, size)
+def draw_lines(
+    ax: Axes, surface: Surface, step: float | None, *, over_colours: bool = False, context: str = CONTEXTS[-1]
+) -> None:
+    """Graticule, coast, borders and outline; with a pale halo where they lie over a coloured field."""
+    drawn = surface if surface.ground is None else surface.ground
+    meridians_and_parallels = graticule_lines(surface, step)
+    grid = [piece for line in meridians_and_parallels for piece in line.pieces]
     halo = [withStroke(linewidth=1.3, foreground="#ffffff99")] if over_colours else []
-    ax.add_collection(
-        LineCollection(
-            grid, colors="#00000040" if over_colours else GRATICULE, linewidths=0.4, zorder=1.0, label="graticule"
-        ),
-        autolim=False,
+    ink, shore = ("#222222", "#222222") if over_colours else (COAST, COAST)
+    _draw(ax, grid, "graticule", "#00000040" if over_colours else GRATICULE, 0.4, 1.0)
+    if context != "none" and not surface.domain.projection.is_of_another_body:
+        lines = {"coastline": coast}
+        if shows_borders(surface, context):
+            lines |= {"lake shores": lake_shores, "borders": country_borders}
+        for label, of in lines.items():
+            _draw(ax, _earthly(surface, of), label, shore if label == "coastline" else ink, 0.5, 1.2, halo)
+    _draw(ax, _joined(drawn.outline), "outline", OUTLINE, 0.8, 3.0).set_capstyle("round")
+    if surface.border:
+        _draw(ax, surface.border, "border", OUTLINE, 0.9, 1.3, halo)
+    if surface.is_local:
+        label_graticule(ax, meridians_and_parallels)
+
+
+def graticule_lines(surface: Surface, step: float | None) -> list[GraticuleLine]:
+    """The meridians and parallels of a picture."""
+    drawn = surface if surface.ground is None else surface.ground
+    bounds = drawn.domain.box.bounds
+    steps = graticule_steps(surface.domain.region.bounds, step)
+    meridians, parallels = graticule_values(bounds, *steps)
+    lines = graticule(bounds, *steps)
+    values = [*((True, value) for value in meridians), *((False, value) for value in parallels)]
+    size = map_size(surface)
+    return [
+        GraticuleLine(is_meridian, value, project_lines(drawn.domain, [line], size))
+        for (is_meridian, value), line in zip(values, lines, strict=True)
+    ]
+
+
+def _earthly(surface: Surface, lines: Callable[[Bounds, str, float], list[FloatArray]]) -> list[FloatArray]:
+    """The images of coasts, shores or borders."""
+    drawn = surface if surface.ground is None else surface.ground
+    bounds = drawn.domain.box.bounds
+    spacing = min(1.0, max(ground_size(bounds)) / 60.0)
+    return project_lines(drawn.domain, lines(bounds, coast_resolution(surface), spacing), map_size(surface))
+
+
+def _draw(
+    ax: Axes,
+    lines: Sequence[FloatArray],
+    label: str,
+    colour: str,
+    width: float,
+    zorder: float,
+    halo: Sequence[AbstractPathEffect] = (),
+) -> LineCollection:
+    drawn = LineCollection(
+        lines, colors=colour, linewidths=width, zorder=zorder, label=label, path_effects=list(halo) or None
     )
-    ax.add_collection(
-        LineCollection(
-            shore,
-            colors="#222222" if over_colours else COAST,
-            linewidths=0.5,
-            path_effects=halo,
-            zorder=1.2,
-            label="coastline",
-        ),
-        autolim=False,
-    )
-    ax.add_collection(
-        LineCollection(
-            _joined(surface.outline), colors=OUTLINE, linewidths=0.8, capstyle="round", zorder=3.0, label="outline"
-        ),
-        autolim=False,
-    )
+    ax.add_collection(drawn, autolim=False)
+    return drawn
 
 
 def _joined(segments: FloatArray) -> list[FloatArray]:

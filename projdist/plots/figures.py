@@ -20,6 +20,7 @@ from projdist._typing import FloatArray
 from projdist.answers import LocalCorrections
 from projdist.decisions import LDP
 from projdist.matrices import get_measure
+from projdist.plots.areas import check_context
 from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles, title_width
 from projdist.plots.colours import colour_scale
 from projdist.plots.differences import field_against, label_against, measure_against, values_against
@@ -28,17 +29,17 @@ from projdist.plots.local_fields import draw_local_field, prepare_local_field
 from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_heatmap, draw_tissot
 from projdist.plots.titles import title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
-from projdist.regions import GLOBE, RegionLike, region_for
+from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
 from projdist.support import check_instance, check_number, check_pair, check_path, quoted, replacing
-from projdist.surfaces import Surface, fit, surface_of, tissot_points
+from projdist.surfaces import Surface, fit, shown_part, surface_of, tissot_points
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
 _SAVING = threading.Lock()
 
 _GAP, _TITLE, _FOOT, _BAR = 0.15, 0.5, 0.3, 0.75  # inches
+_BESIDE, _BELOW = 0.5, 0.16  # inches for the labels of a graticule
 _COLUMNS = 5
-_LONGEST = 60  # letters of a region's name
 _LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 
 
@@ -51,13 +52,18 @@ def tissot_figure(
     dpi: float = 150.0,
     titles: Sequence[str | None] | None = None,
     airy_kavrayskiy: Sequence[float | None] | None = None,
+    context: str = "full",
 ) -> Figure:
-    """Tissot's indicatrices of one or more projections, all panels in one scale and with equal circles."""
+    """Tissot's indicatrices of one or more projections, all panels in one scale and with equal circles.
+
+    `context` is what a picture of a region shows of the Earth, one of `CONTEXTS`.
+    """
+    check_context(context)
     maps = _maps(projections, region, titles, airy_kavrayskiy)
     radius, panels = fit([tissot_points(one.surface, step) for one in maps])
     figure, axes, room = _layout(maps, size, dpi, foot=_FOOT, one_scale=True)
     for ax, one, panel in zip(axes, maps, panels, strict=True):
-        draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy)
+        draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy, context)
     fit_titles(axes, room)
     text = f"Ellipses: circles on the ground with a radius of {_length(radius)}{_over(maps)}"
     figure.text(0.5, 0.08 / figure.get_figheight(), text, ha="center", va="bottom", fontsize=7.5, color="#555555")
@@ -78,11 +84,14 @@ def heatmap_figure(
     dpi: float = 150.0,
     titles: Sequence[str | None] | None = None,
     airy_kavrayskiy: Sequence[float | None] | None = None,
+    context: str = "full",
 ) -> Figure:
     """A measure of one or more projections as heat maps, all panels with one colour bar.
 
     With `against`, another map, it is the measure less that of the other map at the same place, or, of scales, over it.
+    `context` is what a picture of a region shows of the Earth, one of `CONTEXTS`.
     """
+    check_context(context)
     chosen = get_measure(measure)
     other = None if against is None else Projection.from_user_input(against)
     maps = _maps(projections, region, titles, airy_kavrayskiy, other)
@@ -98,7 +107,7 @@ def heatmap_figure(
     figure, axes, room = _layout(maps, size, dpi, foot=_BAR, one_scale=False)
     for ax, one, value in zip(axes, maps, values, strict=True):
         values_at = values_against(one.surface.domain.projection, chosen, other)
-        draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy, values_at)
+        draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy, context, values_at)
     fit_titles(axes, room)
     draw_colourbar(figure, scale, cax=_bar_axes(figure)).set_label(
         f"{label_against(scale, chosen, [one.surface.domain.projection.name for one in maps], other)}{_over(maps)}"
@@ -131,7 +140,9 @@ def ldp_figure(
 ) -> Figure:
     """The distortion of a low-distortion projection at the heights of the ground, as `ground_map` draws it."""
     prepared = prepare_ground(found)
-    figure, axes, room = _layout([_Map(prepared.surface, title, None)], size, dpi, foot=_BAR, one_scale=False)
+    figure, axes, room = _layout(
+        [_Map(prepared.surface, found.region, title, None)], size, dpi, foot=_BAR, one_scale=False
+    )
     draw_ground_map(axes[0], prepared, title)
     fit_titles(axes, room)
     draw_colourbar(figure, prepared.scale, cax=_bar_axes(figure))
@@ -160,6 +171,7 @@ class _Map:
     """What a panel shows, and what stands above it."""
 
     surface: Surface
+    region: Place
     title: str | None
     airy_kavrayskiy: float | None
 
@@ -184,14 +196,17 @@ def _maps(
     chosen = [Projection.from_user_input(one) for one in listed]
     place = region_for(region, chosen if other is None else [*chosen, other])
     above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
-    return [_Map(surface_of(projection, place), title, figure) for projection, title, figure in above]
+    shown = shown_part(place)
+    return [_Map(surface_of(projection, shown), place, title, figure) for projection, title, figure in above]
 
 
 def _over(maps: list[_Map]) -> str:
     """The region of all maps in words, where it is not the globe."""
-    region = maps[0].surface.domain.region
-    name = region.name if len(region.name) <= _LONGEST else f"{region.name[: _LONGEST - 1]}…"
-    return "" if region == GLOBE else f", over {name}"
+    region = maps[0].region
+    if region == GLOBE:
+        return ""
+    away = "" if maps[0].surface.domain.region == region else "; parts far away are not drawn"
+    return f", over {region_title(region)}{away}"
 
 
 def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:
@@ -242,47 +257,63 @@ class _Grid:
         return (self.width - _GAP) / self.columns
 
 
-def _grid(shapes: FloatArray, columns: int, size: tuple[float, float] | None, foot: float, title_width: float) -> _Grid:
+def _grid(
+    shapes: FloatArray,
+    columns: int,
+    size: tuple[float, float] | None,
+    foot: float,
+    title_width: float,
+    labels: tuple[float, float],
+) -> _Grid:
     """The arrangement of maps of `shapes`, (n, 2), in a number of columns, as large as it can be."""
     count = len(shapes)
+    beside, below = labels
     rows = np.array([shapes[k : k + columns, 1].max() for k in range(0, count, columns)])
-    fixed = foot + rows.size * (_TITLE + _GAP)
+    fixed = foot + rows.size * (_TITLE + _GAP + below)
     width = size[0] if size else (8.0 if count == 1 else 11.0)
     height = size[1] if size else (9.0 if count == 1 else 3.0 + 3.0 * rows.size)
-    scale = min((width - _GAP * (columns + 1)) / (columns * shapes[:, 0].max()), (height - fixed) / rows.sum())
+    across = width - _GAP * (columns + 1) - beside * columns
+    scale = min(across / (columns * shapes[:, 0].max()), (height - fixed) / rows.sum())
     if not size:
-        pitch = max(shapes[:, 0].max() * scale, min(title_width, (width - _GAP) / columns - _GAP)) + _GAP
+        pitch = max(shapes[:, 0].max() * scale + beside, min(title_width, (width - _GAP) / columns - _GAP)) + _GAP
         width = max(columns * pitch + _GAP, 4.5)
         height = fixed + scale * rows.sum()
     spare = (height - fixed - scale * rows.sum()) / rows.size
-    return _Grid(columns, width, height, scale, scale * rows + spare + _TITLE + _GAP)
+    return _Grid(columns, width, height, scale, scale * rows + spare + _TITLE + _GAP + below)
 
 
 def _layout(
     maps: Sequence[_Map], size: tuple[float, float] | None, dpi: float, *, foot: float, one_scale: bool
 ) -> tuple[Figure, list[Axes], float]:
     """A figure with room at its foot, axes in the shape of each map, and the room for their titles in inches."""
-    extents = np.array([one.surface.extent for one in maps])
-    shapes = extents[:, [1, 3]] - extents[:, [0, 2]]
-    shapes = shapes + 0.02 * shapes.max(axis=1, keepdims=True)
+    views = np.array([one.surface.view for one in maps])
+    shapes = views[:, [1, 3]] - views[:, [0, 2]]
     if not one_scale:
         shapes = shapes / shapes.max(axis=1, keepdims=True)
-    return arranged(shapes, size, dpi, foot=foot, title_width=max(one.title_width for one in maps))
+    labels = (_BESIDE, _BELOW) if any(one.surface.is_local for one in maps) else (0.0, 0.0)
+    widest = max(one.title_width for one in maps)
+    return arranged(shapes, size, dpi, foot=foot, title_width=widest, labels=labels)
 
 
 def arranged(
-    shapes: FloatArray, size: tuple[float, float] | None, dpi: float, *, foot: float, title_width: float
+    shapes: FloatArray,
+    size: tuple[float, float] | None,
+    dpi: float,
+    *,
+    foot: float,
+    title_width: float,
+    labels: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Figure, list[Axes], float]:
     """A figure with room at its foot, and axes of `shapes`, widths and heights (n, 2), as large as they can be.
 
-    Columns are as wide as `title_width` where the figure has room for it; last returned is the room for titles in
-    inches.
+    Columns are as wide as `title_width` where the figure has room for it, with room for `labels` in inches to the left
+    of and below the axes; last returned is the room for titles in inches.
     """
     size, dpi = check_size(size), check_dpi(dpi)
     count = len(shapes)
     # The fewest columns for each number of rows: four maps are two and two, not three and one.
     options = [
-        _grid(shapes, columns, size, foot, title_width)
+        _grid(shapes, columns, size, foot, title_width, labels)
         for columns in range(1, min(count, _COLUMNS) + 1)
         if -(-count // -(-count // columns)) == columns
     ]
@@ -301,12 +332,12 @@ def arranged(
     for index, (w, h) in enumerate(shapes * grid.scale):
         row, column = divmod(index, grid.columns)
         in_row = min(grid.columns, count - row * grid.columns)
-        left = 0.5 * (grid.width - in_row * grid.pitch) + (column + 0.5) * grid.pitch - 0.5 * w
-        middle = grid.height - grid.rows[:row].sum() - 0.5 * (grid.rows[row] + _TITLE)
+        left = 0.5 * (grid.width - in_row * grid.pitch) + (column + 0.5) * grid.pitch - 0.5 * (w - labels[0])
+        middle = grid.height - grid.rows[:row].sum() - 0.5 * (grid.rows[row] + _TITLE - labels[1])
         axes.append(
             figure.add_axes((left / grid.width, (middle - 0.5 * h) / grid.height, w / grid.width, h / grid.height))
         )
-    return figure, axes, grid.pitch - _GAP
+    return figure, axes, grid.pitch - _GAP - labels[0]
 
 
 def _bar_axes(figure: Figure) -> Axes:

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from projdist._typing import FloatArray
 from projdist.decisions import LDP, distortion_ppm
 from projdist.matrices import Measure
-from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
+from projdist.plots.areas import CONTEXTS, draw_ground
+from projdist.plots.basemap import draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.pictures import check_axes, draw_colourbar, draw_heatmap
 from projdist.plots.titles import title_of
@@ -68,7 +69,7 @@ def draw_ground_map(ax: Axes, prepared: GroundMap, title: str | None) -> None:
         ground = f"at an ellipsoidal height of {found.height[0]:,.6g} m"
     else:
         set_view(ax, surface)
-        draw_ground(ax, surface)
+        draw_ground(ax, surface, CONTEXTS[-1])
         draw_lines(ax, surface, None)
         x, y = found.projection(found.lon, found.lat)
         ax.scatter(

@@ -12,7 +12,8 @@ from matplotlib.patheffects import withStroke
 from projdist._typing import FloatArray
 from projdist.answers import LocalCorrections, local_corrections
 from projdist.matrices import Measure, areal_scale, decompose
-from projdist.plots.basemap import draw_ground, draw_lines, draw_title, set_view
+from projdist.plots.areas import CONTEXTS, draw_ground
+from projdist.plots.basemap import draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.pictures import check_axes, draw_colourbar
 from projdist.plots.titles import title_of
@@ -106,7 +107,7 @@ def prepare_local_field(surface: Surface, radius_km: float, step: float | None) 
 def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
     """Draw prepared corrections."""
     set_view(ax, field.surface)
-    draw_ground(ax, field.surface)
+    draw_ground(ax, field.surface, CONTEXTS[-1])
     draw_lines(ax, field.surface, None)
     colours = field.scale.colours(field.scale.norm(field.scale.measure(field.corrections.matrix)))
     discs = PolyCollection(

@@ -17,7 +17,8 @@ from scipy.spatial import ConvexHull
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap
-from projdist.plots.basemap import GRATICULE, OUTLINE, SEA, draw_title
+from projdist.plots.areas import SEA
+from projdist.plots.basemap import GRATICULE, OUTLINE, draw_title
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.figures import check_dpi, check_size
 from projdist.plots.labels import label_isolines

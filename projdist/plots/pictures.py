@@ -17,9 +17,11 @@ from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray, IntArray
 from projdist.matrices import Measure, get_measure
-from projdist.plots.basemap import airy_kavrayskiy_line, draw_ground, draw_lines, draw_title, set_view, triangulation
+from projdist.plots.areas import CONTEXTS, check_context, draw_ground, draw_surroundings, region_clip, triangulation
+from projdist.plots.basemap import airy_kavrayskiy_line, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.labels import label_isolines
+from projdist.plots.places import draw_places
 from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
@@ -64,26 +66,33 @@ def tissot(
     radius: float | None = None,
     title: str | None = None,
     airy_kavrayskiy: float | None = None,
+    context: str = CONTEXTS[-1],
 ) -> float:
     """Draw Tissot's indicatrices on `ax`; returns the radius in metres of the circles that they are.
 
     The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless
-    `radius` states their size.
+    `radius` states their size; `context`, one of `CONTEXTS`, is what of the Earth is shown about a region.
     """
     check_axes(ax)
     surface = surface_of(projection, region)
     fitted, (panel,) = fit([tissot_points(surface, step)], radius)
-    draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy)
+    draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy, check_context(context))
     return fitted
 
 
 def draw_tissot(
-    ax: Axes, surface: Surface, panel: Indicatrices, radius: float, title: str | None, airy_kavrayskiy: float | None
+    ax: Axes,
+    surface: Surface,
+    panel: Indicatrices,
+    radius: float,
+    title: str | None,
+    airy_kavrayskiy: float | None,
+    context: str = CONTEXTS[-1],
 ) -> None:
     """Draw prepared indicatrices of a radius in metres."""
     set_view(ax, surface)
-    draw_ground(ax, surface)
-    draw_lines(ax, surface, None)
+    draw_ground(ax, surface, context)
+    draw_lines(ax, surface, None, context=context)
     polygons = ellipses(panel, radius, _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES)
     ax.add_collection(
         PolyCollection(
@@ -96,9 +105,15 @@ def draw_tissot(
         ),
         autolim=False,
     )
+    _draw_places(ax, surface, context)
     draw_title(
         ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
     )
+
+
+def _draw_places(ax: Axes, surface: Surface, context: str) -> None:
+    if context == "full" and surface.is_local and not surface.domain.projection.is_of_another_body:
+        draw_places(ax, surface)
 
 
 def _edge_width(ax: Axes, polygons: FloatArray) -> float:
@@ -125,11 +140,13 @@ def heatmap(
     colourbar: bool = True,
     title: str | None = None,
     airy_kavrayskiy: float | None = None,
+    context: str = CONTEXTS[-1],
 ) -> ColourScale:
     """Draw a measure as a field of colours with isolines on `ax`; returns what the colours mean.
 
     `levels` are the isolines in any order, or about how many; `limits` the ends of the colours;
-    `step` the degrees between the lines of the graticule. Raises ValueError for options that are none.
+    `step` the degrees between the lines of the graticule; `context`, one of `CONTEXTS`, what of the Earth is shown
+    about a region. Raises ValueError for options that are none.
     """
     check_axes(ax)
     chosen = get_measure(measure)
@@ -137,7 +154,7 @@ def heatmap(
     values = field(surface, chosen)
     scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
     values_at = functools.partial(measured, surface.domain.projection, chosen)
-    draw_heatmap(ax, surface, values, scale, step, title, airy_kavrayskiy, values_at)
+    draw_heatmap(ax, surface, values, scale, step, title, airy_kavrayskiy, check_context(context), values_at)
     if colourbar:
         draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
     return scale
@@ -151,6 +168,7 @@ def draw_heatmap(
     step: float | None,
     title: str | None,
     airy_kavrayskiy: float | None,
+    context: str = CONTEXTS[-1],
     values_at: ValuesAt | None = None,
 ) -> None:
     """Draw prepared values at the vertices of a surface; isolines end where `values_at` jumps."""
@@ -164,7 +182,9 @@ def draw_heatmap(
     mapped.set_mask(unknown)
     present = values[~missing]
     values = np.where(missing, scale.limits[0], values)
-    ax.tripcolor(
+    clip = region_clip(ax, surface)
+    draw_surroundings(ax, surface, context)
+    colours = ax.tripcolor(
         mapped,
         values,
         shading="gouraud",
@@ -173,7 +193,9 @@ def draw_heatmap(
         rasterized=True,
         zorder=0.5,
     )
-    draw_lines(ax, surface, step, over_colours=True)
+    if clip is not None:
+        colours.set_clip_path(clip)
+    draw_lines(ax, surface, step, over_colours=True, context=context)
     inside = scale.levels[(scale.levels > present.min()) & (scale.levels < present.max())]
     if inside.size and shows_isolines(scale, present):
         if values_at is not None:
@@ -181,7 +203,11 @@ def draw_heatmap(
         lines = ax.tricontour(
             mapped, values, levels=inside, colors="#111111", linewidths=0.6, linestyles="solid", zorder=2.0
         )
-        label_isolines(ax, lines, dict(zip(inside.tolist(), level_labels(inside), strict=True)), surface.outline)
+        if clip is not None:
+            lines.set_clip_path(clip)
+        labels = dict(zip(inside.tolist(), level_labels(inside), strict=True))
+        label_isolines(ax, lines, labels, (surface.ground or surface).outline)
+    _draw_places(ax, surface, context)
     draw_title(
         ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
     )

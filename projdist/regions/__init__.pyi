@@ -14,6 +14,7 @@ from .polygons import Polygons
 from .reading import crs_name
 from .region import ChartPoints, Clips, Region
 from .shares import share_in
+from .titles import region_title
 
 __all__ = [
     "GLOBE",
@@ -40,6 +41,7 @@ __all__ = [
     "polygons_from_geojson",
     "polygons_of",
     "region_for",
+    "region_title",
     "share_in",
     "weighted_points",
 ]

@@ -1,9 +1,10 @@
-from .domain import ground_size, normalised
+from .domain import Bounds, ground_size, normalised
 from .fields import field, measured
 from .jumps import ValuesAt, jumping
-from .land import coast, land_polygons
-from .lines import graticule, graticule_steps, project_lines
-from .surface import Surface, surface_of
+from .land import coast, country_borders, lake_polygons, lake_shores, land_polygons
+from .lines import graticule, graticule_steps, graticule_values, project_lines
+from .regional import shown_part, surface_of, surface_of_globe
+from .surface import Surface
 from .tissot_ellipses import (
     Indicatrices,
     close_pairs,
@@ -16,24 +17,31 @@ from .tissot_ellipses import (
 )
 
 __all__ = [
+    "Bounds",
     "Indicatrices",
     "Surface",
     "ValuesAt",
     "close_pairs",
     "coast",
+    "country_borders",
     "ellipses",
     "even_radius",
     "field",
     "fit",
     "graticule",
     "graticule_steps",
+    "graticule_values",
     "ground_size",
     "jumping",
+    "lake_polygons",
+    "lake_shores",
     "land_polygons",
     "measured",
     "normalised",
     "project_lines",
+    "shown_part",
     "surface_of",
+    "surface_of_globe",
     "tissot_points",
     "usual_step",
     "without_crowding",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -16,6 +16,8 @@ from projdist.regions import GLOBE, Box, Place, PointSet, RegionLike, region_for
 from projdist.support import check_number
 
 Bounds = tuple[float, float, float, float]
+
+_LARGEST_PART = 90.0  # degrees
 
 POLE = 90.0 - 1e-5
 """The latitude taken for a pole: 1 m away, where longitudes are still apart by more than rounding."""
@@ -49,10 +51,14 @@ def normalised(lon: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Domain:
-    """The drawn part of a projection; call it for x, y in metres, NaN outside."""
+    """The drawn part of a projection; call it for x, y in metres, NaN outside.
+
+    `box` is where it is drawn: around a region that is laid out as a part of it, else the region itself.
+    """
 
     projection: Projection
     region: Place
+    box: Place
     beyond: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None = None
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -61,18 +67,11 @@ class Domain:
         lon = normalised(lon)
         x, y = self.projection(lon, lat)
         outside = ~np.isfinite(x)
-        if self.region != GLOBE:
-            outside |= ~self.region.contains(lon, lat)
+        if self.box != GLOBE:
+            outside |= ~self.box.contains(lon, lat)
         if self.beyond is not None:
             outside |= self.beyond(x, y, *rough_scales(self.projection, lon, lat))
         return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
-
-    @property
-    def unclipped(self) -> Domain:
-        """The domain of which this one is a polygon: the box around it; others are themselves."""
-        if isinstance(self.region, PointSet) or not len(self.region.edges):
-            return self
-        return replace(self, region=Box(*self.region.bounds))
 
     @property
     def radius(self) -> float:
@@ -83,7 +82,20 @@ class Domain:
 def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
     """The drawn part of a projection in a region; None is its area of use, or the globe."""
     place = region_for(region, [projection])
-    return Domain(projection, place, _beyond(projection, place))
+    box = Box(*place.bounds) if is_part(place) else place
+    return Domain(projection, place, box, _beyond(projection, place))
+
+
+def is_part(region: Place) -> bool:
+    """Whether a region is drawn as a part of what is around it: polygons, and what is no larger than a continent."""
+    if isinstance(region, PointSet):
+        return False
+    return len(region.edges) > 0 or max(ground_size(region.bounds)) <= _LARGEST_PART
+
+
+def nothing_of(domain: Domain) -> ValueError:
+    """What is said where a map shows nothing of a region."""
+    return ValueError(f"Invalid region for '{domain.projection.name}'. No part of it can be projected.")
 
 
 _STEP = 2e-5  # degrees; 2 m on the ground, where differences still have 9 digits

@@ -54,7 +54,12 @@ def _pieces(xy: FloatArray, longest: float) -> list[FloatArray]:
     return [xy[start:stop] for start, stop in edges.reshape(-1, 2) if stop - start > 1]
 
 
-_ROUND_STEPS = (*(m * 10.0**k for k in range(-6, 0) for m in (1, 2, 5)), 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
+_ROUND_STEPS = (
+    *(m * 10.0**k / 3600.0 for k in range(-2, 1) for m in (1, 2, 5)),
+    *(seconds / 3600.0 for seconds in (10, 20, 30)),
+    *(minutes / 60.0 for minutes in (1, 2, 5, 10, 20, 30)),
+    *(1.0, 2.0, 5.0, 10.0, 15.0, 30.0),
+)
 _ACROSS = 6
 _MOST_LINES = 2000  # more cannot be told apart
 
@@ -81,19 +86,25 @@ def _round_step(step: float) -> float:
 
 
 def graticule(bounds: Bounds, meridian_step: float, parallel_step: float) -> list[FloatArray]:
-    """Meridians and parallels at multiples of the steps in degrees, as lines of (lon, lat)."""
+    """Meridians, then parallels at multiples of the steps in degrees, as lines of (lon, lat)."""
     west, south, _, north = bounds
-    east = west + longitude_width(bounds)
-    low, high = max(south, -POLE), min(north, POLE)
-    along = np.linspace(low, high, 181)
-    across = np.linspace(west, east, 361)
-    # A pole is no parallel, and on a whole globe the last meridian is the first.
-    meridians = _multiples(west, east - (1e-6 if east - west == 360.0 else 0.0), meridian_step)
-    parallels = [value for value in _multiples(low, high, parallel_step) if abs(value) < POLE]
+    along = np.linspace(max(south, -POLE), min(north, POLE), 181)
+    across = np.linspace(west, west + longitude_width(bounds), 361)
+    meridians, parallels = graticule_values(bounds, meridian_step, parallel_step)
     return [
         *(np.column_stack([np.full(along.size, value), along]) for value in meridians),
         *(np.column_stack([across, np.full(across.size, value)]) for value in parallels),
     ]
+
+
+def graticule_values(bounds: Bounds, meridian_step: float, parallel_step: float) -> tuple[list[float], list[float]]:
+    """The longitudes of meridians and the latitudes of parallels at multiples of the steps, all in degrees."""
+    west, south, _, north = bounds
+    east = west + longitude_width(bounds)
+    # A pole is no parallel, and on a whole globe the last meridian is the first.
+    meridians = _multiples(west, east - (1e-6 if east - west == 360.0 else 0.0), meridian_step)
+    parallels = _multiples(max(south, -POLE), min(north, POLE), parallel_step)
+    return meridians, [value for value in parallels if abs(value) < POLE]
 
 
 def _multiples(low: float, high: float, step: float) -> list[float]:

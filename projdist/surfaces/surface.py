@@ -8,21 +8,22 @@ such a polygon runs along the seam, the map has its outline.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field import Links, Map, drawn, evaluate, find_tears
-from projdist.projections import Projection, ProjectionLike
-from projdist.regions import GLOBE, PointSet, RegionLike
-from projdist.surfaces.domain import POLE, Domain, domain_of, ground_size, longitude_width, normalised
+from projdist.regions import GLOBE
+from projdist.surfaces.domain import POLE, Domain, ground_size, longitude_width, normalised, nothing_of
 from projdist.surfaces.turned_grids import Frame, frame_of
 
 _TURNED_POLE = 90.0 - 0.02  # farther out than the error of the place, and still less than a pixel
 _GLOBE_STEP = 0.6
 _REGION_NODES = 200
 _LONGEST = 0.25  # of the map's size: no cell is that long, unless it spans a seam that was not seen
+_HEMISPHERE = 180.0
 _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitudes where seams are
 
 
@@ -34,6 +35,10 @@ class Surface:
     whose side each vertex is on. `whole` are the four corners of untorn cells, (m, 4); `cut` the
     vertex indices of the polygons of torn cells. `weights` are shares of the nodes in the whole, half
     by their area on the ground and half on the map. `extent` is the smallest and largest x, then y.
+
+    Where the region is a part of what is around it (`regional`), the triangles reach over its border: `pieces` are the
+    polygons (x, y) of which it consists, side by side and turning one way, `border` its border as lines, and `ground`
+    the surface that fills the picture about it.
     """
 
     domain: Domain
@@ -51,6 +56,27 @@ class Surface:
     triangles: IntArray
     outline: FloatArray
     central_meridian: float | None
+    pieces: tuple[FloatArray, ...] = ()
+    border: tuple[FloatArray, ...] = ()
+    ground: Surface | None = None
+
+    @property
+    def view(self) -> tuple[float, float, float, float]:
+        """The frame of a picture: the smallest and largest x, then y."""
+        return frame_of_picture(self.extent, is_part=bool(self.pieces))
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the map goes on beyond the frame of its picture."""
+        if self.ground is None:
+            return False
+        (west, east, south, north), (left, right, low, top) = self.view, self.ground.extent
+        return west > left or east < right or south > low or north < top
+
+    @property
+    def is_local(self) -> bool:
+        """Whether the picture shows less than a hemisphere, with what is around its region."""
+        return self.ground is not None and max(ground_size(self.ground.domain.box.bounds)) < _HEMISPHERE
 
     @property
     def nodes(self) -> int:
@@ -60,6 +86,36 @@ class Surface:
     def lonlat(self) -> tuple[FloatArray, FloatArray]:
         """Longitudes and latitudes of the vertices; longitudes may run beyond 180."""
         return self.frame.geographic(self.u, self.v)
+
+    def triangles_of(self, chosen: BoolArray) -> IntArray:
+        """The triangles of some of the cells, first those that are `whole`, then those that are `cut`."""
+        whole = self.whole[chosen[: len(self.whole)]]
+        cut = [self.cut[k] for k in np.flatnonzero(chosen[len(self.whole) :])]
+        return triangles_of(whole, cut)
+
+
+def triangles_of(whole: IntArray, cut: Sequence[IntArray]) -> IntArray:
+    """Triangles of cells with four corners, and of convex polygons."""
+    fans = [np.column_stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]]) for p in cut if len(p) > 2]
+    return np.concatenate([whole[:, [0, 1, 2]], whole[:, [0, 2, 3]], *fans])
+
+
+_AROUND_GLOBE, _AROUND_PART = 0.01, 0.05  # of the larger side of a map
+_NARROWEST = 0.5  # of the larger side of a picture
+
+
+def frame_of_picture(extent: tuple[float, float, float, float], *, is_part: bool) -> tuple[float, float, float, float]:
+    """The frame about an extent: a little more than a whole map, and with its surroundings about a part of one."""
+    west, east, south, north = extent
+    width, height = east - west, north - south
+    longest = max(width, height)
+    if not is_part:
+        margin = _AROUND_GLOBE * longest
+        return west - margin, east + margin, south - margin, north + margin
+    full = (1.0 + 2.0 * _AROUND_PART) * longest
+    x, y = (0.5 * max(side + 2.0 * _AROUND_PART * longest, _NARROWEST * full) for side in (width, height))
+    across, up = 0.5 * (west + east), 0.5 * (south + north)
+    return across - x, across + x, up - y, up + y
 
 
 def build_surface(domain: Domain, step: float | None = None) -> Surface:
@@ -73,7 +129,7 @@ def build_surface(domain: Domain, step: float | None = None) -> Surface:
     uu, vv = np.meshgrid(u, v)
     points = evaluate(function, uu, vv)
     if not drawn(points).any():
-        raise _nothing(domain)
+        raise nothing_of(domain)
     right = np.concatenate([points[:, 1:], points[:, :1] + [360.0, 0, 0, 0]], axis=1) if wraps else points[:, 1:]
     left = points if wraps else points[:, :-1]
     across = find_tears(function, left.reshape(-1, 4), right.reshape(-1, 4), domain.radius)
@@ -81,21 +137,8 @@ def build_surface(domain: Domain, step: float | None = None) -> Surface:
     return _Builder(domain, frame, function, points, across, along, wraps).surface()
 
 
-def _nothing(domain: Domain) -> ValueError:
-    """Why nothing can be drawn: the map does not show it, or no node of a grid lies in it."""
-    region = domain.region
-    if not isinstance(region, PointSet) and len(region.edges):
-        lon, lat = region.edges[:, 0], region.edges[:, 1]
-        if np.isfinite(domain.projection(normalised(lon), lat)[0]).any():
-            return ValueError(
-                f"Invalid region '{region.name}' for a picture. Its parts are too small to be seen in one; take some "
-                "of them, as with @main."
-            )
-    return ValueError(f"Invalid region for '{domain.projection.name}'. No part of it can be projected.")
-
-
 def _grid(domain: Domain, frame: Frame, step: float | None) -> tuple[FloatArray, FloatArray, bool]:
-    bounds = GLOBE.bounds if frame.axes is not None else domain.region.bounds
+    bounds = GLOBE.bounds if frame.axes is not None else domain.box.bounds
     west, south, _, north = bounds
     width, height = longitude_width(bounds), north - south
     wraps = width == 360.0
@@ -172,16 +215,12 @@ class _Builder:
         segments = [pair for polygon in polygons for pair in self._seam_sides(polygon)]
         self._edges(segments)
         vertices = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])
-        fans = [np.column_stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]]) for p in cut if len(p) > 2]
-        triangles = np.concatenate([whole[:, [0, 1, 2]], whole[:, [0, 2, 3]], *fans])
+        triangles = triangles_of(whole, cut)
         if not len(triangles):
-            raise _nothing(self.domain)
+            raise nothing_of(self.domain)
         u, v, x, y = vertices.T
         nodes = rows * columns
         sources = np.concatenate([np.arange(nodes), np.array(self.source, dtype=int)])
-        used = np.zeros(len(vertices), dtype=bool)
-        used[triangles] = True
-        extent = (x[used].min(), x[used].max(), y[used].min(), y[used].max())
         return Surface(
             domain=self.domain,
             frame=self.frame,
@@ -191,8 +230,8 @@ class _Builder:
             x=x,
             y=y,
             source=sources,
-            weights=_weights(x, y, v, triangles, sources, nodes),
-            extent=(float(extent[0]), float(extent[1]), float(extent[2]), float(extent[3])),
+            weights=node_weights(x, y, v, triangles, sources, nodes),
+            extent=extent_of(vertices[np.unique(triangles), 2:]),
             whole=whole,
             cut=tuple(cut),
             triangles=triangles,
@@ -344,18 +383,21 @@ class _Builder:
         return float(normalised(self.across.start[row * self.width + torn[0], 0] + 180.0))
 
 
-def _weights(
+def node_weights(
     x: FloatArray, y: FloatArray, v: FloatArray, triangles: IntArray, sources: IntArray, nodes: int
 ) -> FloatArray:
     """Shares of the nodes, the mean of those on the ground and on the map."""
+    used = np.zeros(x.size, dtype=bool)
+    used[triangles] = True
     # A step along a row is shorter towards the grid's poles.
-    ground = np.where(np.isfinite(x[:nodes]), np.cos(np.radians(v[:nodes])), 0.0)
+    ground = np.where(used[:nodes], np.cos(np.radians(v[:nodes])), 0.0)
     (ax, bx, cx), (ay, by, cy) = x[triangles].T, y[triangles].T
     area = np.abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
     drawn_area = np.bincount(sources[triangles].ravel(), np.repeat(area, 3), minlength=nodes)
     return np.asarray(0.5 * (ground / ground.sum() + drawn_area / drawn_area.sum()))
 
 
-def surface_of(projection: ProjectionLike, region: RegionLike | None) -> Surface:
-    """The surface of the drawn part of a projection; None is its area of use, or the globe."""
-    return build_surface(domain_of(Projection.from_user_input(projection), region))
+def extent_of(xy: FloatArray) -> tuple[float, float, float, float]:
+    """The smallest and largest x, then y of points (n, 2)."""
+    (west, south), (east, north) = xy.min(axis=0), xy.max(axis=0)
+    return float(west), float(east), float(south), float(north)

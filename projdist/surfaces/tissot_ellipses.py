@@ -13,7 +13,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import destination
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
-from projdist.regions import Box
+from projdist.regions import Box, Place
 from projdist.support import check_number
 from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
 from projdist.surfaces.surface import Surface
@@ -82,14 +82,14 @@ def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None
     return normalised(np.concatenate(lons)), np.concatenate(points)
 
 
-def indicatrices(domain: Domain, step: float, central_meridian: float | None = None) -> Indicatrices:
-    """The indicatrices of a domain on an even grid of `step` degrees."""
-    lon, lat = even_grid(domain.region.bounds, step, central_meridian)
+def indicatrices(domain: Domain, region: Place, step: float, central_meridian: float | None = None) -> Indicatrices:
+    """The indicatrices of a region on an even grid of `step` degrees; `domain` is where circles may reach."""
+    lon, lat = even_grid(region.bounds, step, central_meridian)
     xy = np.column_stack(domain(lon, lat))
     J = jacobian(domain.projection, lon, lat)
     with np.errstate(invalid="ignore"):
         keep = np.isfinite(xy[:, 0]) & np.isfinite(J).all(axis=(1, 2)) & (np.abs(np.linalg.det(J)) > 1e-12)
-    return Indicatrices(domain, lon, lat, xy, J).take(keep)
+    return Indicatrices(domain, lon, lat, xy, J).take(keep & region.contains(lon, lat))
 
 
 def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
@@ -215,8 +215,7 @@ def _circles(panel: Indicatrices, radii: FloatArray) -> FloatArray:
     """Images (n, r, azimuths, 2) of the circles on the ground with radii (r,) in metres about each point."""
     distance = np.degrees(radii[:, None] / panel.domain.radius)
     lons, lats = destination(panel.lon[:, None, None], panel.lat[:, None, None], np.degrees(_azimuths()), distance)
-    # Over the border of a country an ellipse may reach, over a seam or the edge of the map not.
-    return np.stack(panel.domain.unclipped(normalised(lons), lats), axis=-1)
+    return np.stack(panel.domain(normalised(lons), lats), axis=-1)
 
 
 def _azimuths() -> FloatArray:
@@ -240,7 +239,10 @@ def ellipses(indicatrices: Shapes, radius: float, vertices: int) -> FloatArray:
 
 def tissot_points(surface: Surface, step: float | None) -> Indicatrices:
     """The indicatrices of a surface, by default about a dozen across."""
-    return indicatrices(surface.domain, usual_step(surface) if step is None else step, surface.central_meridian)
+    # Over the border of a country an ellipse may reach, over a seam or the edge of the map not.
+    domain = surface.domain if surface.ground is None else surface.ground.domain
+    step = usual_step(surface) if step is None else step
+    return indicatrices(domain, surface.domain.region, step, surface.central_meridian)
 
 
 def usual_step(surface: Surface) -> float:

@@ -34,7 +34,7 @@ _SINGULAR = 1e4  # of the median scale, 1e-3 degrees from the point; one over th
 
 def frame_of(domain: Domain) -> Frame:
     """A frame with a pole at the singular point of the map, if that is not a pole of the Earth."""
-    if longitude_width(domain.region.bounds) < 180.0:
+    if longitude_width(domain.box.bounds) < 180.0:
         return Frame()
     u, v = np.meshgrid(np.arange(-179.0, 180.0, 2.0), np.arange(-89.0, 90.0, 2.0))
     scale = np.where(drawn(evaluate(domain, u, v)), rough_scales(domain.projection, u, v)[0], np.nan)

@@ -8,7 +8,7 @@ from projdist import plots
 @pytest.mark.parametrize("projections", ["EPSG:2056", ["EPSG:2056", "EPSG:2056"]])
 def test_the_region_is_named(projections):
     """In the line of the ellipses, and in that of the colours."""
-    area = "over box:5.96,45.82,10.49,47.81"
+    area = "over 5.96°E to 10.49°E, 45.82°N to 47.81°N"
     tissot = plots.tissot_figure(projections, size=(3, 2))
     assert tissot.texts[-1].get_text().endswith(f", {area}")
     heatmap = plots.heatmap_figure(projections, size=(3, 2))

@@ -8,7 +8,8 @@ from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.earth.natural_earth import coastlines
 from projdist.field.at_points import jacobian
 from projdist.matrices.measures import get_measure, principal_scales
-from projdist.plots.basemap import coast_resolution, map_size
+from projdist.plots.areas import coast_resolution
+from projdist.plots.basemap import map_size
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, Region
 from projdist.surfaces.domain import domain_of, ground_size, rough_scales
@@ -175,11 +176,11 @@ def test_ground_size() -> None:
         (GLOBE, (30.0, 30.0)),
         (EUROPE, (10.0, 5.0)),
         (Cap(0.0, 90.0, 3000.0), (30.0, 10.0)),
-        (Cap(10.0, 54.0, 1.0), (0.005, 0.002)),
+        (Cap(10.0, 54.0, 1.0), (20 / 3600, 10 / 3600)),
     ],
 )
 def test_graticule_steps_are_round(region: Region, steps: tuple[float, float]) -> None:
-    """The world has lines every 30 degrees, and so has a square kilometre; in the north meridians are farther apart."""
+    """Whole degrees, or minutes and seconds such as people write; in the north meridians are farther apart."""
     assert graticule_steps(region.bounds) == pytest.approx(steps)
 
 
@@ -235,9 +236,3 @@ def test_finer_coast_for_parts_of_the_world() -> None:
     assert coast_resolution(surface_of("robin")) == "110m"
     assert coast_resolution(surface_of("robin", EUROPE, None)) == "50m"
     assert coast_resolution(surface_of("robin", Cap(10.0, 54.0, 1.0), None)) == "50m"
-
-
-def test_parts_that_are_too_small_for_a_picture() -> None:
-    """Atolls of some km over 40 degrees have no cell of a grid to themselves: one line says what to do."""
-    with pytest.raises(ValueError, match="Its parts are too small to be seen in one"):
-        build_surface(domain_of(Projection.from_user_input("robinson"), "country:KI@all"))

@@ -17,12 +17,12 @@ ORTHO = f"+proj=ortho +lat_0=40 +lon_0=10 +R={R}"
 
 
 def panel_of(projection: str, step: float) -> Indicatrices:
-    return indicatrices(domain_of(Projection.from_user_input(projection), None), step)
+    return indicatrices(domain_of(Projection.from_user_input(projection), None), GLOBE, step)
 
 
 def test_ellipses_are_those_of_the_jacobian() -> None:
     """Area pi r^2 |det J|, semi-axes r a and r b, centre f(p), for every ellipse."""
-    panel = indicatrices(domain_of(Projection.from_user_input("winkel-tripel"), None), 30.0)
+    panel = indicatrices(domain_of(Projection.from_user_input("winkel-tripel"), None), GLOBE, 30.0)
     radius = 3e5
     polygons = ellipses(panel, radius, 720)
     J = jacobian(panel.domain.projection, panel.lon, panel.lat)
@@ -37,7 +37,7 @@ def test_ellipses_are_those_of_the_jacobian() -> None:
 
 def test_ellipses_lie_as_the_jacobian_has_them() -> None:
     """The inverse Jacobian takes every ellipse back to a circle of the radius: sheared ones, too."""
-    panel = indicatrices(domain_of(Projection.from_user_input("sinusoidal"), None), 45.0)
+    panel = indicatrices(domain_of(Projection.from_user_input("sinusoidal"), None), GLOBE, 45.0)
     back = np.linalg.solve(panel.J[:, None], (ellipses(panel, 2e5, 36) - panel.xy[:, None])[..., None])[..., 0]
     np.testing.assert_allclose(np.linalg.norm(back, axis=-1), 2e5, rtol=1e-9)
 
@@ -47,7 +47,7 @@ def test_ellipses_lie_as_the_jacobian_has_them() -> None:
 def test_ellipses_do_not_overlap(projection: str) -> None:
     """No two ellipses of a panel share a point, and there are many."""
     domain = domain_of(Projection.from_user_input(projection), None)
-    radius, (panel,) = fit([indicatrices(domain, 4.0 if projection == "EPSG:32632" else 15.0)])
+    radius, (panel,) = fit([indicatrices(domain, domain.region, 4.0 if projection == "EPSG:32632" else 15.0)])
     shapes = shapely.polygons(ellipses(panel, radius, 72))
     tree = shapely.STRtree(shapes)
     one, other = tree.query(shapes, predicate="intersects")
@@ -57,7 +57,7 @@ def test_ellipses_do_not_overlap(projection: str) -> None:
 
 def test_ellipses_are_not_needlessly_small() -> None:
     """The closest two ellipses would touch with a radius that is 30 % larger."""
-    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input("robin"), None), 15.0)])
+    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input("robin"), None), GLOBE, 15.0)])
     shapes = shapely.polygons(ellipses(panel, 1.3 * radius, 72))
     one, other = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     assert (one != other).any()
@@ -66,7 +66,7 @@ def test_ellipses_are_not_needlessly_small() -> None:
 @pytest.mark.parametrize("projection", ["igh", pytest.param(OBLIQUE, marks=pytest.mark.slow), ORTHO])
 def test_circles_do_not_cross_seams(projection: str) -> None:
     """The small circle of each ellipse drawn is mapped without a jump, and wholly."""
-    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input(projection), None), 15.0)])
+    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input(projection), None), GLOBE, 15.0)])
     radius *= 0.98  # of which parts between the azimuths that were tried may be beyond the limb
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     sin, cos = np.sin(radius / R), np.cos(radius / R)

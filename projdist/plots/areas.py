@@ -1,0 +1,121 @@
+"""Areas of colour on a map: sea, land and lakes, and the region as a path that clips what is drawn of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.path import Path
+from matplotlib.transforms import TransformedPath
+from matplotlib.tri import Triangulation
+
+from projdist._typing import IntArray
+from projdist.surfaces import Surface, ground_size, lake_polygons, land_polygons
+
+SEA, LAND, NEIGHBOURS = "#f1f5f9", "#dedacf", "#ebe8e0"
+_SMALL_LAND = "#b9b4a6"
+
+CONTEXTS = ("none", "coast", "borders", "full")
+"""What a picture shows of the Earth: nothing; land and sea; also borders and lakes; also cities and a locator."""
+
+
+def check_context(context: str) -> str:
+    """One of `CONTEXTS`, or ValueError."""
+    if context not in CONTEXTS:
+        raise ValueError(f"Invalid context {context!r}. It must be one of {', '.join(CONTEXTS)}.")
+    return context
+
+
+def shows_borders(surface: Surface, context: str) -> bool:
+    """Whether lakes and borders of countries are drawn: on maps of parts of the world."""
+    return context in ("borders", "full") and surface.is_local
+
+
+def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
+    """The surface for matplotlib, and the vertices that it uses."""
+    used = np.zeros(surface.x.size, dtype=bool)
+    used[surface.triangles] = True
+    kept = np.flatnonzero(used)
+    return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[surface.triangles]), kept
+
+
+def coast_resolution(surface: Surface) -> str:
+    """The finer coastline for parts of the world."""
+    return "110m" if max(ground_size(surface.domain.region.bounds)) > 100.0 else "50m"
+
+
+def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
+    """Sea and land as pale areas, what is beside a region paler; other bodies are all land."""
+    if surface.ground is None:
+        _draw_land(ax, surface, LAND, 0.5, context)
+        return
+    draw_surroundings(ax, surface, context)
+    _draw_land(ax, surface, LAND, 0.5, context)
+
+
+def draw_surroundings(ax: Axes, surface: Surface, context: str) -> None:
+    """Sea and land about a region."""
+    if surface.ground is not None and context != "none":
+        _draw_land(ax, surface.ground, NEIGHBOURS, 0.2, context)
+
+
+def draw_surface(ax: Axes, surface: Surface) -> None:
+    """A small map of its own: sea, land and outline."""
+    _draw_land(ax, surface, _SMALL_LAND, 0.5, "coast")
+    west, east, south, north = surface.view
+    ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
+    ax.set_axis_off()
+    ax.add_collection(
+        LineCollection(list(surface.outline), colors="#555555", linewidths=0.6, zorder=1.0), autolim=False
+    )
+
+
+def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
+    """The region as a path that clips what is drawn of it; None where its triangles are the region."""
+    if not surface.pieces:
+        return None
+    sizes = np.array([len(piece) for piece in surface.pieces])
+    ends = np.cumsum(sizes + 1) - 1
+    vertices = np.concatenate([np.vstack([piece, piece[:1]]) for piece in surface.pieces])
+    codes = np.full(len(vertices), Path.LINETO, dtype=Path.code_type)
+    codes[ends] = Path.CLOSEPOLY
+    codes[np.append(0, ends[:-1] + 1)] = Path.MOVETO
+    return TransformedPath(Path(vertices, codes), ax.transData)
+
+
+def _draw_land(ax: Axes, surface: Surface, colour: str, zorder: float, context: str) -> None:
+    clip = region_clip(ax, surface)
+    mapped, kept = triangulation(surface)
+    has_land = not surface.domain.projection.is_of_another_body and context != "none"
+    _fill(ax, mapped, SEA if has_land else colour, zorder, clip)
+    if not has_land:
+        return
+    renumbered = np.zeros(surface.x.size, dtype=int)
+    renumbered[kept] = np.arange(kept.size)
+    areas = [(land_polygons(surface, coast_resolution(surface)), colour)]
+    if shows_borders(surface, context):
+        areas.append((lake_polygons(surface, coast_resolution(surface)), SEA))
+    for layer, ((cells, pieces), face) in enumerate(areas, 1):
+        above = zorder + 0.1 * layer
+        if len(cells):
+            _fill(ax, Triangulation(mapped.x, mapped.y, renumbered[cells]), face, above, clip)
+        # The hair of an edge in the same colour closes the joints between the pieces.
+        drawn = PolyCollection(pieces, facecolors=face, edgecolors=face, linewidths=0.3, rasterized=True, zorder=above)
+        ax.add_collection(drawn, autolim=False)
+        if clip is not None:
+            drawn.set_clip_path(clip)
+
+
+def _fill(ax: Axes, mapped: Triangulation, colour: str, zorder: float, clip: TransformedPath | None) -> None:
+    # Of matplotlib's ways to fill many triangles, this one leaves no hairlines between them.
+    filled = ax.tripcolor(
+        mapped,
+        np.zeros(mapped.x.size),
+        shading="gouraud",
+        cmap=ListedColormap([colour]),
+        rasterized=True,
+        zorder=zorder,
+    )
+    if clip is not None:
+        filled.set_clip_path(clip)

@@ -1,0 +1,240 @@
+"""What tells where a picture of a region is, and how large: cities, a scale bar, and a globe with the place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import cities
+from projdist.field import jacobian
+from projdist.matrices import principal_scales
+from projdist.plots.areas import draw_surface
+from projdist.projections import Projection
+from projdist.surfaces import Surface, ground_size, normalised, surface_of_globe
+
+_INK, _HALO = "#222222", "#ffffffd0"
+_TEXT = 6.5  # points
+_LETTER, _LINE = 0.6, 1.25  # of a letter and a line, in the size
+
+_NEARLY_ONE = 0.03
+_SAMPLE = 200  # nodes at which scales are looked at
+_BAR = 0.22  # of a picture's width, at most
+_ROUND = tuple(m * 10.0**k for k in range(0, 7) for m in (1, 2, 5))
+
+_PLACED_AT_ONCE = 8.0  # degrees: a smaller region has a globe that tells where it is
+_LOCATOR = 0.17  # of the smaller side
+_LOCATOR_STEP = 4.0  # degrees
+_MARK = "#d7301f"
+
+_CITIES_PER_INCH = 1.1  # of the sum of a picture's sides
+_ABOUT = [(0.0, 0.0), *((0.1 * east, 0.1 * north) for east in (-1, 1) for north in (-1, 1))]  # coarse coasts miss some
+_APART = 0.12  # of the smaller side: cities are no closer
+
+
+@dataclass
+class _Texts:
+    """Boxes in points that are taken, and the frame's size."""
+
+    width: float
+    height: float
+    boxes: list[tuple[float, float, float, float]]
+
+    def take(self, x: float, y: float, width: float, height: float) -> bool:
+        """Take a box with its lower left corner at x, y, if it is free and within the frame."""
+        if self.is_free(x, y, width, height):
+            self.boxes.append((x, y, x + width, y + height))
+            return True
+        return False
+
+    def is_free(self, x: float, y: float, width: float, height: float) -> bool:
+        """Whether a box is free and within the frame."""
+        right, top = x + width, y + height
+        if x < 2.0 or y < 2.0 or right > self.width - 2.0 or top > self.height - 2.0:
+            return False
+        return not any(x < b[2] and b[0] < right and y < b[3] and b[1] < top for b in self.boxes)
+
+
+def draw_places(ax: Axes, surface: Surface) -> None:
+    """Draw a globe with the place of a small region, a scale bar where the scale is nearly one, and cities."""
+    ax.apply_aspect()
+    box = ax.get_window_extent()
+    points = 72.0 / ax.figure.dpi
+    texts = _Texts(box.width * points, box.height * points, [])
+    _take_labels(ax, texts)
+    if max(ground_size(surface.domain.region.bounds)) < _PLACED_AT_ONCE:
+        _draw_locator(ax, surface, texts)
+    if _is_true_to_scale(surface):
+        _draw_scale_bar(ax, surface, texts)
+    _draw_cities(ax, surface, texts)
+
+
+def _take_labels(ax: Axes, texts: _Texts) -> None:
+    """Take the places of what is written on the picture already."""
+    box, points = ax.get_window_extent(), 72.0 / ax.figure.dpi
+    for text in ax.texts:
+        if text.get_text():
+            extent = text.get_window_extent()
+            x, y = (extent.x0 - box.x0) * points, (extent.y0 - box.y0) * points
+            texts.boxes.append((x, y, x + extent.width * points, y + extent.height * points))
+
+
+def _corners(surface: Surface, width: float, height: float) -> list[tuple[float, float]]:
+    """Lower left corners, in shares of the frame, of boxes in its four corners: with least of the region first."""
+    west, east, south, north = surface.view
+    xy = np.array([piece.mean(axis=0) for piece in surface.pieces])
+    area = np.array([np.ptp(piece[:, 0]) * np.ptp(piece[:, 1]) for piece in surface.pieces])
+    share = (xy - [west, south]) / [east - west, north - south]
+
+    def covered(corner: tuple[float, float]) -> float:
+        inside = ((share >= corner) & (share <= np.add(corner, [width, height]))).all(axis=1)
+        return float(area[inside].sum())
+
+    return sorted([(0.0, 0.0), (1.0 - width, 0.0), (0.0, 1.0 - height), (1.0 - width, 1.0 - height)], key=covered)
+
+
+# ---- a globe --------------------------------------------------------------------------------
+
+
+def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
+    side = _LOCATOR * min(texts.width, texts.height)
+    air = 0.25 * side
+    shares = (side + air) / texts.width, (side + air) / texts.height
+    for x, y in _corners(surface, *shares):
+        if texts.take(x * texts.width + 0.5 * air, y * texts.height + 0.5 * air, side, side):
+            break
+    else:
+        return
+    left, bottom, right, top = texts.boxes[-1]
+    place = left / texts.width, bottom / texts.height, (right - left) / texts.width, (top - bottom) / texts.height
+    globe = ax.inset_axes(place, zorder=6.0)
+    west, south, east, north = surface.domain.region.bounds
+    lon, lat = float(normalised(np.array(0.5 * (west + east)))), 0.5 * (south + north)
+    tilted = Projection.from_user_input(f"+proj=ortho +lon_0={lon:.6f} +lat_0={0.8 * lat:.6f} +R=6371008.7714")
+    draw_surface(globe, surface_of_globe(tilted, _LOCATOR_STEP))
+    spot = tilted(lon, lat)
+    globe.plot(
+        float(spot[0]), float(spot[1]), "o", color=_MARK, markersize=4.0, markeredgecolor="white", markeredgewidth=0.8
+    )
+    globe.set_label("locator")
+
+
+# ---- a scale bar ----------------------------------------------------------------------------
+
+
+def _is_true_to_scale(surface: Surface) -> bool:
+    """Whether nearly all scales in the region are nearly one."""
+    nodes = np.flatnonzero(surface.weights > 0)
+    nodes = nodes[:: max(nodes.size // _SAMPLE, 1)]
+    lon, lat = surface.lonlat()
+    scales = principal_scales(jacobian(surface.domain.projection, normalised(lon[nodes]), lat[nodes]))
+    off = np.abs(scales[np.isfinite(scales).all(axis=1)] - 1.0)
+    return bool(off.size and np.quantile(off, 0.95) < _NEARLY_ONE)
+
+
+def _draw_scale_bar(ax: Axes, surface: Surface, texts: _Texts) -> None:
+    west, east, *_ = surface.view
+    metres = max(length for length in _ROUND if length <= _BAR * (east - west))
+    bar = metres / (east - west) * texts.width
+    text = f"{metres / 1000.0:g} km" if metres >= 1000.0 else f"{metres:g} m"
+    width, height = max(bar, len(text) * _LETTER * _TEXT) + 12.0, 22.0
+    for x, y in _corners(surface, width / texts.width, height / texts.height):
+        if texts.take(x * (texts.width - 8.0) + 4.0, y * (texts.height - 8.0) + 4.0, width, height):
+            break
+    else:
+        return
+    left, bottom, right, _ = texts.boxes[-1]
+    start, stop = 0.5 * (left + right - bar), 0.5 * (left + right + bar)
+    for k in range(2):
+        half = Rectangle(
+            ((start + 0.5 * k * bar) / texts.width, (bottom + 4.0) / texts.height),
+            0.5 * bar / texts.width,
+            3.0 / texts.height,
+            transform=ax.transAxes,
+            facecolor=(_INK, "white")[k],
+            edgecolor=_INK,
+            linewidth=0.6,
+            zorder=6.0,
+        )
+        half.set_path_effects([withStroke(linewidth=2.0, foreground=_HALO)])
+        ax.add_patch(half)
+    _write(ax, texts, text, 0.5 * (start + stop), bottom + 13.5, "center", "scale bar")
+
+
+def _write(ax: Axes, texts: _Texts, text: str, x: float, y: float, ha: str, label: str) -> None:
+    ax.text(
+        x / texts.width,
+        y / texts.height,
+        text,
+        transform=ax.transAxes,
+        ha=ha,
+        va="center",
+        fontsize=_TEXT,
+        color=_INK,
+        zorder=6.0,
+        label=label,
+        path_effects=[withStroke(linewidth=1.6, foreground=_HALO)],
+    )
+
+
+# ---- cities ---------------------------------------------------------------------------------
+
+
+def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
+    """Dots and names of the best known cities in the frame, first those of the region."""
+    known = cities()
+    xy = _seen(surface, known.lon, known.lat)
+    near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
+    inside = np.logical_or.reduce(near)
+    most = int(_CITIES_PER_INCH * (texts.width + texts.height) / 72.0)
+    apart = _APART * min(texts.width, texts.height)
+    drawn: list[FloatArray] = []
+    for k in _in_order(np.isfinite(xy[:, 0]), inside):
+        if len(drawn) == most:
+            break
+        place = xy[k] * [texts.width, texts.height]
+        if any(np.hypot(*(place - other)) < apart for other in drawn):
+            continue
+        if _name(ax, texts, known.name[k], place):
+            drawn.append(place)
+    if drawn:
+        dots = np.array(drawn) / [texts.width, texts.height]
+        ax.plot(*dots.T, "o", transform=ax.transAxes, color=_INK, markersize=2.2, zorder=6.0, label="cities")
+
+
+def _in_order(seen: BoolArray, inside: BoolArray) -> IntArray:
+    """The numbers of cities in the frame, those of the region first, as they are known."""
+    return np.concatenate([np.flatnonzero(seen & inside), np.flatnonzero(seen & ~inside)])
+
+
+def _seen(surface: Surface, lon: FloatArray, lat: FloatArray) -> FloatArray:
+    """Places (n, 2) as shares of the frame, NaN for those that are not in it."""
+    assert surface.ground is not None
+    west, east, south, north = surface.view
+    x, y = surface.ground.domain(lon, lat)
+    share = np.column_stack([(x - west) / (east - west), (y - south) / (north - south)])
+    with np.errstate(invalid="ignore"):
+        within = np.asarray((share > 0.01) & (share < 0.99)).all(axis=1, keepdims=True)
+    return np.where(within, share, np.nan)
+
+
+def _name(ax: Axes, texts: _Texts, name: str, place: FloatArray) -> bool:
+    """Write a city's name beside its dot, to the right if there is room, else to the left, above or below."""
+    width, height = len(name) * _LETTER * _TEXT, _LINE * _TEXT
+    x, y = place
+    if not texts.is_free(x - 1.5, y - 1.5, 3.0, 3.0):
+        return False
+    for left, bottom in (
+        (x + 3.0, y - 0.5 * height),
+        (x - 3.0 - width, y - 0.5 * height),
+        (x - 0.5 * width, y + 2.5),
+        (x - 0.5 * width, y - 2.5 - height),
+    ):
+        if texts.take(left, bottom, width, height):
+            _write(ax, texts, name, left, bottom + 0.5 * height, "left", "city")
+            return True
+    return False

@@ -1,0 +1,149 @@
+"""Areas of the globe on a map: each cell of a surface with what of the area is in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import GEOS_ARITHMETIC
+from projdist.surfaces.domain import normalised
+from projdist.surfaces.surface import Surface
+
+_TURNS = (-360.0, 0.0, 360.0)
+_REACH = 200.0  # degrees of longitude; cells lie within 180 and a little more
+_TILES = 36  # an area is cut into as many by as many at most, which makes intersections with small cells cheap
+
+
+@dataclass(frozen=True)
+class Area:
+    """Polygons in degrees, made ready for cells: `edges` are the border and `tiles` parts, also one turn either way.
+
+    No border is sought in cells that reach beyond the latitude `end`: they are in the area or not.
+    """
+
+    polygons: shapely.MultiPolygon
+    edges: shapely.STRtree
+    tiles: shapely.STRtree
+    end: float = 90.0
+
+    @classmethod
+    @GEOS_ARITHMETIC
+    def of(cls, polygons: shapely.MultiPolygon, edges: FloatArray, end: float = 90.0) -> Area:
+        """The area of polygons and of its border, segments (n, 2, 2)."""
+        turned = np.concatenate([edges + np.array([turn, 0.0]) for turn in _TURNS])
+        near = turned[np.abs(turned[..., 0]).min(axis=1) < _REACH]
+        shapely.prepare(polygons)
+        return cls(polygons, shapely.STRtree(shapely.linestrings(near)), _tiles(polygons), end)
+
+    def contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
+        """Whether points, longitudes -180 to 180, are within."""
+        return np.asarray(shapely.contains_xy(self.polygons, lon, lat))
+
+
+def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
+    west, south, east, north = shapely.bounds(polygons)
+    lons, lats = np.linspace(west, east, _TILES + 1), np.linspace(south, north, _TILES + 1)
+    strips = [shapely.clip_by_rect(polygons, lons[k], south, lons[k + 1], north) for k in range(_TILES)]
+    found = [
+        shapely.clip_by_rect(strips[k], lons[k], lats[j], lons[k + 1], lats[j + 1])
+        for k in range(_TILES)
+        for j in range(_TILES)
+        if not strips[k].is_empty
+    ]
+    kept = [tile for tile in found if not tile.is_empty]
+    turned = [
+        shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0]))
+        for turn in _TURNS
+        for tile in kept
+        if abs(tile.centroid.x + turn) < _REACH
+    ]
+    return shapely.STRtree(turned)
+
+
+@dataclass(frozen=True)
+class CellsIn:
+    """What an area has of a surface's cells: whether a cell is `inside`, and the `pieces` (x, y) of others.
+
+    The cells are `surface.whole` and then `surface.cut`; `touched` are those of which the area has anything.
+    """
+
+    inside: BoolArray
+    touched: BoolArray
+    pieces: list[FloatArray]
+
+
+def cells_in(surface: Surface, area: Area) -> CellsIn:
+    """What an area has of the cells of a surface."""
+    lon, lat = surface.lonlat()
+    xy = np.column_stack([surface.x, surface.y])
+    inside = area.contains(normalised(lon), lat)
+    sizes = np.array([len(cell) for cell in surface.cut], dtype=int)
+    first = len(surface.whole)
+    groups = [(np.arange(first), surface.whole, False)]
+    for size in np.unique(sizes):
+        some = np.flatnonzero(sizes == size)
+        groups.append((first + some, np.array([surface.cut[k] for k in some]), True))
+    wholly, touched = np.zeros(first + sizes.size, dtype=bool), np.zeros(first + sizes.size, dtype=bool)
+    pieces: list[FloatArray] = []
+    for number, cells, torn in groups:
+        if len(cells):
+            wholly[number], owner, found = _in_cells(surface, area, cells, lon, lat, xy, inside, torn=torn)
+            touched[number[owner]] = True
+            pieces += found
+    return CellsIn(wholly, wholly | touched, pieces)
+
+
+@GEOS_ARITHMETIC
+def _in_cells(
+    surface: Surface,
+    area: Area,
+    cells: IntArray,
+    lon: FloatArray,
+    lat: FloatArray,
+    xy: FloatArray,
+    inside: BoolArray,
+    *,
+    torn: bool,
+) -> tuple[BoolArray, IntArray, list[FloatArray]]:
+    """Which cells of the same number of corners, (m, n), are in the area, and pieces of others with their cells."""
+    lons, lats = lon[cells], lat[cells]
+    first = normalised(lons[:, :1])
+    lons = first + (np.mod(lons - lons[:, :1] + 180.0, 360.0) - 180.0)
+    corners = np.stack([lons, lats], axis=-1)
+    shapes = shapely.polygons(corners)
+    on_border = np.zeros(len(cells), dtype=bool)
+    on_border[np.unique(area.edges.query(shapes, predicate="intersects")[0])] = True
+    on_border &= np.abs(lats).max(axis=1) <= area.end
+    index = np.flatnonzero(on_border)
+    cell, tile = area.tiles.query(shapes[index], predicate="intersects")
+    cell = index[cell]
+    valid = shapely.make_valid(shapes) if torn else shapes
+    pieces = shapely.intersection(valid[cell], area.tiles.geometries[tile])
+    parts, owner = shapely.get_parts(pieces, return_index=True)
+    parts, owner = shapely.get_parts(parts, return_index=True)[0], cell[owner]
+    keep = shapely.area(parts) > 0
+    rings, owner = shapely.get_exterior_ring(parts[keep]), owner[keep]
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    if not torn:
+        image = np.column_stack(surface.domain(normalised(points[:, 0]), points[:, 1]))
+    polygons = []
+    for number, part in enumerate(np.split(np.arange(len(points)), np.flatnonzero(np.diff(ring)) + 1)):
+        if not part.size:
+            continue
+        k = owner[number]
+        if torn or not np.isfinite(image[part]).all():
+            # On a seam a point has two images. The linear map of the cell's corners takes the right side.
+            polygons.append(_linear_image(corners[k], xy[cells[k]], points[part]))
+        else:
+            polygons.append(image[part])
+    return inside[cells].all(axis=1) & ~on_border, owner, polygons
+
+
+def _linear_image(corners: FloatArray, images: FloatArray, points: FloatArray) -> FloatArray:
+    """Points mapped by the least-squares affine map from corners to their images."""
+    ones = np.ones((len(corners), 1))
+    matrix = np.linalg.lstsq(np.hstack([corners - corners[0], ones]), images, rcond=None)[0]
+    return np.asarray(np.hstack([points - corners[0], np.ones((len(points), 1))]) @ matrix)

@@ -1,0 +1,147 @@
+"""The surface of a region: exact to its border, with the surface of what is around it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.projections import Projection, ProjectionLike
+from projdist.regions import GLOBE, Box, Place, PointSet, Polygons, Region, RegionLike, main_part, polygons_of
+from projdist.surfaces.areas import Area, CellsIn, cells_in
+from projdist.surfaces.domain import (
+    Bounds,
+    Domain,
+    domain_of,
+    ground_size,
+    is_part,
+    longitude_width,
+    normalised,
+    nothing_of,
+)
+from projdist.surfaces.lines import project_lines
+from projdist.surfaces.surface import Surface, build_surface, extent_of, node_weights
+
+_FULLER = 4.0  # times as full must the main part's box be, for far parts to be left out
+_GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0
+_SOUGHT, _ROUND = 193, 1.0  # nodes across, and how far beyond a region its surroundings are sought, in its own sizes
+
+
+def surface_of(projection: ProjectionLike, region: RegionLike | None) -> Surface:
+    """The surface of the drawn part of a projection; None is its area of use, or the globe."""
+    domain = domain_of(Projection.from_user_input(projection), region)
+    surface = build_surface(domain)
+    place = domain.region
+    return surface if isinstance(place, PointSet) or not is_part(place) else _regional(surface, place)
+
+
+def surface_of_globe(projection: Projection, step: float) -> Surface:
+    """The surface of a whole map with cells of `step` degrees."""
+    return build_surface(domain_of(projection, GLOBE), step)
+
+
+def shown_part(region: Place) -> Place:
+    """What of a region a picture shows: only its main part, where the others would leave the picture all but blank."""
+    if not (isinstance(region, Polygons) and region.far):
+        return region
+    main = main_part(region)
+    return main if isinstance(main, Polygons) and _fullness(main) > _FULLER * _fullness(region) else region
+
+
+def _fullness(region: Polygons) -> float:
+    """The share of a region in the box around it."""
+    return region.area_km2 / Box(*region.bounds).area_km2
+
+
+def _regional(surface: Surface, region: Region) -> Surface:
+    """The surface of the box around a region, less the cells without anything of the region."""
+    lines = _border_lines(region)
+    area = Area.of(polygons_of(region), np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines]))
+    found = cells_in(surface, area)
+    pieces = _pieces(surface, found)
+    if not pieces:
+        raise nothing_of(surface.domain)
+    extent = extent_of(np.concatenate(pieces))
+    triangles = surface.triangles_of(found.touched)
+    part = replace(
+        surface,
+        whole=surface.whole[found.touched[: len(surface.whole)]],
+        cut=tuple(surface.cut[k] for k in np.flatnonzero(found.touched[len(surface.whole) :])),
+        triangles=triangles,
+        weights=node_weights(surface.x, surface.y, surface.v, triangles, surface.source, surface.nodes),
+        extent=extent,
+        pieces=pieces,
+    )
+    ground = build_surface(*_surroundings(part))
+    size = max(extent[1] - extent[0], extent[3] - extent[2])
+    border = project_lines(ground.domain, lines, size)
+    return replace(part, border=tuple(border), ground=ground)
+
+
+def _border_lines(region: Region) -> list[FloatArray]:
+    """The border of a region as lines of (lon, lat), without what the antimeridian and the poles cut."""
+    import shapely  # slow to load
+
+    lines = []
+    for ring in shapely.get_rings(shapely.get_parts(polygons_of(region))):
+        points = shapely.get_coordinates(ring)
+        on_cut = np.abs(points) == [180.0, 90.0]
+        real = ~(on_cut[1:] & on_cut[:-1] & (points[1:] == points[:-1])).any(axis=1)
+        runs = np.split(np.arange(real.size), np.flatnonzero(np.diff(real)) + 1)
+        lines += [points[run[0] : run[-1] + 2] for run in runs if real[run[0]]]
+    return lines
+
+
+def _pieces(surface: Surface, found: CellsIn) -> tuple[FloatArray, ...]:
+    """The polygons of a region, all turning one way: then no seam is seen between them."""
+    xy = np.column_stack([surface.x, surface.y])
+    count = len(surface.whole)
+    wholly = [
+        *xy[surface.whole[found.inside[:count]]],
+        *(xy[surface.cut[k]] for k in np.flatnonzero(found.inside[count:])),
+    ]
+    return tuple(_anticlockwise(polygon) for polygon in [*wholly, *found.pieces])
+
+
+def _anticlockwise(polygon: FloatArray) -> FloatArray:
+    x, y = (polygon - polygon[0]).T
+    return polygon if x[:-1] @ y[1:] >= y[:-1] @ x[1:] else polygon[::-1]
+
+
+def _surroundings(part: Surface) -> tuple[Domain, float]:
+    """The domain that fills the picture of a part of a map, and the step of its grid in degrees."""
+    projection = part.domain.projection
+    lons, lats = _sought(part.domain.region.bounds)
+    x, y = projection(*np.meshgrid(normalised(lons), lats))
+    left, right, bottom, top = part.view
+    seen = np.asarray((x >= left) & (x <= right) & (y >= bottom) & (y <= top), dtype=bool)
+    west, east = _reach(lons, np.asarray(seen.any(axis=0)))
+    low, high = _reach(lats, np.asarray(seen.any(axis=1)))
+    south, north = max(low, -90.0), min(high, 90.0)
+    if east - west < 360.0:
+        first = float(normalised(np.array(west)))
+        box = Box(first, south, float(normalised(np.array(first + east - west))), north)
+    else:
+        box = Box(-180.0, south, 180.0, north)
+    return domain_of(projection, box), min(max(ground_size(box.bounds)) / _GROUND_NODES, _GLOBE_GROUND_STEP)
+
+
+def _sought(bounds: Bounds) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes about a region, among which its surroundings are sought."""
+    west, south, _, north = bounds
+    width = longitude_width(bounds)
+    reach = _ROUND * max(ground_size(bounds))
+    low, top = max(south - reach, -90.0), min(north + reach, 90.0)
+    # A degree of longitude is shortest at the latitude that is nearest to a pole.
+    across = reach / max(np.cos(np.radians(max(-low, top))), 1e-3)
+    half = min(0.5 * width + across, 180.0)
+    middle = west + 0.5 * width
+    return middle + half * np.linspace(-1.0, 1.0, _SOUGHT), np.linspace(low, top, _SOUGHT)
+
+
+def _reach(values: FloatArray, seen: BoolArray) -> tuple[float, float]:
+    """The range of even values that are seen, and four steps more at either end, for what is between them."""
+    first, last = np.flatnonzero(seen)[[0, -1]]
+    more = 4.0 * (values[1] - values[0])
+    return float(values[first] - more), float(values[last] + more)

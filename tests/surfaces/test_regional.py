@@ -1,0 +1,65 @@
+"""Regions on a map: whole to their border, side by side, with surroundings that fill the picture."""
+
+import numpy as np
+import pytest
+import shapely
+from matplotlib.tri import Triangulation
+
+from projdist.regions import get_region
+from projdist.surfaces.regional import shown_part, surface_of
+
+
+@pytest.mark.parametrize("text", ["country:KI@all", "country:FJ", "country:MH"])
+def test_islands_are_drawn_however_small(text: str) -> None:
+    """The pieces of an equal-area map have the area of the region, also where a cell has several islands."""
+    region = get_region(text)
+    surface = surface_of("+proj=laea +lat_0=-10 +lon_0=-175 +ellps=WGS84", region)
+    area = sum(shapely.Polygon(piece).area for piece in surface.pieces)
+    assert area == pytest.approx(1e6 * region.area_km2, rel=1e-3)  # sides of pieces are straight on the map
+
+
+def test_pieces_of_a_region_are_side_by_side() -> None:
+    """Germany's area on an equal-area map, to the bend of the sides of cells; no piece covers another."""
+    surface = surface_of("EPSG:3035", "country:DE")
+    pieces = [shapely.Polygon(piece) for piece in surface.pieces]
+    total = sum(piece.area for piece in pieces)
+    assert total == pytest.approx(1e6 * get_region("country:DE").area_km2, rel=1e-5)
+    assert shapely.union_all(pieces, grid_size=0.01).area == pytest.approx(total, rel=1e-6)
+    assert all(piece.exterior.is_ccw for piece in pieces)
+
+
+@pytest.mark.parametrize(
+    ("projection", "region"),
+    [
+        ("EPSG:2193", "country:NZ"),
+        ("EPSG:3460", "country:FJ"),
+        ("EPSG:3576", "country:RU"),
+        ("EPSG:3031", "country:AQ"),
+        ("EPSG:6350", "country:US"),
+        ("mercator", "country:NO@main"),
+        ("EPSG:2154", "cap:2.35,48.85,60"),
+        ("EPSG:25832", "box:6,47,12,55"),
+    ],
+)
+def test_surroundings_fill_the_picture(projection: str, region: str) -> None:
+    """Every pixel of a frame that the map covers is on a triangle of the ground, the antimeridian or a pole within."""
+    surface = surface_of(projection, region)
+    assert surface.ground is not None
+    ground = surface.ground
+    west, east, south, north = surface.view
+    found = Triangulation(ground.x, ground.y, ground.triangles)
+    x, y = np.meshgrid(np.linspace(west, east, 41), np.linspace(south, north, 41))
+    filled = found.get_trifinder()(x, y) >= 0
+    if projection != "EPSG:6350":  # the cone of this map leaves a gap about the pole
+        assert filled.all()
+    inside = surface.extent
+    assert west <= inside[0] < inside[1] <= east
+    assert south <= inside[2] < inside[3] <= north
+
+
+def test_parts_far_away_are_left_out_where_the_picture_would_be_empty() -> None:
+    """France without Guiana and Réunion; the United States with Alaska, which fill their box."""
+    main = shown_part(get_region("country:FR"))
+    assert main.bounds == pytest.approx((-4.76, 41.4, 9.52, 51.1), abs=0.1)
+    for text in ("country:US", "country:DE", "country:FR@all", "globe"):
+        assert shown_part(get_region(text)) == get_region(text)
