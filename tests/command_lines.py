@@ -41,6 +41,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "tissot": ("tissot", "robin", "-o", "tissot.png", "--dpi", "30"),
     "heatmap": ("heatmap", "EPSG:2169", "-o", "heatmap.png", "--dpi", "30"),
     "heatmap_against": ("heatmap", "robin", "--against", "moll", "-r", EUROPE, "-o", "less.png", "--dpi", "30"),
+    "morph": ("morph", "robin", "moll", "-r", EUROPE, "-o", "film.gif", "--frames", "3", "--dpi", "30"),
     "recommend": ("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54"),
     "recommend_picture": (
         *("recommend", FAROES, "--authority", "EPSG", "--datum", "ETRS89", "--custom", "--purpose", "conformal"),

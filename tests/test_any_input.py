@@ -237,6 +237,18 @@ CALLS = {
         "step": None,
         "title": None,
     },
+    "plots.morph": lambda: {
+        "first": "robin",
+        "second": "moll",
+        "path": "nowhere/x.gif",
+        "measure": "fisher",
+        "region": CAP,
+        "frames": 2,
+        "seconds": 1.0,
+        "size": (2, 2),
+        "dpi": 50,
+        "progress": None,
+    },
     "plots.mosaic_figure": lambda: {"found": None},
     "plots.old_map_figure": lambda: {
         "found": old_map(),

@@ -60,7 +60,7 @@ HOMES = {
         *("gis.layers", "gis.points", "gis.conversion"),
     },
     "matplotlib": {"plots"},
-    "PIL": {"applications.mosaics.images", "applications.mosaics.saving"},
+    "PIL": {"applications.mosaics.images", "applications.mosaics.saving", "plots.morphs"},
     "cv2": {"applications.mosaics.libraries"},
     "typer": {"cli"},
     "rich": {"cli"},

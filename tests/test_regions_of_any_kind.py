@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 from matplotlib.figure import Figure
+from PIL import Image
 
 import projdist
 
@@ -64,6 +65,14 @@ def weighted(region: Any, folder: Path) -> float:
     return float(gis.weighted(region, path).weight.sum())
 
 
+def film(region: Any, folder: Path) -> float:
+    """The mean brightness of the first picture of a film, to tens, as outlines have other vertices."""
+    options: dict[str, Any] = {"region": region, "frames": 2, "size": (2, 2), "dpi": 50}
+    path = plots.morph("robin", "moll", folder / "film.gif", **options)
+    with Image.open(path) as image:
+        return round(float(np.asarray(image.convert("L")).mean()), -1)
+
+
 COARSE = {"tolerance": 1e-3}
 ANSWERS: dict[str, Callable[[Any], Any]] = {
     "compare": lambda region: projdist.compare(["robin"], region, **COARSE).results[0],
@@ -89,6 +98,7 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "plots.heatmap_figure": lambda region, _: limits(plots.heatmap_figure(["robin"], region=region)),
     "plots.local_field": lambda region, _: drawn(plots.local_field, "robin", 10.0, region=region),
     "plots.local_figure": lambda region, _: limits(plots.local_figure("robin", 10.0, region=region)[0]),
+    "plots.morph": film,
     "plots.tissot": lambda region, _: drawn(plots.tissot, "robin", region=region),
     "plots.tissot_figure": lambda region, _: limits(plots.tissot_figure(["robin"], region=region)),
 }

@@ -23,6 +23,7 @@ from projdist.cli.factors import factors_command
 from projdist.cli.ldp import ldp_command
 from projdist.cli.lists import list_command
 from projdist.cli.mean_map import mean_map_command
+from projdist.cli.morph import morph_command
 from projdist.cli.mosaic import mosaic_command
 from projdist.cli.oldmap import oldmap_command
 from projdist.cli.optimize import optimize_command
@@ -69,6 +70,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "profile": profile_command,
     "tissot": tissot_command,
     "heatmap": heatmap_command,
+    "morph": morph_command,
     "recommend": recommend_command,
     "optimize": optimize_command,
     "design": design_command,

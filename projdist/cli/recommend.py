@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from projdist import plots
 from projdist.cli.cells import certain, change, per_cent, rounded
@@ -28,6 +25,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Row, Table
 from projdist.decisions import (
     CLOSE,
@@ -92,7 +90,7 @@ def recommend_command(
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
     picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite)
-    with refusing(), _executor(executor) as workers, _bar() as progress:
+    with refusing(), _executor(executor) as workers, progress_bar("maps", after=0.0) as progress:
         result = recommend(
             area,
             purpose=purpose,
@@ -132,28 +130,6 @@ def _executor(text: str | None) -> Iterator[Executor | None]:
             fail(str(error) if isinstance(error, ImportError) else f"Invalid executor '{text}'. Nothing answers there.")
             raise typer.Exit(1) from error
         yield workers
-
-
-@contextlib.contextmanager
-def _bar() -> Iterator[Callable[[int, int], None] | None]:
-    """A listener that moves a progress bar; None where the standard error is no terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    columns = (MofNCompleteColumn(), TextColumn("maps"), BarColumn(), TimeRemainingColumn())
-    # Drawn when there is news, without a thread that would draw it: processes with threads are not forked.
-    progress = Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False)
-    task = progress.add_task("", total=None)
-
-    def move(done: int, total: int) -> None:
-        progress.start()  # with the first news: wrong words are refused before
-        progress.update(task, completed=done, total=total, refresh=True)
-
-    try:
-        yield move
-    finally:
-        if progress.live.is_started:
-            progress.stop()
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:

@@ -4,6 +4,7 @@ from .distributions import DISTRIBUTIONS, distribution_figure
 from .figures import SUFFIXES, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
 from .ground import ground_map
 from .local_fields import local_field
+from .morphs import FILM_SUFFIXES, morph
 from .mosaics import mosaic_figure
 from .oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
 from .pictures import heatmap, tissot
@@ -12,6 +13,7 @@ from .profiles import profile_figure
 __all__ = [
     "CONTEXTS",
     "DISTRIBUTIONS",
+    "FILM_SUFFIXES",
     "OLD_MAP_MEASURES",
     "OLD_MAP_PANELS",
     "SUFFIXES",
@@ -23,6 +25,7 @@ __all__ = [
     "ldp_figure",
     "local_field",
     "local_figure",
+    "morph",
     "mosaic_figure",
     "old_map_figure",
     "profile_figure",

@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 
 from projdist import recommend
 from projdist.cli.app import app
-from projdist.cli.recommend import _bar, _drawable
+from projdist.cli.progress import progress_bar
+from projdist.cli.recommend import _drawable
 from projdist.decisions.recommendation.candidates import INTERRUPTED, Rejected
 from projdist.decisions.recommendation.custom import Custom
 from projdist.decisions.recommendation.zones import Zone, ZoneSystem
@@ -308,10 +309,26 @@ def test_no_bar_before_wrong_words_are_refused(monkeypatch):
         app(["recommend", ISLAND, "--criterion", "beauty"])
     assert ended.value.code == 2
     assert shown.getvalue().startswith("projdist: Invalid criterion 'beauty'.")
-    with _bar() as move:
+    with progress_bar("maps", after=0.0) as move:
         assert "maps" not in shown.getvalue()
         move(1, 4)
         assert " maps " in shown.getvalue()
+
+
+def test_no_bar_of_what_takes_a_moment(monkeypatch):
+    """It is shown once two seconds have passed, and leaves nothing; where there is no terminal there is none."""
+    monkeypatch.setenv("TERM", "xterm")
+    shown = Terminal()
+    monkeypatch.setattr("sys.stderr", shown)
+    with progress_bar("frames") as move:
+        move(1, 4)
+        assert shown.getvalue() == ""
+    with progress_bar("frames", after=0.0) as move:
+        move(1, 4)
+    assert "1/4" in shown.getvalue()
+    monkeypatch.setattr("sys.stderr", io.StringIO())
+    with progress_bar("frames") as move:
+        assert move is None
 
 
 def test_nothing_serves():

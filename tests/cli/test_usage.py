@@ -10,7 +10,7 @@ from projdist import __version__
 
 COMMANDS = [
     *("compare", "factors", "profile", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
-    *("world-map", "mosaic", "clouds", "oldmap", "list"),
+    *("world-map", "morph", "mosaic", "clouds", "oldmap", "list"),
 ]
 
 
@@ -154,6 +154,14 @@ USAGE = {
     "heatmap robin --step 100": r"Invalid step '100'",
     "heatmap robin --dpi 5000": r"Invalid dpi '5000'",
     "heatmap robin -m h -m k": r"Invalid measures 'h,k' for 'heatmap.png'.",
+    "morph robin": r"Missing argument 'PROJECTION'",
+    "morph robin moll -o x.png": r"Invalid film 'x.png'. Its suffix must be .gif or .mp4.",
+    "morph robin moll -m h,k": r"Invalid measures 'h,k' for 'morph.gif'. A film shows one.",
+    "morph robin moll -m flexion": r"Invalid measure 'flexion' for a film. It must need no second derivatives.",
+    "morph robin moll --frames 1": r"Invalid frames '1'. It must be a number within 2 and 500.",
+    "morph robin moll --frames 2.5": r"Invalid frames '2.5'. It must be a whole number.",
+    "morph robin moll --seconds 0": r"Invalid seconds '0'. It must be a number within 0.1 and 600.",
+    "morph robin moll --size 0.6,0.6": r"Invalid size '.*'. It has no room for a film.",
     "list": r"Missing argument 'projections\|measures\|figures\|criteria\|indices'. See 'projdist list --help'.",
     "list nothing": r"Invalid list 'nothing'. It must be projections, measures, figures, criteria or indices.\n$",
     "list measures criteria": r"unexpected extra argument.*criteria",

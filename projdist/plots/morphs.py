@@ -1,0 +1,293 @@
+"""Films: one map flows into another and back, in the colours of a measure."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.animation import FFMpegWriter
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
+from PIL import Image
+
+from projdist._typing import AnyArray, FloatArray
+from projdist.matrices import Measure, get_measure
+from projdist.plots.blends import Blend, blend_of, open_edges
+from projdist.plots.colours import ColourScale, colour_scale
+from projdist.plots.figures import check_dpi, check_size
+from projdist.plots.pictures import AnyMeasure, draw_colourbar
+from projdist.projections import Projection, ProjectionLike
+from projdist.regions import GLOBE, RegionLike, region_for
+from projdist.support import check_number, check_path, check_whole_number, quoted, replacing
+
+FILM_SUFFIXES = (".gif", ".mp4")
+
+_SIZE, _DPI = (7.0, 4.6), 100.0
+_TOP, _FOOT, _SIDE = 0.42, 0.62, 0.1  # inches
+_HOLD = 0.8  # seconds at either end
+_COLOURS, _DARKER, _GREYS = 120, 40, 24  # of a GIF, which has room for 256
+_MOST_FRAMES, _LONGEST = 500, 600.0
+_INK, _PALE, _DOT = "#222222", "#9aa3ad", "#b2402a"
+
+Progress = Callable[[int, int], Any]
+
+
+def morph(
+    first: ProjectionLike,
+    second: ProjectionLike,
+    path: str | os.PathLike[str],
+    *,
+    measure: AnyMeasure = "fisher",
+    region: RegionLike | None = None,
+    frames: int = 24,
+    seconds: float = 4.0,
+    size: tuple[float, float] = _SIZE,
+    dpi: float = _DPI,
+    overwrite: bool = True,
+    progress: Progress | None = None,
+) -> Path:
+    """Write a film in which a map flows into another and back, with a measure of what it is on the way.
+
+    A point moves straight from its place on the one map to that on the other, which is turned for the way so that both
+    lie on each other; so the Jacobian is (1 - t) J_1 + t J_2, and the colours are of that. The film is cut where either
+    map is.
+
+    Parameters
+    ----------
+    first, second : ProjectionLike
+        Anything that `Projection.from_user_input` takes.
+    path : str or path
+        A .gif, or, where there is ffmpeg, an .mp4.
+    measure : str, Measure or callable, default "fisher"
+        One that needs no second derivatives.
+    region : RegionLike, optional
+        The default is that of `compare`.
+    frames : int, default 24
+        Pictures on the way; the way back has the same.
+    seconds : float, default 4
+        Of the way there and back, without the rests at both ends.
+    size : (float, float), default (7, 4.6)
+        Width and height in inches.
+    dpi : float, default 100
+        Dots per inch.
+    overwrite : bool, default True
+        Whether a file may be replaced.
+    progress : callable, optional
+        Called with how many frames are drawn, and of how many.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ProjectionError
+        For what is no projection.
+    ValueError
+        For a measure, region, size or number that is none, a suffix that is no film's, and an .mp4 without ffmpeg.
+    FileExistsError
+        For a file that is there and is not to be replaced.
+
+    References
+    ----------
+    M. Bostock 2011, d3-geo-projection, "Projection Transitions": points on straight ways between two maps.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> film = morph("robin", "moll", folder / "a.gif", region="box:0,0,60,60", frames=3, size=(3, 3), dpi=40)
+    >>> film.read_bytes()[:6]
+    b'GIF89a'
+    """
+    path, chosen = _film_path(path), get_measure(measure)
+    if chosen.needs_hessian:
+        raise ValueError(f"Invalid measure '{chosen.name}' for a film. It must need no second derivatives.")
+    count = check_whole_number("number of frames", frames)
+    if not 2 <= count <= _MOST_FRAMES:
+        raise ValueError(f"Invalid number of frames '{frames}'. It must be 2 to {_MOST_FRAMES}.")
+    length = check_number("number of seconds", seconds)
+    if not 0.1 <= length <= _LONGEST:
+        raise ValueError(f"Invalid number of seconds '{seconds}'. It must be 0.1 to {_LONGEST:g}.")
+    room = check_size(size) or _SIZE
+    if room[0] < 1.0 or room[1] < 1.5:
+        raise ValueError(f"Invalid size {quoted(size)}. It has no room for a film.")
+    maps = Projection.from_user_input(first), Projection.from_user_input(second)
+    blend = blend_of(*maps, region_for(region, list(maps)))
+    with replacing(path, overwrite=overwrite) as new:
+        stage = _Stage(blend, chosen, room, check_dpi(dpi))
+        if path.suffix.lower() == ".gif":
+            _write_gif(new, stage.pictures(count, progress), _palette(stage.scale), length)
+        else:
+            _write_mp4(new, stage, count, length, progress)
+    return path
+
+
+def _film_path(given: Any) -> Path:
+    path = check_path("film", given)
+    if path.suffix.lower() not in FILM_SUFFIXES:
+        raise ValueError(f"Invalid film '{path}'. Its suffix must be .gif or .mp4.")
+    if path.suffix.lower() == ".mp4" and not FFMpegWriter.isAvailable():
+        raise ValueError(f"Invalid film '{path}'. An .mp4 needs ffmpeg, which is not found; a .gif needs nothing.")
+    return path
+
+
+def eased(count: int) -> FloatArray:
+    """Shares of the way from 0 to 1 that begin and end slowly."""
+    return 0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, count))
+
+
+class _Stage:
+    """A figure that shows a blend at any share of the way."""
+
+    def __init__(self, blend: Blend, measure: Measure, size: tuple[float, float], dpi: float) -> None:
+        self.blend, self.measure = blend, measure
+        self.scale = _scale(blend, measure)
+        self.figure = Figure(figsize=size, dpi=dpi)
+        self.canvas: Any = FigureCanvasAgg(self.figure)
+        width, height = size
+        self.ax: Axes = self.figure.add_axes(
+            (_SIDE / width, _FOOT / height, 1.0 - 2.0 * _SIDE / width, (height - _TOP - _FOOT) / height)
+        )
+        self.ax.set_axis_off()
+        self.shape = self.ax.get_position().width * width / (self.ax.get_position().height * height)
+        styles = (("#00000040", 0.4, 1.0), ("#222222", 0.6, 1.2), ("#333333", 0.8, 3.0))
+        self.lines = [
+            LineCollection([], colors=colour, linewidths=line, zorder=order) for colour, line, order in styles
+        ]
+        for lines in self.lines:
+            self.ax.add_collection(lines, autolim=False)
+        self.field: Any = None
+        self._title(width, height)
+        bar = min(0.6 * width, 4.5)
+        place = (0.5 - 0.5 * bar / width, 0.42 / height, bar / width, 0.11 / height)
+        over = "" if blend.region == GLOBE else f", over {blend.region.name[:50]}"
+        draw_colourbar(self.figure, self.scale, cax=self.figure.add_axes(place)).set_label(
+            f"{self.scale.label}{over}", fontsize=8
+        )
+
+    def _title(self, width: float, height: float) -> None:
+        """The names of both maps, and a dot on the way between them."""
+        y = 1.0 - 0.2 / height
+        left, right = self.blend.maps
+        names = [
+            self.figure.text(x, y, one.name, ha=side, va="center", fontsize=10.0, color=_INK)
+            for x, one, side in ((0.15 / width, left, "left"), (1.0 - 0.15 / width, right, "right"))
+        ]
+        widest = 0.40 * width * self.figure.dpi
+        for name in names:
+            name.set_fontsize(10.0 * min(1.0, widest / max(name.get_window_extent().width, 1.0)))
+        ends = [name.get_window_extent().width / self.figure.bbox.width for name in names]
+        self.way = 0.3 / width + ends[0], 1.0 - 0.3 / width - ends[1]
+        strip = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=5)
+        strip.set_axis_off()
+        strip.patch.set_alpha(0.0)
+        strip.set(xlim=(0, 1), ylim=(0, 1))
+        strip.plot(self.way, (y, y), color=_PALE, linewidth=1.0)
+        (self.dot,) = strip.plot([], [], "o", color=_DOT, markersize=5.0)
+        self.height = y
+
+    def draw(self, share: float) -> None:
+        """Show a share of the way."""
+        blend, ax = self.blend, self.ax
+        xy = blend.at(share, blend.vertices)
+        values = blend.values(share, self.measure)
+        used = np.zeros(len(xy), dtype=bool)
+        used[blend.triangles] = True
+        if self.field is not None:
+            self.field.remove()
+        x, y = np.where(used[:, None], xy, xy[used][0]).T
+        mapped = Triangulation(x, y, blend.triangles)
+        missing = ~np.isfinite(values)
+        mapped.set_mask(missing[blend.triangles].any(axis=1))
+        self.field = ax.tripcolor(
+            mapped,
+            np.where(missing, self.scale.limits[0], values),
+            shading="gouraud",
+            norm=self.scale.norm,
+            cmap=self.scale.colours,
+            zorder=0.5,
+        )
+        grid, shore, outline = self.lines
+        grid.set_segments([blend.at(share, track) for track in blend.graticule])
+        shore.set_segments([blend.at(share, track) for track in blend.coast])
+        outline.set_segments(list(xy[open_edges(xy, blend.edges)]))
+        self._look_at(xy[used])
+        self.dot.set_data([self.way[0] + share * (self.way[1] - self.way[0])], [self.height])
+
+    def _look_at(self, xy: FloatArray) -> None:
+        """All of the map in the middle of the axes, a metre the same in x and y."""
+        low, high = xy.min(axis=0), xy.max(axis=0)
+        middle, half = 0.5 * (low + high), 0.51 * (high - low)
+        half_width = max(half[0], half[1] * self.shape)
+        self.ax.set_xlim(middle[0] - half_width, middle[0] + half_width)
+        self.ax.set_ylim(middle[1] - half_width / self.shape, middle[1] + half_width / self.shape)
+
+    def pictures(self, count: int, progress: Progress | None) -> Iterator[AnyArray]:
+        """The pixels (height, width, 3) of the way there."""
+        for number, share in enumerate(eased(count), start=1):
+            self.draw(float(share))
+            self.canvas.draw()
+            yield np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
+            if progress is not None:
+                progress(number, count)
+
+
+def _scale(blend: Blend, measure: Measure) -> ColourScale:
+    """Colours for all of the way."""
+    values = [blend.values(share, measure) for share in (0.0, 0.5, 1.0)]
+    return colour_scale(measure, values, [blend.weights] * len(values))
+
+
+def _palette(scale: ColourScale) -> Image.Image:
+    """The colours of the scale, under lines, too, greys, and that of the dot."""
+    bright = scale.colours(np.linspace(0.0, 1.0, _COLOURS))[:, :3]
+    dark = 0.75 * scale.colours(np.linspace(0.0, 1.0, _DARKER))[:, :3]
+    grey = np.linspace(0.0, 1.0, _GREYS)[:, None] * np.ones(3)
+    pixels = np.concatenate([bright, dark, grey, [to_rgb(_DOT)], 0.5 + 0.5 * np.array([to_rgb(_DOT)])])
+    image = Image.new("P", (1, 1))
+    image.putpalette((255.0 * pixels).round().astype(np.uint8).ravel().tolist())
+    return image
+
+
+def _write_gif(path: Path, pictures: Iterator[AnyArray], palette: Image.Image, seconds: float) -> None:
+    """There and back for ever, with a rest at both ends; all frames have one palette, so that nothing flickers."""
+    there = [Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in pictures]
+    step = max(20.0, 1e3 * seconds / (2 * (len(there) - 1)))
+    durations = [step] * (2 * len(there) - 2)
+    durations[0] = durations[len(there) - 1] = 1e3 * _HOLD
+    there[0].save(
+        path,
+        format="GIF",
+        save_all=True,
+        append_images=[*there[1:], *there[-2:0:-1]],
+        duration=[round(one) for one in durations],
+        loop=0,
+        optimize=False,
+    )
+
+
+def _write_mp4(path: Path, stage: _Stage, count: int, seconds: float, progress: Progress | None) -> None:
+    """There and back once, with a rest at both ends."""
+    rate = max(1, round(2 * (count - 1) / seconds))
+    rest = max(1, round(_HOLD * rate))
+    shares = eased(count)
+    both = [*([0.0] * rest), *shares, *([1.0] * rest), *shares[-2::-1]]
+    writer = FFMpegWriter(
+        fps=rate, codec="h264", extra_args=["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"]
+    )
+    with writer.saving(stage.figure, str(path), stage.figure.dpi):
+        for number, share in enumerate(both, start=1):
+            stage.draw(float(share))
+            writer.grab_frame()
+            if progress is not None:
+                progress(number, len(both))

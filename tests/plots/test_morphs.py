@@ -1,0 +1,114 @@
+"""Films of one map that flows into another."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from projdist import Projection, factors, get_measure, get_region, plots
+from projdist.plots.blends import Blend, blend_of, open_edges
+from projdist.plots.morphs import eased
+
+R = 6371000.0
+
+
+def blend(first: str, second: str, region: str = "globe") -> Blend:
+    return blend_of(*map(Projection.from_user_input, (first, second)), get_region(region))
+
+
+def areas(found: Blend, share: float) -> np.ndarray:
+    """Signed areas of the triangles at a share of the way."""
+    a, b, c = np.moveaxis(found.at(share, found.vertices)[found.triangles], 1, 0)
+    return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+
+
+def test_both_ends_are_the_maps() -> None:
+    """As they are, also where the second is turned for the way."""
+    found = blend(f"+proj=stere +lat_0=90 +R={R}", f"+proj=aeqd +lat_0=90 +lon_0=150 +R={R}", "box:-180,30,180,89")
+    assert abs(np.degrees(found.turn)) == pytest.approx(150.0, abs=1.0)
+    for share, track in ((0.0, found.vertices.first), (1.0, found.vertices.second)):
+        np.testing.assert_allclose(found.at(share, found.vertices), track, atol=1e-6)
+
+
+def test_nothing_is_turned_over_on_the_way() -> None:
+    """Azimuthal maps that lie 150 degrees apart would fall into a point half way, were they not turned."""
+    found = blend(f"+proj=stere +lat_0=90 +R={R}", f"+proj=aeqd +lat_0=90 +lon_0=150 +R={R}", "box:-180,30,180,89")
+    sizes = [np.abs(areas(found, share)).sum() for share in (0.0, 0.5, 1.0)]
+    assert min(sizes[0], sizes[2]) < sizes[1] < max(sizes[0], sizes[2])
+
+
+def test_colours_are_of_the_map_on_the_way() -> None:
+    """Half way from plate carree to Mercator k = 1 / cos(lat) and h = (1 + k) / 2 on a sphere."""
+    found = blend(f"+proj=eqc +R={R}", f"+proj=merc +R={R}", "box:-60,-40,60,60")
+    s = found.values(0.5, get_measure("s"))
+    k = found.values(0.5, get_measure("k"))
+    used = np.unique(found.triangles)
+    np.testing.assert_allclose(s[used], k[used] * 0.5 * (1.0 + k[used]), rtol=1e-8)
+    ends = factors(f"+proj=merc +R={R}", 0.0, [-40.0, 60.0]).k
+    assert k[used].max() <= ends.max() + 1e-6
+
+
+@pytest.mark.parametrize(("first", "second"), [("igh", "winkel-tripel"), ("moll", "igh")])
+def test_it_is_cut_where_either_is(first: str, second: str) -> None:
+    """No triangle reaches across a cut of either map: all keep their side up, but for slivers."""
+    found = blend(first, second)
+    for share in (0.0, 0.3, 1.0):
+        sizes = areas(found, share)
+        side = np.sign(np.median(sizes))
+        assert (np.clip(-side * sizes, 0.0, None)).sum() < 1e-4 * np.abs(sizes).sum()
+
+
+def test_cuts_close() -> None:
+    """The interruptions of Goode's map are no lines on Winkel's: what is left is its rim."""
+    found = blend("igh", "winkel-tripel")
+    xy = found.vertices.second
+    lengths = []
+    for edges in (found.edges, open_edges(xy, found.edges)):
+        middle = np.abs(xy[edges].mean(axis=1))
+        inside = (middle[:, 0] < 0.5 * middle[:, 0].max()) & (middle[:, 1] < 0.8 * middle[:, 1].max())
+        lengths.append(np.hypot(*(xy[edges[inside, 1]] - xy[edges[inside, 0]]).T).sum())
+    assert lengths[1] < 0.02 * lengths[0]
+    xy = found.vertices.first  # on Goode's map itself they are open
+    whole, rim = (
+        np.hypot(*(xy[edges[:, 1]] - xy[edges[:, 0]]).T).sum() for edges in (found.edges, open_edges(xy, found.edges))
+    )
+    assert rim > 0.9 * whole
+
+
+def test_a_film(tmp_path: Path) -> None:
+    """There and back for ever, a rest at both ends, and small; progress is told."""
+    told: list[tuple[int, int]] = []
+    path = plots.morph(
+        "robin", "moll", tmp_path / "a.gif", region="box:0,0,60,60", frames=4, seconds=3.0, size=(3, 3), dpi=40,
+        progress=lambda done, total: told.append((done, total)),
+    )  # fmt: skip
+    assert told == [(k, 4) for k in range(1, 5)]
+    with Image.open(path) as image:
+        assert (image.size, image.n_frames, image.info["loop"]) == ((120, 120), 6, 0)
+        frames, durations = [], []
+        for k in range(6):
+            image.seek(k)
+            durations.append(image.info["duration"])
+            frames.append(np.asarray(image.convert("RGB"), dtype=int))
+    assert durations == [800, 500, 500, 800, 500, 500]
+    np.testing.assert_array_equal(frames[1], frames[5])
+    np.testing.assert_array_equal(frames[2], frames[4])
+    assert np.abs(frames[3] - frames[0]).max() > 50
+    with pytest.raises(FileExistsError):
+        plots.morph("robin", "moll", path, region="box:0,0,60,60", frames=2, overwrite=False)
+
+
+def test_films_begin_and_end_slowly() -> None:
+    """The first and the last step are the least."""
+    steps = np.diff(eased(11))
+    assert steps.sum() == pytest.approx(1.0)
+    assert (np.diff(steps)[:4] > 0).all()
+    np.testing.assert_allclose(steps, steps[::-1])
+
+
+def test_without_ffmpeg(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An .mp4 is refused in one line."""
+    monkeypatch.setattr("projdist.plots.morphs.FFMpegWriter.isAvailable", lambda: False)
+    with pytest.raises(ValueError, match=r"^Invalid film 'a\.mp4'\. An \.mp4 needs ffmpeg, which is not found; "):
+        plots.morph("robin", "moll", "a.mp4")
