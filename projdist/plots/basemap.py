@@ -82,7 +82,7 @@ def graticule_lines(surface: Surface, step: float | None) -> list[GraticuleLine]
     """The meridians and parallels of a picture."""
     drawn = surface if surface.ground is None else surface.ground
     bounds = drawn.domain.box.bounds
-    steps = graticule_steps(surface.domain.region.bounds, step)
+    steps = graticule_steps(surface.domain.region.bounds if surface.is_local else bounds, step)
     meridians, parallels = graticule_values(bounds, *steps)
     lines = graticule(bounds, *steps)
     values = [*((True, value) for value in meridians), *((False, value) for value in parallels)]

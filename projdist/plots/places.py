@@ -86,13 +86,12 @@ def _take_labels(ax: Axes, texts: _Texts) -> None:
 def _corners(surface: Surface, width: float, height: float) -> list[tuple[float, float]]:
     """Lower left corners, in shares of the frame, of boxes in its four corners: with least of the region first."""
     west, east, south, north = surface.view
-    xy = np.array([piece.mean(axis=0) for piece in surface.pieces])
-    area = np.array([np.ptp(piece[:, 0]) * np.ptp(piece[:, 1]) for piece in surface.pieces])
-    share = (xy - [west, south]) / [east - west, north - south]
+    nodes = np.flatnonzero(surface.weights > 0)
+    share = (np.column_stack([surface.x[nodes], surface.y[nodes]]) - [west, south]) / [east - west, north - south]
 
     def covered(corner: tuple[float, float]) -> float:
         inside = ((share >= corner) & (share <= np.add(corner, [width, height]))).all(axis=1)
-        return float(area[inside].sum())
+        return float(surface.weights[nodes[inside]].sum())
 
     return sorted([(0.0, 0.0), (1.0 - width, 0.0), (0.0, 1.0 - height), (1.0 - width, 1.0 - height)], key=covered)
 

@@ -24,11 +24,24 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
     if isinstance(left, PointSet):
         wanted = operator == "&"
         return left.chosen(lambda lon, lat: right.contains(lon, lat) == wanted, name)
+    resolution = _resolution(left, right, name)
     one, other = polygons_of(left), polygons_of(right)
     found = _combined(operator, one, other)
     if found.area == 0.0:
         raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
-    return Polygons(merged([found]), name, (*_repairs(left), *_repairs(right)))
+    return Polygons(merged([found]), name, (*_repairs(left), *_repairs(right)), resolution=resolution)
+
+
+def _resolution(left: Region, right: Region, name: str) -> str:
+    """The one of Natural Earth that regions have; of two they would leave slivers along the same coast."""
+    found = {region.resolution for region in (left, right) if isinstance(region, Polygons)} - {""}
+    if len(found) > 1:
+        both = " and ".join(sorted(found))
+        raise ValueError(
+            f"Invalid region '{name}'. Its parts are of different detail, {both}, and would leave slivers along "
+            "coasts: give all of them the same suffix."
+        )
+    return found.pop() if found else ""
 
 
 @GEOS_ARITHMETIC

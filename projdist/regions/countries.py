@@ -20,14 +20,15 @@ _MOST = 3  # names in a hint
 @functools.cache
 def land(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The land, Antarctica with its ice shelves included."""
-    return Polygons(natural_earth.land(resolution), _named("land", resolution))
+    return Polygons(natural_earth.land(resolution), _named("land", resolution), resolution=resolution)
 
 
 @functools.cache
 def ocean(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """All that is not land, the Caspian Sea included."""
     globe = shapely.box(-180.0, -90.0, 180.0, 90.0)
-    return Polygons(merged([shapely.difference(globe, natural_earth.land(resolution))]), _named("ocean", resolution))
+    water = merged([shapely.difference(globe, natural_earth.land(resolution))])
+    return Polygons(water, _named("ocean", resolution), resolution=resolution)
 
 
 def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
@@ -44,7 +45,7 @@ def _country(key: str, shown: str, resolution: str) -> Polygons:
     geometry = natural_earth.country(key, resolution)
     if geometry is None:
         raise ValueError(f"Invalid country '{shown}' at {resolution}. It is too small for this data: ask for 50m.")
-    return told_apart(Polygons(geometry, _named(f"country:{shown}", resolution)))
+    return told_apart(Polygons(geometry, _named(f"country:{shown}", resolution), resolution=resolution))
 
 
 def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
@@ -62,7 +63,8 @@ def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
 def _continent(name: str, resolution: str) -> Polygons:
     keys = [row["iso_n3"] or row["name"] for row in natural_earth.country_keys() if row["continent"] == name]
     parts = [natural_earth.country(key, resolution) for key in keys]
-    return Polygons(merged([part for part in parts if part is not None]), _named(f"continent:{name}", resolution))
+    whole = merged([part for part in parts if part is not None])
+    return Polygons(whole, _named(f"continent:{name}", resolution), resolution=resolution)
 
 
 def close_regions(text: str) -> list[str]:

@@ -55,7 +55,8 @@ def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointS
     if kept.all():
         return region
     suffix = "@main" if km == MAIN_KM else f"@main:{km:g}"
-    return Polygons(outline.geometry(kept), _suffixed(region.name, suffix), region.repairs)
+    name = _suffixed(region.name, suffix)
+    return Polygons(outline.geometry(kept), name, region.repairs, resolution=region.resolution)
 
 
 def all_parts(region: Region | PointSet) -> Region | PointSet:

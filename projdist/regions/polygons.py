@@ -42,16 +42,17 @@ class Polygons:
     """Polygons within longitudes -180 to 180, valid and disjoint, with their holes.
 
     `name` is the region in the words of `get_region`; `repairs` say what was repaired, `far` what of it lies far from
-    the rest, where that may not have been meant.
+    the rest, where that may not have been meant; `resolution` is that of Natural Earth, if it is from there.
     """
 
     geometry: shapely.MultiPolygon
     name: str
     repairs: tuple[str, ...] = ()
     far: str = ""
+    resolution: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Polygons, (self.geometry, self.name, self.repairs, self.far)
+        return Polygons, (self.geometry, self.name, self.repairs, self.far, self.resolution)
 
     @property
     def notes(self) -> tuple[str, ...]:

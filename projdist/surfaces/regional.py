@@ -9,6 +9,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Box, Place, PointSet, Polygons, Region, RegionLike, main_part, polygons_of
+from projdist.support import tell
 from projdist.surfaces.areas import Area, CellsIn, cells_in
 from projdist.surfaces.domain import (
     Bounds,
@@ -21,10 +22,11 @@ from projdist.surfaces.domain import (
     nothing_of,
 )
 from projdist.surfaces.lines import project_lines
-from projdist.surfaces.surface import Surface, build_surface, extent_of, node_weights
+from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights
 
 _FULLER = 4.0  # times as full must the main part's box be, for far parts to be left out
 _GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0
+_APART = 1.5
 _SOUGHT, _ROUND = 193, 1.0  # nodes across, and how far beyond a region its surroundings are sought, in its own sizes
 
 
@@ -71,12 +73,38 @@ def _regional(surface: Surface, region: Region) -> Surface:
         triangles=triangles,
         weights=node_weights(surface.x, surface.y, surface.v, triangles, surface.source, surface.nodes),
         extent=extent,
+        view=frame_of_part(extent),
         pieces=pieces,
     )
-    ground = build_surface(*_surroundings(part))
+    if _lies_apart(part):
+        _tell_of_cut(part)
+        ground = build_surface(domain_of(part.domain.projection, GLOBE), _GLOBE_GROUND_STEP)
+        part = replace(part, extent=ground.extent, view=ground.view)
+    else:
+        ground = build_surface(*_surroundings(part))
     size = max(extent[1] - extent[0], extent[3] - extent[2])
     border = project_lines(ground.domain, lines, size)
     return replace(part, border=tuple(border), ground=ground)
+
+
+def _lies_apart(part: Surface) -> bool:
+    """Whether a seam takes the parts of a region farther apart than all their cells reach in a row."""
+    if not (part.cut and len(part.whole)):
+        return False
+    x, y = part.x[part.whole], part.y[part.whole]
+    longest = float(np.hypot(np.diff(x, axis=1), np.diff(y, axis=1)).max())
+    west, east, south, north = part.extent
+    return east - west + north - south > _APART * longest * sum(part.shape)
+
+
+def _tell_of_cut(part: Surface) -> None:
+    """Name the central meridian that may keep a region whole."""
+    bounds = part.domain.region.bounds
+    middle = float(normalised(np.array(0.5 * (bounds[0] + bounds[2]))))
+    tell(
+        f"{part.domain.projection.name} is cut within {part.domain.region.name}, so that its parts lie apart. "
+        f"A map with its middle there, +lon_0={middle:.0f}, may show it whole."
+    )
 
 
 def _border_lines(region: Region) -> list[FloatArray]:

@@ -19,6 +19,8 @@ from projdist.regions import GLOBE
 from projdist.surfaces.domain import POLE, Domain, ground_size, longitude_width, normalised, nothing_of
 from projdist.surfaces.turned_grids import Frame, frame_of
 
+Extent = tuple[float, float, float, float]
+
 _TURNED_POLE = 90.0 - 0.02  # farther out than the error of the place, and still less than a pixel
 _GLOBE_STEP = 0.6
 _REGION_NODES = 200
@@ -34,7 +36,8 @@ class Surface:
     The first `nodes` vertices are grid nodes, the others images of seams; `source` is the node
     whose side each vertex is on. `whole` are the four corners of untorn cells, (m, 4); `cut` the
     vertex indices of the polygons of torn cells. `weights` are shares of the nodes in the whole, half
-    by their area on the ground and half on the map. `extent` is the smallest and largest x, then y.
+    by their area on the ground and half on the map. `extent` is the smallest and largest x, then y; `view`
+    likewise the frame of a picture.
 
     Where the region is a part of what is around it (`regional`), the triangles reach over its border: `pieces` are the
     polygons (x, y) of which it consists, side by side and turning one way, `border` its border as lines, and `ground`
@@ -50,7 +53,8 @@ class Surface:
     y: FloatArray
     source: IntArray
     weights: FloatArray
-    extent: tuple[float, float, float, float]
+    extent: Extent
+    view: Extent
     whole: IntArray
     cut: tuple[IntArray, ...]
     triangles: IntArray
@@ -59,11 +63,6 @@ class Surface:
     pieces: tuple[FloatArray, ...] = ()
     border: tuple[FloatArray, ...] = ()
     ground: Surface | None = None
-
-    @property
-    def view(self) -> tuple[float, float, float, float]:
-        """The frame of a picture: the smallest and largest x, then y."""
-        return frame_of_picture(self.extent, is_part=bool(self.pieces))
 
     @property
     def goes_on(self) -> bool:
@@ -100,20 +99,24 @@ def triangles_of(whole: IntArray, cut: Sequence[IntArray]) -> IntArray:
     return np.concatenate([whole[:, [0, 1, 2]], whole[:, [0, 2, 3]], *fans])
 
 
-_AROUND_GLOBE, _AROUND_PART = 0.01, 0.05  # of the larger side of a map
+_AROUND_MAP, _AROUND_PART = 0.01, 0.05  # of the larger side of a map
 _NARROWEST = 0.5  # of the larger side of a picture
 
 
-def frame_of_picture(extent: tuple[float, float, float, float], *, is_part: bool) -> tuple[float, float, float, float]:
-    """The frame about an extent: a little more than a whole map, and with its surroundings about a part of one."""
+def frame_of_map(extent: Extent) -> Extent:
+    """The frame about a whole map."""
+    west, east, south, north = extent
+    margin = _AROUND_MAP * max(east - west, north - south)
+    return west - margin, east + margin, south - margin, north + margin
+
+
+def frame_of_part(extent: Extent) -> Extent:
+    """The frame about a part of a map, with some of its surroundings and not too narrow."""
     west, east, south, north = extent
     width, height = east - west, north - south
     longest = max(width, height)
-    if not is_part:
-        margin = _AROUND_GLOBE * longest
-        return west - margin, east + margin, south - margin, north + margin
-    full = (1.0 + 2.0 * _AROUND_PART) * longest
-    x, y = (0.5 * max(side + 2.0 * _AROUND_PART * longest, _NARROWEST * full) for side in (width, height))
+    narrowest = _NARROWEST * (1.0 + 2.0 * _AROUND_PART) * longest
+    x, y = (0.5 * max(side + 2.0 * _AROUND_PART * longest, narrowest) for side in (width, height))
     across, up = 0.5 * (west + east), 0.5 * (south + north)
     return across - x, across + x, up - y, up + y
 
@@ -219,6 +222,7 @@ class _Builder:
         if not len(triangles):
             raise nothing_of(self.domain)
         u, v, x, y = vertices.T
+        extent = extent_of(vertices[np.unique(triangles), 2:])
         nodes = rows * columns
         sources = np.concatenate([np.arange(nodes), np.array(self.source, dtype=int)])
         return Surface(
@@ -231,7 +235,8 @@ class _Builder:
             y=y,
             source=sources,
             weights=node_weights(x, y, v, triangles, sources, nodes),
-            extent=extent_of(vertices[np.unique(triangles), 2:]),
+            extent=extent,
+            view=frame_of_map(extent),
             whole=whole,
             cut=tuple(cut),
             triangles=triangles,
@@ -397,7 +402,7 @@ def node_weights(
     return np.asarray(0.5 * (ground / ground.sum() + drawn_area / drawn_area.sum()))
 
 
-def extent_of(xy: FloatArray) -> tuple[float, float, float, float]:
+def extent_of(xy: FloatArray) -> Extent:
     """The smallest and largest x, then y of points (n, 2)."""
     (west, south), (east, north) = xy.min(axis=0), xy.max(axis=0)
     return float(west), float(east), float(south), float(north)

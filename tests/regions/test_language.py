@@ -481,6 +481,11 @@ def test_wrong_points(tmp_path, row, reason):
         ("continent:Europa", "Invalid continent 'Europa'. Did you mean Europe? It must be one of Africa, Antarctica,"),
         ("Fiji", "Invalid region 'Fiji'. Did you mean country:Fiji? It must be globe, land, ocean,"),
         ("lnad", "Invalid region 'lnad'. Did you mean land? It must be globe, land, ocean,"),
+        (
+            "land@110m - continent:Antarctica",
+            "Invalid region 'land@110m - continent:Antarctica'. Its parts are of different detail, 110m and 50m, and "
+            "would leave slivers along coasts: give all of them the same suffix.",
+        ),
         ("land@1m", "Invalid suffix '@1m'. It must be one of @110m, @50m, @10m, @main and @all, once each."),
         (
             "country:FR@mainland",

@@ -6,6 +6,7 @@ import shapely
 from matplotlib.tri import Triangulation
 
 from projdist.regions import get_region
+from projdist.support import Notice
 from projdist.surfaces.regional import shown_part, surface_of
 
 
@@ -63,3 +64,12 @@ def test_parts_far_away_are_left_out_where_the_picture_would_be_empty() -> None:
     assert main.bounds == pytest.approx((-4.76, 41.4, 9.52, 51.1), abs=0.1)
     for text in ("country:US", "country:DE", "country:FR@all", "globe"):
         assert shown_part(get_region(text)) == get_region(text)
+
+
+def test_a_map_that_is_cut_within_the_region_says_so() -> None:
+    """Fiji on both ends of the world: one line names the middle that shows it whole, and it does."""
+    with pytest.warns(Notice, match=r"Gall-Peters is cut within country:FJ.*\+lon_0=178, may show it whole"):
+        torn = surface_of("gall-peters", "country:FJ")
+    whole = surface_of("gall-peters+lon_0=178", "country:FJ")
+    assert torn.extent[1] - torn.extent[0] > 2e7
+    assert whole.extent[1] - whole.extent[0] < 1e6
