@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -329,6 +329,7 @@ def compare(
     indices: str | Iterable[str] = (),
     sort: str = "airy_kavrayskiy",
     tolerance: float = DEFAULT_TOLERANCE,
+    progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
     """Summaries of several projections over one region, best first.
 
@@ -351,6 +352,8 @@ def compare(
         `SORTS`, one of `indices`, or one of `measures`, alone (its mean) or with a statistic, as "omega.max".
     tolerance : float, default 1e-8
         To which the Airy-Kavrayskiy errors are resolved, as by `summarize`.
+    progress : callable, optional
+        Called with how many maps are done, and of how many.
 
     Returns
     -------
@@ -389,12 +392,14 @@ def compare(
             continue
         maps.append((one if isinstance(one, str) else projection.label, projection))
     place = region_for(region, [projection for _, projection in maps])
-    for given, projection in maps:
+    for number, (given, projection) in enumerate(maps, start=1):
         try:
             found = summarize(projection, place, measures=chosen, indices=names, tolerance=tolerance)
             results.append(replace(found, given=given))
         except ProjectionError as error:
             failures.append(Failure(given, str(error)))
+        if progress is not None:
+            progress(number, len(maps))
     if column != "given":
         results.sort(key=lambda summary: _order(summary._row()[column]))
     return Comparison(region=place, results=tuple(results), failures=tuple(failures), published=tuple(published))

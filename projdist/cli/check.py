@@ -16,6 +16,7 @@ from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
 from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number, whole_number
 from projdist.cli.output import drawing, present
+from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Table
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
 
@@ -74,9 +75,10 @@ def check_command(
     path = None if output is None else file_of_kind(output, LAYER_SUFFIXES, overwrite)
     if path is not None:
         check_libraries(path)
-    with refusing():
+    with refusing(), progress_bar("maps") as progress:
         frame = gis.read_data(data)
-        result = check(frame, crs, column=id, purpose=None if no_recommend else purpose)
+        options = {} if no_recommend else {"progress": progress}
+        result = check(frame, crs, column=id, purpose=None if no_recommend else purpose, **options)
     if path is not None:
         _save(result, frame, path, overwrite)
     present(check_report(result, data, count, path), form)

@@ -33,6 +33,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile
+from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
 
@@ -86,8 +87,16 @@ def compare_command(
     largest = number("tolerance", tolerance, 1e-15, 1.0)
     area = region_given(region, weight)
     chosen = [name.strip() for text in indices or [] for name in text.split(",")]
-    with refusing():
-        found = compare(projections, area, measures=names, indices=chosen, sort=sort, tolerance=largest)
+    with refusing(), progress_bar("maps") as progress:
+        found = compare(
+            projections,
+            area,
+            measures=names,
+            indices=chosen,
+            sort=sort,
+            tolerance=largest,
+            progress=progress,
+        )
     report = comparison_report(found.to_dict(), found.rows(), names, found.published, f"by {sort}", largest)
     if picture is not None and plot is not None and found.results:
         _draw(found, plot, names, picture)

@@ -11,6 +11,7 @@ from projdist.cli.errors import refuse
 from projdist.cli.layers import check_libraries, note
 from projdist.cli.options import OverwriteOption, choice, file_of_kind, number
 from projdist.cli.output import drawing, tell_written
+from projdist.cli.progress import working
 
 _RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
 _SUFFIXES = (".gpkg", ".geojson", ".fgb", ".shp", ".parquet", ".tif", ".tiff")
@@ -52,7 +53,7 @@ def convert_command(
     piece = None if densify is None else number("distance", densify, 1e-6, 1e5, " of kilometres")
     side = None if resolution is None else number("resolution", resolution, 1e-12, 1e12)
     check_libraries(path)
-    with drawing(path):
+    with drawing(path), working("Converting"):
         found = gis.convert(
             data,
             to,

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
 
 from projdist import plots
 from projdist.cli.cells import area_text, certain, per_cent, rounded
@@ -29,6 +27,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.progress import words_told
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
 from projdist.field import Extreme
@@ -93,7 +92,7 @@ def design_command(
     drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite)
     choice("symmetry", symmetric, list(SYMMETRIES))
     area = region_of(region, weight)
-    with refusing(), _telling() as tell:
+    with refusing(), words_told(_DOING) as tell:
         found = design(
             area,
             kind=kind,
@@ -113,17 +112,6 @@ def design_command(
     if drawn is not None:
         _draw(found, drawn)
     present(_report(found, drawn), form, path, overwrite)
-
-
-@contextlib.contextmanager
-def _telling() -> Iterator[Callable[[str], None]]:
-    """What is being done, on the standard error, where that is a terminal."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda _: None
-        return
-    with console.status("") as status:
-        yield lambda word: status.update(_DOING[word])
 
 
 def _number(thing: str, text: str) -> float:

@@ -28,6 +28,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import tell_written
 from projdist.cli.pictures import PictureFile
+from projdist.cli.progress import progress_bar
 from projdist.projections import Projection
 
 _TOLERANCE = 1e-5  # titles show three decimals
@@ -134,7 +135,8 @@ def _draw(
     """Draw the projections that can be measured, with their Airy-Kavrayskiy figures, and say why others cannot."""
     other = options.get("against")
     listed = given if other is None else [*given, other]  # for a region that all have
-    found = compare(listed, region_given(region), sort="given", tolerance=_TOLERANCE)
+    with progress_bar("maps measured") as progress:
+        found = compare(listed, region_given(region), sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
     if drawn and len(found.results) - len(drawn) == (other is not None):
         maps = [one.projection for one in drawn]

@@ -10,6 +10,7 @@ from projdist import gis
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.options import choice, number
 from projdist.cli.output import drawing, tell_written
+from projdist.cli.progress import working
 from projdist.projections import Projection
 from projdist.regions import Place
 
@@ -49,7 +50,7 @@ def write_raster(
     side = None if resolution is None else number("resolution", resolution, 1e-12, 1e12)
     check_libraries(path)
     projection = _only_map(given, path)
-    with drawing(path):
+    with drawing(path), working("Measuring"):
         found = gis.raster(projection, measures, region=region, grid=grid, size=pixels, resolution=side)
         gis.save_raster(found, path, overwrite=overwrite)
     note(found.note)

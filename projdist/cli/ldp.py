@@ -16,6 +16,7 @@ from projdist.cli.formats import CSV, JSON, TABLE
 from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, format_of, number, region_of
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.progress import working
 from projdist.cli.report import Column, Copy, Report, Row, Table
 from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
 from projdist.projections import number_text
@@ -77,7 +78,7 @@ def ldp_command(
         "against": against or [],
         "name": name,
     }
-    with refusing():
+    with refusing(), working("Designing"):
         if height is not None:
             options["height"] = number("height", height, -500.0, 9000.0, " of metres")
         elif heights is not None:

@@ -26,6 +26,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.designs import MeanMap, mean_map
 
@@ -62,7 +63,7 @@ def mean_map_command(
     area = region_given(region)
     if degree is not None and not degree.isdecimal():
         refuse(f"Invalid degree '{degree}'. It must be a whole number.")
-    with refusing():
+    with refusing(), progress_bar("maps measured") as progress:
         found = mean_map(
             projections,
             weights=None if weights is None else _numbers(weights),
@@ -70,6 +71,7 @@ def mean_map_command(
             degree=None if degree is None else int(degree),
             datum=datum,
             name=name,
+            progress=progress,
         )
     if drawn is not None:
         _draw(found, drawn)

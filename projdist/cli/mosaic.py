@@ -29,6 +29,7 @@ from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, picture_notes
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_for, format_of, number, printed_or_file
 from projdist.cli.output import present, put
 from projdist.cli.pictures import PictureFile
+from projdist.cli.progress import working
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 
@@ -123,7 +124,8 @@ def mosaic_command(
         target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
     figure = None if compare is None else PictureFile(compare, size=None, dpi=None, overwrite=overwrite)
     try:
-        found = mosaic(match(pictures) if given is None else given, **options)
+        with working("Matching" if given is None else "Adjusting"):
+            found = mosaic(match(pictures) if given is None else given, **options)
     except ImportError as error:
         refuse(str(error), error)
     except ValueError as error:

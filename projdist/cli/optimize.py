@@ -22,6 +22,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import present
+from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.decisions import FAMILIES, Optimum, optimize, recommend
 from projdist.projections import number_text
@@ -79,10 +80,17 @@ def optimize_command(
     step = None if round is None else number("rounding", round, 1e-9, 45.0, " of degrees")
     area = region_of(region)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
-    with refusing():
+    with refusing(), progress_bar("families") as progress:
         others = [_best_existing(area, criterion) if one == _RECOMMENDED else one for one in against or []]
         found = optimize(
-            family, area, free=names, criterion=criterion, ellipsoid=ellipsoid, round_to=step, against=others
+            family,
+            area,
+            free=names,
+            criterion=criterion,
+            ellipsoid=ellipsoid,
+            round_to=step,
+            against=others,
+            progress=progress,
         )
     present(_report(found), form, path, overwrite)
 

@@ -10,6 +10,7 @@ from projdist import plots
 from projdist.cli.errors import refuse
 from projdist.cli.options import dots_of, file_of_kind, size_of, step_of
 from projdist.cli.output import drawing
+from projdist.cli.progress import working
 
 
 class PictureFile:
@@ -24,7 +25,7 @@ class PictureFile:
 
     def save(self, draw: Callable[..., Any]) -> None:
         """Write the figure that `draw` makes with `size` and `dpi`; what cannot be drawn ends the command."""
-        with drawing(self.path):
+        with drawing(self.path), working("Drawing"):
             figure = draw(size=self.size, dpi=self.dots)
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
 

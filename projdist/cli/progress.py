@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import sys
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
@@ -28,12 +29,40 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
     task, start = progress.add_task("", total=None), time.monotonic()
 
     def move(done: int, total: int) -> None:
+        progress.update(task, completed=done, total=total)
         if time.monotonic() - start >= after:
             progress.start()  # with the first news: wrong words are refused before
-        progress.update(task, completed=done, total=total, refresh=progress.live.is_started)
+            progress.refresh()
 
     try:
         yield move
     finally:
         if progress.live.is_started:
             progress.stop()
+
+
+@contextlib.contextmanager
+def words_told(words: Mapping[str, str]) -> Iterator[Callable[[str], None]]:
+    """A listener to the keys of words for what is being done, where the standard error is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    with Console(stderr=True).status("") as status:
+        yield lambda word: status.update(words[word])
+
+
+@contextlib.contextmanager
+def working(words: str) -> Iterator[None]:
+    """Words for what takes longer than a moment and cannot be counted, where the standard error is a terminal."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    status = Console(stderr=True).status(words)
+    timer = threading.Timer(_MOMENT, status.start)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+        status.stop()

@@ -11,6 +11,7 @@ from projdist.cli.cells import first_digit, fixed
 from projdist.cli.errors import refusing
 from projdist.cli.options import FileFormatOption, OutputOption, OverwriteOption, format_for, printed_or_file
 from projdist.cli.output import present
+from projdist.cli.progress import working
 from projdist.cli.report import Column, Report, Row, Table, listing
 
 
@@ -25,7 +26,7 @@ def tables_command(
     """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
     path = printed_or_file(output, overwrite)
     form = format_for(format, path)
-    with refusing():
+    with refusing(), working("Computing"):
         report = listing(_names()) if name is None else _report(tables(name).to_dict())
     present(report, form, path, overwrite)
 

@@ -29,6 +29,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Table
 from projdist.designs import AGAINST, WORLD_SYMMETRIES, WorldMap, world_map
 from projdist.regions import PointSet
@@ -96,8 +97,8 @@ def world_map_command(
     if exponent is not None:
         options["exponent"] = number("exponent", exponent, 0.0, 1.0)
     area = None if region is None else region_of(region, weight)
-    with refusing():
-        found = world_map(area, **options)
+    with refusing(), progress_bar("cells") as progress:
+        found = world_map(area, **options, progress=progress)
     pipeline = None if triangles is None else _written(found, triangles, corners, overwrite)
     if drawn is not None:
         _draw(found, drawn)

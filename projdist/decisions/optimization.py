@@ -7,7 +7,7 @@ adaptive cubature.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -172,6 +172,7 @@ def optimize(
     ellipsoid: str | Ellipsoid | None = None,
     round_to: float | None = None,
     against: ProjectionLike | Iterable[ProjectionLike] = (),
+    progress: Callable[[int, int], object] | None = None,
 ) -> Optimum:
     """The parameters with which a family of projections distorts a region least.
 
@@ -196,6 +197,8 @@ def optimize(
         near the optimum.
     against : ProjectionLike, or iterable of them
         Projections to compare with, the last of the baselines.
+    progress : callable, optional
+        Called with how many families are done, and of how many.
 
     Returns
     -------
@@ -234,7 +237,9 @@ def optimize(
     names = sensible_families(extent, surface) if family == "auto" else [family]
     found: list[Optimum] = []
     failures: list[Failure] = []
-    for name in names:
+    for number, name in enumerate(names):
+        if progress is not None:
+            progress(number, len(names))
         try:
             members = _members(get_family(name, extent), area, objective, free, surface)
             found.append(_optimum(members, objective, extent, round_to))

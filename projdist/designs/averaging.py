@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -54,6 +54,7 @@ def mean_map(
     degree: int | None = None,
     datum: str | None = None,
     name: str | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> MeanMap:
     """The mean of several maps: the one that is nearest to them, in the geometry of their distortion.
 
@@ -81,6 +82,8 @@ def mean_map(
         corrects; by default WGS 84, or none of another ellipsoid.
     name : str, optional
         That of the map.
+    progress : callable, optional
+        Called with how many maps are measured, and of how many, when the mean is found.
 
     Returns
     -------
@@ -141,7 +144,11 @@ def mean_map(
     fine = _Ground.of(area, maps, counts, _FINE)
     measured = [("mean", "", found.projection), ("average", "of coordinates", average)]
     measured += [("given", label, one) for label, one in zip(labels, maps, strict=True)]
-    standings = [_standing(*one, area, fine) for one in measured]
+    standings = []
+    for number, chosen in enumerate(measured):
+        if progress is not None:
+            progress(number, len(measured))
+        standings.append(_standing(*chosen, area, fine))
     return MeanMap(
         region=area,
         maps=maps,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -194,6 +194,7 @@ def world_map(
     exponent: float = EXPONENT,
     cells: int | None = None,
     against: ProjectionLike | Iterable[ProjectionLike] = AGAINST,
+    progress: Callable[[int, int], object] | None = None,
 ) -> WorldMap:
     """The map of the world, cut along a line, that distorts a region least.
 
@@ -223,6 +224,8 @@ def world_map(
         Of the finest mesh, either way: an even number within 8 and 128; 32 or, with a region, 64.
     against : ProjectionLike, or iterable of them
         Maps that are measured beside it, each at its best scale.
+    progress : callable, optional
+        Called with how many cells of all meshes are done, and of how many.
 
     Returns
     -------
@@ -253,7 +256,7 @@ def world_map(
     if finest % 2 or not _FEWEST <= finest <= _MOST:
         raise ValueError(f"Invalid number of cells '{cells}'. It must be even, within {_FEWEST} and {_MOST}.")
     others = listed_projections(against)
-    function, refinements = _refined(design, finest)
+    function, refinements = _refined(design, finest, progress)
     projection = Projection(design.name, design.name, SPHERE, function)
     return _measured(design, projection, refinements, others)
 
@@ -358,7 +361,9 @@ def _nearest(breaks: FloatArray, t: FloatArray) -> tuple[IntArray, IntArray]:
 # ---- how it is found ------------------------------------------------------------------------
 
 
-def _refined(design: _Design, finest: int) -> tuple[SplineMap, tuple[Refinement, ...]]:
+def _refined(
+    design: _Design, finest: int, progress: Callable[[int, int], object] | None
+) -> tuple[SplineMap, tuple[Refinement, ...]]:
     """The best map on the finest mesh, in metres at the region's best scale; and all meshes on the way."""
     if not design.weights(design.sheet(finest), 0.0).any():
         raise ValueError(
@@ -367,7 +372,10 @@ def _refined(design: _Design, finest: int) -> tuple[SplineMap, tuple[Refinement,
         )
     best: SplineMap | None = None
     found = []
-    for cells in _sizes(finest):
+    sizes = _sizes(finest)
+    for k, cells in enumerate(sizes):
+        if progress is not None:
+            progress(sum(one * one for one in sizes[:k]), sum(one * one for one in sizes))
         sheet = design.sheet(cells)
         elements = sheet.elements(design.weights(sheet, design.elsewhere))
         solution = minimise_elements(design.energy, elements, _start(sheet, design.energy, elements, best))

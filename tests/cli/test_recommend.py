@@ -4,6 +4,7 @@ import contextlib
 import csv
 import io
 import json
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 
 from projdist import recommend
 from projdist.cli.app import app
-from projdist.cli.progress import progress_bar
+from projdist.cli.progress import progress_bar, working
 from projdist.cli.recommend import _drawable
 from projdist.decisions.recommendation.candidates import INTERRUPTED, Rejected
 from projdist.decisions.recommendation.custom import Custom
@@ -329,6 +330,23 @@ def test_no_bar_of_what_takes_a_moment(monkeypatch):
     monkeypatch.setattr("sys.stderr", io.StringIO())
     with progress_bar("frames") as move:
         assert move is None
+
+
+def test_words_for_what_cannot_be_counted(monkeypatch):
+    """They come after a moment, and go; where there is no terminal there are none."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr("projdist.cli.progress._MOMENT", 0.05)
+    for terminal, said in ((Terminal(), True), (io.StringIO(), False)):
+        monkeypatch.setattr("sys.stderr", terminal)
+        with working("Drawing"):
+            time.sleep(0.3)
+        assert ("Drawing" in terminal.getvalue()) == said
+    monkeypatch.setattr("projdist.cli.progress._MOMENT", 60.0)
+    quick = Terminal()
+    monkeypatch.setattr("sys.stderr", quick)
+    with working("Drawing"):
+        pass
+    assert "Drawing" not in quick.getvalue()
 
 
 def test_nothing_serves():
