@@ -45,7 +45,7 @@ KINDS: dict[str, Any] = {
 }
 # What goes through doors of their own: numbers, a geometry, one in another CRS.
 DOORS = ("bounds", "geometry", "GeoDataFrame")
-SLOW = ("ldp", "optimize", "recommend", "distance_distortion")
+SLOW = ("ldp", "optimize", "recommend", "design", "distance_distortion", "great_circle_bending", "mean_map")
 
 
 def drawn(draw: Callable[..., object], *arguments: object, **options: object) -> list[float]:

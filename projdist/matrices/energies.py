@@ -39,11 +39,18 @@ class Expansion(NamedTuple):
 
     def is_elliptic(self) -> BoolArray:
         """Whether the energy is convex along all changes of rank one (n,), to 2 degrees of them: else maps may tear."""
-        p = np.stack([np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)])
-        moved = np.einsum("niab,ak->nkib", self.directions, p)
-        acoustic = np.einsum("ni,nkia,nkib->nkab", self.curvatures, moved, moved)
-        det = acoustic[..., 0, 0] * acoustic[..., 1, 1] - acoustic[..., 0, 1] ** 2
-        return np.all((det > 0.0) & (acoustic[..., 0, 0] > 0.0), axis=1)
+        cos, sin = np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)
+        east, north = self.directions[:, :, 0], self.directions[:, :, 1]
+        squares = np.stack([cos**2, 2.0 * cos * sin, sin**2])
+
+        def acoustic(a: int, b: int) -> FloatArray:
+            """A component of the acoustic tensor (n, azimuths), which is quadratic in cos and sin."""
+            mixed = 0.5 * (east[..., a] * north[..., b] + north[..., a] * east[..., b])
+            parts = np.stack([east[..., a] * east[..., b], mixed, north[..., a] * north[..., b]], axis=-1)
+            return np.einsum("ni,nij->nj", self.curvatures, parts) @ squares
+
+        first = acoustic(0, 0)
+        return np.all((first * acoustic(1, 1) > acoustic(0, 1) ** 2) & (first > 0.0), axis=1)
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,11 @@ from projdist.projections.operations import CrsOperation, Parts
 from projdist.support import did_you_mean, shown
 
 
-def parse_crs(value: Any) -> Parts:
-    """The projection of all that pyproj takes for a projected CRS; raises ProjectionError."""
+def parse_crs(value: Any, *, registered: bool = True) -> Parts:
+    """The projection of all that pyproj takes for a projected CRS; raises ProjectionError.
+
+    Its definition is the code of one that is `registered`, else WKT. PROJ looks for it in 0.1 s.
+    """
     given = value if isinstance(value, str) else getattr(value, "name", None) or str(value)
     quoted = shown(given)
     try:
@@ -43,9 +46,16 @@ def parse_crs(value: Any) -> Parts:
         ) from error
     rf = crs.ellipsoid.inverse_flattening
     ellipsoid = _drawn(function, Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0))
-    authority = stated.to_authority(min_confidence=100)
-    definition = ":".join(authority) if authority else str(stated.to_wkt())
+    definition = (_code(stated, crs) if registered else "") or str(stated.to_wkt())
     return Parts(_name(stated, crs), definition, ellipsoid, function, bounds_of(stated) or bounds_of(crs))
+
+
+def _code(stated: CRS, projected: CRS) -> str:
+    """AUTHORITY:CODE of a registered CRS, else nothing; none has a PROJ string for its method."""
+    operation = projected.coordinate_operation
+    if operation is not None and operation.method_name.startswith("PROJ-based operation method"):
+        return ""
+    return ":".join(stated.to_authority(min_confidence=100) or ())
 
 
 def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:

@@ -8,6 +8,7 @@ from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid
+from projdist.projections.crs import parse_crs
 from projdist.projections.datums import geographic_base, greenwich_offset, has_plain_axes, units_per_degree
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.exports import agree, base_crs, tried
@@ -64,7 +65,7 @@ def crs_wkt(
         }
     try:
         text = str(CRS.from_json_dict(parts).to_wkt(version, pretty=True))
-        found = Projection.from_user_input(text)
+        found = Projection(*parse_crs(text, registered=False))
     except (pyproj.exceptions.CRSError, ProjectionError):
         return None, f"{version} has no such map."
     points = tried(projection)

@@ -12,6 +12,7 @@ from pyproj.enums import TransformDirection
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84
+from projdist.projections.crs import parse_crs
 from projdist.projections.datums import geographic_base, greenwich_offset, has_plain_axes, units_per_degree
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import base_crs, same_coordinates
@@ -71,7 +72,7 @@ def plane_of(projection: Projection) -> Plane | None:
 def same_map(projection: Projection, wkt: str) -> CrsOperation | None:
     """The operation of a projected CRS that is the same map as a projection, else None."""
     try:
-        candidate = Projection.from_user_input(wkt)
+        candidate = Projection(*parse_crs(wkt, registered=False))
     except ProjectionError:
         return None
     function = candidate.function

@@ -49,14 +49,6 @@ def test_json() -> None:
     assert answer == optimize("lcc", SQUARE, round_to=0.5).to_dict()
 
 
-def test_the_limit() -> None:
-    """A line says how many times the limit the optimum has, for the figure that has one."""
-    found = optimize("laea", SQUARE)
-    assert found.limit is not None
-    assert f"\n{found.value / found.limit:.3g} times the limit " in run("laea", SQUARE)[1]
-    assert "the limit" not in run("laea", SQUARE, "--criterion", "max_omega")[1]
-
-
 @pytest.mark.slow
 def test_against() -> None:
     """A projection, or the best existing CRS: the last of the baselines, with the figure that recommend has."""
@@ -110,6 +102,15 @@ def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: nothing)
     name = best.projection.name
     assert run("lcc", SQUARE, "-f", "wkt") == (1, "", f"projdist: Invalid format 'wkt' for {name}. It has none.\n")
+
+
+def test_the_limit(best: Optimum, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line says how many times the limit the optimum has, for the figure that has one."""
+    monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: best)
+    assert best.limit is not None
+    assert f"\n{best.value / best.limit:.3g} times the limit " in run("lcc", SQUARE)[1]
+    monkeypatch.undo()
+    assert "the limit" not in run("eqc", SQUARE, "--free", "lat_ts", "--criterion", "max_omega")[1]
 
 
 def test_the_best_existing(monkeypatch: pytest.MonkeyPatch) -> None:

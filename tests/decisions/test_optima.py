@@ -186,12 +186,16 @@ def _scale_error(J: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("name", "own"),
     [
-        ("mean_scale_error_ppm", _scale_error),
+        pytest.param("mean_scale_error_ppm", _scale_error, marks=pytest.mark.slow),
         ("rms_scale_error_ppm", Figure(name="own", measure=_scale_error, statistic="rms")),
-        ("max_scale_error_ppm", Figure(name="own", measure=_scale_error, statistic="max")),
+        pytest.param(
+            "max_scale_error_ppm",
+            Figure(name="own", measure=_scale_error, statistic="max"),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
-@pytest.mark.parametrize("free", [["lat_1", "lat_2"], ["lat_1", "lat_2", "k_0"]])
+@pytest.mark.parametrize("free", [["lat_1", "lat_2"], pytest.param(["lat_1", "lat_2", "k_0"], marks=pytest.mark.slow)])
 def test_functions_of_users(name: str, own: object, free: list[str]) -> None:
     """A function that is a figure's measure has the figure's optimum, also at the best scale, which is searched for."""
     known, found = (optimize("eqdc", SQUARE, criterion=criterion, free=free) for criterion in (name, own))

@@ -1,5 +1,6 @@
 """World maps made to measure: better than known figures, symmetric, smooth, one-sided, and what PROJ runs."""
 
+import functools
 import json
 import pickle
 from pathlib import Path
@@ -30,9 +31,9 @@ def world() -> WorldMap:
     return world_map(against=["winkel-tripel", "robinson"])
 
 
-@pytest.fixture(scope="module")
-def coarse() -> dict[str, WorldMap]:
-    return {name: world_map(cut=cut, cells=8, against=[]) for name, cut in CUTS.items()}
+@functools.cache
+def coarse(name: str) -> WorldMap:
+    return world_map(cut=CUTS[name], cells=8, against=[])
 
 
 def test_the_world_beats_known_maps(world: WorldMap) -> None:
@@ -82,12 +83,12 @@ def test_half_symmetries(symmetric: str) -> None:
     assert np.allclose(found(i * LON, j * LAT), (i * x, j * y), rtol=0, atol=1e-6)
 
 
-def test_another_meridian_is_the_same_map_turned(coarse: dict[str, WorldMap]) -> None:
+def test_another_meridian_is_the_same_map_turned() -> None:
     """An even world does not know where it is cut: not along which meridian, nor which half of a great circle."""
-    plain, turned, oblique = (coarse[name].projection for name in ("antimeridian", "Bering", "oblique"))
+    plain, turned, oblique = (coarse(name).projection for name in ("antimeridian", "Bering", "oblique"))
     lon = np.mod(LON - 11.0 + 180.0, 360.0) - 180.0
     assert np.allclose(turned(LON, LAT), plain(lon, LAT), rtol=0, atol=1e-6)
-    energies = {coarse[name].refinements[-1].energy for name in ("antimeridian", "Bering", "oblique")}
+    energies = {coarse(name).refinements[-1].energy for name in ("antimeridian", "Bering", "oblique")}
     assert max(energies) == pytest.approx(min(energies), abs=1e-12)
     assert np.all(np.isfinite(oblique(LON, LAT)))
 
@@ -141,9 +142,9 @@ def test_cuts_unroll_the_globe(name: str) -> None:
     assert np.abs(cut.unrolled(*points[-1:].T)[0]) == pytest.approx(np.pi)
 
 
-def test_the_map_is_smooth(coarse: dict[str, WorldMap]) -> None:
+def test_the_map_is_smooth() -> None:
     """Second differences of splines of the third degree halve with the step; the values are those of their knots."""
-    sheet = coarse["antimeridian"].sheet
+    sheet = coarse("antimeridian").sheet
     knot = sheet.u.breaks[3]
     for step in (1e-3, 1e-4):
         at = knot + step * np.array([-2.0, -1.0, 1.0, 2.0, 0.0])
@@ -153,9 +154,9 @@ def test_the_map_is_smooth(coarse: dict[str, WorldMap]) -> None:
 
 
 @pytest.mark.parametrize("name", CUTS)
-def test_proj_runs_the_triangles(name: str, coarse: dict[str, WorldMap], tmp_path: Path) -> None:
+def test_proj_runs_the_triangles(name: str, tmp_path: Path) -> None:
     """PROJ equals numpy inside the triangles, and at their corners the map itself; and there and back."""
-    made = coarse[name]
+    made = coarse(name)
     path = tmp_path / "world map.json"
     proj = Transformer.from_pipeline(made.write_tinshift(path, step=5.0))
     x, y = proj.transform(LON, LAT)
@@ -190,9 +191,9 @@ def interpolated(given: dict, lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
     return found
 
 
-def test_triangles_come_near_the_map(coarse: dict[str, WorldMap], tmp_path: Path) -> None:
+def test_triangles_come_near_the_map(tmp_path: Path) -> None:
     """With the square of the step."""
-    made = coarse["Bering"]
+    made = coarse("Bering")
     x, y = made.projection(LON, LAT)
     errors = []
     for step in (4.0, 2.0, 1.0):
@@ -203,9 +204,9 @@ def test_triangles_come_near_the_map(coarse: dict[str, WorldMap], tmp_path: Path
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
 
 
-def test_answers(coarse: dict[str, WorldMap]) -> None:
+def test_answers() -> None:
     """A line, a dictionary, a table; maps can be pickled."""
-    found = coarse["Bering"]
+    found = coarse("Bering")
     assert repr(found).startswith("WorldMap(World map, cut at -169: AK 0.3")
     assert json.loads(found.to_json())["refinements"][0]["cells"] == 8
     assert [row["name"] for row in found._table()] == ["this"]
@@ -241,6 +242,6 @@ def test_bad_input_is_told_in_a_line(options: dict, message: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "step"), [("x.txt", 2.0), ("x.json", 0.01)])
-def test_bad_files_of_triangles(name: str, step: float, coarse: dict[str, WorldMap], tmp_path: Path) -> None:
+def test_bad_files_of_triangles(name: str, step: float, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"Invalid (file|step)"):
-        coarse["Bering"].write_tinshift(tmp_path / name, step=step)
+        coarse("Bering").write_tinshift(tmp_path / name, step=step)

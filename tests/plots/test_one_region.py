@@ -5,6 +5,13 @@ import pytest
 from projdist import plots
 
 
+@pytest.fixture(autouse=True)
+def few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Words need no fine surface."""
+    monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 30)
+    monkeypatch.setattr("projdist.surfaces.surface._GLOBE_STEP", 4.0)
+
+
 @pytest.mark.parametrize("projections", ["EPSG:2056", ["EPSG:2056", "EPSG:2056"]])
 def test_the_region_is_named(projections):
     """In the line of the ellipses, and in that of the colours."""
