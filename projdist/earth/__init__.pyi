@@ -1,7 +1,7 @@
 from . import natural_earth
 from .degree_texts import latitude_text, longitude_text
 from .ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
-from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, land
+from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, land, land_within
 from .places import Cities, cities
 from .rings import (
     GEOS_ARITHMETIC,
@@ -37,6 +37,7 @@ __all__ = [
     "goes_round",
     "lakes",
     "land",
+    "land_within",
     "latitude_text",
     "longitude_text",
     "merged",

@@ -6,7 +6,7 @@ import functools
 import importlib.resources
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,14 +59,19 @@ def arcs_used(geometry: Geometry) -> set[int]:
 def decoded(geometry: Geometry, arcs: Sequence[FloatArray]) -> shapely.MultiPolygon:
     """A geometry as plane polygons, cut at the antimeridian and closed along the poles."""
     parts: list[shapely.Polygon] = []
+    for polygon in as_stored(geometry, arcs):
+        parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
+    # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
+    return merged(parts)
+
+
+def as_stored(geometry: Geometry, arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
+    """The polygons of a geometry, closed along the poles, of unwrapped longitudes, some of which cross themselves."""
     for rings in _polygons(geometry):
         points = [unwrapped(_join(arcs, ring)) for ring in rings]
         # A ring round a pole as narrow as that may stand before Antarctica's coast as if it were the shell.
         shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
-        polygon = shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
-        parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
-    # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
-    return merged(parts)
+        yield shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
 
 
 def _polygons(geometry: Geometry) -> list[list[list[int]]]:

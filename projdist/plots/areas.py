@@ -11,6 +11,7 @@ from matplotlib.transforms import TransformedPath
 from matplotlib.tri import Triangulation
 
 from projdist._typing import IntArray
+from projdist.regions import Polygons
 from projdist.surfaces import Surface, ground_size, lake_polygons, land_polygons
 
 SEA, LAND, NEIGHBOURS = "#f1f5f9", "#dedacf", "#ebe8e0"
@@ -40,29 +41,36 @@ def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
     return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[surface.triangles]), kept
 
 
+_WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
+
+
 def coast_resolution(surface: Surface) -> str:
-    """The finer coastline for parts of the world."""
-    return "110m" if max(ground_size(surface.domain.region.bounds)) > 100.0 else "50m"
+    """Finer coasts for parts of the world, the finest for cities; about a country those of the data that it is of."""
+    region = surface.domain.region
+    size = max(ground_size(region.bounds))
+    if size > _WORLD:
+        return "110m"
+    usual = "10m" if size < _SMALL else "50m"
+    own = region.resolution if isinstance(region, Polygons) else ""
+    # Fine coasts of a continent take a second, and are not seen.
+    return usual if own == "" or (own == "10m" and size > _LARGEST_FINE) else own
 
 
 def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
     """Sea and land as pale areas, what is beside a region paler; other bodies are all land."""
-    if surface.ground is None:
-        _draw_land(ax, surface, LAND, 0.5, context)
-        return
     draw_surroundings(ax, surface, context)
-    _draw_land(ax, surface, LAND, 0.5, context)
+    _draw_land(ax, surface, LAND, 0.5, context, coast_resolution(surface))
 
 
 def draw_surroundings(ax: Axes, surface: Surface, context: str) -> None:
     """Sea and land about a region."""
     if surface.ground is not None and context != "none":
-        _draw_land(ax, surface.ground, NEIGHBOURS, 0.2, context)
+        _draw_land(ax, surface.ground, NEIGHBOURS, 0.2, context, coast_resolution(surface))
 
 
 def draw_surface(ax: Axes, surface: Surface) -> None:
     """A small map of its own: sea, land and outline."""
-    _draw_land(ax, surface, _SMALL_LAND, 0.5, "coast")
+    _draw_land(ax, surface, _SMALL_LAND, 0.5, "coast", coast_resolution(surface))
     west, east, south, north = surface.view
     ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
     ax.set_axis_off()
@@ -84,7 +92,7 @@ def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
     return TransformedPath(Path(vertices, codes), ax.transData)
 
 
-def _draw_land(ax: Axes, surface: Surface, colour: str, zorder: float, context: str) -> None:
+def _draw_land(ax: Axes, surface: Surface, colour: str, zorder: float, context: str, resolution: str) -> None:
     clip = region_clip(ax, surface)
     mapped, kept = triangulation(surface)
     has_land = not surface.domain.projection.is_of_another_body and context != "none"
@@ -93,9 +101,9 @@ def _draw_land(ax: Axes, surface: Surface, colour: str, zorder: float, context: 
         return
     renumbered = np.zeros(surface.x.size, dtype=int)
     renumbered[kept] = np.arange(kept.size)
-    areas = [(land_polygons(surface, coast_resolution(surface)), colour)]
+    areas = [(land_polygons(surface, resolution), colour)]
     if shows_borders(surface, context):
-        areas.append((lake_polygons(surface, coast_resolution(surface)), SEA))
+        areas.append((lake_polygons(surface, resolution), SEA))
     for layer, ((cells, pieces), face) in enumerate(areas, 1):
         above = zorder + 0.1 * layer
         if len(cells):

@@ -44,6 +44,8 @@ class Area:
 
 
 def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
+    if polygons.is_empty:
+        return shapely.STRtree([])
     west, south, east, north = shapely.bounds(polygons)
     lons, lats = np.linspace(west, east, _TILES + 1), np.linspace(south, north, _TILES + 1)
     strips = [shapely.clip_by_rect(polygons, lons[k], south, lons[k + 1], north) for k in range(_TILES)]

@@ -3,47 +3,68 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import FloatArray, IntArray
-from projdist.earth import borders, coastlines, lakes, land
+from projdist.earth import borders, coastlines, lakes, land, land_within
 from projdist.surfaces.areas import Area, cells_in
 from projdist.surfaces.domain import Bounds, longitude_width
 from projdist.surfaces.surface import Surface
 
+_FINEST = "10m"
 _POLAR = 86.0  # degrees; no coast is beyond
 
 
 def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
     """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    found = cells_in(surface, _land_area(resolution))
+    found = cells_in(surface, _land_about(surface) if resolution == _FINEST else _all_land(resolution))
     return surface.triangles_of(found.inside), found.pieces
 
 
 @functools.cache
-def _land_area(resolution: str) -> Area:
+def _all_land(resolution: str) -> Area:
     """The land, with its coast but for where the data cuts it."""
-    segments = [np.stack([line[:-1], line[1:]], axis=1) for line in coastlines(resolution)]
-    return Area.of(land(resolution), np.concatenate(segments), end=_POLAR)
+    return Area.of(land(resolution), _segments(coastlines(resolution)), end=_POLAR)
+
+
+def _land_about(surface: Surface) -> Area:
+    """The finest land, of which all takes seconds to make, where a surface is."""
+    bounds = surface.domain.box.bounds
+    west, south, east, north = _window(bounds)
+    edges = _segments(coast(bounds, _FINEST, np.inf))
+    return Area.of(land_within((west, south, east, north), _FINEST), edges, end=_POLAR)
+
+
+def _segments(lines: Sequence[FloatArray]) -> FloatArray:
+    """The steps of lines, (n, 2, 2)."""
+    return np.concatenate([np.empty((0, 2, 2)), *(np.stack([line[:-1], line[1:]], axis=1) for line in lines)])
 
 
 # Of the region's width and height: lines run on past its edge, where the projecting of them finds their ends.
 _MARGIN = 0.02
 
 
+def _window(bounds: Bounds) -> Bounds:
+    """Bounds and a little more."""
+    west, south, _, north = bounds
+    width = longitude_width(bounds)
+    beside, above = _MARGIN * width, _MARGIN * (north - south)
+    return west - beside, south - above, west + width + beside, north + above
+
+
 def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The lakes of a surface, as `land_polygons` has the land."""
-    found = cells_in(surface, _lake_area(resolution))
+    """The lakes of a surface, as `land_polygons` has the land; at 1 : 10 million there are those at 1 : 50 million."""
+    found = cells_in(surface, _lake_area(_of_lakes(resolution)))
     return surface.triangles_of(found.inside), found.pieces
 
 
 @functools.cache
 def _lake_area(resolution: str) -> Area:
-    segments = [np.stack([line[:-1], line[1:]], axis=1) for line in _shores(resolution)]
-    return Area.of(lakes(resolution), np.concatenate(segments))
+    return Area.of(lakes(resolution), _segments(_shores(resolution)))
 
 
 def coast(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
@@ -53,7 +74,7 @@ def coast(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
 
 def lake_shores(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
     """The shores of lakes, as `coast` has those of the sea."""
-    return _within(_shore_lines(resolution), bounds, step)
+    return _within(_shore_lines(_of_lakes(resolution)), bounds, step)
 
 
 def country_borders(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
@@ -63,18 +84,15 @@ def country_borders(bounds: Bounds, resolution: str, step: float) -> list[FloatA
 
 def _within(lines: NDArray[np.object_], bounds: Bounds, step: float) -> list[FloatArray]:
     """What of lines lies within bounds and a little farther."""
-    west, south, _, north = bounds
-    width = longitude_width(bounds)
-    beside, above = _MARGIN * width, _MARGIN * (north - south)
-    if width == 360.0:
-        west, width, turns = -1000.0, 2000.0, np.zeros(1)  # all lines, wherever they run on to
+    west, south, east, north = _window(bounds)
+    if longitude_width(bounds) == 360.0:
+        west, east, turns = -1000.0, 1000.0, np.zeros(1)  # all lines, wherever they run on to
     else:
         low, _, high, _ = shapely.total_bounds(lines)
-        turns = 360.0 * np.arange(np.ceil((west - beside - high) / 360.0), (west + width + beside - low) / 360.0)
+        turns = 360.0 * np.arange(np.ceil((west - high) / 360.0), (east - low) / 360.0)
     parts = []
     for turn in turns:
-        window = west - beside - turn, south - above, west + width + beside - turn, north + above
-        clipped = shapely.get_parts(shapely.clip_by_rect(lines, *window))
+        clipped = shapely.get_parts(shapely.clip_by_rect(lines, west - turn, south, east - turn, north))
         points, line = shapely.get_coordinates(shapely.segmentize(clipped, step), return_index=True)
         points[:, 0] += turn
         parts += np.split(points, np.flatnonzero(np.diff(line)) + 1)
@@ -84,6 +102,10 @@ def _within(lines: NDArray[np.object_], bounds: Bounds, step: float) -> list[Flo
 @functools.cache
 def _coast_lines(resolution: str) -> NDArray[np.object_]:
     return np.array([shapely.linestrings(line) for line in coastlines(resolution)])
+
+
+def _of_lakes(resolution: str) -> str:
+    return "50m" if resolution == _FINEST else resolution
 
 
 @functools.cache

@@ -5,7 +5,7 @@ import pyproj
 import pytest
 import shapely
 
-from projdist.earth.natural_earth import RESOLUTIONS, borders, coastlines, country, lakes, land
+from projdist.earth.natural_earth import RESOLUTIONS, borders, coastlines, country, lakes, land, land_within
 
 EVERY = [*RESOLUTIONS[:2], pytest.param("10m", marks=pytest.mark.slow)]  # the finest land takes seconds
 WITH_LAKES = RESOLUTIONS[:2]
@@ -105,6 +105,49 @@ def test_rings_that_rounding_made_cross_are_kept(key: str, known: float) -> None
     area = country(key, "10m")
     assert area is not None
     assert area_km2(area) == pytest.approx(known, rel=0.02)
+
+
+# km2, as encyclopaedias have them, and boxes around them; the last lies on the antimeridian.
+ISLANDS = {
+    "Malta and Gozo": ((14.1, 35.75, 14.6, 36.1), 246.0 + 67.0),
+    "Oahu": ((-158.4, 21.1, -157.5, 21.8), 1545.0),
+    "Bornholm": ((14.6, 54.95, 15.2, 55.35), 588.0),
+    "Jersey": ((-2.3, 49.15, -2.0, 49.28), 118.2),
+    "Wrangel Island": ((177.0, 70.5, 183.5, 72.0), 7600.0),
+}
+
+
+@pytest.mark.parametrize("name", ISLANDS)
+def test_areas_of_islands_within_windows(name: str) -> None:
+    """To 5 %, at 1 : 10 million; Hawaii's other islands and Gotland are not in the boxes."""
+    bounds, known = ISLANDS[name]
+    area = land_within(bounds, "10m")
+    west, _, east, _ = area.bounds
+    assert area_km2(area) == pytest.approx(known, rel=0.05)
+    assert -180.0 <= west < east <= 180.0
+    assert not land_within((-40.0, 30.0, -39.0, 31.0), "10m").geoms
+
+
+def box_of(west: float, south: float, east: float, north: float) -> shapely.Geometry:
+    """What of a box lies within -180 .. 180, that beyond 180 moved to the west."""
+    window = shapely.box(west, south, east, north)
+    moved = shapely.box(west - 360.0, south, east - 360.0, north)
+    globe = shapely.box(-180.0, -90.0, 180.0, 90.0)
+    return shapely.union(shapely.intersection(window, globe), shapely.intersection(moved, globe))
+
+
+@pytest.mark.parametrize("resolution", ["50m", pytest.param("10m", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("size", [0.3, 3.0, 20.0])
+def test_land_within_windows_is_that_part_of_all_land(resolution: str, size: float) -> None:
+    """Along coasts of all continents, over the antimeridian and the South Pole: not a square metre more or less."""
+    corners = np.concatenate(coastlines("110m"))[::97] - 0.4 * size
+    corners = np.vstack([corners, [(179.9, -17.0), (170.0, 60.0), (-180.0, 71.0), (20.0, -90.0)]])
+    for west, south in np.column_stack([np.mod(corners[:, 0] + 180.0, 360.0) - 180.0, corners[:, 1].clip(-90.0)]):
+        window = west, south, west + size, south + size
+        expected = shapely.intersection(land(resolution), box_of(*window))
+        found = land_within(window, resolution)
+        assert found.is_valid
+        assert shapely.symmetric_difference(found, expected).area < 1e-10  # square degrees: 1 m2
 
 
 # km2 and places in them, as encyclopaedias have them; Lakes Michigan and Huron are one at the Straits of Mackinac, and

@@ -11,9 +11,9 @@ from projdist.matrices.measures import get_measure, principal_scales
 from projdist.plots.areas import coast_resolution
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Box, Cap, Region
+from projdist.regions import GLOBE, Box, Cap, Region, RegionLike
 from projdist.surfaces.domain import domain_of, ground_size, rough_scales
-from projdist.surfaces.land import coast
+from projdist.surfaces.land import coast, land_polygons
 from projdist.surfaces.lines import graticule, graticule_steps, project_lines
 from projdist.surfaces.surface import Surface, build_surface
 
@@ -23,7 +23,7 @@ EUROPE = Box(-10.0, 35.0, 40.0, 70.0)
 SEAMED = ["robin", "igh", "tmerc", "healpix", "peirce_q", OBLIQUE, ORTHO, f"+proj=laea +lat_0=52 +lon_0=10 +R={R}"]
 
 
-def surface_of(projection: object, region: Region | None = None, step: float | None = 2.0) -> Surface:
+def surface_of(projection: object, region: RegionLike | None = None, step: float | None = 2.0) -> Surface:
     return build_surface(domain_of(Projection.from_user_input(projection), region), step)
 
 
@@ -232,7 +232,42 @@ def test_coast_of_a_tiny_region_is_short() -> None:
 
 @pytest.mark.slow
 def test_finer_coast_for_parts_of_the_world() -> None:
-    """The world has the coarse coast, a continent and a town the finer one."""
+    """The world has the coarse coast, a continent the finer one, a town the finest."""
     assert coast_resolution(surface_of("robin")) == "110m"
-    assert coast_resolution(surface_of("robin", EUROPE, None)) == "50m"
-    assert coast_resolution(surface_of("robin", Cap(10.0, 54.0, 1.0), None)) == "50m"
+    assert coast_resolution(surface_of("robin", EUROPE)) == "50m"
+    assert coast_resolution(surface_of("robin", Cap(10.0, 54.0, 1.0))) == "10m"
+
+
+@pytest.mark.parametrize(
+    ("region", "resolution"),
+    [
+        ("country:SG", "50m"),
+        ("country:SG@10m", "10m"),
+        ("country:CH@10m", "10m"),
+        ("country:CH@110m", "110m"),
+        ("country:FJ@main@10m", "10m"),
+        ("country:CH@10m & box:7,46,8,47", "10m"),
+        ("box:7,46,8,47 - cap:7.5,46.5,10", "10m"),
+    ],
+)
+def test_coasts_about_a_country_are_those_of_its_border(region: str, resolution: str) -> None:
+    """A coarse border does not lie over a fine coast, nor a fine one over a coarse."""
+    assert coast_resolution(surface_of("mercator", region)) == resolution
+
+
+@pytest.mark.parametrize(
+    ("projection", "bounds", "known"),
+    [
+        ("EPSG:3035", (14.6, 54.95, 15.2, 55.35), 588.0),
+        ("+proj=laea +lat_0=71 +lon_0=180", (177.0, 70.5, -176.5, 72.0), 7600.0),
+        ("EPSG:3035", (-40.0, 30.0, -39.0, 31.0), 0.0),
+    ],
+    ids="Bornholm Wrangel-Island Atlantic".split(),
+)
+def test_fine_land_of_equal_area_maps(projection: str, bounds: tuple[float, float, float, float], known: float) -> None:
+    """Whole cells and pieces of cells have the area of the island, as encyclopaedias have it, to 5 %."""
+    surface = surface_of(projection, bounds)
+    triangles, pieces = land_polygons(surface, "10m")
+    corners = np.column_stack([surface.x, surface.y])[triangles]
+    area = shapely.area(shapely.polygons(corners)).sum() + sum(shapely.Polygon(piece).area for piece in pieces)
+    assert area / 1e6 == pytest.approx(known, rel=0.05)
