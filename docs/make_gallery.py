@@ -353,6 +353,30 @@ def draw_profile() -> None:
     write_png(plots.profile_figure(profile("EPSG:25832", line), dpi=DPI), IMAGES / "profile.png")
 
 
+def draw_comparisons() -> None:
+    """The pictures of maps beside each other: a difference, distributions, the trade of areas for angles, a film."""
+    less = plots.heatmap_figure(["robinson"], measure="omega", against="winkel-tripel", size=(7.0, 4.6), dpi=DPI)
+    write_png(less, IMAGES / "difference.png")
+    few = ["robinson", "mollweide", "winkel-tripel", "mercator", "equal-earth"]
+    write_png(plots.distribution_figure(few, "cumulative", measure="omega", dpi=DPI), IMAGES / "distribution.png")
+    many = [
+        *few,
+        "plate-carree",
+        "igh",
+        "hammer",
+        "aitoff",
+        "kav7",
+        "vandg",
+        "gall",
+        "eck3",
+        "patterson",
+        "times",
+        "aeqd",
+    ]
+    write_png(plots.distribution_figure(many, "pareto", dpi=DPI), IMAGES / "trade.png")
+    plots.morph("igh", "winkel-tripel", IMAGES / "morph.gif", frames=16, size=(4.8, 3.2), dpi=90)
+
+
 def draw_mean() -> None:
     """The picture of a mean of two maps beside their average."""
     found = mean_map(["aitoff", f"+proj=eqc +lat_ts=50.46 {SPHERE}"])
@@ -425,6 +449,7 @@ def main(names: list[str]) -> None:
         draw_recommendation()
         draw_ldp()
         draw_profile()
+        draw_comparisons()
     if not names or "mean" in names:
         draw_mean()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")

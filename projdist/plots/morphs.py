@@ -184,8 +184,9 @@ class _Stage:
             for x, one, side in ((0.15 / width, left, "left"), (1.0 - 0.15 / width, right, "right"))
         ]
         widest = 0.40 * width * self.figure.dpi
+        wider = max(name.get_window_extent().width for name in names)
         for name in names:
-            name.set_fontsize(10.0 * min(1.0, widest / max(name.get_window_extent().width, 1.0)))
+            name.set_fontsize(10.0 * min(1.0, widest / max(wider, 1.0)))
         ends = [name.get_window_extent().width / self.figure.bbox.width for name in names]
         self.way = 0.3 / width + ends[0], 1.0 - 0.3 / width - ends[1]
         strip = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=5)
