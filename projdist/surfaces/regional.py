@@ -27,6 +27,7 @@ from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_o
 _FULLER = 4.0  # times as full must the main part's box be, for far parts to be left out
 _GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0
 _APART = 1.5
+_ALONG_BORDER = 60.0  # steps along the size of a region
 _SOUGHT, _ROUND = 193, 1.0  # nodes across, and how far beyond a region its surroundings are sought, in its own sizes
 
 
@@ -112,7 +113,8 @@ def _border_lines(region: Region) -> list[FloatArray]:
     import shapely  # slow to load
 
     lines = []
-    for ring in shapely.get_rings(shapely.get_parts(polygons_of(region))):
+    spacing = max(ground_size(region.bounds)) / _ALONG_BORDER
+    for ring in shapely.get_rings(shapely.get_parts(shapely.segmentize(polygons_of(region), spacing))):
         points = shapely.get_coordinates(ring)
         on_cut = np.abs(points) == [180.0, 90.0]
         real = ~(on_cut[1:] & on_cut[:-1] & (points[1:] == points[:-1])).any(axis=1)

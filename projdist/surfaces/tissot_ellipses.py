@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import destination
+from projdist.earth import destination, unit_vectors
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
-from projdist.regions import Box, Place
+from projdist.regions import Box, Place, PointSet
 from projdist.support import check_number
 from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
 from projdist.surfaces.surface import Surface
@@ -28,6 +28,7 @@ _OFFSET = 2.2  # of the semi-minor axis
 _FLAT = 0.02  # of the semi-minor axis: a circle whose image is as close to its ellipse has no jump or bend in it
 _TRIALS = 15
 _NEIGHBOURS = 8
+_FEW = 9
 _MOST = 200_000  # on a globe of half a degree; smaller ones are less than a pixel
 _AT_ONCE = 500_000  # points on the ground; 100 MB
 
@@ -89,7 +90,18 @@ def indicatrices(domain: Domain, region: Place, step: float, central_meridian: f
     J = jacobian(domain.projection, lon, lat)
     with np.errstate(invalid="ignore"):
         keep = np.isfinite(xy[:, 0]) & np.isfinite(J).all(axis=(1, 2)) & (np.abs(np.linalg.det(J)) > 1e-12)
-    return Indicatrices(domain, lon, lat, xy, J).take(keep & region.contains(lon, lat))
+    return Indicatrices(domain, lon, lat, xy, J).take(keep & _on(region, lon, lat))
+
+
+def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
+    """Which points are in a region; those next to its border where it is so scattered that hardly any is in it."""
+    inside = region.contains(lon, lat)
+    if isinstance(region, PointSet) or not len(region.edges) or inside.sum() >= _FEW:
+        return inside
+    tree = cKDTree(unit_vectors(lon, lat).T)
+    _, nearest = tree.query(unit_vectors(region.edges[:, 0], region.edges[:, 1]).T)
+    inside[nearest] = True
+    return inside
 
 
 def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:

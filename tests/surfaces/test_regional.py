@@ -8,6 +8,7 @@ from matplotlib.tri import Triangulation
 from projdist.regions import get_region
 from projdist.support import Notice
 from projdist.surfaces.regional import shown_part, surface_of
+from projdist.surfaces.tissot_ellipses import tissot_points
 
 
 @pytest.mark.parametrize("text", ["country:KI@all", "country:FJ", "country:MH"])
@@ -73,3 +74,20 @@ def test_a_map_that_is_cut_within_the_region_says_so() -> None:
     whole = surface_of("gall-peters+lon_0=178", "country:FJ")
     assert torn.extent[1] - torn.extent[0] > 2e7
     assert whole.extent[1] - whole.extent[0] < 1e6
+
+
+def test_the_border_is_drawn_whole() -> None:
+    """Its length on the map is that of the image of the box's sides, and its ends meet."""
+    surface = surface_of("EPSG:2154", "box:-5,42,8,51")
+    (border,) = surface.border
+    np.testing.assert_allclose(border[0], border[-1])
+    x, y = surface.domain.projection(*np.array([[-5, 42], [8, 42], [8, 51], [-5, 51]], dtype=float).T)
+    corners = np.column_stack([x, y])
+    distances = np.linalg.norm(border[:, None] - corners, axis=-1).min(axis=0)
+    np.testing.assert_allclose(distances, 0.0, atol=1.0)
+
+
+def test_islands_have_ellipses() -> None:
+    """Where no point of the grid falls on atolls, those beside them stand for them."""
+    surface = surface_of("EPSG:3832", "country:KI@all")
+    assert tissot_points(surface, None).lon.size >= 9
