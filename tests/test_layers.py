@@ -51,7 +51,7 @@ HOMES = {
     "scipy": {
         *("numerics.minima", "matrices.measures", "regions.parts"),
         *("applications.oldmaps.field", "applications.pointclouds.icp", "applications.mosaics.homographies"),
-        *("surfaces.tissot_ellipses", "plots.oldmaps", "designs.elements", "designs.cuts"),
+        *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),
     },
     "shapely": {
         *("earth.rings", "earth.natural_earth", "earth.topojson", "regions"),

@@ -16,9 +16,10 @@ from typer.testing import CliRunner
 
 from projdist import plots
 from projdist.cli.app import app
-from projdist.decisions.surveying import LDP, ldp
+from projdist.decisions.surveying import LDP, distortion_ppm, ldp
 from projdist.decisions.surveying.criteria import goal_of
 from projdist.decisions.surveying.ground import statistics_of
+from projdist.plots.ground import prepare_ground
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
 QUICK = ["--families", "tmerc"]
@@ -209,3 +210,34 @@ def test_failures() -> None:
     code, _, err = run(SEA, "--height", "1", "--geodetic", "EPSG:32633")
     assert code == 1
     assert "Invalid geographic CRS" in err
+
+
+def test_a_raster_of_heights_is_a_field(level: LDP) -> None:
+    """Even points are no dots: values between them are those of the heights there; the target has thick lines."""
+    west, south, east, north = level.region.bounds
+    lon, lat = (a.ravel() for a in np.meshgrid(np.linspace(west, east, 20), np.linspace(south, north, 20)))
+    height = 250.0 + 100.0 * (lon - west) / (east - west)
+    ppm = distortion_ppm(level.projection, lon, lat, height)
+    goal = replace(level.goal, target=5.0)
+    statistics = replace(level.statistics, within={5.0: 0.5})
+    even = {"lon": lon, "lat": lat, "height": height, "ppm": ppm, "weight": np.full(400, 1 / 400)}
+    found = replace(level, **even, goal=goal, statistics=statistics)
+    prepared = prepare_ground(found)
+    assert prepared.is_field
+    places = prepared.surface.lonlat()
+    heights = 250.0 + 100.0 * (places[0] - west) / (east - west)
+    inside = np.flatnonzero(prepared.surface.weights > 0)
+    truth = distortion_ppm(level.projection, *places, heights)
+    np.testing.assert_allclose(prepared.ppm[inside], truth[inside], atol=1.0)  # 6 m beyond the outermost points
+    axes = Figure().add_subplot()
+    plots.ground_map(axes, found, title="ground")
+    assert "(thick lines)" in " ".join(text.get_text() for text in axes.texts)
+
+
+def test_uneven_points_are_dots(level: LDP) -> None:
+    """Points along a road are no raster."""
+    t = np.linspace(0.0, 1.0, 300) ** 3
+    west, south, east, north = level.region.bounds
+    lon, lat = west + t * (east - west), south + t * (north - south)
+    road = {"lon": lon, "lat": lat, "height": 100.0 * t, "ppm": 10.0 * t, "weight": np.full(300, 1 / 300)}
+    assert not prepare_ground(replace(level, **road)).is_field
