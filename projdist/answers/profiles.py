@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from projdist._typing import AnyArray, FloatArray
+from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.answers.elevations import elevation_factor
 from projdist.field import derivatives, measure_at, named_measures, tell_of_contradiction
 from projdist.matrices import Measure
@@ -26,6 +26,7 @@ _MOST_POINTS = 1e6
 _LOWEST, _HIGHEST = -12_000.0, 9_000.0  # metres
 _SMALL = 1e-11  # of the line's length, as derivatives are: what the halves of a piece may differ by from the whole
 _HALVINGS = 12
+_JUMP = 3.0  # times as far as scale and distance say
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -63,6 +64,13 @@ class Profile(Answer):
     ground_length_m: float | None
     mean_combined_factor: float | None
 
+    @property
+    def torn(self) -> IntArray:
+        """Numbers of the points before which the map jumps: it is cut there, and the grid distance goes across."""
+        jump = np.hypot(np.diff(self.x), np.diff(self.y))
+        scale = np.fmax(self.scale[1:], self.scale[:-1])
+        return 1 + np.flatnonzero(jump > _JUMP * scale * 1e3 * np.diff(self.distance_km))
+
     def _line(self) -> str:
         return f"{self.projection.name} along {self.length_m / 1e3:.6g} km: mean scale {self.mean_scale:.9g}"
 
@@ -99,7 +107,8 @@ def profile(
 ) -> Profile:
     """What a map does along a line: its scale in the line's direction, other measures, and the mean of the scale.
 
-    Edges are geodesics from vertex to vertex, on the map's own ellipsoid.
+    Edges are geodesics from vertex to vertex, on the map's own ellipsoid. Longitudes and latitudes are the map's own;
+    those of files in another CRS come by way of WGS 84.
 
     Parameters
     ----------

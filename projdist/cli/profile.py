@@ -97,6 +97,9 @@ def _notes(found: Profile) -> Iterator[str]:
         + _factor(found.mean_scale)
     )
     yield f"Grid distance, straight from vertex to vertex: {_metres(found.grid_distance_m)}"
+    for k in found.torn:
+        between = f"{found.distance_km[k - 1]:,.6g} and {found.distance_km[k]:,.6g} km"
+        yield f"The map is cut between {between}: the grid distance goes across."
     if found.ground_length_m is not None and found.mean_combined_factor is not None:
         yield f"On the ground {_metres(found.ground_length_m)}: mean combined factor " + _factor(
             found.mean_combined_factor

@@ -25,7 +25,6 @@ _FIRST, _SECOND = "#2166ac", "#b2402a"
 _NEAR = 0.02  # of 1: scales as near to it have an axis of ppm, too
 _LEAST = 1e-7  # of the values: differences below it are rounding
 _MOST_VERTICES = 40
-_TORN = 3.0  # times as far as scale and distance say
 
 
 @dataclass(frozen=True)
@@ -89,12 +88,11 @@ def profile_figure(
     figure = Figure(figsize=(width, height), dpi=check_dpi(dpi))
     FigureCanvasAgg(figure)
     factor, unit = (1.0, "km") if found.distance_km[-1] >= 2.0 else (1e3, "m")
-    torn = _torn(found)
     across = (_LEFT / width, (width - _LEFT - _RIGHT) / width)
     for k, panel in enumerate(panels):
         bottom = _FOOT + (len(panels) - 1 - k) * (each + _GAP)
         ax = figure.add_axes((across[0], bottom / height, across[1], each / height))
-        _draw(ax, panel, factor * found.distance_km, factor * found.vertices, torn)
+        _draw(ax, panel, factor * found.distance_km, factor * found.vertices, found.torn)
         ax.tick_params(labelbottom=k == len(panels) - 1)
     figure.axes[0].legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, fontsize=7.5, borderaxespad=0.2
@@ -105,13 +103,6 @@ def profile_figure(
     text = f"Distance along the line ({unit})"
     figure.text(middle, 0.08 / height, text, fontsize=8.5, color=_INK, ha="center", va="bottom")
     return figure
-
-
-def _torn(found: Profile) -> IntArray:
-    """Numbers of the points before which the map jumps: it is cut there."""
-    jump = np.hypot(np.diff(found.x), np.diff(found.y))
-    scale = np.maximum(found.scale[1:], found.scale[:-1])
-    return 1 + np.flatnonzero(jump > _TORN * scale * 1e3 * np.diff(found.distance_km))
 
 
 def _panels(found: Profile) -> list[_Panel]:

@@ -118,6 +118,15 @@ def test_what_the_map_leaves_out_is_undefined() -> None:
     json.loads(found.to_json())
 
 
+def test_cuts_are_told() -> None:
+    """The antimeridian, where Mercator's map ends, is crossed once, half way."""
+    found = profile("EPSG:3857", [(170, 0), (-170, 0)], spacing_km=100)
+    (k,) = found.torn
+    assert found.distance_km[k - 1] <= 0.5 * found.length_m / 1e3 <= found.distance_km[k]
+    assert not profile("EPSG:3857", [(150, 0), (170, 60)]).torn.size
+    assert found.mean_scale == pytest.approx(1.0, rel=1e-9)
+
+
 def same(one: Profile, other: Profile) -> None:
     assert_allclose(one.lon, other.lon, atol=1e-9)
     assert_allclose(one.scale, other.scale, rtol=1e-9)
