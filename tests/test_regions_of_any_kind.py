@@ -133,13 +133,16 @@ def test_answers_are_of_the_region(name: str) -> None:
         assert ANSWERS[name](KINDS[kind]).region.area_km2 == pytest.approx(BOX.area_km2, rel=1e-8)
 
 
+@pytest.mark.parametrize("doors", [DOORS[-1:], pytest.param(DOORS[:-1], marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow) if name == "field_of" else name for name in OTHERS]
 )
-def test_pictures_and_files_are_of_the_region(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pictures_and_files_are_of_the_region(
+    name: str, doors: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """They reach as far as those of the box."""
-    monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 30)  # a fiftieth of the cells
-    expected, *others = (OTHERS[name](KINDS[kind], tmp_path) for kind in ("Region", *DOORS))
+    monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 15)  # a two-hundredth of the cells
+    expected, *others = (OTHERS[name](KINDS[kind], tmp_path) for kind in ("Region", *doors))
     for other in others:
         np.testing.assert_allclose(other, expected, rtol=1e-6)
 

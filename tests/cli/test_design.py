@@ -7,7 +7,7 @@ import pytest
 from pyproj import CRS
 from typer.testing import CliRunner
 
-from projdist import Projection, design, summarize
+from projdist import Design, Projection, design, summarize
 from projdist.cli.app import app
 
 SWISS = ("country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781")
@@ -43,16 +43,20 @@ def test_table() -> None:
         assert words in out
 
 
+@pytest.fixture(scope="module")
+def made() -> Design:
+    return design("country:CH", degree=2, base="EPSG:2056", against=())
+
+
 @pytest.mark.parametrize("form", ["proj", "wkt", "wkt-derived", "projjson"])
-def test_formats_that_programs_read(form: str) -> None:
+def test_formats_that_programs_read(form: str, made: Design) -> None:
     """They are the same map."""
-    found = design("country:CH", degree=2, base="EPSG:2056", against=())
     code, out, _ = run(
         "country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781", "--format", form
     )
     assert code == 0
     x, y = Projection.from_user_input(out.strip())(8.5, 47.5)
-    truth = found.projection(8.5, 47.5)
+    truth = made.projection(8.5, 47.5)
     assert (x, y) == (pytest.approx(truth[0], abs=1e-8), pytest.approx(truth[1], abs=1e-8))
 
 

@@ -475,7 +475,13 @@ def test_functions_of_users():
     assert found.results[0].value == min(one.value for one in found.results)
 
 
-@pytest.mark.parametrize("name", ["kavrayskiy", "canters_ab", "isotropy", "max_log_scale"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("kavrayskiy", "isotropy", "max_log_scale")),
+        "canters_ab",
+    ],
+)
 def test_figures_that_answers_do_not_list(name):
     """They are measured as those are that every answer has."""
     found = recommend("box:7.5,46.5,8.5,47.5", criterion=name, authorities=["EPSG"], limit=2)

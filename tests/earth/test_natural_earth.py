@@ -99,7 +99,14 @@ def test_areas_of_countries_at_the_finest_scale(key: str) -> None:
     assert area_km2(area) == pytest.approx(COUNTRIES[key], rel=0.015)
 
 
-@pytest.mark.parametrize(("key", "known"), [("643", 17_098_000.0), ("124", 9_985_000.0), ("578", 385_000.0)])
+@pytest.mark.parametrize(
+    ("key", "known"),
+    [
+        pytest.param("643", 17_098_000.0, marks=pytest.mark.slow),
+        pytest.param("124", 9_985_000.0, marks=pytest.mark.slow),
+        ("578", 385_000.0),
+    ],
+)
 def test_rings_that_rounding_made_cross_are_kept(key: str, known: float) -> None:
     """Russia's, Canada's and Norway's mainlands are there: made valid, they are polygons beside lines."""
     area = country(key, "10m")

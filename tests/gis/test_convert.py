@@ -40,7 +40,9 @@ def coordinates(path: Path) -> np.ndarray:
     return shapely.get_coordinates(frame.sort_values("name").geometry.array)
 
 
-@pytest.mark.parametrize("suffix", [".gpkg", ".fgb", ".shp", ".geojson", ".parquet"])
+@pytest.mark.parametrize(
+    "suffix", [".gpkg", pytest.param(".fgb", marks=pytest.mark.slow), ".shp", ".geojson", ".parquet"]
+)
 def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """They are where the projection has them, in files of all formats; what loses the CRS has it beside."""
     new, back = tmp_path / f"new{suffix}", tmp_path / "back.gpkg"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from projdist import plots, sample, summarize
+from projdist import plots, sample
 from projdist.plots.distributions import _front, angles_and_areas
 
 
@@ -36,8 +36,9 @@ def test_histogram_of_a_scale() -> None:
 @pytest.mark.parametrize("name", ["robin", "mercator", "moll", "laea"])
 def test_areas_and_angles_make_the_error(name: str) -> None:
     """The squares of both parts sum to that of the scaled Airy-Kavrayskiy error."""
-    angles, areas = angles_and_areas(sample(name, "globe", tolerance=1e-5))
-    assert np.hypot(angles, areas) == pytest.approx(summarize(name, "globe").airy_kavrayskiy_scaled, rel=1e-4)
+    field = sample(name, "globe", tolerance=1e-5)
+    angles, areas = angles_and_areas(field)
+    assert np.hypot(angles, areas) == pytest.approx(field.airy_kavrayskiy.scaled, rel=1e-4)
     assert (angles < 1e-4) == (name == "mercator")
     assert (areas < 5e-3) == (name in ("moll", "laea"))
 

@@ -88,7 +88,12 @@ def test_a_pole_at_the_centre(name, pole) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["mollweide", "winkel-tripel", pytest.param("robinson", marks=pytest.mark.slow), "wagner-9"]
+    "name",
+    [
+        "mollweide",
+        "winkel-tripel",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("robinson", "wagner-9")),
+    ],
 )
 def test_the_globe_is_turned_without_loss(name) -> None:
     """Over the sphere the Airy-Kavrayskiy figure is the same in every aspect, as far as each says that it is known."""
