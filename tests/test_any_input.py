@@ -204,6 +204,7 @@ CALLS = {
         "title": None,
         "airy_kavrayskiy": None,
     },
+    "plots.figure": lambda: {"projections": ["robin"], "kind": "tissot", "region": CAP},
     "plots.heatmap_figure": lambda: {
         "projections": ["robin"],
         "measure": "fisher",
@@ -217,6 +218,7 @@ CALLS = {
         "dpi": 50,
         "titles": None,
         "airy_kavrayskiy": None,
+        "look": None,
     },
     "plots.ldp_figure": lambda: {"found": low_distortion(), "size": (2, 2), "dpi": 50, "title": None},
     "plots.ground_map": lambda: {"ax": axes(), "found": low_distortion(), "title": None},
@@ -228,6 +230,7 @@ CALLS = {
         "size": (2, 2),
         "dpi": 50,
         "title": None,
+        "look": None,
     },
     "plots.local_field": lambda: {
         "ax": axes(),
@@ -277,6 +280,7 @@ CALLS = {
         "dpi": 50,
         "titles": None,
         "airy_kavrayskiy": None,
+        "look": None,
     },
 }
 

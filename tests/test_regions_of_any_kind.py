@@ -95,6 +95,7 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "gis.weighted": weighted,
     "plots.distribution_figure": lambda region, _: limits(plots.distribution_figure(["robin"], region=region)),
     "plots.heatmap": lambda region, _: drawn(plots.heatmap, "robin", region=region),
+    "plots.figure": lambda region, _: limits(plots.figure(["robin"], "tissot", region=region)),
     "plots.heatmap_figure": lambda region, _: limits(plots.heatmap_figure(["robin"], region=region)),
     "plots.local_field": lambda region, _: drawn(plots.local_field, "robin", 10.0, region=region),
     "plots.local_figure": lambda region, _: limits(plots.local_figure("robin", 10.0, region=region)[0]),

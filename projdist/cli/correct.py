@@ -24,7 +24,7 @@ from projdist.cli.options import (
     region_given,
 )
 from projdist.cli.output import drawing, present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.projections import Projection
 from projdist.regions import Place
@@ -32,6 +32,7 @@ from projdist.regions import Place
 _FORMS = (TABLE, JSON, "proj", "wkt")
 
 
+@with_looks
 def correct_command(
     projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
     region: RegionOption = None,
@@ -56,11 +57,12 @@ def correct_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
     form, area = format_of(format, _FORMS), region_given(region)
     choice("constraint", constraint, list(CONSTRAINTS))
-    picture = picture_of(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
+    picture = picture_of(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
     with refusing():
         measured = Projection.from_user_input(projection)
         if local is not None:

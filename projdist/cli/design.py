@@ -26,7 +26,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import words_told
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
@@ -43,6 +43,7 @@ _DOING = {
 }
 
 
+@with_looks
 def design_command(
     region: Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")],
     kind: Annotated[str, typer.Option(metavar="|".join(KINDS), help="What the map keeps.")] = "any",
@@ -85,11 +86,12 @@ def design_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Make the map that distorts a region least, as a CRS that PROJ and GDAL run."""
     path = printed_or_file(output, overwrite)
     form = format_for(format, path, _FORMS)
-    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite)
+    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
     choice("symmetry", symmetric, list(SYMMETRIES))
     area = region_of(region, weight)
     with refusing(), words_told(_DOING) as tell:

@@ -27,13 +27,14 @@ from projdist.cli.options import (
     step_of,
 )
 from projdist.cli.output import tell_written
-from projdist.cli.pictures import PictureFile
+from projdist.cli.pictures import LookWords, PictureFile, look_options, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.projections import Projection
 
 _TOLERANCE = 1e-5  # titles show three decimals
 
 
+@with_looks
 def tissot_command(
     projections: Projections,
     output: Annotated[
@@ -48,18 +49,20 @@ def tissot_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Draw Tissot's indicatrices."""
     path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
     if path.suffix.lower() in LAYER_SUFFIXES:
-        check_layer_options(path, {"--context": context, "--size": size, "--dpi": dpi})
+        check_layer_options(path, {"--context": context, "--size": size, "--dpi": dpi} | look_options(look))
         write_layer(projections, path, region=region_given(region), step=step_of(step), overwrite=overwrite)
         return
     shown = context_of(context)
-    picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
+    picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
     _draw(plots.tissot_figure, projections, region, picture, context=shown)
 
 
+@with_looks
 def heatmap_command(
     projections: Projections,
     measure: Annotated[
@@ -97,13 +100,14 @@ def heatmap_command(
         str, typer.Option(metavar="map|lonlat", help="CRS of a raster: the map's own, or longitude and latitude.")
     ] = "map",
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Draw a measure as a field of colour with isolines, or write measures as a GeoTIFF."""
     names = measure_names(measure or ["fisher"])
     path = file_of_kind(output, (*plots.SUFFIXES, *RASTER_SUFFIXES), overwrite)
     if path.suffix.lower() in RASTER_SUFFIXES:
         drawn = {"--step": step, "--levels": levels, "--cmap": cmap, "--context": context, "--dpi": dpi}
-        check_layer_options(path, drawn | {"--against": against})
+        check_layer_options(path, drawn | {"--against": against} | look_options(look))
         write_raster(
             projections,
             names,
@@ -120,7 +124,7 @@ def heatmap_command(
         refuse(f"Invalid option '{option}' for '{path}'. It is for rasters, whose suffix is .tif.")
     if len(names) > 1:
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A picture shows one; a .tif has room for several.")
-    picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
+    picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
     shown = context_of(context)
     options: dict[str, Any] = {"measure": names[0], "levels": levels_of(levels), "cmap": cmap, "context": shown}
     if against is not None:

@@ -15,7 +15,7 @@ from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import CSV, JSON, TABLE
 from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, format_of, number, region_of
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import working
 from projdist.cli.report import Column, Copy, Report, Row, Table
 from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
@@ -25,6 +25,7 @@ from projdist.regions import PointSet
 _FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV)
 
 
+@with_looks
 def ldp_command(
     region: Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")],
     heights: Annotated[
@@ -61,13 +62,14 @@ def ldp_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
     form, area = format_of(format, _FORMS), region_of(region)
     own = isinstance(area, PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite)
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look)
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],
         "criterion": criterion,

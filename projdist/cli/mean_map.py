@@ -25,7 +25,7 @@ from projdist.cli.options import (
     region_given,
 )
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.designs import MeanMap, mean_map
@@ -33,6 +33,7 @@ from projdist.designs import MeanMap, mean_map
 _FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
 
 
+@with_looks
 def mean_map_command(
     projections: Projections,
     region: RegionOption = None,
@@ -55,11 +56,12 @@ def mean_map_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Find the mean of several maps: the map that is nearest to all in distortion."""
     path = printed_or_file(output, overwrite)
     form = format_for(format, path, _FORMS)
-    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite)
+    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
     area = region_given(region)
     if degree is not None and not degree.isdecimal():
         refuse(f"Invalid degree '{degree}'. It must be a whole number.")

@@ -2,44 +2,130 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from projdist import plots
-from projdist.cli.errors import refuse
-from projdist.cli.options import dots_of, file_of_kind, size_of, step_of
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.options import dots_of, file_of_kind, number, size_of, step_of
 from projdist.cli.output import drawing
 from projdist.cli.progress import working
+
+LookWords = Mapping[str, Any]
+"""The words of the options of looks, by their names."""
+
+# The commands that draw maps have these options, each in its own help.
+_LOOKS: dict[str, tuple[Any, Any]] = {
+    "title": (
+        Annotated[str | None, typer.Option(metavar="TEXT", help="The title of the map, or a heading above several.")],
+        None,
+    ),
+    "no_title": (Annotated[bool, typer.Option("--no-title", help="Nothing above the maps.")], False),
+    "no_colourbar": (Annotated[bool, typer.Option("--no-colourbar", help="No colour bar.")], False),
+    "font_size": (
+        Annotated[str | None, typer.Option(metavar="POINTS", help="Of the colour bar's label; others in proportion.")],
+        None,
+    ),
+    "style": (
+        Annotated[str | None, typer.Option(metavar="FILE", help="A style of matplotlib, by file or name: its fonts.")],
+        None,
+    ),
+    "theme": (
+        Annotated[str | None, typer.Option(metavar="light|dark|print", help="Colours of the picture; print is grey.")],
+        None,
+    ),
+    "transparent": (Annotated[bool, typer.Option("--transparent", help="No background.")], False),
+}
+
+
+def with_looks(command: Callable[..., None]) -> Callable[..., None]:
+    """A command with the options of looks, whose words it takes as `look`."""
+    signature = inspect.signature(command, eval_str=True)
+    own = [parameter for name, parameter in signature.parameters.items() if name != "look"]
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    looks = [
+        inspect.Parameter(name, kind, default=default, annotation=hint) for name, (hint, default) in _LOOKS.items()
+    ]
+
+    @functools.wraps(command)
+    def wrapped(**words: Any) -> None:
+        look = {name: word for name in _LOOKS if (word := words.pop(name)) is not None and word is not False}
+        command(**words, look=look)
+
+    wrapped.__signature__ = signature.replace(parameters=[*own, *looks])  # type: ignore[attr-defined]
+    wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in [*own, *looks]}
+    return wrapped
+
+
+def look_options(look: LookWords | None) -> dict[str, Any]:
+    """The words by the names of their options."""
+    return {f"--{name.replace('_', '-')}": word for name, word in (look or {}).items()}
 
 
 class PictureFile:
     """Where a picture goes, and how it is drawn; a wrong word ends the command with 2."""
 
     def __init__(
-        self, output: str, *, size: str | None, dpi: str | None, step: str | None = None, overwrite: bool
+        self,
+        output: str,
+        *,
+        size: str | None,
+        dpi: str | None,
+        step: str | None = None,
+        overwrite: bool,
+        look: LookWords | None = None,
     ) -> None:
         self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
         self.dots, self.step = dots_of(dpi), step_of(step)
         self.size, self.overwrite = size_of(size, self.dots), overwrite
+        self.look = {} if look is None else {"look": _look(look)}
 
     def save(self, draw: Callable[..., Any]) -> None:
-        """Write the figure that `draw` makes with `size` and `dpi`; what cannot be drawn ends the command."""
+        """Write the figure that `draw` makes with `size`, `dpi` and `look`; what cannot be drawn ends the command."""
         with drawing(self.path), working("Drawing"):
-            figure = draw(size=self.size, dpi=self.dots)
+            figure = draw(size=self.size, dpi=self.dots, **self.look)
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
 
 
+def _look(words: LookWords) -> plots.Look:
+    """The look of words."""
+    if "title" in words and "no_title" in words:
+        refuse("Invalid option '--no-title'. It cannot stand with --title.")
+    size = words.get("font_size")
+    with refusing():
+        return plots.Look(
+            theme=words.get("theme"),
+            font_size=None if size is None else number("font size", size, 1, 72, " of points"),
+            style=words.get("style"),
+            transparent="transparent" in words,
+            title="" if "no_title" in words else words.get("title"),
+            colourbar="no_colourbar" not in words,
+        )
+
+
 def picture_of(
-    output: str | None, *, size: str | None, dpi: str | None, step: str | None = None, overwrite: bool, **others: Any
+    output: str | None,
+    *,
+    size: str | None,
+    dpi: str | None,
+    step: str | None = None,
+    overwrite: bool,
+    look: LookWords | None = None,
+    **others: Any,
 ) -> PictureFile | None:
     """The picture of a command that draws one only where it is asked to; else options of pictures are refused.
 
     `others` are such options that the command has beside these, None where they are not given.
     """
     if output is not None:
-        return PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite)
-    for name, value in (others | {"step": step, "size": size, "dpi": dpi}).items():
+        return PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
+    given = {f"--{name}": value for name, value in (others | {"step": step, "size": size, "dpi": dpi}).items()}
+    for name, value in (given | look_options(look)).items():
         if value is not None:
-            refuse(f"Invalid option '--{name}'. It needs a picture to draw to: -o FILE.")
+            refuse(f"Invalid option '{name}'. It needs a picture to draw to: -o FILE.")
     return None

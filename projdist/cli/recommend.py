@@ -24,7 +24,7 @@ from projdist.cli.options import (
     whole_number,
 )
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Row, Table
 from projdist.decisions import (
@@ -48,6 +48,7 @@ _ROUNDING = 1e-6  # of an angle, degrees
 RegionArgument = Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")]
 
 
+@with_looks
 def recommend_command(
     region: RegionArgument,
     purpose: Annotated[
@@ -83,13 +84,14 @@ def recommend_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Find the best existing CRSs for a region, by measuring every candidate."""
     form, area = format_of(format), region_of(region)
     most = whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite)
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look)
     with refusing(), _executor(executor) as workers, progress_bar("maps", after=0.0) as progress:
         result = recommend(
             area,

@@ -28,7 +28,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Table
 from projdist.designs import AGAINST, WORLD_SYMMETRIES, WorldMap, world_map
@@ -38,6 +38,7 @@ _FORMS = (TABLE, JSON)
 _GOOD = 1e-4  # to which the errors over the globe are measured
 
 
+@with_looks
 def world_map_command(
     region: Annotated[
         str | None,
@@ -77,11 +78,12 @@ def world_map_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Make the map of the world that distorts a region least."""
     path = printed_or_file(output, overwrite)
     form = format_for(format, path, _FORMS)
-    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite)
+    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
     triangles = None if tinshift is None else file_of_kind(tinshift, (".json",), overwrite, "file of triangles")
     corners = number("step", step, 0.2, 30.0, " of degrees")
     if weight is not None and region is None:

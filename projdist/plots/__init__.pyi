@@ -1,14 +1,16 @@
 from .areas import CONTEXTS
 from .colours import ColourScale
 from .distributions import DISTRIBUTIONS, distribution_figure
-from .figures import SUFFIXES, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
+from .figures import SUFFIXES, figure, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
 from .ground import ground_map
 from .local_fields import local_field
+from .looks import Look
 from .morphs import FILM_SUFFIXES, morph
 from .mosaics import mosaic_figure
 from .oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
 from .pictures import heatmap, tissot
 from .profiles import profile_figure
+from .themes import Theme
 
 __all__ = [
     "CONTEXTS",
@@ -18,7 +20,10 @@ __all__ = [
     "OLD_MAP_PANELS",
     "SUFFIXES",
     "ColourScale",
+    "Look",
+    "Theme",
     "distribution_figure",
+    "figure",
     "ground_map",
     "heatmap",
     "heatmap_figure",

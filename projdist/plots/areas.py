@@ -11,11 +11,9 @@ from matplotlib.transforms import TransformedPath
 from matplotlib.tri import Triangulation
 
 from projdist._typing import IntArray
+from projdist.plots.looks import look_of
 from projdist.regions import Polygons
 from projdist.surfaces import Surface, ground_size, lake_polygons, land_polygons
-
-SEA, LAND, NEIGHBOURS = "#f1f5f9", "#dedacf", "#ebe8e0"
-_SMALL_LAND = "#b9b4a6"
 
 CONTEXTS = ("none", "coast", "borders", "full")
 """What a picture shows of the Earth: nothing; land and sea; also borders and lakes; also cities and a locator."""
@@ -59,18 +57,18 @@ def coast_resolution(surface: Surface) -> str:
 def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
     """Sea and land as pale areas, what is beside a region paler; other bodies are all land."""
     draw_surroundings(ax, surface, context)
-    _draw_land(ax, surface, LAND, 0.5, context, coast_resolution(surface))
+    _draw_land(ax, surface, look_of(ax).colours.land, 0.5, context, coast_resolution(surface))
 
 
 def draw_surroundings(ax: Axes, surface: Surface, context: str) -> None:
     """Sea and land about a region."""
     if surface.ground is not None and context != "none":
-        _draw_land(ax, surface.ground, NEIGHBOURS, 0.2, context, coast_resolution(surface))
+        _draw_land(ax, surface.ground, look_of(ax).colours.neighbours, 0.2, context, coast_resolution(surface))
 
 
 def draw_surface(ax: Axes, surface: Surface) -> None:
     """A small map of its own: sea, land and outline."""
-    _draw_land(ax, surface, _SMALL_LAND, 0.5, "coast", coast_resolution(surface))
+    _draw_land(ax, surface, look_of(ax).colours.locator, 0.5, "coast", coast_resolution(surface))
     west, east, south, north = surface.view
     ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
     ax.set_axis_off()
@@ -96,14 +94,15 @@ def _draw_land(ax: Axes, surface: Surface, colour: str, zorder: float, context: 
     clip = region_clip(ax, surface)
     mapped, kept = triangulation(surface)
     has_land = not surface.domain.projection.is_of_another_body and context != "none"
-    _fill(ax, mapped, SEA if has_land else colour, zorder, clip)
+    sea = look_of(ax).colours.sea
+    _fill(ax, mapped, sea if has_land else colour, zorder, clip)
     if not has_land:
         return
     renumbered = np.zeros(surface.x.size, dtype=int)
     renumbered[kept] = np.arange(kept.size)
     areas = [(land_polygons(surface, resolution), colour)]
     if shows_borders(surface, context):
-        areas.append((lake_polygons(surface, resolution), SEA))
+        areas.append((lake_polygons(surface, resolution), sea))
     for layer, ((cells, pieces), face) in enumerate(areas, 1):
         above = zorder + 0.1 * layer
         if len(cells):

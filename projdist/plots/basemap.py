@@ -15,6 +15,7 @@ from matplotlib.textpath import TextPath
 from projdist._typing import FloatArray
 from projdist.plots.areas import CONTEXTS, coast_resolution, shows_borders
 from projdist.plots.graticules import GraticuleLine, label_graticule
+from projdist.plots.looks import is_one_line, is_tight_of, look_of, scale_of
 from projdist.plots.titles import with_minus
 from projdist.support import check_number, check_text
 from projdist.surfaces import (
@@ -30,9 +31,8 @@ from projdist.surfaces import (
     project_lines,
 )
 
-COAST, GRATICULE, OUTLINE = "#77736a", "#b4bec9", "#333333"
-
 _TITLE, _BELOW = 10.5, 8.0  # points
+_PADS, _TIGHT_PADS = (6, 16), (4, 14)  # points between map and title, without a line between and with one
 _BELOW_LABEL = "below the title"
 
 
@@ -51,7 +51,7 @@ def set_view(ax: Axes, surface: Surface) -> None:
     ax.set_axis_off()
     if surface.goes_on:
         frame = Rectangle((0.0, 0.0), 1.0, 1.0, transform=ax.transAxes, fill=False, clip_on=False, label="frame")
-        frame.set(edgecolor=OUTLINE, linewidth=0.8, zorder=5.0)
+        frame.set(edgecolor=look_of(ax).colours.outline, linewidth=0.8, zorder=5.0)
         ax.add_patch(frame)
 
 
@@ -62,18 +62,19 @@ def draw_lines(
     drawn = surface if surface.ground is None else surface.ground
     meridians_and_parallels = graticule_lines(surface, step)
     grid = [piece for line in meridians_and_parallels for piece in line.pieces]
+    colours = look_of(ax).colours
     halo = [withStroke(linewidth=1.3, foreground="#ffffff99")] if over_colours else []
-    ink, shore = ("#222222", "#222222") if over_colours else (COAST, COAST)
-    _draw(ax, grid, "graticule", "#00000040" if over_colours else GRATICULE, 0.4, 1.0)
+    shore = colours.over_coast if over_colours else colours.coast
+    _draw(ax, grid, "graticule", colours.over_graticule if over_colours else colours.graticule, 0.4, 1.0)
     if context != "none" and not surface.domain.projection.is_of_another_body:
         lines = {"coastline": coast}
         if shows_borders(surface, context):
             lines |= {"lake shores": lake_shores, "borders": country_borders}
         for label, of in lines.items():
-            _draw(ax, _earthly(surface, of), label, shore if label == "coastline" else ink, 0.5, 1.2, halo)
-    _draw(ax, _joined(drawn.outline), "outline", OUTLINE, 0.8, 3.0).set_capstyle("round")
+            _draw(ax, _earthly(surface, of), label, shore, 0.5, 1.2, halo)
+    _draw(ax, _joined(drawn.outline), "outline", colours.outline, 0.8, 3.0).set_capstyle("round")
     if surface.border:
-        _draw(ax, surface.border, "border", OUTLINE, 0.9, 1.3, halo)
+        _draw(ax, surface.border, "border", colours.over_coast if over_colours else colours.outline, 0.9, 1.3, halo)
     if surface.is_local:
         label_graticule(ax, meridians_and_parallels)
 
@@ -132,18 +133,24 @@ def airy_kavrayskiy_line(figure: float | None) -> str:
 
 def draw_title(ax: Axes, title: str, below: str) -> None:
     """The name of the map, and a line below it."""
-    ax.set_title(check_text("title", title), fontsize=_TITLE, pad=16 if below else 6, color="#111111")
+    look, scale, is_tight = look_of(ax), scale_of(ax), is_tight_of(ax)
+    if not look.has_titles:
+        return
+    if below and is_one_line(ax):
+        title, below = f"{title} · {with_minus(below)}", ""
+    pad = (_TIGHT_PADS if is_tight else _PADS)[bool(below)]
+    ax.set_title(check_text("title", title), fontsize=scale * _TITLE, pad=scale * pad, y=1.0, color=look.colours.text)
     if below:
         ax.annotate(
             with_minus(below),
             (0.5, 1.0),
-            xytext=(0, 4),
+            xytext=(0, scale * (3 if is_tight else 4)),
             xycoords="axes fraction",
             textcoords="offset points",
             ha="center",
             va="bottom",
-            fontsize=_BELOW,
-            color="#555555",
+            fontsize=scale * _BELOW,
+            color=look.colours.quiet,
             label=_BELOW_LABEL,
         )
 
@@ -159,10 +166,11 @@ def _width(text: str, points: float) -> float:
 
 def fit_titles(axes: Sequence[Axes], room: float) -> None:
     """Make titles, and the lines below them, as small as the widest of each needs in `room`, in inches."""
+    scale = scale_of(axes[0])
     titles = [ax.title for ax in axes]
     below = [text for ax in axes for text in ax.texts if text.get_label() == _BELOW_LABEL]
     # A line below a title is never the larger of the two.
-    _shrink(below, min(_shrink(titles, _TITLE, room), _BELOW), room)
+    _shrink(below, min(_shrink(titles, scale * _TITLE, room), scale * _BELOW), room)
 
 
 def _shrink(texts: Sequence[Text], points: float, room: float) -> float:

@@ -13,11 +13,9 @@ from matplotlib.ticker import MaxNLocator
 from projdist._typing import FloatArray
 from projdist.matrices import Measure
 from projdist.numerics import quantile
+from projdist.plots.themes import THEMES, Theme
 from projdist.plots.titles import with_minus
 from projdist.support import check_numbers, check_pair, listed, quoted, tell
-
-# Perceptually ordered and safe for the colour-blind; light where the distortion is least.
-_DIVERGING, _RISING, _FALLING = "RdBu_r", "viridis_r", "viridis"
 
 _TITLES = {
     "fisher": "Fisher distortion",
@@ -96,6 +94,7 @@ def colour_scale(
     levels: int | Sequence[float] | None = None,
     cmap: str | Colormap | None = None,
     limits: tuple[float, float] | None = None,
+    colours: Theme = THEMES["light"],
 ) -> ColourScale:
     """Colours for the values of all panels; the weights are shares.
 
@@ -123,7 +122,7 @@ def colour_scale(
     slack = _SLACK * (high - low)
     beyond = bool(data.min() < low - slack), bool(data.max() > high + slack)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
-    return ColourScale(measure, norm, _usual_map(measure, low, high) if cmap is None else cmap, chosen, extend)
+    return ColourScale(measure, norm, _usual_map(measure, low, high, colours) if cmap is None else cmap, chosen, extend)
 
 
 def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
@@ -136,12 +135,12 @@ def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
         tell(f"The {has.format(listed(few, 'and'))} beyond the values, {data.min():.6g} to {data.max():.6g}.")
 
 
-def _usual_map(measure: Measure, low: float, high: float) -> str:
+def _usual_map(measure: Measure, low: float, high: float, colours: Theme) -> str | Colormap:
     """A diverging map where its neutral colour is on the scale, else the one that is light at the nearer limit."""
     if measure.kind == "magnitude":
-        return _RISING
+        return colours.rising
     start, stop = _from_neutral(measure, np.array([low, high]))
-    return _DIVERGING if start <= 0 <= stop else _RISING if start > 0 else _FALLING
+    return colours.diverging if start <= 0 <= stop else colours.rising if start > 0 else colours.falling
 
 
 def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:

@@ -17,8 +17,8 @@ from projdist.field import Field, sample
 from projdist.matrices import Measure, get_measure
 from projdist.numerics import quantile
 from projdist.plots.colours import colour_scale, level_labels
-from projdist.plots.figures import check_dpi, check_size
 from projdist.plots.label_places import place_labels
+from projdist.plots.layouts import check_dpi, check_size
 from projdist.plots.pictures import AnyMeasure
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for

@@ -12,6 +12,7 @@ from matplotlib.patheffects import withStroke
 
 from projdist._typing import FloatArray
 from projdist.earth import latitude_text, longitude_text
+from projdist.plots.looks import look_of, scale_of
 
 SIZE = 6.5  # points
 _WIDTH, _HEIGHT = 0.62, 1.3  # of a letter and of a line, in the size
@@ -55,18 +56,18 @@ def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
     """Label lines where they cross the frame: below and to the left of it, or else within it."""
     ax.apply_aspect()
     box = ax.get_window_extent()
-    points = 72.0 / ax.figure.dpi
+    points, size = 72.0 / ax.figure.dpi, SIZE * scale_of(ax)
     width, height = box.width * points, box.height * points
     placed: list[_Label] = []
     for line in lines:
         pieces = [(ax.transData.transform(piece) - [box.x0, box.y0]) * points for piece in line.pieces]
         candidates = [
-            _label(line.text, edge, place)
+            _label(line.text, edge, place, size)
             for edge in _PREFERRED[line.is_meridian]
             for place in _crossings(pieces, edge, width, height)
         ]
         if not line.is_meridian and not candidates:
-            candidates = _inside(line.text, pieces, width, height)
+            candidates = _inside(line.text, pieces, width, height, size)
         clear = (label for label in candidates if not any(label.overlaps(other) for other in placed))
         chosen = next(clear, None)
         if chosen is not None:
@@ -94,8 +95,8 @@ def _crossings(pieces: Sequence[FloatArray], edge: str, width: float, height: fl
     return found
 
 
-def _label(text: str, edge: str, place: tuple[float, float]) -> _Label:
-    half = 0.5 * len(text) * _WIDTH * SIZE, 0.5 * _HEIGHT * SIZE
+def _label(text: str, edge: str, place: tuple[float, float], size: float) -> _Label:
+    half = 0.5 * len(text) * _WIDTH * size, 0.5 * _HEIGHT * size
     x, y = place
     # Below and to the left labels are outside of the frame; above and to the right within it.
     if edge in ("left", "right"):
@@ -105,18 +106,19 @@ def _label(text: str, edge: str, place: tuple[float, float]) -> _Label:
     return _Label(text, edge, x, y, half)
 
 
-def _inside(text: str, pieces: Sequence[FloatArray], width: float, height: float) -> list[_Label]:
+def _inside(text: str, pieces: Sequence[FloatArray], width: float, height: float, size: float) -> list[_Label]:
     """A label on the lowest point within the frame of a line that crosses no edge."""
     xy = np.concatenate([np.empty((0, 2)), *pieces])
     xy = xy[((xy > 0.0) & (xy < [width, height])).all(axis=1)]
     if not len(xy):
         return []
     x, y = xy[np.argmin(xy[:, 1])]
-    return [_Label(text, "inside", float(x), float(y), (0.5 * len(text) * _WIDTH * SIZE, 0.5 * _HEIGHT * SIZE))]
+    return [_Label(text, "inside", float(x), float(y), (0.5 * len(text) * _WIDTH * size, 0.5 * _HEIGHT * size))]
 
 
 def _draw(ax: Axes, label: _Label, width: float, height: float) -> None:
     outside = label.edge in ("bottom", "left")
+    colours = look_of(ax).colours
     text = ax.text(
         label.x / width,
         label.y / height,
@@ -124,10 +126,10 @@ def _draw(ax: Axes, label: _Label, width: float, height: float) -> None:
         transform=ax.transAxes,
         ha="center",
         va="center",
-        fontsize=SIZE,
-        color="#333333" if outside else "#555555",
+        fontsize=SIZE * scale_of(ax),
+        color=colours.text if outside else colours.quiet,
         zorder=4.0,
         label="graticule label",
     )
     if not outside:
-        text.set_path_effects([withStroke(linewidth=1.5, foreground="#ffffffb0")])
+        text.set_path_effects([withStroke(linewidth=1.5, foreground=f"{colours.background}b0")])

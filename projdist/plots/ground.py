@@ -126,9 +126,14 @@ def draw_ground_map(ax: Axes, prepared: GroundMap, title: str | None) -> None:
             label="points",
         )
         lines = ""
-    share = found.statistics.within[found.target_ppm]
-    below = f"{prepared.ground}; {100 * share:.4g} % within {found.target_ppm:g} ppm{lines}"
+    below = below_ground_map(prepared, lines)
     draw_title(ax, title_of(found.projection) if title is None else title, below)
+
+
+def below_ground_map(prepared: GroundMap, lines: str = "") -> str:
+    """The line below the title: at which heights, and how much is within the target."""
+    target = prepared.found.target_ppm
+    return f"{prepared.ground}; {100 * prepared.found.statistics.within[target]:.4g} % within {target:g} ppm{lines}"
 
 
 def _draw_target(ax: Axes, prepared: GroundMap) -> str:

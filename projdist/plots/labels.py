@@ -10,6 +10,7 @@ from matplotlib.contour import ContourSet
 from matplotlib.patheffects import withStroke
 
 from projdist._typing import FloatArray
+from projdist.plots.looks import look_of, scale_of
 
 _SIZE = 6.5  # points
 _WIDTH = 0.65  # of a character, in its height
@@ -24,7 +25,8 @@ def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], out
     """
     ax.apply_aspect()
     edge = ax.transData.transform(outline.reshape(-1, 2))
-    height = _SIZE / 72.0 * ax.figure.dpi
+    size = _SIZE * scale_of(ax)
+    height = size / 72.0 * ax.figure.dpi
     places = np.empty((0, 2))
     reaches = np.empty(0)
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
@@ -44,5 +46,5 @@ def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], out
     if not reaches.size:
         return
     manual = ax.transData.inverted().transform(places).tolist()
-    for text in ax.clabel(lines, fontsize=_SIZE, fmt=dict(labels), inline_spacing=2, manual=manual):
-        text.set_path_effects([withStroke(linewidth=1.5, foreground="#ffffffb0")])
+    for text in ax.clabel(lines, fontsize=size, fmt=dict(labels), inline_spacing=2, manual=manual):
+        text.set_path_effects([withStroke(linewidth=1.5, foreground=look_of(ax).colours.halo)])

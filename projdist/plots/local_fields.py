@@ -114,15 +114,19 @@ def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
         list(field.discs), facecolors=colours, edgecolors=_INK, linewidths=0.4, zorder=2.0, label="scales"
     )
     ax.add_collection(discs, autolim=False)
-    segments, longest, cut = _segments(field)
+    segments, _, _ = _segments(field)
     lines = LineCollection(
         list(segments), colors=_INK, linewidths=1.2, zorder=2.2, label="stretches", path_effects=[_HALO]
     )
     ax.add_collection(lines, autolim=False)
+    draw_title(ax, title_of(field.surface.domain.projection) if title is None else title, below_local_field(field))
+
+
+def below_local_field(field: LocalField) -> str:
+    """The line below the title: the caps, and what the longest lines are."""
+    segments, longest, cut = _segments(field)
     about = f"Caps of {field.corrections.radius_km:,.6g} km"
-    if len(segments):
-        about += f"; longest lines: stretch {longest:.4g}{' or more' if cut else ''}"
-    draw_title(ax, title_of(field.surface.domain.projection) if title is None else title, about)
+    return f"{about}; longest lines: stretch {longest:.4g}{' or more' if cut else ''}" if len(segments) else about
 
 
 def _segments(field: LocalField) -> tuple[FloatArray, float, bool]:

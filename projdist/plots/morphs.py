@@ -21,7 +21,7 @@ from projdist._typing import AnyArray, FloatArray
 from projdist.matrices import Measure, get_measure
 from projdist.plots.blends import Blend, blend_of, open_edges
 from projdist.plots.colours import ColourScale, colour_scale
-from projdist.plots.figures import check_dpi, check_size
+from projdist.plots.layouts import check_dpi, check_size
 from projdist.plots.pictures import AnyMeasure, draw_colourbar
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, RegionLike, region_for

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
 from projdist.applications.mosaics import Canvas, Mosaic, Picture, Rendered, corners, places, render
-from projdist.plots.basemap import draw_title, fit_titles, title_width
-from projdist.plots.figures import arranged
+from projdist.plots.basemap import draw_title, fit_titles
+from projdist.plots.layouts import arranged
 from projdist.support import check_instance
 
 _FOOT = 0.2  # inches
@@ -45,8 +45,7 @@ def mosaic_figure(
     sides = [_FLAT if panel is None else (_canvas(panel).width, _canvas(panel).height) for panel in panels]
     shapes = np.array(sides, dtype=float)
     words = [_words(found, name) for name in frames]
-    widest = max(title_width(*pair) for pair in words)
-    figure, axes, room = arranged(shapes / shapes.max(axis=1, keepdims=True), size, dpi, foot=_FOOT, title_width=widest)
+    figure, axes, room = arranged(shapes / shapes.max(axis=1, keepdims=True), size, dpi, foot=_FOOT, words=words)
     for ax, panel, (title, below) in zip(axes, panels, words, strict=True):
         ax.set_axis_off()
         if panel is not None:

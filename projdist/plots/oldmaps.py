@@ -17,12 +17,12 @@ from scipy.spatial import ConvexHull
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap
-from projdist.plots.areas import SEA
-from projdist.plots.basemap import GRATICULE, OUTLINE, draw_title
+from projdist.plots.basemap import draw_title
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
-from projdist.plots.figures import check_dpi, check_size
 from projdist.plots.labels import label_isolines
-from projdist.plots.pictures import ELLIPSE_EDGE, ELLIPSE_FACE, draw_colourbar
+from projdist.plots.layouts import check_dpi, check_size
+from projdist.plots.looks import look_of
+from projdist.plots.pictures import draw_colourbar
 from projdist.plots.scans import Scan, read_scan
 from projdist.support import check_instance, check_text, listed_values
 from projdist.surfaces import close_pairs, ellipses
@@ -163,8 +163,8 @@ def _tissot(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     ax.add_collection(
         PolyCollection(
             list(ellipses(shapes, radius, 72)),
-            facecolors=ELLIPSE_FACE,
-            edgecolors=ELLIPSE_EDGE,
+            facecolors=look_of(ax).colours.face,
+            edgecolors=look_of(ax).colours.edge,
             linewidths=0.5,
             zorder=2.0,
             label="indicatrices",
@@ -256,12 +256,12 @@ def _set_view(ax: Axes, sheet: Sheet) -> None:
 def _draw_ground(ax: Axes, sheet: Sheet) -> None:
     """The hull, pale where there is no scan, and folds."""
     if sheet.scan is None:
-        ax.fill(*sheet.hull.T, facecolor=SEA, zorder=0.1)
+        ax.fill(*sheet.hull.T, facecolor=look_of(ax).colours.sea, zorder=0.1)
     _draw_rim(ax, sheet)
 
 
 def _draw_rim(ax: Axes, sheet: Sheet) -> None:
-    ax.plot(*sheet.hull.T, color=OUTLINE, linewidth=0.8, zorder=3.0)
+    ax.plot(*sheet.hull.T, color=look_of(ax).colours.outline, linewidth=0.8, zorder=3.0)
     folds = sheet.mesh.triangles[sheet.folded[sheet.mesh.triangles].any(axis=1)]
     if len(folds):
         places = np.stack([sheet.mesh.x, sheet.mesh.y], axis=-1)[folds]
@@ -278,7 +278,7 @@ def _draw_title(ax: Axes, sheet: Sheet, title: str, below: str) -> None:
 def _draw_grid(ax: Axes, sheet: Sheet, strong: bool = False) -> float:
     """Lines of equal true x and y at round distances; returns the distance in metres."""
     step = _round_down(float(np.ptp(sheet.truth, axis=0).max()) / _LINES)
-    colour = "#00000066" if strong or sheet.scan is not None else GRATICULE
+    colour = "#00000066" if strong or sheet.scan is not None else look_of(ax).colours.graticule
     for values in sheet.truth.T:
         levels = step * np.arange(np.ceil(values.min() / step), np.floor(values.max() / step) + 1.0)
         if levels.size:

@@ -21,6 +21,7 @@ from projdist.plots.areas import CONTEXTS, check_context, draw_ground, draw_surr
 from projdist.plots.basemap import airy_kavrayskiy_line, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.labels import label_isolines
+from projdist.plots.looks import USUAL, LookedFigure, look_of
 from projdist.plots.places import draw_places
 from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
@@ -38,8 +39,6 @@ from projdist.surfaces import (
     surface_of,
     tissot_points,
 )
-
-ELLIPSE_FACE, ELLIPSE_EDGE = "#c2402899", "#7d2414"
 
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
 _TICK, _AIR = 8.0, 0.6  # points, and of them between labels
@@ -97,8 +96,8 @@ def draw_tissot(
     ax.add_collection(
         PolyCollection(
             list(polygons),
-            facecolors=ELLIPSE_FACE,
-            edgecolors=ELLIPSE_EDGE,
+            facecolors=look_of(ax).colours.face,
+            edgecolors=look_of(ax).colours.edge,
             linewidths=_edge_width(ax, polygons),
             zorder=2.0,
             label="indicatrices",
@@ -201,7 +200,13 @@ def draw_heatmap(
         if values_at is not None:
             mapped.set_mask(unknown | jumping(surface, whole, inside, values_at))
         lines = ax.tricontour(
-            mapped, values, levels=inside, colors="#111111", linewidths=0.6, linestyles="solid", zorder=2.0
+            mapped,
+            values,
+            levels=inside,
+            colors=look_of(ax).colours.ink,
+            linewidths=0.6,
+            linestyles="solid",
+            zorder=2.0,
         )
         if clip is not None:
             lines.set_clip_path(clip)
@@ -226,17 +231,33 @@ def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulat
     return Triangulation(x, y, triangles), np.concatenate([values, unwrapped])
 
 
-def draw_colourbar(figure: Any, scale: ColourScale, **place: Any) -> Colorbar:
-    """A horizontal colour bar with the levels as its ticks."""
+def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None, **place: Any) -> Colorbar:
+    """A horizontal colour bar with the levels as its ticks, and the measure's name as its label if none is given."""
+    looked = isinstance(figure, LookedFigure)
+    letters, is_tight = (figure.scale, figure.is_tight) if looked else (1.0, False)
+    colours = figure.look.colours if looked else USUAL.colours
     bar: Colorbar = figure.colorbar(
         ScalarMappable(scale.norm, scale.colours), orientation="horizontal", extend=scale.extend, **place
     )
-    ticks = _ticks(scale, bar.ax.get_window_extent().width / figure.dpi * 72.0 / _TICK)
+    ticks = _ticks(scale, bar.ax.get_window_extent().width / figure.dpi * 72.0 / (letters * _TICK))
     bar.set_ticks(ticks, labels=level_labels(np.array(ticks)))
     bar.minorticks_off()
-    bar.ax.tick_params(labelsize=_TICK, length=3)
-    bar.set_label(scale.label, fontsize=9)
-    bar.outline.set_linewidth(0.5)
+    bar.ax.tick_params(
+        labelsize=letters * _TICK,
+        length=letters * 3.0,
+        pad=letters * (2.0 if is_tight else 3.5),
+        color=colours.text,
+        labelcolor=colours.text,
+    )
+    bar.set_label(
+        scale.label if label is None else label,
+        fontsize=letters * 9.0,
+        labelpad=letters * (1.0 if is_tight else 4.0),
+        color=colours.text,
+    )
+    if looked:
+        figure.fit(bar.ax.xaxis.label)
+    bar.outline.set(linewidth=0.5, edgecolor=colours.outline if looked else "black")
     return bar
 
 

@@ -14,10 +14,10 @@ from projdist.earth import cities
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
 from projdist.plots.areas import draw_surface
+from projdist.plots.looks import look_of
 from projdist.projections import Projection
 from projdist.surfaces import Surface, ground_size, normalised, surface_of_globe
 
-_INK, _HALO = "#222222", "#ffffffd0"
 _TEXT = 6.5  # points
 _LETTER, _LINE = 0.6, 1.25  # of a letter and a line, in the size
 
@@ -154,12 +154,12 @@ def _draw_scale_bar(ax: Axes, surface: Surface, texts: _Texts) -> None:
             0.5 * bar / texts.width,
             3.0 / texts.height,
             transform=ax.transAxes,
-            facecolor=(_INK, "white")[k],
-            edgecolor=_INK,
+            facecolor=(look_of(ax).colours.text, look_of(ax).colours.background)[k],
+            edgecolor=look_of(ax).colours.text,
             linewidth=0.6,
             zorder=6.0,
         )
-        half.set_path_effects([withStroke(linewidth=2.0, foreground=_HALO)])
+        half.set_path_effects([withStroke(linewidth=2.0, foreground=f"{look_of(ax).colours.background}d0")])
         ax.add_patch(half)
     _write(ax, texts, text, 0.5 * (start + stop), bottom + 13.5, "center", "scale bar")
 
@@ -173,10 +173,10 @@ def _write(ax: Axes, texts: _Texts, text: str, x: float, y: float, ha: str, labe
         ha=ha,
         va="center",
         fontsize=_TEXT,
-        color=_INK,
+        color=look_of(ax).colours.text,
         zorder=6.0,
         label=label,
-        path_effects=[withStroke(linewidth=1.6, foreground=_HALO)],
+        path_effects=[withStroke(linewidth=1.6, foreground=f"{look_of(ax).colours.background}d0")],
     )
 
 
@@ -202,7 +202,15 @@ def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
             drawn.append(place)
     if drawn:
         dots = np.array(drawn) / [texts.width, texts.height]
-        ax.plot(*dots.T, "o", transform=ax.transAxes, color=_INK, markersize=2.2, zorder=6.0, label="cities")
+        ax.plot(
+            *dots.T,
+            "o",
+            transform=ax.transAxes,
+            color=look_of(ax).colours.text,
+            markersize=2.2,
+            zorder=6.0,
+            label="cities",
+        )
 
 
 def _in_order(seen: BoolArray, inside: BoolArray) -> IntArray:

@@ -15,7 +15,7 @@ from projdist._typing import FloatArray, IntArray
 from projdist.answers import Profile
 from projdist.matrices import MEASURES
 from projdist.plots.colours import level_labels
-from projdist.plots.figures import check_dpi, check_size
+from projdist.plots.layouts import check_dpi, check_size
 from projdist.support import check_instance, check_text
 
 _WIDTH, _PANEL, _GAP = 8.0, 1.45, 0.16  # inches

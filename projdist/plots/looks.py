@@ -1,0 +1,257 @@
+"""How a picture looks: colours, letters, and what stands about its maps; a figure carries it to all who draw on it."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+import matplotlib
+import matplotlib.style
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.textpath import TextPath
+
+from projdist.plots.themes import THEMES, Theme
+from projdist.plots.titles import shortened
+from projdist.support import check_instance, check_number, check_text, listed, quoted
+
+__all__ = [
+    "USUAL",
+    "Look",
+    "LookedFigure",
+    "is_one_line",
+    "is_tight_of",
+    "look_for",
+    "look_of",
+    "scale_for",
+    "scale_of",
+]
+
+_FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
+_SIZES = (1.0, 72.0)
+_HEADING, _FOOT = 12.0, 7.5
+_MARGINS = 8.0  # points, of a line across a figure
+_LEAST, _FEWEST = 0.75, 12  # of its size, and letters
+_NOT_OF_PICTURES = {
+    "backend",
+    "backend_fallback",
+    "interactive",
+    "toolbar",
+    "timezone",
+    "savefig.directory",
+    "webagg.port",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """How a picture looks.
+
+    Parameters
+    ----------
+    theme : str or Theme, optional
+        "light", "dark" or "print" (black and greys), or colours of one's own; light if not given.
+    font_size : float, optional
+        Points of a colour bar's label, to which all letters are in proportion. If not given 9, and less in figures of
+        a small `size`.
+    style : str or path, optional
+        A name or file of matplotlib's styles: fonts, and, without a theme, its background, text colour and font size.
+    transparent : bool
+        Whether the picture has no background.
+    title : str, optional
+        The title of a map alone, or a heading above several; "" for no titles at all. If not given, maps have names.
+    colourbar : bool
+        Whether there is one.
+
+    Raises
+    ------
+    ValueError
+        For a theme, size or style that there is not.
+
+    References
+    ----------
+    Matplotlib, Customizing Matplotlib with style sheets, https://matplotlib.org/stable/users/explain/customizing.html.
+
+    Examples
+    --------
+    >>> Look(theme="print", font_size=8).colours.background
+    '#ffffff'
+    """
+
+    theme: str | Theme | None = None
+    font_size: float | None = None
+    style: str | os.PathLike[str] | None = None
+    transparent: bool = False
+    title: str | None = None
+    colourbar: bool = True
+
+    def __post_init__(self) -> None:
+        if self.theme is not None and not isinstance(self.theme, Theme) and self.theme not in THEMES:
+            raise ValueError(f"Invalid theme {quoted(self.theme)}. It must be {listed(list(THEMES), 'or')}.")
+        if self.font_size is not None:
+            points = check_number("font size", self.font_size)
+            if not _SIZES[0] <= points <= _SIZES[1]:
+                raise ValueError(f"Invalid font size {quoted(self.font_size)}. It must be 1 to 72 points.")
+        if self.title is not None:
+            check_text("title", self.title)
+        _ = self.rc
+
+    @functools.cached_property
+    def rc(self) -> dict[str, Any]:
+        """What the style states."""
+        return {} if self.style is None else _style(self.style)
+
+    @functools.cached_property
+    def colours(self) -> Theme:
+        """The theme."""
+        if isinstance(self.theme, Theme):
+            return self.theme
+        if self.theme is not None:
+            return THEMES[self.theme]
+        stated = {"background": self.rc.get("figure.facecolor"), "text": self.rc.get("text.color")}
+        stated["quiet"] = stated["outline"] = stated["text"]
+        return replace(THEMES["light"], **{name: colour for name, colour in stated.items() if colour is not None})
+
+    @property
+    def points(self) -> float | None:
+        """The size of letters that is asked for."""
+        size = self.rc.get("font.size") if self.font_size is None else self.font_size
+        return None if size is None else float(size)
+
+    @property
+    def has_titles(self) -> bool:
+        """Whether there is a word above maps."""
+        return self.title != ""
+
+    @contextlib.contextmanager
+    def applied(self) -> Iterator[None]:
+        """Draw in the style."""
+        with rc_context(cast(Any, self.rc)):
+            yield
+
+
+USUAL = Look()
+
+
+class LookedFigure(Figure):
+    """A figure that knows its look and is drawn in it.
+
+    `scale` is the size of its letters relative to the usual one; `is_tight` whether its size was stated, so that all
+    that is not map is kept small, `is_one_line` whether what stands below titles is beside them.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        scale: float,
+        *,
+        figsize: tuple[float, float],
+        dpi: float,
+        is_tight: bool = False,
+        is_one_line: bool = False,
+    ) -> None:
+        super().__init__(figsize=figsize, dpi=dpi, facecolor="none" if look.transparent else look.colours.background)
+        self.look, self.scale, self.is_tight, self.is_one_line = look, scale, is_tight, is_one_line
+        FigureCanvasAgg(self)
+
+    def draw(self, renderer: Any) -> None:
+        """Draw in the style of the look."""
+        with self.look.applied():
+            super().draw(renderer)
+
+    def head(self, text: str) -> None:
+        """Write a heading."""
+        top = 1.0 - self.scale * 0.1 / self.get_figheight()
+        size = self.scale * _HEADING
+        self.fit(self.text(0.5, top, text, ha="center", va="top", fontsize=size, color=self.look.colours.text))
+
+    def foot(self, text: str) -> None:
+        """Write a line at the foot."""
+        bottom, size = self.scale * (0.05 if self.is_tight else 0.08) / self.get_figheight(), self.scale * _FOOT
+        self.fit(self.text(0.5, bottom, text, ha="center", va="bottom", fontsize=size, color=self.look.colours.quiet))
+
+    def fit(self, text: Text) -> None:
+        """Make a line in the middle of the figure as small as it needs to be to have room, and then shorter."""
+        room = 72.0 * self.get_figwidth() - _MARGINS
+        words, size = text.get_text(), float(text.get_fontsize())
+        width = _width(words, size)
+        if width > room:
+            text.set_fontsize(max(size * room / width, _LEAST * size))
+        longest = len(words)
+        while _width(text.get_text(), float(text.get_fontsize())) > room and longest > _FEWEST:
+            longest -= 1
+            text.set_text(shortened(words, longest))
+
+
+def _width(text: str, points: float) -> float:
+    """In points."""
+    return float(TextPath((0.0, 0.0), text, size=points).get_extents().width) if text.strip() else 0.0
+
+
+def look_for(look: Look | str | None) -> Look:
+    """A look, also of a theme's name."""
+    if look is None or isinstance(look, str):
+        return USUAL if look is None else Look(theme=look)
+    check_instance("look", look, Look, "a Look or the name of a theme")
+    return look
+
+
+def look_of(ax: Axes) -> Look:
+    """The look of the figure that axes are in; the usual one of a figure of the caller's."""
+    figure = getattr(ax.figure, "figure", ax.figure)
+    return figure.look if isinstance(figure, LookedFigure) else USUAL
+
+
+def scale_of(ax: Axes) -> float:
+    """The size of letters and lines on axes, relative to the usual one."""
+    figure = getattr(ax.figure, "figure", ax.figure)
+    return figure.scale if isinstance(figure, LookedFigure) else 1.0
+
+
+def is_tight_of(ax: Axes) -> bool:
+    """Whether all that is not map is to be kept small."""
+    figure = getattr(ax.figure, "figure", ax.figure)
+    return isinstance(figure, LookedFigure) and figure.is_tight
+
+
+def is_one_line(ax: Axes) -> bool:
+    """Whether what stands below a title is to be beside it."""
+    figure = getattr(ax.figure, "figure", ax.figure)
+    return isinstance(figure, LookedFigure) and figure.is_one_line
+
+
+def scale_for(look: Look, room: tuple[float, float] | None) -> float:
+    """The size of letters relative to the usual one: as stated, else less where `room`, inches of a panel, is small."""
+    if look.points is not None:
+        return look.points / _FONT
+    if room is None:
+        return 1.0
+    width, height = room
+    return float(np.clip(min(width / 5.5, height / 3.5), 0.72, 1.0))
+
+
+def _style(style: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a style of matplotlib states, by a name or a file."""
+    known = matplotlib.style.library
+    if isinstance(style, str) and style in known:
+        stated = known[style]
+    else:
+        text = f"Invalid style {quoted(style)}."
+        if not isinstance(style, str | os.PathLike) or not Path(style).is_file():
+            raise ValueError(f"{text} It must be a file of a matplotlib style, or one of {', '.join(sorted(known))}.")
+        try:
+            stated = matplotlib.rc_params_from_file(style, use_default_template=False)
+        except (OSError, ValueError) as error:
+            raise ValueError(f"{text} Matplotlib cannot read it: {' '.join(str(error).split())}.") from error
+        if not stated:
+            raise ValueError(f"{text} It states nothing that matplotlib knows: it must have lines as 'font.size: 9'.")
+    return {key: value for key, value in stated.items() if key not in _NOT_OF_PICTURES}

@@ -1,0 +1,174 @@
+"""Looks: themes, letters, titles and bars; no text of a picture is cut or lies on another."""
+
+import itertools
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commands import run, run_ok
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from projdist import plots
+from projdist.plots.themes import THEMES
+
+EUROPE = "box:-10,35,40,70"
+FOUR = ["robin", "moll", "wintri", "eqearth"]
+AK = [0.4193, 0.5455, 0.3859, 0.5148]
+COLUMN = (3.5, 2.2)
+
+FIGURES: dict[str, dict[str, Any]] = {
+    "column": {"projections": "robin", "size": COLUMN, "airy_kavrayskiy": AK[:1]},
+    "column of four": {"projections": FOUR, "size": COLUMN, "airy_kavrayskiy": AK},
+    "column, levels": {"projections": "robin", "size": COLUMN, "measure": "omega", "levels": [5, 8, 10, 12, 15]},
+    "column, region": {"projections": "EPSG:3035", "size": (3.5, 3.0), "region": EUROPE, "measure": "ppm"},
+    "page": {"projections": "robin", "size": (7, 4), "airy_kavrayskiy": AK[:1]},
+    "page of four": {"projections": FOUR, "size": (7, 4), "airy_kavrayskiy": AK},
+    "tissot column": {"projections": FOUR, "kind": "tissot", "size": COLUMN, "airy_kavrayskiy": AK},
+    "heading": {"projections": FOUR, "look": plots.Look(title="Four maps"), "airy_kavrayskiy": AK},
+    "heading, column": {"projections": FOUR[:2], "size": (3.5, 2.0), "look": plots.Look(title="Two maps")},
+    "no titles": {"projections": FOUR[:2], "look": plots.Look(title=""), "airy_kavrayskiy": AK[:2]},
+    "no bar": {"projections": "igh", "measure": "h", "look": plots.Look(colourbar=False, theme="dark")},
+    "large letters": {"projections": FOUR[:2], "look": plots.Look(font_size=14, theme="print")},
+    "small letters": {"projections": "EPSG:25832", "look": plots.Look(font_size=5), "region": EUROPE},
+    "long title": {
+        "projections": "robin",
+        "size": COLUMN,
+        "look": plots.Look(title="A title as long as it can be " * 3),
+    },
+}
+
+
+def texts_of(figure: Figure) -> list[Text]:
+    """What is written beside and above the maps."""
+    figure.canvas.draw()
+    bars = [ax for ax in figure.axes if ax.axison]
+    found = [*figure.texts, *(ax.title for ax in figure.axes), *(ax.xaxis.label for ax in bars)]
+    found += [text for ax in figure.axes for text in ax.texts if text.get_label() == "below the title"]
+    found += [label for ax in bars for label in ax.get_xticklabels()]
+    return [text for text in found if text.get_text().strip() and text.get_visible()]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FIGURES)
+def test_texts_have_room(name: str) -> None:
+    """All texts are inside of the figure, and none touches another or a map."""
+    figure = plots.figure(**FIGURES[name])
+    boxes = [text.get_window_extent() for text in texts_of(figure)]
+    width, height = figure.canvas.get_width_height()
+    assert boxes or FIGURES[name]["look"].title == ""
+    for box in boxes:
+        assert 0.0 <= box.x0 < box.x1 <= width, name
+        assert 0.0 <= box.y0 < box.y1 <= height, name
+    maps = [ax.get_window_extent() for ax in figure.axes]
+    for one, other in [*itertools.combinations(boxes, 2), *itertools.product(boxes, maps)]:
+        across, along = min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0)
+        # The box of a line of text has the room for letters that go below it, though none does.
+        assert across < 1.0 or along < 0.25 * min(one.height, other.height), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("size", "count", "share"), [(COLUMN, 1, 0.85), ((7.0, 4.0), 1, 0.85), ((7.0, 5.0), 4, 0.85)])
+def test_maps_fill_a_column(size: tuple[float, float], count: int, share: float) -> None:
+    """In a figure of a journal's size maps take what titles and bar leave of its width."""
+    figure = plots.figure(FOUR[:count], size=size, airy_kavrayskiy=AK[:count])
+    assert tuple(figure.get_size_inches()) == size
+    maps = figure.axes[:count]
+    assert sum(sorted(ax.get_position().width for ax in maps)[-min(count, 2) :]) > share
+    smallest = min(text.get_fontsize() for text in texts_of(figure))
+    assert smallest >= 5.5  # points, which journals print
+
+
+def luminance(colour: Any) -> float:
+    """Of sRGB, by ITU-R BT.601, as a copier sees it."""
+    red, green, blue = to_rgb(colour)
+    return 0.299 * red + 0.587 * green + 0.114 * blue
+
+
+@pytest.mark.parametrize("name", THEMES)
+def test_letters_are_seen_on_their_ground(name: str) -> None:
+    """Text and background, land and sea, lines and ground differ in lightness."""
+    theme = THEMES[name]
+    assert abs(luminance(theme.text) - luminance(theme.background)) > 0.7
+    assert abs(luminance(theme.quiet) - luminance(theme.background)) > 0.5
+    assert abs(luminance(theme.land) - luminance(theme.sea)) > 0.07
+    assert abs(luminance(theme.outline) - luminance(theme.sea)) > 0.5
+
+
+def test_print_is_grey() -> None:
+    """No colour of the theme for print has a hue, and its maps of colours go one way."""
+    theme = THEMES["print"]
+    for name in ("background", "text", "quiet", "sea", "land", "coast", "graticule", "outline", "face", "edge", "ink"):
+        red, green, blue = to_rgb(getattr(theme, name))
+        assert red == green == blue, name
+    for colours in (theme.rising, theme.diverging):
+        shades = [luminance(colours(x / 20)) for x in range(21)]
+        assert shades == sorted(shades, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"theme": "pink"}, r"Invalid theme 'pink'\. It must be light, dark or print\."),
+        ({"font_size": 0}, r"Invalid font size '0'\. It must be 1 to 72 points\."),
+        ({"style": "nosuch"}, r"Invalid style 'nosuch'\. It must be a file of a matplotlib style, or one of .*ggplot"),
+    ],
+)
+def test_looks_that_are_none(options: dict[str, Any], said: str) -> None:
+    """One line says what is allowed."""
+    with pytest.raises(ValueError, match=said):
+        plots.Look(**options)
+
+
+@pytest.mark.slow
+def test_themes_and_styles(tmp_path: Path) -> None:
+    """A theme has its colours; a style its fonts, background and size; own colours are taken, too."""
+    dark = plots.figure("robin", "tissot", region=EUROPE, look="dark")
+    assert to_rgb(dark.get_facecolor()) == to_rgb(THEMES["dark"].background)
+    own = plots.Look(theme=replace(THEMES["light"], background="#ffeeee"))
+    assert to_rgb(plots.figure("robin", "tissot", region=EUROPE, look=own).get_facecolor()) == to_rgb("#ffeeee")
+    style = tmp_path / "own.mplstyle"
+    style.write_text("font.family: serif\nfont.size: 12\nfigure.facecolor: eeeeff\n")
+    styled = plots.figure("robin", "tissot", region=EUROPE, look=plots.Look(style=style))
+    assert to_rgb(styled.get_facecolor()) == to_rgb("#eeeeff")
+    assert styled.axes[0].title.get_fontfamily() == ["serif"]
+    assert styled.axes[0].title.get_fontsize() == pytest.approx(10.5 * 12 / 9)
+
+
+@pytest.mark.slow
+def test_options_of_the_command(tmp_path: Path) -> None:
+    """The options make a file, the same twice; wrong ones say so in a line, and make none."""
+    words = [
+        "heatmap",
+        "robin",
+        "-r",
+        EUROPE,
+        "--theme",
+        "print",
+        "--title",
+        "Europe",
+        "--font-size",
+        "8",
+        "--no-colourbar",
+    ]
+    files = [tmp_path / "a.png", tmp_path / "b.png"]
+    for file in files:
+        run_ok(*words, "--transparent", "--size", "3,3", "--dpi", "60", "-o", str(file))
+    assert files[0].read_bytes() == files[1].read_bytes()
+    for wrong, said in (
+        (["--theme", "pink"], "Invalid theme 'pink'"),
+        (["--font-size", "big"], "Invalid font size 'big'"),
+        (["--style", "none.mplstyle"], "Invalid style 'none.mplstyle'"),
+        (["--title", "A", "--no-title"], "It cannot stand with --title"),
+    ):
+        result = run("tissot", "robin", *wrong, "-o", str(tmp_path / "c.png"))
+        assert result.exit_code == 2
+        assert re.fullmatch(rf"projdist: [^\n]*{re.escape(said)}[^\n]*\n", result.stderr)
+    assert not (tmp_path / "c.png").exists()
+    layer = run("tissot", "robin", "--theme", "dark", "-o", str(tmp_path / "c.gpkg"))
+    assert "--theme" in layer.stderr
+    alone = run("correct", "robin", "--theme", "dark")
+    assert "Invalid option '--theme'. It needs a picture to draw to: -o FILE." in alone.stderr
