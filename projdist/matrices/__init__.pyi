@@ -1,4 +1,5 @@
 from . import spd
+from .affine import Affine
 from .decomposition import Decomposition, decompose
 from .energies import EXPONENT, Energy, Expansion
 from .mean_transformation import MDT, check_weights, field_mdt, mdt
@@ -28,6 +29,7 @@ __all__ = [
     "MDT",
     "MEASURES",
     "ROTATIONS",
+    "Affine",
     "Decomposition",
     "Energy",
     "Expansion",

@@ -56,10 +56,10 @@ def test_a_map_is_found(seed, n):
     (y, z), B = made(rng, n, 2)
     truth = B[1] @ np.linalg.inv(B[0])
     for method in ("symmetric", "least_squares"):
-        A, shift, correlations = affine_fit(y, z, method=method)
-        np.testing.assert_allclose(A, truth, atol=EXACT * np.linalg.cond(truth))
-        np.testing.assert_allclose(y @ A.T + shift, z, atol=EXACT * np.abs(z).max())
-        np.testing.assert_allclose(correlations, 1.0, rtol=1e-12)
+        fit = affine_fit(y, z, method=method)
+        np.testing.assert_allclose(fit.matrix, truth, atol=EXACT * np.linalg.cond(truth))
+        np.testing.assert_allclose(y @ fit.matrix.T + fit.shift, z, atol=EXACT * np.abs(z).max())
+        np.testing.assert_allclose(fit.correlations, 1.0, rtol=1e-12)
 
 
 @CASES
@@ -68,8 +68,8 @@ def test_the_symmetric_fit_is_symmetric(seed, n):
     rng = np.random.default_rng(seed)
     (y, z), _ = made(rng, n, 2, noise=0.3)
     there, back = affine_fit(y, z), affine_fit(z, y)
-    np.testing.assert_allclose(there.A @ back.A, np.eye(n), atol=EXACT)
-    np.testing.assert_allclose(np.cov(y @ there.A.T, rowvar=False), np.cov(z, rowvar=False), rtol=1e-8, atol=EXACT)
+    np.testing.assert_allclose(there.matrix @ back.matrix, np.eye(n), atol=EXACT)
+    np.testing.assert_allclose(np.cov(y @ there.matrix.T, rowvar=False), np.cov(z, rowvar=False), rtol=1e-8, atol=EXACT)
 
 
 def test_one_dimension():
@@ -77,9 +77,9 @@ def test_one_dimension():
     rng = np.random.default_rng(2)
     y = rng.normal(size=(50, 1))
     z = -3 * y + rng.normal(size=y.shape)
-    assert affine_fit(y, z).A[0, 0] == pytest.approx(-z.std() / y.std(), rel=1e-12)
+    assert affine_fit(y, z).matrix[0, 0] == pytest.approx(-z.std() / y.std(), rel=1e-12)
     r = np.corrcoef(y.ravel(), z.ravel())[0, 1]
-    assert affine_fit(y, z, method="least_squares").A[0, 0] == pytest.approx(r * z.std() / y.std(), rel=1e-12)
+    assert affine_fit(y, z, method="least_squares").matrix[0, 0] == pytest.approx(r * z.std() / y.std(), rel=1e-12)
 
 
 @CASES
@@ -89,8 +89,8 @@ def test_least_squares_is_least_squares(seed, n):
     (y, z), _ = made(rng, n, 2, noise=0.3)
     there, back = (affine_fit(*pair, method="least_squares") for pair in ((y, z), (z, y)))
     solved = np.linalg.lstsq(np.c_[y, np.ones(len(y))], z, rcond=None)[0]
-    np.testing.assert_allclose(np.vstack([there.A.T, there.shift]), solved, rtol=1e-8, atol=1e-8)
-    determinant = np.linalg.det(there.A @ back.A)
+    np.testing.assert_allclose(np.vstack([there.matrix.T, there.shift]), solved, rtol=1e-8, atol=1e-8)
+    determinant = np.linalg.det(there.matrix @ back.matrix)
     assert determinant == pytest.approx(np.prod(there.correlations) ** 2, rel=1e-8)
     assert determinant < 1
 
@@ -107,7 +107,7 @@ def test_noise_shrinks_least_squares_only():
         for _ in range(100):
             z = rng.normal(size=(200, n))
             y, x = z + sigma * rng.normal(size=(2, *z.shape))
-            logs.append(np.linalg.slogdet(affine_fit(y, x, method=method).A)[1] / n)
+            logs.append(np.linalg.slogdet(affine_fit(y, x, method=method).matrix)[1] / n)
         found[method] = np.mean(logs), np.std(logs) / 10
     for method, truth in {"symmetric": 0.0, "least_squares": -np.log(1 + sigma**2)}.items():
         mean, error = found[method]
@@ -119,9 +119,9 @@ def test_far_from_the_origin():
     rng = np.random.default_rng(1)
     y = 10 * rng.normal(size=(40, 3)) + [5e5, 5e6, 300]
     B, s = np.eye(3) + 0.1 * rng.normal(size=(3, 3)), rng.normal(size=3)
-    A, shift, _ = affine_fit(y, y @ B.T + s)
-    np.testing.assert_allclose(A, B, atol=1e-8)
-    np.testing.assert_allclose(y @ A.T + shift, y @ B.T + s, atol=1e-7)
+    fit = affine_fit(y, y @ B.T + s)
+    np.testing.assert_allclose(fit.matrix, B, atol=1e-8)
+    np.testing.assert_allclose(y @ fit.matrix.T + fit.shift, y @ B.T + s, atol=1e-7)
 
 
 # ---- several clouds -------------------------------------------------------------------------
@@ -219,7 +219,9 @@ def test_known_means(seed, n):
 def test_two_clouds_are_a_pair(seed, n):
     """Of two clouds the fit is the symmetric fit of one onto the other."""
     clouds, _ = made(np.random.default_rng(seed), n, 2, noise=0.3)
-    np.testing.assert_allclose(register(clouds, frame="first").matrices[1], affine_fit(*clouds[::-1]).A, atol=EXACT)
+    np.testing.assert_allclose(
+        register(clouds, frame="first").matrices[1], affine_fit(*clouds[::-1]).matrix, atol=EXACT
+    )
 
 
 @pytest.mark.slow
@@ -235,7 +237,7 @@ def test_self_consistent(seed, n):
     places = moved(clouds, group.A, group.shift)
     shared = seen.sum(axis=0) > 1
     mean = np.nanmean(places[:, shared], axis=0)
-    fits = [affine_fit(y[shared][t[shared]], mean[t[shared]]).A for y, t in zip(clouds, seen, strict=True)]
+    fits = [affine_fit(y[shared][t[shared]], mean[t[shared]]).matrix for y, t in zip(clouds, seen, strict=True)]
     # The mean of noisy points is narrower than they are: all fits onto it shrink by one map.
     shrunk = np.array([fit @ np.linalg.inv(A) for fit, A in zip(fits, group.A, strict=True)])
     np.testing.assert_allclose(shrunk, np.broadcast_to(shrunk[0], shrunk.shape), atol=1e-9)

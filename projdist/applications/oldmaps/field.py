@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.applications.oldmaps.fits import Affine, Fit, affine_fit, fit, helmert_fit
+from projdist.applications.oldmaps.fits import Fit, affine_fit, fit, helmert_fit
 from projdist.applications.oldmaps.points import ControlPoints
-from projdist.matrices import Decomposition, Measure, areal_scale, decompose, field_mdt, field_rotation, fisher
+from projdist.matrices import Affine, Decomposition, Measure, areal_scale, decompose, field_mdt, field_rotation, fisher
 from projdist.numerics import quantile
 from projdist.support import Answer, check_instance, check_number, plain
 

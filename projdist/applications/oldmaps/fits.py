@@ -15,30 +15,14 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.applications.oldmaps.points import ControlPoints
+from projdist.matrices import Affine
 from projdist.support import check_choice, check_number
 
-__all__ = ["MODELS", "Affine", "Fit", "affine_fit", "fit", "helmert_fit"]
+__all__ = ["MODELS", "Fit", "affine_fit", "fit", "helmert_fit"]
 
 _CHUNK = 1 << 20  # doubles of the terms at some places at a time
 _SMALLEST = 1e-13  # of the largest eigenvalue of a spline: smaller ones are rounding
 _SMOOTHINGS = 121  # tried at a time, from interpolation to the affine map, and again between the neighbours of the best
-
-
-@dataclass(frozen=True, eq=False)
-class Affine:
-    """The map p -> matrix p + shift of points (..., 2)."""
-
-    matrix: FloatArray
-    shift: FloatArray
-
-    def __call__(self, points: FloatArray) -> FloatArray:
-        """The images of points."""
-        return np.asarray(points @ self.matrix.T + self.shift)
-
-    def inverse(self) -> Affine:
-        """The map back."""
-        back = np.asarray(np.linalg.inv(self.matrix), dtype=float)
-        return Affine(back, -back @ self.shift)
 
 
 def affine_fit(points: ControlPoints) -> Affine:

@@ -10,12 +10,14 @@ the mapped points is that of their targets, and nothing shrinks. In one dimensio
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
+from projdist.matrices import Affine
 from projdist.support import listed
 
 __all__ = ["FITS", "AffineFit", "Whitened", "affine_fit", "check_fit", "fit_whitened", "rank", "whitened"]
@@ -24,11 +26,10 @@ _FLAT = 1e-12  # of the greatest extent: an extent below it is rounding
 _ROUNDING = 8.0 * float(np.finfo(float).eps)  # of the coordinates themselves, which may lie far from their origin
 
 
-class AffineFit(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class AffineFit(Affine):
     """The map z = A y + shift, and the n canonical correlations, greatest first; 1 where the sets agree exactly."""
 
-    A: FloatArray
-    shift: FloatArray
     correlations: FloatArray
 
 
@@ -59,7 +60,7 @@ def affine_fit(source: ArrayLike, target: ArrayLike, *, method: str = "symmetric
     the target; it shrinks. Raises ValueError for points that are not finite, and for sets that are too
     few or lie in a plane of fewer dimensions.
 
-    >>> affine_fit([[0, 0], [1, 0], [0, 1]], [[5, 5], [7, 5], [5, 6]]).A.round(12) + 0.0
+    >>> affine_fit([[0, 0], [1, 0], [0, 1]], [[5, 5], [7, 5], [5, 6]]).matrix.round(12) + 0.0
     array([[2., 0.],
            [0., 1.]])
     """

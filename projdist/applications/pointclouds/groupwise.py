@@ -96,8 +96,7 @@ def onto_first(points: FloatArray, seen: BoolArray) -> Group:
     for cloud, there in zip(points, seen, strict=True):
         both = there & seen[0]
         fits.append(fit_whitened(whitened(cloud[both]), whitened(points[0][both]), "least_squares"))
-    A, shift, correlations = (np.stack(part) for part in zip(*fits, strict=True))
-    return Group(A, shift, correlations, True)
+    return _grouped(fits, True)
 
 
 def consensus(points: FloatArray, seen: BoolArray) -> Group:
@@ -115,8 +114,14 @@ def consensus(points: FloatArray, seen: BoolArray) -> Group:
         if change < _SETTLED:
             break
         mean = _round(mean + clouds.prolonged(move))
-    A, shift, correlations = (np.stack(part) for part in zip(*clouds.fits(mean), strict=True))
-    return Group(A, shift, correlations, change < _SETTLED_ENOUGH)
+    return _grouped(clouds.fits(mean), change < _SETTLED_ENOUGH)
+
+
+def _grouped(fits: list[AffineFit], settled: bool) -> Group:
+    A, shift, correlations = map(
+        np.stack, zip(*((one.matrix, one.shift, one.correlations) for one in fits), strict=True)
+    )
+    return Group(A, shift, correlations, settled)
 
 
 class _Clouds:
@@ -156,7 +161,7 @@ class _Clouds:
         """The whitened mean of the clouds laid onto a mean, turned onto that: nothing else tells their axes."""
         total = np.zeros_like(mean)
         for row, cloud, fit in zip(self.rows, self.points, self.fits(mean), strict=True):
-            total[row] += cloud @ fit.A.T + fit.shift
+            total[row] += fit(cloud)
         image = _round(total / self.root_counts**2)
         U, _, V = np.linalg.svd(image.T @ mean)
         return image @ U @ V

@@ -93,7 +93,7 @@ def _laid(cloud: FloatArray, start: FloatArray, template: FloatArray) -> tuple[I
         if min(rank(cloud[partners[pairs]]), rank(template[pairs])) < cloud.shape[1]:
             return np.full(len(template), -1), np.inf
         fit = fit_whitened(whitened(cloud[partners[pairs]]), whitened(template[pairs]), "symmetric")
-        moved = cloud @ fit.A.T + fit.shift
+        moved = fit(cloud)
     return partners, float(np.median(_nearest(moved, template)[1]))
 
 
