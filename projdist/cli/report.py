@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ class Column:
     title: str = ""
     show: Callable[..., str] = str
     error: str = ""
+    _: KW_ONLY
     unit: str = ""
     of: Callable[[Row], str] | None = None
     left: bool | None = None

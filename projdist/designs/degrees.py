@@ -24,7 +24,7 @@ _PAYS = 0.01  # of the figure, that a degree gains
 _IDLE = 3  # degrees that do not pay: of two islands only the fifth may gain, and a lot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Stage:
     """A map of a degree: its figure at the nodes, the share that the surroundings had, and how it was wished for."""
 
@@ -71,7 +71,8 @@ def stage_of(site: Site, kind: Kind, wish: Wish, degree: int, shares: Sequence[f
         if not site.around.any() or _is_whole(around):
             break
     inside = site.in_region
-    return Stage(degree, wish.figure(J[inside], site.weight[inside]), share, wish, plane_map, around)
+    value = wish.figure(J[inside], site.weight[inside])
+    return Stage(degree=degree, value=value, share=share, wish=wish, plane_map=plane_map, around=around)
 
 
 def _fitted(site: Site, kind: Kind, wish: Wish, degree: int, share: float) -> tuple[PlaneMap, Wish]:

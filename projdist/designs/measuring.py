@@ -16,7 +16,7 @@ __all__ = ["Measured", "measured"]
 _TOLERANCE = 1e-8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Measured:
     """The figure that was wished for, with its error, the Airy-Kavrayskiy error, and the extreme scales."""
 
@@ -44,7 +44,14 @@ def measured(projection: Projection, region: Place, wish: Wish, *, scaled: bool 
     else:
         estimate = field.figure(wish.figure)
         value, error = estimate.value, estimate.error
-    return Measured(value, error, found.raw, smallest, largest, field.coverage)
+    return Measured(
+        value=value,
+        error=error,
+        airy_kavrayskiy=found.raw,
+        smallest=smallest,
+        largest=largest,
+        coverage=field.coverage,
+    )
 
 
 def _largest(wish: Wish, a: float, b: float, scaled: bool) -> float:

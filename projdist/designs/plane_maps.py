@@ -6,7 +6,7 @@ coordinates. Where its range is not widened it refuses what is 500 km away.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -123,6 +123,7 @@ class Shears:
     size: float
     angles: FloatArray
     coefficients: FloatArray
+    _: KW_ONLY
     similarity: complex = 1.0
     shift: complex = 0.0
 

@@ -19,7 +19,7 @@ _SAME = 1e-3  # metres
 _TORN = 1e-9  # of the region's area: nodes at which the base is not smooth, or turns over
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Site:
     """Nodes with what the base makes of them.
 
@@ -84,7 +84,8 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
             f"Invalid base '{base.label}'. It tears, turns over or does not show {100.0 * lost:.2g} % of the region."
         )
     beside = np.where(smooth, beside, 0.0)
-    site = Site(base, both.lon, both.lat, both.weight, beside / max(beside.sum(), 1e-300), x, y, J)
+    share = beside / max(beside.sum(), 1e-300)
+    site = Site(base=base, lon=both.lon, lat=both.lat, weight=both.weight, around=share, x=x, y=y, J=J)
     kept = smooth & ((beside > 0.0) | (np.arange(smooth.size) < nodes.lon.size))
     return replace(
         site,

@@ -58,7 +58,7 @@ class Goal(Protocol):
         """What an error of each integrand's mean counts, in tolerances."""
 
 
-@dataclass
+@dataclass(kw_only=True)
 class _Panels:
     """What is known of each panel; the first axis is that of the panels."""
 
@@ -81,7 +81,8 @@ class _Panels:
 
     @staticmethod
     def joined(parts: Sequence[_Panels]) -> _Panels:
-        return _Panels(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(_Panels)))
+        names = [field.name for field in fields(_Panels)]
+        return _Panels(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 class Mesh:

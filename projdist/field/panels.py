@@ -24,7 +24,7 @@ _BLURRED, _HARMLESS = 0.05, 0.01  # of J's largest coefficient but the constant;
 _SLOPE = 1.0  # their slopes reach 45 at the ends, but most of it integrates to nothing
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Pieces:
     """Smooth pieces of panels: the whole of a panel, or what lies on one side of a cut.
 
@@ -47,12 +47,13 @@ class Pieces:
 
     def take(self, keep: BoolArray) -> Pieces:
         """The pieces of a mask."""
-        return Pieces(*(getattr(self, field.name)[keep] for field in fields(self)))
+        return Pieces(**{field.name: getattr(self, field.name)[keep] for field in fields(self)})
 
     @staticmethod
     def joined(parts: Sequence[Pieces]) -> Pieces:
         """Several batches as one."""
-        return Pieces(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Pieces)))
+        names = [field.name for field in fields(Pieces)]
+        return Pieces(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 Partial = FloatArray | float
@@ -102,11 +103,23 @@ def sample_pieces(
     scale = np.sqrt(np.abs(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]).mean(axis=(1, 2)))[:, None]
     seen = (left > _ROUNDING * size[:, None]) & (scale > 0)
     doubt = np.log1p(np.divide(_SLOPE * decay**0.75 * left, metres * scale, out=np.zeros_like(left), where=seen))
-    unresolved = left.max(axis=-1) / projection.ellipsoid.a
     sides = np.empty((*u.shape, 2, 2))
     sides[..., 0, 0], sides[..., 0, 1], sides[..., 1, 0], sides[..., 1, 1] = east_r, east_s, north_r, north_s
-    weight = density * rule
-    pieces = Pieces(panel, patch, u, v, points.lon, points.lat, J, sides, density, weight, share, unresolved, doubt)
+    pieces = Pieces(
+        panel=panel,
+        patch=patch,
+        u=u,
+        v=v,
+        lon=points.lon,
+        lat=points.lat,
+        jacobian=J,
+        sides=sides,
+        density=density,
+        weight=density * rule,
+        share=share,
+        unresolved=left.max(axis=-1) / projection.ellipsoid.a,
+        doubt=doubt,
+    )
     return pieces, x, y
 
 

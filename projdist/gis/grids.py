@@ -38,7 +38,7 @@ class Coordinates(Protocol):
         """Greenwich degrees of coordinates; NaN where the map is not."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Pixels:
     """Rows from north to south of pixels `width` by `height` units from the corner at `left`, `top`."""
 
@@ -79,12 +79,17 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
         south, north = _outward(y0, y1, resolution)
         _check_number((east - west) * (north - south) * bands, f"resolution '{resolution:g}'")
         return Pixels(
-            west * resolution, north * resolution, resolution, resolution, int(north - south), int(east - west)
+            left=west * resolution,
+            top=north * resolution,
+            width=resolution,
+            height=resolution,
+            rows=int(north - south),
+            columns=int(east - west),
         )
     if isinstance(size, tuple):
         columns, rows = size
         _check_number(columns * rows * bands, f"size '{columns},{rows}'")
-        return Pixels(x0, y1, width / columns, height / rows, rows, columns)
+        return Pixels(left=x0, top=y1, width=width / columns, height=height / rows, rows=rows, columns=columns)
     longer = DEFAULT_SIZE if size is None else size
     if longer < 1:
         raise ValueError(f"Invalid size '{longer}'. It must be a positive number of pixels.")
@@ -92,7 +97,7 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
     columns, rows = (max(1, int(np.ceil(length / side - _WHOLE))) for length in (width, height))
     _check_number(columns * rows * bands, f"size '{longer}'")
     left, top = 0.5 * (x0 + x1 - columns * side), 0.5 * (y0 + y1 + rows * side)
-    return Pixels(left, top, side, side, rows, columns)
+    return Pixels(left=left, top=top, width=side, height=side, rows=rows, columns=columns)
 
 
 def _outward(low: float, high: float, step: float) -> tuple[float, float]:

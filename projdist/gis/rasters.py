@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +99,7 @@ def _named(measure: str | Measure) -> Measure:
     found = get_measure(measure)
     if not isinstance(measure, str) or measure == found.name:
         return found
-    return Measure(measure, found.function, found.symbol, found.unit, found.kind, found.needs_hessian)
+    return replace(found, name=measure)
 
 
 def _values(

@@ -9,7 +9,7 @@ symbols (h, k, s, a, b, omega, theta), `scale@AZIMUTH`, and any callable of J.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -259,6 +259,7 @@ class Measure:
     function: Callable[..., FloatArray]
     symbol: str = ""
     unit: str = ""
+    _: KW_ONLY
     kind: Literal["ratio", "signed", "magnitude"] = "magnitude"
     needs_hessian: bool = False
 

@@ -121,7 +121,7 @@ def graticule_of(projection: Projection) -> Graticule:
     return Graticule(CRS.from_user_input(f"+proj=longlat +a={ellipsoid.a!r} +b={b!r} +type=crs").to_wkt(), None)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Source:
     """The coordinates u, v that data have, in the order of GIS programs, and the datum of a map that they go to.
 
@@ -195,12 +195,12 @@ def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source
     unit = source.axis_info[0].unit_conversion_factor if source.axis_info else 1.0
     of_angles = source.is_geographic or source.type_name == "Geodetic CRS"
     return Source(
-        source.name,
-        has_plain_axes(source) and units_per_degree(source) == 1.0,
-        transformer,
-        greenwich_offset(target),
-        units_per_degree(target),
-        np.inf if of_angles else _BACK * projection.ellipsoid.a / unit,
+        name=source.name,
+        has_degrees=has_plain_axes(source) and units_per_degree(source) == 1.0,
+        transformer=transformer,
+        greenwich=greenwich_offset(target),
+        per_degree=units_per_degree(target),
+        tolerance=np.inf if of_angles else _BACK * projection.ellipsoid.a / unit,
     )
 
 

@@ -197,7 +197,8 @@ def test_the_degree_is_the_first_after_which_none_pays() -> None:
     around, kind = (1.0, 1.0, 0.0), get_kind("conformal")
     plane_map = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0]))
     wish = wish_of(kind, "airy_kavrayskiy", 0.5, None)
-    tried = [Stage(degree, value, 0.0, wish, plane_map, around) for degree, value in enumerate(values, 8)]
+    same = {"share": 0.0, "wish": wish, "plane_map": plane_map, "around": around}
+    tried = [Stage(degree=degree, value=value, **same) for degree, value in enumerate(values, 8)]
     assert best_of(tried).degree == 9
 
 

@@ -188,7 +188,13 @@ def test_places_in_bent_pieces():
     r, s = np.broadcast_arrays(NODES[:, None], NODES)
     u, v = r + 0.2 * r * s, s + 0.1 * r**2
     piece = Polynomials(
-        np.zeros(1, int), u[None], v[None], np.zeros((1, 4, *u.shape)), np.zeros((1, 4)), np.ones(1, bool), np.ones(1)
+        patch=np.zeros(1, int),
+        u=u[None],
+        v=v[None],
+        field=np.zeros((1, 4, *u.shape)),
+        error=np.zeros((1, 4)),
+        clipped=np.ones(1, bool),
+        size=np.ones(1),
     )
     assert not piece.straight.any()
     r, s = np.array([[-0.9, 0.0, 0.3, 1.0, 1.2]]), np.array([[0.7, 0.0, -1.0, 1.0, 0.1]])

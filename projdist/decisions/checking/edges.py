@@ -36,9 +36,10 @@ _HALVINGS = 24
 _TEAR = 1e3  # an edge that is not smooth, and longer than that on the map than on the ground, is torn
 _AT_A_POLE = 1e-9  # degrees; there is no north
 _AT_ONCE = 50_000  # edges; 100 MB
+_SUMS = ("map_length", "length", "map_area", "area", "bearing_square")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Measured:
     """Figures of chains of edges on the map and on the ground, each of shape (n,), in metres and m^2.
 
@@ -61,7 +62,8 @@ def measure_chains(projection: Projection, place: Place, edges: FloatArray, chai
     """The figures of chains 0, 1, ... of edges (m, 4), u, v of begin and end; `chain` (m,) ascends."""
     count = int(chain[-1]) + 1 if len(chain) else 0
     never = np.zeros(count, dtype=bool)
-    result = Measured(never, never.copy(), *(np.zeros(count) for _ in range(6)))
+    figures: dict[str, FloatArray] = {name: np.zeros(count) for name in (*_SUMS, "bearing_most")}
+    result = Measured(outside=never, torn=never.copy(), **figures)
     if not count:
         return result
     lon, lat = place(edges[:, 0], edges[:, 1])
@@ -91,7 +93,7 @@ def _measure_block(result: Measured, frame: _Frame, edges: FloatArray, chain: In
 
 def _add(result: Measured, curves: _Curves, chain: IntArray, chosen: BoolArray) -> None:
     owner = chain[chosen]
-    for name in ("map_length", "length", "map_area", "area", "bearing_square"):
+    for name in _SUMS:
         values = getattr(curves, name)[chosen]
         getattr(result, name)[:] += np.bincount(owner, weights=values, minlength=len(result.length))
     np.maximum.at(result.bearing_most, owner, curves.bearing_most[chosen])

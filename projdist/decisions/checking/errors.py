@@ -37,7 +37,7 @@ _NAMES = ("name", "name_en", "title", "label", "id", "code", "geoid", "iso_a3", 
 # ---- answers --------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Totals:
     """Figures of all features that could be measured; errors are map / ground - 1, bearings in degrees.
 
@@ -327,20 +327,24 @@ def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
         _sum(features[name]) for name in ("area_km2", "map_area_km2", "length_km", "map_length_km")
     )
     square = float(np.nansum(features["bearing_error"] ** 2 * features["length_km"]))
+    worst_area, rms_area = _worst_and_rms(features["area_error"])
+    worst_length, rms_length = _worst_and_rms(features["length_error"])
     return Totals(
-        int(np.isfinite(features["length_km"]).sum()),
-        int(undrawn.sum()),
-        area,
-        map_area,
-        float(_error(map_area, area)),
-        *_worst_and_rms(features["area_error"]),
-        length,
-        map_length,
-        float(_error(map_length, length)),
-        *_worst_and_rms(features["length_error"]),
-        float(np.sqrt(_ratio(square, length))),
-        _worst_and_rms(features["bearing_error"])[0],
-        _worst_and_rms(features["largest_bearing_error"])[0],
+        measured=int(np.isfinite(features["length_km"]).sum()),
+        undrawn=int(undrawn.sum()),
+        area_km2=area,
+        map_area_km2=map_area,
+        area_error=float(_error(map_area, area)),
+        worst_area_error=worst_area,
+        rms_area_error=rms_area,
+        length_km=length,
+        map_length_km=map_length,
+        length_error=float(_error(map_length, length)),
+        worst_length_error=worst_length,
+        rms_length_error=rms_length,
+        bearing_error=float(np.sqrt(_ratio(square, length))),
+        worst_bearing_error=_worst_and_rms(features["bearing_error"])[0],
+        largest_bearing_error=_worst_and_rms(features["largest_bearing_error"])[0],
     )
 
 

@@ -170,7 +170,7 @@ def _check_limit(limit: int | None) -> int | None:
     return limit
 
 
-@dataclass
+@dataclass(kw_only=True)
 class _Map:
     """The CRSs of one map, the one to name first, and what is known of it."""
 
@@ -270,7 +270,7 @@ class _Search:
             members = by_usage(group, self.pool.records, usages)
             standing = self.pool.standing(members, usages)
             weight = 1.0 if self.area == "intersects" else standing.weight(HOLDS)
-            maps.append(_Map(members, standing, weight, self._level(members[0])))
+            maps.append(_Map(members=members, standing=standing, weight=weight, level=self._level(members[0])))
         return maps
 
     def _level(self, one: Finding) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -122,7 +122,7 @@ def _by_newton(pieces: Polynomials, u: FloatArray, v: FloatArray) -> tuple[Float
     """The same on pieces (n,) whose sides are curves; places beyond them stay beyond."""
     chart = np.stack([pieces.u, pieces.v], axis=1)
     coordinates = np.concatenate([chart, DIFFERENTIATE @ chart, chart @ DIFFERENTIATE.T], axis=1)
-    bent = Polynomials(pieces.patch, pieces.u, pieces.v, coordinates, pieces.error, pieces.clipped, pieces.size)
+    bent = replace(pieces, field=coordinates)
     r, s = np.zeros(u.shape), np.zeros(u.shape)
     everyone = np.arange(len(u))
     for _ in range(_NEWTON):

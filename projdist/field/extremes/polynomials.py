@@ -21,7 +21,7 @@ _LEFT_OUT = 4.0
 _HALVES = 0.5 * NODES - 0.5, 0.5 * NODES + 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Polynomials:
     """Polynomials through the nodes of n pieces: chart coordinates, and the k entries of J, or of J and H."""
 
@@ -38,12 +38,12 @@ class Polynomials:
 
     def take(self, index: IntArray) -> Polynomials:
         """Some of them."""
-        return Polynomials(*(getattr(self, field.name)[index] for field in fields(self)))
+        return Polynomials(**{field.name: getattr(self, field.name)[index] for field in fields(self)})
 
     def joined(self, other: Polynomials) -> Polynomials:
         """These, then others."""
-        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
-        return Polynomials(*(np.concatenate(pair) for pair in pairs))
+        names = [field.name for field in fields(self)]
+        return Polynomials(**{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names})
 
     @property
     def straight(self) -> BoolArray:
@@ -124,7 +124,15 @@ def _polynomials(
         error[:, :4] += (_SLOPE * doubt * scale)[:, None]
         if field.shape[1] > 4:
             error[:, 4:] += (_BENT * doubt * np.abs(field[:, 4:]).max(axis=(1, 2, 3)))[:, None]
-    return Polynomials(patch, u, v, field, np.nan_to_num(error, nan=np.inf), clipped, np.sqrt(density.max(axis=(1, 2))))
+    return Polynomials(
+        patch=patch,
+        u=u,
+        v=v,
+        field=field,
+        error=np.nan_to_num(error, nan=np.inf),
+        clipped=clipped,
+        size=np.sqrt(density.max(axis=(1, 2))),
+    )
 
 
 def basis(t: FloatArray) -> FloatArray:
