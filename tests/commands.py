@@ -22,6 +22,12 @@ def run(*words: str, stdin: str | bytes = "") -> Result:
     return result
 
 
+def told(*words: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error."""
+    result = run(*words)
+    return result.exit_code, result.stdout, result.stderr
+
+
 def run_ok(*words: str, stdin: str | bytes = "") -> str:
     result = run(*words, stdin=stdin)
     assert (result.exit_code, result.stderr) == (0, "")
@@ -40,6 +46,11 @@ def refused(*words: str, stdin: str = "") -> str:
     assert (result.exit_code, result.stdout) == (2, "")
     assert re.fullmatch(r"projdist: [^\n]+\n", result.stderr)
     return result.stderr
+
+
+def refusal(*words: str) -> str:
+    """What is refused, and why, without the name of the program."""
+    return refused(*words).removeprefix("projdist: ").rstrip("\n")
 
 
 def parse_markdown(text: str) -> list[dict[str, str]]:

@@ -14,6 +14,7 @@ from projdist.cli.cells import area_text, certain, per_cent, rounded
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import JSON, TABLE
 from projdist.cli.options import (
+    DatumOption,
     DpiOption,
     OutputOption,
     OverwriteOption,
@@ -70,9 +71,7 @@ def design_command(
     ] = "auto",
     symmetric: Annotated[str, typer.Option(metavar="|".join(SYMMETRIES), help="About what.")] = "none",
     north: Annotated[str | None, typer.Option(metavar="LON,LAT", help="Where north is up, else in the middle.")] = None,
-    datum: Annotated[
-        str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
-    ] = None,
+    datum: DatumOption = None,
     against: Annotated[
         list[str] | None,
         typer.Option(metavar="PROJECTION", help="Maps to compare with, else the best existing CRS. May be repeated."),

@@ -13,6 +13,7 @@ from projdist.cli.cells import area_text, certain
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import JSON, TABLE
 from projdist.cli.options import (
+    DatumOption,
     DpiOption,
     OutputOption,
     OverwriteOption,
@@ -44,9 +45,7 @@ def mean_map_command(
         str | None,
         typer.Option(metavar="NUMBER", help="Of the polynomials; 8 if not given, of maps of the world 9, at most 12."),
     ] = None,
-    datum: Annotated[
-        str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
-    ] = None,
+    datum: DatumOption = None,
     name: Annotated[str | None, typer.Option(metavar="TEXT", help="Of the map.")] = None,
     format: Annotated[str | None, file_format(_FORMS, ".json, .wkt or .txt")] = None,
     output: OutputOption = None,

@@ -57,6 +57,9 @@ FileFormatOption = Annotated[str | None, file_format(FORMATS, ".json, .csv, .md 
 OutputOption = Annotated[
     str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
 ]
+DatumOption = Annotated[
+    str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
+]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")]
 MeasuresOption = Annotated[
     list[str] | None,

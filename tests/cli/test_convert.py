@@ -4,32 +4,14 @@ from pathlib import Path
 
 import pytest
 import shapely
-from typer.testing import CliRunner
+from commands import refusal as refused
+from commands import run_ok
+from commands import told as run
 
 from projdist import gis
 from projdist.cli import convert
-from projdist.cli.app import app
 
 geopandas = pytest.importorskip("geopandas")
-
-
-def run(*words: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error."""
-    result = CliRunner().invoke(app, list(words))
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
-
-
-def run_ok(*words: str) -> str:
-    code, out, err = run(*words)
-    assert (code, err) == (0, "")
-    return out
-
-
-def refused(*words: str) -> str:
-    code, out, err = run(*words)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    return err.removeprefix("projdist: ").rstrip("\n")
 
 
 @pytest.fixture

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from commands import refusal as refused
+from commands import run_ok
+from commands import told as run
 
 from projdist import factors
-from projdist.cli.app import app
 
 geopandas = pytest.importorskip("geopandas")
 pd = pytest.importorskip("pandas")
@@ -20,24 +21,6 @@ rasterio = pytest.importorskip("rasterio")
 
 BOX = ["-r", "box:0,20,40,60"]
 POINTS = 'id,lon,lat,note\n007,7.44,46.95,\n8,9.53,46.85,"a, b"\n'
-
-
-def run(*words: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, list(words))
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stdout, result.stderr
-
-
-def run_ok(*words: str) -> str:
-    code, out, err = run(*words)
-    assert (code, err) == (0, "")
-    return out
-
-
-def refused(*words: str) -> str:
-    code, out, err = run(*words)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    return err.removeprefix("projdist: ").rstrip("\n")
 
 
 @pytest.fixture
