@@ -21,6 +21,8 @@ _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of paramete
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
 # Defaults of PROJ's own that a CRS made of its string takes for others: arccos(2 / pi), for which PROJ has 0 there.
 _LOST = {"wintri": ("lat_1", str(WINKEL_PARALLEL))}
+# Of a string that states none of these PROJ's operation is on GRS 80, and the CRS made of it on WGS 84: 0.1 mm away.
+_ELLIPSOIDS, _DEFAULT_ELLIPSOID = frozenset("ellps datum a R init".split()), "GRS80"
 _BESIDE = frozenset("unitconvert axisswap longlat".split())  # steps that only dress up a projection
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())
@@ -151,6 +153,8 @@ def base_crs(projection: Projection) -> CRS | None:
     for name, (key, value) in _LOST.items():
         if f"+proj={name}" in text.split() and f"+{key}=" not in text:
             text += f" +{key}={value}"
+    if not _ELLIPSOIDS & {token.lstrip("+").partition("=")[0] for token in text.split()}:
+        text += f" +ellps={_DEFAULT_ELLIPSOID}"
     try:
         return CRS.from_user_input(f"{text} +type=crs")
     except pyproj.exceptions.CRSError:

@@ -252,3 +252,23 @@ def test_where_get_factors_is_wrong(text):
     _, lon, lat = HOMES[text]
     assert Proj(f"+proj={text}").get_factors(lon, lat).angular_distortion > 1e-4
     assert factors(f"+proj={text}", lon, lat).omega < 3e-6
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "+proj=laea +lat_0=52 +lon_0=10",
+        "+proj=lcc +lat_1=30 +lat_2=60",
+        "+proj=utm +zone=32",
+        "+proj=tmerc +units=us-ft",
+    ],
+)
+def test_strings_without_a_figure_have_a_crs(text):
+    """PROJ's default is GRS 80, as its documentation has it ("Ellipsoids"); that of CRSs made of strings is WGS 84."""
+    plane = plane_of(Projection.from_user_input(text))
+    assert plane is not None
+    crs = CRS(plane.wkt)
+    assert crs.ellipsoid.name.startswith("GRS 1980")
+    found = Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True).transform(12.0, 55.0)
+    truth = Transformer.from_pipeline(f"{text} +ellps=GRS80").transform(12.0, 55.0)
+    np.testing.assert_allclose(found, truth, rtol=1e-13)
