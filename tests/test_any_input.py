@@ -43,6 +43,12 @@ def axes() -> object:
     return Figure().add_subplot()
 
 
+def geoaxes() -> object:
+    """Axes of cartopy."""
+    crs = pytest.importorskip("cartopy.crs")
+    return Figure().add_subplot(projection=crs.PlateCarree())
+
+
 # Arguments with which a call takes a moment; each is then given everything else in turn.
 CALLS = {
     "axes_shift": lambda: {"points": np.eye(3)},
@@ -183,6 +189,16 @@ CALLS = {
         "against": (),
     },
     "estimate_crs": lambda: {"frame": None, "purpose": "any"},
+    "plots.add_heatmap": lambda: {
+        "ax": geoaxes(),
+        "measure": "omega",
+        "region": CAP,
+        "levels": None,
+        "cmap": None,
+        "limits": None,
+        "colourbar": False,
+    },
+    "plots.add_tissot": lambda: {"ax": geoaxes(), "region": CAP, "step": None, "radius": None},
     "plots.distribution_figure": lambda: {
         "projections": ["robin"],
         "kind": "histogram",
@@ -282,6 +298,7 @@ CALLS = {
         "airy_kavrayskiy": None,
         "look": None,
     },
+    "plots.to_cartopy": lambda: {"projection": "robin", "region": CAP},
 }
 
 STRANGE = {

@@ -56,10 +56,12 @@ HOMES = {
     "shapely": {
         *("earth.rings", "earth.natural_earth", "earth.topojson", "regions"),
         *("decisions.checking.outlines", "designs.overlaps"),
-        *("surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional", "plots.basemap"),
+        *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
+        *("plots.basemap", "plots.cartopy_projections"),
         *("gis.layers", "gis.points", "gis.conversion"),
     },
     "matplotlib": {"plots"},
+    "cartopy": {"plots.cartopy_projections", "plots.geoaxes"},
     "PIL": {"applications.mosaics.images", "applications.mosaics.saving", "plots.morphs"},
     "cv2": {"applications.mosaics.libraries"},
     "typer": {"cli"},

@@ -93,6 +93,8 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "gis.indicatrices": lambda region, _: gis.indicatrices("robin", region=region, step=0.1).total_bounds,
     "gis.raster": lambda region, _: gis.raster("robin", ["fisher"], region=region, size=20).pixels.transform,
     "gis.weighted": weighted,
+    "plots.add_heatmap": lambda region, _: added(plots.add_heatmap, region),
+    "plots.add_tissot": lambda region, _: added(plots.add_tissot, region),
     "plots.distribution_figure": lambda region, _: limits(plots.distribution_figure(["robin"], region=region)),
     "plots.heatmap": lambda region, _: drawn(plots.heatmap, "robin", region=region),
     "plots.figure": lambda region, _: limits(plots.figure(["robin"], "tissot", region=region)),
@@ -102,7 +104,23 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "plots.morph": film,
     "plots.tissot": lambda region, _: drawn(plots.tissot, "robin", region=region),
     "plots.tissot_figure": lambda region, _: limits(plots.tissot_figure(["robin"], region=region)),
+    "plots.to_cartopy": lambda region, _: cartopy_bounds(region),
 }
+
+
+def added(draw: Callable[..., object], region: Any) -> list[float]:
+    """Where on axes of cartopy there is anything."""
+    crs = pytest.importorskip("cartopy.crs")
+    axes = Figure().add_subplot(projection=crs.PlateCarree())
+    draw(axes, region=region)
+    return [float(value) for one in axes.collections for value in one.get_datalim(axes.transData).extents]
+
+
+def cartopy_bounds(region: Any) -> tuple[float, ...]:
+    """The limits of a map for cartopy."""
+    pytest.importorskip("cartopy")
+    found: tuple[float, ...] = plots.to_cartopy("robin", region=region).bounds
+    return found
 
 
 def of_plate_carree(lon: Any, lat: Any) -> Any:

@@ -2,6 +2,7 @@ from .areas import CONTEXTS
 from .colours import ColourScale
 from .distributions import DISTRIBUTIONS, distribution_figure
 from .figures import SUFFIXES, figure, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
+from .geoaxes import add_heatmap, add_tissot, to_cartopy
 from .ground import ground_map
 from .local_fields import local_field
 from .looks import Look
@@ -22,6 +23,8 @@ __all__ = [
     "ColourScale",
     "Look",
     "Theme",
+    "add_heatmap",
+    "add_tissot",
     "distribution_figure",
     "figure",
     "ground_map",
@@ -37,4 +40,5 @@ __all__ = [
     "save",
     "tissot",
     "tissot_figure",
+    "to_cartopy",
 ]

@@ -92,7 +92,18 @@ def draw_tissot(
     set_view(ax, surface)
     draw_ground(ax, surface, context)
     draw_lines(ax, surface, None, context=context)
+    draw_ellipses(ax, panel, radius)
+    _draw_places(ax, surface, context)
+    draw_title(
+        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
+    )
+
+
+def draw_ellipses(ax: Axes, panel: Indicatrices, radius: float, matrix: FloatArray | None = None) -> None:
+    """Draw ellipses only, in metres, or in what a matrix (2, 2) makes of them."""
     polygons = ellipses(panel, radius, _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES)
+    if matrix is not None:
+        polygons = polygons @ matrix.T
     ax.add_collection(
         PolyCollection(
             list(polygons),
@@ -103,10 +114,6 @@ def draw_tissot(
             label="indicatrices",
         ),
         autolim=False,
-    )
-    _draw_places(ax, surface, context)
-    draw_title(
-        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
     )
 
 
@@ -172,6 +179,19 @@ def draw_heatmap(
 ) -> None:
     """Draw prepared values at the vertices of a surface; isolines end where `values_at` jumps."""
     set_view(ax, surface)
+    draw_surroundings(ax, surface, context)
+    draw_lines(ax, surface, step, over_colours=True, context=context)
+    draw_field(ax, surface, values, scale, values_at)
+    _draw_places(ax, surface, context)
+    draw_title(
+        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
+    )
+
+
+def draw_field(
+    ax: Axes, surface: Surface, values: FloatArray, scale: ColourScale, values_at: ValuesAt | None = None
+) -> None:
+    """Draw prepared values as colours and isolines only."""
     mapped, used = triangulation(surface)
     whole, values = values, values[used]
     if scale.measure.name == "meridian_convergence":
@@ -182,7 +202,6 @@ def draw_heatmap(
     present = values[~missing]
     values = np.where(missing, scale.limits[0], values)
     clip = region_clip(ax, surface)
-    draw_surroundings(ax, surface, context)
     colours = ax.tripcolor(
         mapped,
         values,
@@ -194,7 +213,6 @@ def draw_heatmap(
     )
     if clip is not None:
         colours.set_clip_path(clip)
-    draw_lines(ax, surface, step, over_colours=True, context=context)
     inside = scale.levels[(scale.levels > present.min()) & (scale.levels < present.max())]
     if inside.size and shows_isolines(scale, present):
         if values_at is not None:
@@ -212,10 +230,6 @@ def draw_heatmap(
             lines.set_clip_path(clip)
         labels = dict(zip(inside.tolist(), level_labels(inside), strict=True))
         label_isolines(ax, lines, labels, (surface.ground or surface).outline)
-    _draw_places(ax, surface, context)
-    draw_title(
-        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
-    )
 
 
 def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:

@@ -1,3 +1,4 @@
+from .boundaries import boundary_polygon
 from .domain import Bounds, ground_size, normalised
 from .fields import field, measured
 from .jumps import ValuesAt, jumping
@@ -21,6 +22,7 @@ __all__ = [
     "Indicatrices",
     "Surface",
     "ValuesAt",
+    "boundary_polygon",
     "close_pairs",
     "coast",
     "country_borders",

@@ -1,0 +1,228 @@
+"""Axes of cartopy: projections for them, and indicatrices and heat maps on them.
+
+The home of cartopy, which comes with `pip install 'projdist[cartopy]'` and is imported where it is used.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import Colormap
+
+from projdist._typing import FloatArray
+from projdist.matrices import get_measure
+from projdist.plots.cartopy_projections import cartopy_projection
+from projdist.plots.colours import ColourScale, colour_scale
+from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_ellipses, draw_field
+from projdist.projections import Plane, Projection, ProjectionError, ProjectionLike, plane_of
+from projdist.regions import Box, RegionLike, region_for
+from projdist.support import check_instance
+from projdist.surfaces import Surface, boundary_polygon, field, fit, measured, surface_of, tissot_points
+
+
+def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) -> Any:
+    """A projection as a CRS of cartopy's, for `plt.axes(projection=...)`, with its edge where the map has it.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Any projection that PROJ has as a CRS.
+    region : RegionLike, optional
+        Around what its edge is: the box around a region. Without one the area of use of a CRS, else the globe, cut
+        along seams and lobes.
+
+    Returns
+    -------
+    cartopy.crs.Projection
+        With coordinates in the unit of the CRS, the easting first; its `source` is the projection.
+
+    Raises
+    ------
+    ProjectionError
+        For functions, pipelines, and other maps that have no CRS.
+    ValueError
+        For maps in several pieces, of which cartopy knows none.
+    ImportError
+        Without cartopy.
+
+    References
+    ----------
+    https://cartopy.readthedocs.io/stable/reference/projections.html
+
+    Examples
+    --------
+    The outline of the map of the world reaches as far as its edge at the equator:
+
+    >>> import cartopy.crs
+    >>> crs = to_cartopy("equal-earth")
+    >>> x, _ = crs.transform_point(180.0, 0.0, cartopy.crs.Geodetic())
+    >>> round(float(crs.x_limits[1] / x), 3)
+    1.0
+    """
+    with _needed_for("projection for cartopy"):
+        import cartopy.crs  # noqa: F401 whether it is there
+    projection = Projection.from_user_input(projection)
+    plane = _plane_of(projection)
+    bounds = region_for(region, [projection]).bounds
+    polygon = boundary_polygon(surface_of(projection, Box(*bounds)))
+    return cartopy_projection(projection, plane.wkt, plane.to_metres, polygon)
+
+
+def add_tissot(
+    ax: Any, *, region: RegionLike | None = None, step: float | None = None, radius: float | None = None
+) -> float:
+    """Add Tissot's indicatrices to axes of cartopy; returns the radius in metres of the circles that they are.
+
+    Parameters
+    ----------
+    ax : cartopy.mpl.geoaxes.GeoAxes
+        With a projection of `to_cartopy` or one of cartopy's own.
+    region : RegionLike, optional
+        Where they are; without one in the area of use of a CRS, else everywhere.
+    step : float, optional
+        Degrees between them.
+    radius : float, optional
+        Metres; without one as large as they can be without overlap.
+
+    Raises
+    ------
+    ValueError
+        For other axes, and options that are none.
+    ImportError
+        Without cartopy.
+
+    Examples
+    --------
+    >>> import cartopy.crs
+    >>> from matplotlib.figure import Figure
+    >>> ax = Figure().add_subplot(projection=cartopy.crs.Mollweide())
+    >>> add_tissot(ax, step=30.0, radius=5e5)
+    500000.0
+    """
+    projection, from_metres = _of_axes(ax)
+    surface = surface_of(projection, region)
+    fitted, (panel,) = fit([tissot_points(surface, step)], radius)
+    with ax.hold_limits():
+        draw_ellipses(ax, panel, fitted, from_metres)
+    return fitted
+
+
+def add_heatmap(
+    ax: Any,
+    *,
+    measure: AnyMeasure = "fisher",
+    region: RegionLike | None = None,
+    levels: Levels = None,
+    cmap: str | Colormap | None = None,
+    limits: tuple[float, float] | None = None,
+    colourbar: bool = True,
+) -> ColourScale:
+    """Add a measure to axes of cartopy, as colours below its lines and isolines; returns what the colours mean.
+
+    Parameters
+    ----------
+    ax : cartopy.mpl.geoaxes.GeoAxes
+        With a projection of `to_cartopy` or one of cartopy's own.
+    measure : str, Measure or callable
+        As in `projdist.plots.heatmap`.
+    region : RegionLike, optional
+        Where it is drawn; without one the area of use of a CRS, else the globe.
+    levels : int or sequence of float, optional
+        The isolines, or about how many.
+    cmap : str or Colormap, optional
+        Of matplotlib.
+    limits : (float, float), optional
+        Ends of the colours.
+    colourbar : bool
+        Whether there is one below.
+
+    Raises
+    ------
+    ValueError
+        For other axes, and options that are none.
+    ImportError
+        Without cartopy.
+
+    Examples
+    --------
+    >>> import cartopy.crs
+    >>> from matplotlib.figure import Figure
+    >>> ax = Figure().add_subplot(projection=cartopy.crs.Mollweide())
+    >>> add_heatmap(ax, measure="omega", limits=(0.0, 90.0)).limits
+    (0.0, 90.0)
+    """
+    projection, from_metres = _of_axes(ax)
+    chosen = get_measure(measure)
+    surface = surface_of(projection, region)
+    values = field(surface, chosen)
+    scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
+    with ax.hold_limits():
+        values_at = functools.partial(measured, projection, chosen)
+        draw_field(ax, _in_unit(surface, from_metres), values, scale, values_at)
+    if colourbar:
+        draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
+    return scale
+
+
+@contextlib.contextmanager
+def _needed_for(thing: str) -> Iterator[None]:
+    """Imports of cartopy; raises ImportError in one line that says what to install."""
+    try:
+        yield
+    except ImportError as error:
+        raise ImportError(
+            f"Invalid {thing}. It needs cartopy: pip install 'projdist[cartopy]'.", name="cartopy"
+        ) from error
+
+
+def _of_axes(ax: Any) -> tuple[Projection, FloatArray]:
+    """The projection of axes, and the matrix from metres to their coordinates."""
+    with _needed_for("axes of cartopy"):
+        from cartopy.mpl.geoaxes import GeoAxes
+    check_instance("axes", ax, GeoAxes, "GeoAxes of cartopy")
+    source = getattr(ax.projection, "source", None)
+    if isinstance(source, Projection):
+        return source, _inverse(ax.projection.to_metres)
+    if ax.projection.is_geographic and not ax.projection.is_derived:
+        return _plate_carree(ax.projection)
+    projection = Projection.from_user_input(ax.projection)
+    return projection, _inverse(_plane_of(projection).to_metres)
+
+
+def _inverse(matrix: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.inv(matrix), dtype=float)
+
+
+def _plate_carree(crs: Any) -> tuple[Projection, FloatArray]:
+    """Cartopy's plate carree, in degrees from a central meridian that it has for a prime meridian."""
+    a, b = crs.ellipsoid.semi_major_metre, crs.ellipsoid.semi_minor_metre
+    projection = Projection.from_user_input(f"+proj=eqc +lon_0={crs.prime_meridian.longitude!r} +a={a!r} +b={b!r}")
+    return projection, np.eye(2) / np.radians(a)
+
+
+def _plane_of(projection: Projection) -> Plane:
+    plane = plane_of(projection)
+    if plane is None:
+        raise ProjectionError(
+            f"Invalid projection '{projection.name}' for cartopy. It must be one that PROJ has a CRS for."
+        )
+    return plane
+
+
+def _in_unit(surface: Surface, matrix: FloatArray) -> Surface:
+    """A surface with coordinates times a matrix (2, 2)."""
+    x, y = matrix @ np.stack([surface.x, surface.y])
+    return dataclasses.replace(
+        surface,
+        x=x,
+        y=y,
+        outline=surface.outline @ matrix.T,
+        pieces=tuple(piece @ matrix.T for piece in surface.pieces),
+        border=tuple(line @ matrix.T for line in surface.border),
+        ground=None if surface.ground is None else _in_unit(surface.ground, matrix),
+    )

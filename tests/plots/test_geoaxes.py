@@ -1,0 +1,196 @@
+"""Projections, indicatrices and heat maps for cartopy, against PROJ's coordinates and cartopy's own maps."""
+
+import copy
+import io
+import pickle
+import sys
+
+import numpy as np
+import pyproj
+import pytest
+import shapely
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+import projdist
+from projdist.earth import land
+from projdist.plots import add_heatmap, add_tissot, to_cartopy
+from projdist.projections import Projection, ProjectionError
+
+crs = pytest.importorskip("cartopy.crs")
+
+# Maps and what PROJ knows them by.
+WORLD = {
+    "robinson": "+proj=robin +R=6371008.7714",
+    "equal-earth": "+proj=eqearth +R=6371008.7714",
+    "winkel-tripel": "+proj=wintri +R=6371008.7714 +lat_1=50.4597762521898",
+    "igh": "+proj=igh +R=6371008.7714",
+    "+proj=laea +lat_0=52 +lon_0=10": "+proj=laea +lat_0=52 +lon_0=10 +ellps=GRS80",
+}
+PARTS = {
+    "EPSG:3035": (-10.0, 35.0, 30.0, 70.0),
+    "EPSG:2193": (167.0, -47.0, 178.0, -34.5),
+    "EPSG:2263": (-74.2, 40.5, -72.0, 41.2),
+}
+SAME = 1e-6  # metres: twelve digits of 1e7 m, lost twice
+
+
+def grid(west: float, south: float, east: float, north: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places well within bounds and off seams on whole degrees."""
+    lon, lat = np.meshgrid(np.linspace(west, east, 74)[1:-1], np.linspace(south, north, 60)[1:-1])
+    return lon.ravel(), lat.ravel()
+
+
+@pytest.mark.parametrize("name", WORLD)
+def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
+    """Longitudes and latitudes are taken for the map's own; all images lie within the edge of the map."""
+    found = to_cartopy(name)
+    lon, lat = grid(-180.0, -90.0, 180.0, 90.0)
+    truth = np.column_stack(pyproj.Proj(WORLD[name])(lon, lat))
+    own = crs.Geodetic(globe=crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714))
+    source = crs.Geodetic() if "laea" in name else own
+    np.testing.assert_allclose(found.transform_points(source, lon, lat)[:, :2], truth, rtol=0, atol=SAME)
+    assert found.domain.is_valid
+    assert shapely.contains_xy(found.domain, *truth.T).all()
+    assert found.x_limits[0] < truth[:, 0].min() < truth[:, 0].max() < found.x_limits[1]
+    assert found.y_limits[0] < truth[:, 1].min() < truth[:, 1].max() < found.y_limits[1]
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_crs_have_their_own_coordinates(name: str) -> None:
+    """In their own unit, easting first, within the area of use."""
+    found = to_cartopy(name)
+    lon, lat = grid(*PARTS[name])
+    transformer = pyproj.Transformer.from_crs(pyproj.CRS(name).geodetic_crs, name, always_xy=True)
+    truth = np.column_stack(transformer.transform(lon, lat))
+    assert shapely.contains_xy(found.domain, *truth.T).all()
+    source = pyproj.Transformer.from_crs(pyproj.CRS(name).geodetic_crs, found, always_xy=True)
+    np.testing.assert_allclose(np.column_stack(source.transform(lon, lat)), truth, rtol=0, atol=SAME)
+
+
+@pytest.mark.parametrize(
+    ("name", "own", "share"),
+    [
+        ("robinson", "Robinson", 2e-3),
+        ("mollweide", "Mollweide", 2e-3),
+        ("equal-earth", "EqualEarth", 2e-3),
+        ("igh", "InterruptedGoodeHomolosine", 4e-3),
+    ],
+)
+def test_edges_are_those_of_cartopy(name: str, own: str, share: float) -> None:
+    """By the area of what is in one and not in the other, on the same sphere; cartopy's have 2 to 6 degrees a chord."""
+    globe = crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714)
+    theirs = shapely.Polygon(getattr(crs, own)(globe=globe).boundary)
+    ours = to_cartopy(name).domain
+    assert shapely.symmetric_difference(theirs.buffer(0), ours).area < share * ours.area
+
+
+def test_edge_around_a_region() -> None:
+    """On plate carree it is the box around the region."""
+    found = to_cartopy("+proj=eqc +R=6371008.7714", region="cap:10,50,500")
+    degree = np.radians(6371008.7714)
+    west, south, east, north = projdist.get_region("cap:10,50,500").bounds
+    np.testing.assert_allclose(found.bounds, np.array([west, east, south, north]) * degree, rtol=1e-3)
+
+
+def test_geometries_and_gridlines_are_drawn() -> None:
+    """On an interrupted map no line runs from lobe to lobe: land has the area that it has on the ground."""
+    found = to_cartopy("igh")
+    source = crs.Geodetic(globe=crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714))
+    plate = crs.PlateCarree(globe=source.globe)
+    drawn = found.project_geometry(shapely.segmentize(land("110m"), 2.0), plate)
+    figure = Figure()
+    ax = figure.add_subplot(projection=found)
+    ax.add_geometries([land("110m")], crs=plate)
+    ax.gridlines()
+    figure.savefig(io.BytesIO(), dpi=30)
+    area = projdist.get_region("land@110m").area_km2 * 1e6
+    assert drawn.area == pytest.approx(area, rel=5e-3)
+
+
+def test_copies() -> None:
+    """As figures are copied and kept."""
+    found = to_cartopy("robinson")
+    for other in (copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
+        assert other == found
+        assert other.bounds == found.bounds
+        assert other.boundary.equals(found.boundary)
+    assert repr(found) == "<cartopy CRS of Robinson>"
+
+
+@pytest.mark.parametrize("projection", ["EPSG:2263", "mollweide", crs.Mollweide(), crs.PlateCarree(150.0)])
+def test_ellipses_are_on_their_places(projection: object) -> None:
+    """Their middles are images of points, in the unit of the axes; the view stays as it was."""
+    ours = isinstance(projection, str)
+    chosen = to_cartopy(projection) if ours else projection
+    ax = Figure().add_subplot(projection=chosen)
+    before = ax.get_xlim(), ax.get_ylim()
+    radius = add_tissot(ax)
+    (drawn,) = [one for one in ax.collections if isinstance(one, PolyCollection)]
+    middles = np.array(
+        [0.5 * (path.vertices[:-1].min(axis=0) + path.vertices[:-1].max(axis=0)) for path in drawn.get_paths()]
+    )
+    assert radius > 0.0
+    assert shapely.contains_xy(shapely.Polygon(chosen.boundary).buffer(0), *middles.T).mean() > 0.95
+    assert len(middles) > 20
+    assert (ax.get_xlim(), ax.get_ylim()) == before
+
+
+def test_ellipses_of_plate_carree() -> None:
+    """In degrees: a circle on the equator is as high as on the ground, and 1 / cos(lat) times as wide at a latitude."""
+    ax = Figure().add_subplot(projection=crs.PlateCarree())
+    radius = add_tissot(ax, step=20.0, radius=1e5)
+    assert radius == 1e5
+    (drawn,) = [one for one in ax.collections if isinstance(one, PolyCollection)]
+    ellipsoid = pyproj.Geod(ellps="WGS84")
+    for path in drawn.get_paths():
+        low, high = path.vertices.min(axis=0), path.vertices.max(axis=0)
+        lon, lat = 0.5 * (low + high)
+        metres = (
+            ellipsoid.inv(lon - 1e-3, lat, lon + 1e-3, lat)[2] / 2e-3,
+            ellipsoid.inv(lon, lat - 1e-3, lon, lat + 1e-3)[2] / 2e-3,
+        )
+        np.testing.assert_allclose((high - low) / 2.0, 1e5 / np.array(metres), rtol=2e-3)  # 72 vertices
+
+
+def test_heat_maps() -> None:
+    """The colours of Mercator's angles: none; of its scale 1 / cos(lat) on the sphere, at the triangles' corners."""
+    sphere = crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714)
+    figure = Figure()
+    ax = figure.add_subplot(projection=crs.Mercator(globe=sphere))
+    before = ax.get_xlim(), ax.get_ylim()
+    scale = add_heatmap(ax, measure="a", region=(-60.0, -60.0, 60.0, 60.0))
+    assert scale.measure.symbol == "a"
+    colours = next(one for one in ax.collections if hasattr(one, "_triangulation"))
+    y = colours._triangulation.y
+    np.testing.assert_allclose(colours.get_array(), np.cosh(y / 6371008.7714), rtol=1e-9)
+    assert (ax.get_xlim(), ax.get_ylim()) == before
+    figure.savefig(io.BytesIO(), dpi=30)
+
+
+@pytest.mark.parametrize(
+    "wrong", [lambda lon, lat: (lon, lat), Projection.from_function(lambda lon, lat: (lon, lat), name="mine")]
+)
+def test_functions_are_refused(wrong: object) -> None:
+    with pytest.raises(ProjectionError, match=r"for cartopy. It must be one that PROJ has a CRS for\.$"):
+        to_cartopy(wrong)
+
+
+def test_maps_in_pieces_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"It must be a map in one piece; this one has 2\.$"):
+        to_cartopy("bipc")
+
+
+@pytest.mark.parametrize("draw", [add_tissot, add_heatmap])
+def test_other_axes_are_refused(draw) -> None:
+    with pytest.raises(ValueError, match=r"It must be GeoAxes of cartopy\.$"):
+        draw(Figure().add_subplot())
+
+
+def test_without_cartopy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line says what to install."""
+    monkeypatch.setitem(sys.modules, "cartopy.crs", None)
+    with pytest.raises(
+        ImportError, match=r"^Invalid projection for cartopy. It needs cartopy: pip install 'projdist\[cartopy\]'.$"
+    ):
+        to_cartopy("robinson")
