@@ -1,5 +1,6 @@
 """Films of one map that flows into another."""
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from projdist.plots.morphs import eased
 R = 6371000.0
 
 
+@functools.cache
 def blend(first: str, second: str, region: str = "globe") -> Blend:
     return blend_of(*map(Projection.from_user_input, (first, second)), get_region(region))
 
@@ -49,7 +51,9 @@ def test_colours_are_of_the_map_on_the_way() -> None:
     assert k[used].max() <= ends.max() + 1e-6
 
 
-@pytest.mark.parametrize(("first", "second"), [("igh", "winkel-tripel"), ("moll", "igh")])
+@pytest.mark.parametrize(
+    ("first", "second"), [("igh", "winkel-tripel"), pytest.param("moll", "igh", marks=pytest.mark.slow)]
+)
 def test_it_is_cut_where_either_is(first: str, second: str) -> None:
     """No triangle reaches across a cut of either map: all keep their side up, but for slivers."""
     found = blend(first, second)

@@ -9,18 +9,18 @@ from matplotlib.axes import Axes
 from projdist import plots
 
 PICTURES = [
-    ("EPSG:2193", "country:NZ"),
+    pytest.param("EPSG:2193", "country:NZ", marks=pytest.mark.slow),
     ("EPSG:3460", "country:FJ"),
-    ("EPSG:3576", "country:RU"),
+    pytest.param("EPSG:3576", "country:RU", marks=pytest.mark.slow),
     ("EPSG:3031", "country:AQ"),
-    ("EPSG:6350", "country:US"),
-    ("EPSG:25832", "country:DE"),
+    pytest.param("EPSG:6350", "country:US", marks=pytest.mark.slow),
+    pytest.param("EPSG:25832", "country:DE", marks=pytest.mark.slow),
     ("EPSG:2056", "country:CH"),
-    ("EPSG:3057", "country:IS"),
-    ("EPSG:5880", "country:BR"),
+    pytest.param("EPSG:3057", "country:IS", marks=pytest.mark.slow),
+    pytest.param("EPSG:5880", "country:BR", marks=pytest.mark.slow),
     ("EPSG:2154", "cap:2.35,48.85,40"),
-    ("EPSG:32760", "box:178,-19,-179,-15"),
-    ("EPSG:25832", "box:6,47,12,55"),
+    pytest.param("EPSG:32760", "box:178,-19,-179,-15", marks=pytest.mark.slow),
+    pytest.param("EPSG:25832", "box:6,47,12,55", marks=pytest.mark.slow),
 ]
 
 
