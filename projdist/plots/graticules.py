@@ -96,11 +96,11 @@ def _crossings(pieces: Sequence[FloatArray], edge: str, width: float, height: fl
 
 
 def _label(text: str, edge: str, place: tuple[float, float], size: float) -> _Label:
-    half = 0.5 * len(text) * _WIDTH * size, 0.5 * _HEIGHT * size
+    half = 0.5 * len(text) * _WIDTH * size + _AIR, 0.5 * _HEIGHT * size
     x, y = place
     # Below and to the left labels are outside of the frame; above and to the right within it.
     if edge in ("left", "right"):
-        x -= _AIR + half[0]
+        x -= half[0]
     else:
         y -= _AIR + half[1]
     return _Label(text, edge, x, y, half)

@@ -12,7 +12,9 @@ from .tissot_ellipses import (
     ellipses,
     even_radius,
     fit,
+    principal_axes,
     tissot_points,
+    usual_exaggeration,
     usual_step,
     without_crowding,
 )
@@ -40,11 +42,13 @@ __all__ = [
     "land_polygons",
     "measured",
     "normalised",
+    "principal_axes",
     "project_lines",
     "shown_part",
     "surface_of",
     "surface_of_globe",
     "tissot_points",
+    "usual_exaggeration",
     "usual_step",
     "without_crowding",
 ]

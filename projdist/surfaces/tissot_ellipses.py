@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from projdist.matrices import principal_scales
 from projdist.regions import Box, Place, PointSet
 from projdist.support import check_number
 from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
+from projdist.surfaces.lines import graticule_values
 from projdist.surfaces.surface import Surface
 
 _LEAST_SHARE = 0.4  # of the usual step
@@ -27,6 +28,8 @@ _BEND = 0.5  # of a step between rings: a jump of 2 % of the radius; smooth maps
 _OFFSET = 2.2  # of the semi-minor axis
 _FLAT = 0.02  # of the semi-minor axis: a circle whose image is as close to its ellipse has no jump or bend in it
 _TRIALS = 15
+_SEEN, _LEAST_SEEN = 1.6, 1e-9
+_ROUND = 1e-9  # of a circle: it has no longest axis
 _NEIGHBOURS = 8
 _FEW = 9
 _MOST = 200_000  # on a globe of half a degree; smaller ones are less than a pixel
@@ -83,9 +86,19 @@ def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None
     return normalised(np.concatenate(lons)), np.concatenate(points)
 
 
-def indicatrices(domain: Domain, region: Place, step: float, central_meridian: float | None = None) -> Indicatrices:
-    """The indicatrices of a region on an even grid of `step` degrees; `domain` is where circles may reach."""
-    lon, lat = even_grid(region.bounds, step, central_meridian)
+def graticule_grid(bounds: Bounds, lat_step: float, lon_step: float) -> tuple[FloatArray, FloatArray]:
+    """Crossings of parallels and meridians at multiples of the steps in degrees; raises ValueError for too many."""
+    check_step(lat_step)
+    check_step(lon_step)
+    if longitude_width(bounds) / lon_step * (bounds[3] - bounds[1]) / lat_step > _MOST:
+        raise ValueError(f"Invalid grid '{lat_step:g},{lon_step:g}'. At most {_MOST:,} ellipses are drawn.")
+    meridians, parallels = graticule_values(bounds, lon_step, lat_step)
+    lon, lat = np.meshgrid(meridians, parallels)
+    return normalised(lon.ravel()), lat.ravel()
+
+
+def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray) -> Indicatrices:
+    """The indicatrices at those of some points that are in a region; `domain` is where circles may reach."""
     xy = np.column_stack(domain(lon, lat))
     J = jacobian(domain.projection, lon, lat)
     with np.errstate(invalid="ignore"):
@@ -154,12 +167,49 @@ def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:
     return radii
 
 
-def fit(panels: Sequence[Indicatrices], radius: float | None = None) -> tuple[float, list[Indicatrices]]:
+def fit(
+    panels: Sequence[Indicatrices], radius: float | None = None, exaggeration: float = 1.0
+) -> tuple[float, list[Indicatrices]]:
     """One radius in metres for all panels, and the indicatrices that are drawn with it.
 
     No two of a panel overlap, unless a radius is given; those that would touch a seam or an edge,
-    or bend far from the ellipse, are left out.
+    or bend far from the ellipse, are left out. With an `exaggeration` the logarithms of the principal scales of those
+    that are kept are so many times as large.
     """
+    size, kept = _true_to_scale(panels, radius)
+    if exaggeration == 1.0:
+        return size, kept
+    larger = [replace(panel, J=exaggerated(panel.J, exaggeration)) for panel in kept]
+    return (even_radius(larger) if radius is None else radius), larger
+
+
+def exaggerated(J: FloatArray, factor: float) -> FloatArray:
+    """Jacobians (n, 2, 2) with the same axes and orientation, and principal scales to the power of a factor."""
+    left, scales, right = np.linalg.svd(J)
+    return np.asarray((left * scales[:, None, :] ** factor) @ right)
+
+
+def usual_exaggeration(panels: Sequence[Indicatrices]) -> float:
+    """A round factor of at least 1 with which nearly all principal scales are within 1.6 and its inverse."""
+    logarithms = np.concatenate([np.abs(np.log(principal_scales(panel.J))).ravel() for panel in panels])
+    if not logarithms.size:
+        return 1.0
+    wanted = np.log(_SEEN) / max(float(np.quantile(logarithms, 0.95)), _LEAST_SEEN)
+    power = 10.0 ** np.floor(np.log10(max(wanted, 1.0)))
+    return float(max((m * power for m in (1.0, 2.0, 5.0) if m * power <= wanted), default=1.0))
+
+
+def principal_axes(indicatrices: Shapes, radius: float) -> FloatArray:
+    """The axes of ellipses of a radius in metres as segments, (m, 2, 2); circles have none."""
+    left, scales, _ = np.linalg.svd(indicatrices.J)
+    bent = scales[:, 0] > (1.0 + _ROUND) * scales[:, 1]
+    arms = radius * np.swapaxes(left * scales[:, None, :], 1, 2)[bent]
+    centres = indicatrices.xy[bent][:, None]
+    return np.stack([centres - arms, centres + arms], axis=2).reshape(-1, 2, 2)
+
+
+def _true_to_scale(panels: Sequence[Indicatrices], radius: float | None) -> tuple[float, list[Indicatrices]]:
+    """The radius of all panels, and what is drawn of them."""
     if radius is not None:
         if not 0.0 < check_number("radius", radius) < np.inf:
             raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
@@ -249,12 +299,21 @@ def ellipses(indicatrices: Shapes, radius: float, vertices: int) -> FloatArray:
     return np.asarray(indicatrices.xy[:, None] + radius * np.swapaxes(indicatrices.J @ circle, 1, 2))
 
 
-def tissot_points(surface: Surface, step: float | None) -> Indicatrices:
-    """The indicatrices of a surface, by default about a dozen across."""
+def tissot_points(surface: Surface, step: float | None, grid: tuple[float, float] | None = None) -> Indicatrices:
+    """The indicatrices of a surface, by default about a dozen across.
+
+    They are `step` degrees apart on the ground, or on a `grid` of degrees of latitude and of longitude.
+    """
     # Over the border of a country an ellipse may reach, over a seam or the edge of the map not.
     domain = surface.domain if surface.ground is None else surface.ground.domain
-    step = usual_step(surface) if step is None else step
-    return indicatrices(domain, surface.domain.region, step, surface.central_meridian)
+    region = surface.domain.region
+    if grid is None:
+        points = even_grid(region.bounds, usual_step(surface) if step is None else step, surface.central_meridian)
+    elif step is None:
+        points = graticule_grid(region.bounds, *grid)
+    else:
+        raise ValueError("Invalid step and grid. There must be one of them.")
+    return indicatrices(domain, region, *points)
 
 
 def usual_step(surface: Surface) -> float:

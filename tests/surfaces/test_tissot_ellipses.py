@@ -10,19 +10,31 @@ from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
 from projdist.regions import GLOBE
 from projdist.surfaces.domain import domain_of
-from projdist.surfaces.tissot_ellipses import Indicatrices, close_pairs, ellipses, even_grid, fit, indicatrices
+from projdist.surfaces.tissot_ellipses import (
+    Indicatrices,
+    close_pairs,
+    ellipses,
+    even_grid,
+    exaggerated,
+    fit,
+    graticule_grid,
+    indicatrices,
+    principal_axes,
+    usual_exaggeration,
+)
 
 OBLIQUE = f"+proj=ob_tran +o_proj=moll +o_lat_p=40 +o_lon_p=60 +R={R}"
 ORTHO = f"+proj=ortho +lat_0=40 +lon_0=10 +R={R}"
 
 
 def panel_of(projection: str, step: float) -> Indicatrices:
-    return indicatrices(domain_of(Projection.from_user_input(projection), None), GLOBE, step)
+    domain = domain_of(Projection.from_user_input(projection), None)
+    return indicatrices(domain, domain.region, *even_grid(domain.region.bounds, step))
 
 
 def test_ellipses_are_those_of_the_jacobian() -> None:
     """Area pi r^2 |det J|, semi-axes r a and r b, centre f(p), for every ellipse."""
-    panel = indicatrices(domain_of(Projection.from_user_input("winkel-tripel"), None), GLOBE, 30.0)
+    panel = panel_of("winkel-tripel", 30.0)
     radius = 3e5
     polygons = ellipses(panel, radius, 720)
     J = jacobian(panel.domain.projection, panel.lon, panel.lat)
@@ -37,7 +49,7 @@ def test_ellipses_are_those_of_the_jacobian() -> None:
 
 def test_ellipses_lie_as_the_jacobian_has_them() -> None:
     """The inverse Jacobian takes every ellipse back to a circle of the radius: sheared ones, too."""
-    panel = indicatrices(domain_of(Projection.from_user_input("sinusoidal"), None), GLOBE, 45.0)
+    panel = panel_of("sinusoidal", 45.0)
     back = np.linalg.solve(panel.J[:, None], (ellipses(panel, 2e5, 36) - panel.xy[:, None])[..., None])[..., 0]
     np.testing.assert_allclose(np.linalg.norm(back, axis=-1), 2e5, rtol=1e-9)
 
@@ -46,8 +58,7 @@ def test_ellipses_lie_as_the_jacobian_has_them() -> None:
 @pytest.mark.parametrize("projection", ["robin", "eqc", "igh", "merc", ORTHO, "EPSG:32632"])
 def test_ellipses_do_not_overlap(projection: str) -> None:
     """No two ellipses of a panel share a point, and there are many."""
-    domain = domain_of(Projection.from_user_input(projection), None)
-    radius, (panel,) = fit([indicatrices(domain, domain.region, 4.0 if projection == "EPSG:32632" else 15.0)])
+    radius, (panel,) = fit([panel_of(projection, 4.0 if projection == "EPSG:32632" else 15.0)])
     shapes = shapely.polygons(ellipses(panel, radius, 72))
     tree = shapely.STRtree(shapes)
     one, other = tree.query(shapes, predicate="intersects")
@@ -57,7 +68,7 @@ def test_ellipses_do_not_overlap(projection: str) -> None:
 
 def test_ellipses_are_not_needlessly_small() -> None:
     """The closest two ellipses would touch with a radius that is 30 % larger."""
-    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input("robin"), None), GLOBE, 15.0)])
+    radius, (panel,) = fit([panel_of("robin", 15.0)])
     shapes = shapely.polygons(ellipses(panel, 1.3 * radius, 72))
     one, other = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     assert (one != other).any()
@@ -66,7 +77,7 @@ def test_ellipses_are_not_needlessly_small() -> None:
 @pytest.mark.parametrize("projection", ["igh", pytest.param(OBLIQUE, marks=pytest.mark.slow), ORTHO])
 def test_circles_do_not_cross_seams(projection: str) -> None:
     """The small circle of each ellipse drawn is mapped without a jump, and wholly."""
-    radius, (panel,) = fit([indicatrices(domain_of(Projection.from_user_input(projection), None), GLOBE, 15.0)])
+    radius, (panel,) = fit([panel_of(projection, 15.0)])
     radius *= 0.98  # of which parts between the azimuths that were tried may be beyond the limb
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     sin, cos = np.sin(radius / R), np.cos(radius / R)
@@ -134,3 +145,49 @@ def test_radius_that_is_none() -> None:
     """A radius must be a positive number of metres."""
     with pytest.raises(ValueError, match=r"Invalid radius 'inf'. It must be a positive number of metres."):
         fit([panel_of("robin", 30.0)], np.inf)
+
+
+def test_exaggeration() -> None:
+    """Mercator's J is k times the unit matrix: k^n with a factor n. Axes and orientations stay."""
+    panel = panel_of("mercator", 30.0)
+    k = 1.0 / np.cos(np.radians(panel.lat))
+    np.testing.assert_allclose(exaggerated(panel.J, 3.0), k[:, None, None] ** 3 * np.eye(2), rtol=1e-8, atol=1e-8)
+    panel = panel_of("sinusoidal", 30.0)
+    larger = exaggerated(panel.J, 2.5)
+    np.testing.assert_allclose(principal_scales(larger), principal_scales(panel.J) ** 2.5, rtol=1e-9)
+    np.testing.assert_allclose(larger @ np.swapaxes(panel.J, 1, 2), panel.J @ np.swapaxes(larger, 1, 2), atol=1e-9)
+    np.testing.assert_allclose(exaggerated(panel.J, 1.0), panel.J, rtol=1e-12, atol=1e-12)
+
+
+def test_usual_exaggeration_is_round() -> None:
+    """A UTM zone's scales are within 4e-4 of one: a thousand times as much is seen; a world map needs none."""
+    assert usual_exaggeration([panel_of("EPSG:32632", 4.0)]) in (500.0, 1000.0)
+    assert usual_exaggeration([panel_of("sinusoidal", 30.0)]) == 1.0
+
+
+def test_exaggerated_ellipses_do_not_overlap() -> None:
+    """Their radius is found anew."""
+    radius, (panel,) = fit([panel_of("EPSG:2154", 2.0)], exaggeration=200.0)
+    shapes = shapely.polygons(ellipses(panel, radius, 72))
+    one, other = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    assert (one == other).all()
+
+
+def test_axes_are_those_of_the_ellipses() -> None:
+    """Plate carrée: east-west 1 / cos(lat), north-south 1; circles on the equator have none."""
+    panel = panel_of("plate-carree", 30.0)
+    segments = principal_axes(panel, 1e5)
+    lengths = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).reshape(-1, 2)
+    stretched = np.abs(panel.lat) > 1e-3
+    np.testing.assert_allclose(lengths[:, 0], 2e5 / np.cos(np.radians(panel.lat[stretched])), rtol=1e-9)
+    np.testing.assert_allclose(lengths[:, 1], 2e5, rtol=1e-9)
+    assert np.ptp(segments[::2, :, 1], axis=1) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_grid_of_the_graticule() -> None:
+    """Multiples of the steps, no pole, no meridian twice."""
+    lon, lat = graticule_grid(GLOBE.bounds, 30.0, 60.0)
+    assert sorted(set(lat)) == [-60.0, -30.0, 0.0, 30.0, 60.0]
+    assert sorted(set(lon)) == [-180.0, -120.0, -60.0, 0.0, 60.0, 120.0]
+    with pytest.raises(ValueError, match=r"Invalid grid '0.1,0.1'. At most 200,000 ellipses are drawn."):
+        graticule_grid(GLOBE.bounds, 0.1, 0.1)
