@@ -23,6 +23,7 @@ from projdist.cli.options import (
     file_of_kind,
     levels_of,
     measure_names,
+    number,
     region_given,
     step_of,
 )
@@ -45,6 +46,15 @@ def tissot_command(
     ] = "tissot.png",
     region: RegionOption = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses.")] = None,
+    grid: Annotated[
+        str | None,
+        typer.Option(metavar="LAT,LON", help="Ellipses at multiples of these degrees, not evenly."),
+    ] = None,
+    exaggerate: Annotated[
+        str | None,
+        typer.Option(metavar="NUMBER|auto", help="So many times the distortion that there is."),
+    ] = None,
+    axes: Annotated[bool, typer.Option("--axes", help="Principal directions as crosses.")] = False,
     context: ContextOption = None,
     size: SizeOption = None,
     dpi: DpiOption = None,
@@ -54,12 +64,30 @@ def tissot_command(
     """Draw Tissot's indicatrices."""
     path = file_of_kind(output, (*plots.SUFFIXES, *LAYER_SUFFIXES), overwrite)
     if path.suffix.lower() in LAYER_SUFFIXES:
-        check_layer_options(path, {"--context": context, "--size": size, "--dpi": dpi} | look_options(look))
+        crosses = "" if axes else None
+        drawn = {"--grid": grid, "--exaggerate": exaggerate, "--axes": crosses, "--context": context}
+        check_layer_options(path, drawn | {"--size": size, "--dpi": dpi} | look_options(look))
         write_layer(projections, path, region=region_given(region), step=step_of(step), overwrite=overwrite)
         return
     shown = context_of(context)
     picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
-    _draw(plots.tissot_figure, projections, region, picture, context=shown)
+    options: dict[str, Any] = {"grid": _grid(grid, step), "axes": axes, "context": shown}
+    if exaggerate is not None:
+        options["exaggeration"] = "auto" if exaggerate == "auto" else number("exaggeration", exaggerate, 0.1, 1e6)
+    _draw(plots.tissot_figure, projections, region, picture, **options)
+
+
+def _grid(text: str | None, step: str | None) -> tuple[float, float] | None:
+    """Degrees of latitude and of longitude between ellipses."""
+    if text is None:
+        return None
+    if step is not None:
+        refuse("Invalid option '--grid'. It cannot stand with --step.")
+    words = text.split(",")
+    if len(words) != 2:
+        refuse(f"Invalid grid '{text}'. It must be degrees of latitude and of longitude, as 10,15.")
+    lat, lon = (number("grid", word, 1e-4, 90.0, " of degrees") for word in words)
+    return lat, lon
 
 
 @with_looks

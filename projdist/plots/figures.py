@@ -26,12 +26,12 @@ from projdist.plots.ground import below_ground_map, draw_ground_map, prepare_gro
 from projdist.plots.layouts import BAR, FOOT, arranged, bar_axes, check_dpi
 from projdist.plots.local_fields import below_local_field, draw_local_field, prepare_local_field
 from projdist.plots.looks import Look, LookedFigure, look_for
-from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_heatmap, draw_tissot
+from projdist.plots.pictures import AnyMeasure, Levels, check_exaggeration, draw_colourbar, draw_heatmap, draw_tissot
 from projdist.plots.titles import title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
 from projdist.support import check_choice, check_instance, check_path, quoted, replacing
-from projdist.surfaces import Surface, fit, shown_part, surface_of, tissot_points
+from projdist.surfaces import Surface, fit, shown_part, surface_of, tissot_points, usual_exaggeration
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
@@ -55,24 +55,33 @@ def tissot_figure(
     dpi: float = 150.0,
     titles: Sequence[str | None] | None = None,
     airy_kavrayskiy: Sequence[float | None] | None = None,
+    grid: tuple[float, float] | None = None,
+    exaggeration: float | str = 1.0,
+    axes: bool = False,
     context: str = "full",
     look: Look | str | None = None,
 ) -> Figure:
     """Tissot's indicatrices of one or more projections, all panels in one scale and with equal circles.
 
-    `context` is what a picture of a region shows of the Earth, one of `CONTEXTS`.
+    They are `step` degrees apart on the ground, or at the crossings of a `grid` of degrees of latitude and longitude.
+    With an `exaggeration` the logarithms of the principal scales are so many times as large, and with "auto" as
+    many as make them seen. `axes` draws the principal directions. `context` is what a picture of a region shows of the
+    Earth, one of `CONTEXTS`.
     """
     check_context(context)
+    exaggeration = check_exaggeration(exaggeration)
     look = look_for(look)
     maps = _maps(projections, region, titles, airy_kavrayskiy, look)
-    radius, panels = fit([tissot_points(one.surface, step) for one in maps])
+    points = [tissot_points(one.surface, step, grid) for one in maps]
+    factor = usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
+    radius, panels = fit(points, exaggeration=factor, crowded=grid is not None)
     with look.applied():
-        figure, axes, room = _layout(maps, size, dpi, foot=FOOT, one_scale=True, look=look)
-        for ax, one, panel in zip(axes, maps, panels, strict=True):
-            draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy, context)
-        fit_titles(axes, room)
-        text = f"Ellipses: circles on the ground with a radius of {_length(radius)}{_over(maps)}"
-        figure.foot(text)
+        figure, panes, room = _layout(maps, size, dpi, foot=FOOT, one_scale=True, look=look)
+        for ax, one, panel in zip(panes, maps, panels, strict=True):
+            draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy, context, axes=axes)
+        fit_titles(panes, room)
+        times = "" if factor == 1.0 else f", distortion exaggerated {factor:g} times"
+        figure.foot(f"Ellipses: circles on the ground with a radius of {_length(radius)}{times}{_over(maps)}")
     return figure
 
 

@@ -88,7 +88,7 @@ def _heights(surface: Surface, found: LDP) -> FloatArray | None:
     origin = found.lon[0]
     points = np.column_stack([_turned(found.lon - origin) * across, found.lat])
     tree = cKDTree(points)
-    spacing = tree.query(points, 2)[0][:, 1]
+    spacing = np.asarray(tree.query(points, 2)[0])[:, 1]
     if np.quantile(spacing, 0.9) > _EVEN * np.quantile(spacing, 0.1):
         return None
     nodes = np.column_stack([_turned(lon - origin) * across, lat])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap
 from matplotlib.textpath import TextPath
@@ -26,7 +26,7 @@ from projdist.plots.places import draw_places
 from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
-from projdist.support import check_instance
+from projdist.support import check_instance, check_number
 from projdist.surfaces import (
     Indicatrices,
     Surface,
@@ -36,12 +36,16 @@ from projdist.surfaces import (
     fit,
     jumping,
     measured,
+    principal_axes,
     surface_of,
     tissot_points,
+    usual_exaggeration,
 )
 
 _VERTICES, _FEW_VERTICES, _MANY = 72, 24, 2000
 _TICK, _AIR = 8.0, 0.6  # points, and of them between labels
+_AXIS = 0.5  # points
+_LEAST_FACTOR, _LARGEST_FACTOR = 0.1, 1e6
 _EDGE, _EDGE_SHARE = 0.6, 0.06  # points, and of the width of the ellipses
 
 AnyMeasure = str | Measure | Callable[[FloatArray], FloatArray]
@@ -56,6 +60,15 @@ def check_axes(ax: Any) -> None:
 # ---- Tissot's indicatrices ------------------------------------------------------------------
 
 
+def check_exaggeration(factor: float | str) -> float | str:
+    """A factor by which distortion is exaggerated, or "auto"; else ValueError."""
+    if factor == "auto":
+        return factor
+    if not _LEAST_FACTOR <= check_number("exaggeration", factor) <= _LARGEST_FACTOR:
+        raise ValueError(f"Invalid exaggeration '{factor}'. It must be a factor of 0.1 to 1e6, or auto.")
+    return factor
+
+
 def tissot(
     ax: Axes,
     projection: ProjectionLike,
@@ -63,6 +76,7 @@ def tissot(
     region: RegionLike | None = None,
     step: float | None = None,
     radius: float | None = None,
+    exaggeration: float | str = 1.0,
     title: str | None = None,
     airy_kavrayskiy: float | None = None,
     context: str = CONTEXTS[-1],
@@ -70,11 +84,16 @@ def tissot(
     """Draw Tissot's indicatrices on `ax`; returns the radius in metres of the circles that they are.
 
     The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless
-    `radius` states their size; `context`, one of `CONTEXTS`, is what of the Earth is shown about a region.
+    `radius` states their size. With an `exaggeration` the logarithms of the principal scales are so many times as
+    large, or, with "auto", as many as make them seen; `context`, one of `CONTEXTS`, is what of the Earth is shown about
+    a region.
     """
     check_axes(ax)
+    exaggeration = check_exaggeration(exaggeration)
     surface = surface_of(projection, region)
-    fitted, (panel,) = fit([tissot_points(surface, step)], radius)
+    points = [tissot_points(surface, step)]
+    factor = usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
+    fitted, (panel,) = fit(points, radius, factor)
     draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy, check_context(context))
     return fitted
 
@@ -87,12 +106,16 @@ def draw_tissot(
     title: str | None,
     airy_kavrayskiy: float | None,
     context: str = CONTEXTS[-1],
+    *,
+    axes: bool = False,
 ) -> None:
-    """Draw prepared indicatrices of a radius in metres."""
+    """Draw prepared indicatrices of a radius in metres, with the principal directions as crosses where wanted."""
     set_view(ax, surface)
     draw_ground(ax, surface, context)
     draw_lines(ax, surface, None, context=context)
     draw_ellipses(ax, panel, radius)
+    if axes:
+        _draw_axes(ax, panel, radius)
     _draw_places(ax, surface, context)
     draw_title(
         ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
@@ -115,6 +138,14 @@ def draw_ellipses(ax: Axes, panel: Indicatrices, radius: float, matrix: FloatArr
         ),
         autolim=False,
     )
+
+
+def _draw_axes(ax: Axes, panel: Indicatrices, radius: float) -> None:
+    """Draw the principal directions as crosses."""
+    edge = look_of(ax).colours.edge
+    crosses = LineCollection(list(principal_axes(panel, radius)), colors=edge, linewidths=_AXIS, zorder=2.1)
+    crosses.set_label("principal directions")
+    ax.add_collection(crosses, autolim=False)
 
 
 def _draw_places(ax: Axes, surface: Surface, context: str) -> None:

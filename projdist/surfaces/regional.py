@@ -114,13 +114,22 @@ def _border_lines(region: Region) -> list[FloatArray]:
 
     lines = []
     spacing = max(ground_size(region.bounds)) / _ALONG_BORDER
-    for ring in shapely.get_rings(shapely.get_parts(shapely.segmentize(polygons_of(region), spacing))):
+    for ring in shapely.get_rings(shapely.get_parts(polygons_of(region))):
         points = shapely.get_coordinates(ring)
         on_cut = np.abs(points) == [180.0, 90.0]
         real = ~(on_cut[1:] & on_cut[:-1] & (points[1:] == points[:-1])).any(axis=1)
         runs = np.split(np.arange(real.size), np.flatnonzero(np.diff(real)) + 1)
-        lines += [points[run[0] : run[-1] + 2] for run in runs if real[run[0]]]
+        lines += [_in_steps(points[run[0] : run[-1] + 2], spacing) for run in runs if real[run[0]]]
     return lines
+
+
+def _in_steps(line: FloatArray, spacing: float) -> FloatArray:
+    """A line of (lon, lat) with further points, so that its steps on the ground are of at most `spacing` degrees."""
+    steps = np.diff(line, axis=0)
+    across = np.cos(np.radians(0.5 * (line[1:, 1] + line[:-1, 1])))
+    parts = np.maximum(np.ceil(np.hypot(steps[:, 0] * across, steps[:, 1]) / spacing).astype(int), 1)
+    ends = np.concatenate([[0], np.cumsum(parts)])
+    return np.column_stack([np.interp(np.arange(ends[-1] + 1), ends, column) for column in line.T])
 
 
 def _pieces(surface: Surface, found: CellsIn) -> tuple[FloatArray, ...]:

@@ -168,15 +168,16 @@ def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:
 
 
 def fit(
-    panels: Sequence[Indicatrices], radius: float | None = None, exaggeration: float = 1.0
+    panels: Sequence[Indicatrices], radius: float | None = None, exaggeration: float = 1.0, *, crowded: bool = False
 ) -> tuple[float, list[Indicatrices]]:
     """One radius in metres for all panels, and the indicatrices that are drawn with it.
 
-    No two of a panel overlap, unless a radius is given; those that would touch a seam or an edge,
-    or bend far from the ellipse, are left out. With an `exaggeration` the logarithms of the principal scales of those
-    that are kept are so many times as large.
+    No two of a panel overlap, unless a radius is given; those that would touch a seam or an edge, or bend far from the
+    ellipse, are left out, and, unless they are to be `crowded`, those far closer than others. With an `exaggeration`
+    the logarithms of the principal scales of those that are kept are so many times as large.
     """
-    size, kept = _true_to_scale(panels, radius)
+    spaced = list(panels) if crowded or radius is not None else [without_crowding(panel) for panel in panels]
+    size, kept = _true_to_scale(spaced, radius)
     if exaggeration == 1.0:
         return size, kept
     larger = [replace(panel, J=exaggerated(panel.J, exaggeration)) for panel in kept]
@@ -214,12 +215,11 @@ def _true_to_scale(panels: Sequence[Indicatrices], radius: float | None) -> tupl
         if not 0.0 < check_number("radius", radius) < np.inf:
             raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
         return radius, [panel.take(_fits(panel, radius)) for panel in panels]
-    all_panels = [without_crowding(panel) for panel in panels]
-    size = even_radius(all_panels)
+    size = even_radius(panels)
     for _ in range(_TRIALS):
-        kept = [panel.take(_fits(panel, size)) for panel in all_panels]
+        kept = [panel.take(_fits(panel, size)) for panel in panels]
         # Where most of a panel is lost, the circles are too large for it: a narrow region, small lobes.
-        if all(2 * few.lon.size >= many.lon.size for few, many in zip(kept, all_panels, strict=True)):
+        if all(2 * few.lon.size >= many.lon.size for few, many in zip(kept, panels, strict=True)):
             break
         size *= 0.8
     return size, kept
