@@ -28,7 +28,7 @@ from projdist.projections import (
     listed_projections,
     parameters_of,
 )
-from projdist.regions import GLOBE, Box, Place, PointSet, RegionLike, region_for
+from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
 from projdist.support import check_text
 
 __all__ = ["mean_map"]
@@ -204,8 +204,6 @@ def _check_bodies(maps: Iterable[Projection]) -> None:
 
 def _check_whole(projection: Projection, region: Place) -> None:
     """Raise ProjectionError for a map that is cut within a region; along the edge of a box it may be."""
-    if isinstance(region, PointSet):
-        return
     west, south, east, north = region.bounds
     goes_round = isinstance(region, Box) and east - west >= 360.0
     inner = Box(west + _EDGE, south, east - _EDGE, north) if goes_round else region

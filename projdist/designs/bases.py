@@ -11,7 +11,7 @@ from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, Nodes, cut_length
 from projdist.matrices import log_anisotropy, log_areal_scale
 from projdist.projections import Projection, ProjectionError, ProjectionLike, crs_wkt, parameters_of
-from projdist.regions import Place, PointSet
+from projdist.regions import Place
 
 __all__ = ["best_base", "check_keeps", "check_whole", "given_base"]
 
@@ -37,7 +37,7 @@ def best_base(kind: Kind, region: Place, wish: Wish, nodes: Nodes, symmetry: str
         J, _ = nodes.jacobian(projection)
         if not np.isfinite(J).all() or not _keeps(kind, J):
             continue
-        if not _is_cut(projection, region) and crs_wkt(projection, name)[0] is not None:
+        if cut_length(projection, region) == 0.0 and crs_wkt(projection, name)[0] is not None:
             found.append((figure(J, nodes.weight), projection))
     if not found:
         raise ProjectionError(f"Invalid region '{region.name}'. No {kind.name} map of PROJ's shows it whole.")
@@ -50,13 +50,9 @@ def _equatorial(kind: Kind, extent: Extent, ellipsoid: Ellipsoid) -> Projection:
     return Projection.from_user_input(f"+proj={name} +lat_0=0 +lon_0={extent.lon:.7g} {ellipsoid_text(ellipsoid)}")
 
 
-def _is_cut(projection: Projection, region: Place) -> bool:
-    return not isinstance(region, PointSet) and cut_length(projection, region) > 0.0
-
-
 def check_whole(base: Projection, region: Place) -> None:
     """Raise ProjectionError for a base that is cut within the region: no correction mends that."""
-    if _is_cut(base, region):
+    if cut_length(base, region) > 0.0:
         raise ProjectionError(f"Invalid base '{base.label}'. It is cut within {region.name}.")
 
 

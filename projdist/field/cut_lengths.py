@@ -8,7 +8,7 @@ from projdist._typing import FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.field.tears import drawn, evaluate, find_tears
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Region
+from projdist.regions import GLOBE, Place, PointSet, Region
 
 __all__ = ["cut_length", "is_interrupted"]
 
@@ -32,12 +32,14 @@ def is_interrupted(projection: Projection, region: Region) -> bool:
     return east - west < 360.0 or cut_length(projection, GLOBE) > _ONE_CUT
 
 
-def cut_length(projection: Projection, region: Region) -> float:
-    """Kilometres of cuts within a region, to a cell of some sixty along it.
+def cut_length(projection: Projection, region: Place) -> float:
+    """Kilometres of cuts within a region, to a cell of some sixty along it; none between points.
 
     Links of a grid that are torn are counted, each for the width of its row or column. Gaps of less than a tenth of a
     cell do not count, and where the map ends is no cut.
     """
+    if isinstance(region, PointSet):
+        return 0.0
     west, south, east, north = region.bounds
     step = max(east - west, north - south) / _CELLS
     columns, rows = (max(_BLOCK, int(np.ceil(span / step))) for span in (east - west, north - south))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import overload
+
 import numpy as np
 import shapely
 
@@ -17,6 +19,10 @@ RIM_TOLERANCE = 1e-6
 """By how many degrees the polygon of a cap may leave its rim: 0.1 m."""
 
 
+@overload
+def combine(operator: str, left: Region, right: Region | PointSet, name: str) -> Polygons: ...
+@overload
+def combine(operator: str, left: PointSet, right: Region | PointSet, name: str) -> PointSet: ...
 def combine(operator: str, left: Region | PointSet, right: Region | PointSet, name: str) -> Polygons | PointSet:
     """Two regions by `&`, `-` or `+`; from points, `&` and `-` choose. Raises ValueError where nothing is left."""
     if isinstance(right, PointSet) or (isinstance(left, PointSet) and operator == "+"):

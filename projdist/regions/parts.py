@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -38,6 +38,10 @@ _SPACING = 8.0  # points on edges in a gap: one of d is found as d sqrt(1 + 1 / 
 _DEGREE_KM = math.radians(1.0) * MEAN_EARTH_RADIUS / 1000.0
 
 
+@overload
+def main_part(region: Region, km: float = MAIN_KM) -> Region: ...
+@overload
+def main_part(region: PointSet, km: float = MAIN_KM) -> PointSet: ...
 def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointSet:
     """The parts of a region that hang together with the largest, over gaps of at most `km`; raises ValueError.
 

@@ -141,7 +141,6 @@ def recommend(
     if isinstance(given, PointSet):
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
     place = main_part(given) if given.far else given
-    assert not isinstance(place, PointSet)
     ranking, purpose, area, limit = get_figure(criterion), get_purpose(purpose), _check_area(area), _check_limit(limit)
     records = crs_records(check_authorities(authorities), deprecated=deprecated)
     search = _Search(Pool(place, records, area), purpose, ranking, area, limit, progress)

@@ -14,7 +14,7 @@ from projdist.decisions.recommendation.same_maps import datum_root
 from projdist.decisions.recommendation.trial_nodes import Area, Lattice, Probe, probe_of
 from projdist.field import FIGURES, Figure
 from projdist.projections import CrsRecord, Facts
-from projdist.regions import Box, PointSet, Region
+from projdist.regions import Box, Region
 from projdist.support import plain, run_all
 
 __all__ = ["ENGINEERING_PPM", "Zone", "ZoneSystem", "find_zones"]
@@ -291,7 +291,6 @@ def _part(region: Region, area: Area) -> Region | None:
     from projdist.regions import combine  # shapely is slow to load
 
     try:
-        part = combine("&", region, Box(*area), region.name)
+        return combine("&", region, Box(*area), region.name)
     except ValueError:
         return None
-    return None if isinstance(part, PointSet) else part
