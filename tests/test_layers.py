@@ -45,6 +45,7 @@ HOMES = {
     "pandas": {"support.answers", "gis"},
     "geopandas": {"gis"},
     "pyogrio": {"gis"},
+    "xarray": {"gis"},
     "pyarrow": {"gis"},
     "rasterio": {"gis", "decisions.surveying.heights"},
     "distributed": {"support.executors"},

@@ -91,6 +91,7 @@ ANSWERS: dict[str, Callable[[Any], Any]] = {
 OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "field_of": lambda region, _: projdist.field_of(of_plate_carree, region=region).weight.sum(),
     "gis.indicatrices": lambda region, _: gis.indicatrices("robin", region=region, step=0.1).total_bounds,
+    "gis.measure_arrays": lambda region, _: extent_of_arrays(region),
     "gis.raster": lambda region, _: gis.raster("robin", ["fisher"], region=region, size=20).pixels.transform,
     "gis.weighted": weighted,
     "plots.add_heatmap": lambda region, _: added(plots.add_heatmap, region),
@@ -106,6 +107,13 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "plots.tissot_figure": lambda region, _: limits(plots.tissot_figure(["robin"], region=region)),
     "plots.to_cartopy": lambda region, _: cartopy_bounds(region),
 }
+
+
+def extent_of_arrays(region: Any) -> list[float]:
+    """The first and last coordinates of arrays of measures."""
+    pytest.importorskip("xarray")
+    found = gis.measure_arrays("robin", region=region, size=20)
+    return [*found.x.values[[0, -1]].tolist(), *found.y.values[[0, -1]].tolist()]
 
 
 def added(draw: Callable[..., object], region: Any) -> list[float]:

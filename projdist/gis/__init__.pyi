@@ -1,3 +1,4 @@
+from .arrays import factor_arrays, measure_arrays
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
 from .grids import GRIDS
 from .layers import LAYER_SUFFIXES, indicatrices, save_layer
@@ -19,9 +20,11 @@ __all__ = [
     "check_libraries",
     "convert",
     "convert_frame",
+    "factor_arrays",
     "frame_of",
     "georeference_of",
     "indicatrices",
+    "measure_arrays",
     "plain_table",
     "raster",
     "read_data",

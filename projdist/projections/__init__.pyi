@@ -1,6 +1,7 @@
 from . import worldmaps
 from .arguments import number_text
 from .catalogue import NAMES, WINKEL_PARALLEL
+from .cf_conventions import cf_attributes
 from .composed import compose, uncomposed
 from .database import (
     AUTHORITIES,
@@ -67,6 +68,7 @@ __all__ = [
     "Source",
     "add_columns",
     "area_of_use",
+    "cf_attributes",
     "check_authorities",
     "check_degrees",
     "check_new_names",
