@@ -1,0 +1,52 @@
+"""`frame.projdist` of geopandas: what projdist answers of the data of a frame.
+
+It is there once this module is imported, which `import projdist.gis` does if pandas is already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import pandas as pd
+
+from projdist.answers import factors
+from projdist.decisions import Check, check, estimate_crs
+from projdist.matrices import Measure
+from projdist.projections import CRS, ProjectionLike
+
+
+@pd.api.extensions.register_dataframe_accessor("projdist")
+@pd.api.extensions.register_series_accessor("projdist")
+class FrameAccessor:
+    """What projdist answers of a GeoDataFrame or GeoSeries.
+
+    Examples
+    --------
+    >>> import geopandas, projdist.gis.accessors
+    >>> bern = geopandas.GeoSeries.from_xy([2600000, 2601000], [1200000, 1201000], crs="EPSG:2056")
+    >>> bern.projdist.estimate_crs(authorities=["EPSG"]).to_epsg()
+    2056
+    """
+
+    def __init__(self, frame: Any) -> None:
+        self._frame = frame
+
+    def check(
+        self,
+        crs: ProjectionLike | None = None,
+        *,
+        column: str | None = None,
+        purpose: str | None = "any",
+        **options: Any,
+    ) -> Check:
+        """The errors of area, length and bearing of its features in a CRS, as `projdist.check` has them."""
+        return check(self._frame, crs, column=column, purpose=purpose, **options)
+
+    def estimate_crs(self, *, purpose: str = "any", **options: Any) -> CRS:
+        """The best existing CRS for the data, as `projdist.estimate_crs` has it."""
+        return estimate_crs(self._frame, purpose=purpose, **options)
+
+    def factors(self, projection: ProjectionLike, *, measures: Iterable[str | Measure] = (), prefix: str = "") -> Any:
+        """The frame with the factors of a projection at its points as columns, as `projdist.factors` has it."""
+        return factors(projection, self._frame, measures=measures, prefix=prefix)
