@@ -65,7 +65,8 @@ def measure_arrays(
 
     Examples
     --------
-    >>> import rasterio, xarray
+    >>> import rasterio
+    >>> import xarray
     >>> found = measure_arrays("EPSG:3035", ["omega", "s"], size=100)
     >>> found.omega.dims, found.omega.attrs["units"], found.sizes["x"]
     (('y', 'x'), 'deg', 100)
