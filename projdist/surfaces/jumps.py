@@ -13,6 +13,8 @@ from projdist.surfaces.surface import Surface
 _HALVINGS = 6
 _LEFT = 0.5  # of an edge's difference, on a 64th of it: a field without a jump has a few hundredths of it there
 
+_STEEP = 2.0  # of the usual difference along an edge: along others a field that jumps does so by less than it rises
+
 ValuesAt = Callable[[FloatArray, FloatArray], FloatArray]
 """A field's values at longitudes and latitudes."""
 
@@ -26,7 +28,9 @@ def jumping(surface: Surface, values: FloatArray, levels: FloatArray, values_at:
     passed = np.searchsorted(levels, high) > first
     inside = (edges < surface.nodes).all(axis=1) & np.isfinite(low + high)  # images of a seam are on sides of their own
     found = np.zeros(len(edges), dtype=bool)
-    tried = np.flatnonzero(passed & inside)
+    step = high - low
+    steep = step > _STEEP * np.median(step[inside]) if inside.any() else inside
+    tried = np.flatnonzero(passed & inside & steep)
     if tried.size:
         found[tried] = _jumps(surface, edges[tried], levels[first[tried]], values_at)
     return np.asarray(found[which.reshape(-1, 3)].any(axis=1))

@@ -21,7 +21,8 @@ _POLAR = 86.0  # degrees; no coast is beyond
 
 def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
     """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    found = cells_in(surface, _land_about(surface) if resolution == _FINEST else _all_land(resolution))
+    wide = longitude_width(surface.domain.box.bounds) == 360.0 and resolution != _FINEST
+    found = cells_in(surface, _all_land(resolution) if wide else _land_about(surface, resolution))
     return surface.triangles_of(found.inside), found.pieces
 
 
@@ -31,12 +32,10 @@ def _all_land(resolution: str) -> Area:
     return Area.of(land(resolution), _segments(coastlines(resolution)), end=_POLAR)
 
 
-def _land_about(surface: Surface) -> Area:
-    """The finest land, of which all takes seconds to make, where a surface is."""
+def _land_about(surface: Surface, resolution: str) -> Area:
+    """The land where a surface is: all takes seconds to make of the finest, and half a second of others."""
     bounds = surface.domain.box.bounds
-    west, south, east, north = _window(bounds)
-    edges = _segments(coast(bounds, _FINEST, np.inf))
-    return Area.of(land_within((west, south, east, north), _FINEST), edges, end=_POLAR)
+    return Area.of(land_within(_window(bounds), resolution), _segments(coast(bounds, resolution, np.inf)), end=_POLAR)
 
 
 def _segments(lines: Sequence[FloatArray]) -> FloatArray:
