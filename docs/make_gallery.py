@@ -261,7 +261,8 @@ def draw(entry: Entry) -> tuple[Figure, str]:
     scale = plots.heatmap(right, entry.projection, measure=entry.measure, region=region, title="")
     figure.suptitle(entry.title, fontsize=11)
     text = f"Circles on the ground with a radius of {radius / 1e3:,.0f} km"
-    left.text(0.5, -0.04, text, transform=left.transAxes, ha="center", va="top", fontsize=8, color="#555555")
+    below = -0.04 if region is None else -0.12  # of the map's height: under the labels of a graticule
+    left.text(0.5, below, text, transform=left.transAxes, ha="center", va="top", fontsize=8, color="#555555")
     return figure, scale.cmap
 
 

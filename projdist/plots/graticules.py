@@ -17,6 +17,7 @@ from projdist.plots.looks import look_of, scale_of
 SIZE = 6.5  # points
 _WIDTH, _HEIGHT = 0.62, 1.3  # of a letter and of a line, in the size
 _AIR = 2.5  # points between a label and the frame
+_BEYOND = 9.0  # points to the right of the frame, where a figure may end
 _FLAT = 0.35  # of a line's direction towards an edge: one that runs along it is not labelled there
 
 _EDGES = ("bottom", "left", "top", "right")
@@ -46,6 +47,11 @@ class _Label:
     y: float
     half: tuple[float, float]
 
+    def fits(self, width: float) -> bool:
+        """Whether it does not reach to the right of a frame, or hardly so where it stands below it."""
+        beyond = _BEYOND if self.edge == "bottom" else 0.0
+        return self.x + self.half[0] < width + beyond
+
     def overlaps(self, other: _Label) -> bool:
         """Whether two labels would touch."""
         apart = abs(self.x - other.x), abs(self.y - other.y)
@@ -68,7 +74,9 @@ def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
         ]
         if not line.is_meridian and not candidates:
             candidates = _inside(line.text, pieces, width, height, size)
-        clear = (label for label in candidates if not any(label.overlaps(other) for other in placed))
+        clear = (
+            label for label in candidates if label.fits(width) and not any(label.overlaps(other) for other in placed)
+        )
         chosen = next(clear, None)
         if chosen is not None:
             placed.append(chosen)

@@ -27,6 +27,7 @@ _BAR = 0.22  # of a picture's width, at most
 _ROUND = tuple(m * 10.0**k for k in range(0, 7) for m in (1, 2, 5))
 
 _PLACED_AT_ONCE = 8.0  # degrees: a smaller region has a globe that tells where it is
+_LEAST_FOR_LOCATOR = 170.0  # points; in a smaller picture it would be in the way
 _LOCATOR = 0.17  # of the smaller side
 _LOCATOR_STEP = 4.0  # degrees
 _MARK = "#d7301f"
@@ -66,7 +67,8 @@ def draw_places(ax: Axes, surface: Surface) -> None:
     points = 72.0 / ax.figure.dpi
     texts = _Texts(box.width * points, box.height * points, [])
     _take_labels(ax, texts)
-    if max(ground_size(surface.domain.region.bounds)) < _PLACED_AT_ONCE:
+    is_small = max(ground_size(surface.domain.region.bounds)) < _PLACED_AT_ONCE
+    if is_small and min(texts.width, texts.height) > _LEAST_FOR_LOCATOR:
         _draw_locator(ax, surface, texts)
     if _is_true_to_scale(surface):
         _draw_scale_bar(ax, surface, texts)

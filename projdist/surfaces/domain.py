@@ -54,12 +54,14 @@ class Domain:
     """The drawn part of a projection; call it for x, y in metres, NaN outside.
 
     `box` is where it is drawn: around a region that is laid out as a part of it, else the region itself.
+    `beyond` is what of it runs off to infinity, `within` where a map that folds is drawn.
     """
 
     projection: Projection
     region: Place
     box: Place
     beyond: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None = None
+    within: Callable[[FloatArray, FloatArray], BoolArray] | None = None
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Coordinates in metres of points in degrees, NaN where the point is not drawn."""
@@ -69,6 +71,8 @@ class Domain:
         outside = ~np.isfinite(x)
         if self.box != GLOBE:
             outside |= ~self.box.contains(lon, lat)
+        if self.within is not None:
+            outside |= ~self.within(lon, lat)
         if self.beyond is not None:
             outside |= self.beyond(x, y, *rough_scales(self.projection, lon, lat))
         return np.where(outside, np.nan, x), np.where(outside, np.nan, y)

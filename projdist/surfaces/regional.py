@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from projdist.support import tell
 from projdist.surfaces.areas import Area, CellsIn, cells_in
 from projdist.surfaces.domain import (
     Bounds,
-    Domain,
     domain_of,
     ground_size,
     is_part,
@@ -82,7 +81,7 @@ def _regional(surface: Surface, region: Region) -> Surface:
         ground = build_surface(domain_of(part.domain.projection, GLOBE), _GLOBE_GROUND_STEP)
         part = replace(part, extent=ground.extent, view=ground.view)
     else:
-        ground = build_surface(*_surroundings(part))
+        ground = _surroundings(part)
     size = max(extent[1] - extent[0], extent[3] - extent[2])
     border = project_lines(ground.domain, lines, size)
     return replace(part, border=tuple(border), ground=ground)
@@ -148,22 +147,77 @@ def _anticlockwise(polygon: FloatArray) -> FloatArray:
     return polygon if x[:-1] @ y[1:] >= y[:-1] @ x[1:] else polygon[::-1]
 
 
-def _surroundings(part: Surface) -> tuple[Domain, float]:
-    """The domain that fills the picture of a part of a map, and the step of its grid in degrees."""
+def _surroundings(part: Surface) -> Surface:
+    """The surface that fills the picture of a part of a map."""
     projection = part.domain.projection
     lons, lats = _sought(part.domain.region.bounds)
     x, y = projection(*np.meshgrid(normalised(lons), lats))
     left, right, bottom, top = part.view
     seen = np.asarray((x >= left) & (x <= right) & (y >= bottom) & (y <= top), dtype=bool)
-    west, east = _reach(lons, np.asarray(seen.any(axis=0)))
-    low, high = _reach(lats, np.asarray(seen.any(axis=1)))
+    near = _one_sheet(part.domain.region.bounds, lons, lats, x, y, seen)
+    west, east = _reach(lons, np.asarray(near.any(axis=0)))
+    low, high = _reach(lats, np.asarray(near.any(axis=1)))
     south, north = max(low, -90.0), min(high, 90.0)
     if east - west < 360.0:
         first = float(normalised(np.array(west)))
         box = Box(first, south, float(normalised(np.array(first + east - west))), north)
     else:
         box = Box(-180.0, south, 180.0, north)
-    return domain_of(projection, box), min(max(ground_size(box.bounds)) / _GROUND_NODES, _GLOBE_GROUND_STEP)
+    domain = domain_of(projection, box)
+    step = min(max(ground_size(box.bounds)) / _GROUND_NODES, _GLOBE_GROUND_STEP)
+    if (near == seen).all():
+        return build_surface(domain, step)
+    shown = _widened(near, ~seen | near)
+    ground = build_surface(replace(domain, within=_Cells(lons, lats, shown)), step)
+    return replace(ground, outline=np.empty((0, 2, 2)))
+
+
+def _one_sheet(
+    bounds: Bounds, lons: FloatArray, lats: FloatArray, x: FloatArray, y: FloatArray, seen: BoolArray
+) -> BoolArray:
+    """What is seen of a map and hangs together with a region without a fold.
+
+    Maps that are made for a region, polynomials, fold beyond it or come round to it again.
+    """
+    (x_lat, x_lon), (y_lat, y_lon) = np.gradient(x), np.gradient(y)
+    turned = np.sign(x_lon * y_lat - x_lat * y_lon)
+    west, south, _, north = bounds
+    east = west + longitude_width(bounds)
+    inside = ((lons >= west) & (lons <= east))[None, :] & ((lats >= south) & (lats <= north))[:, None] & seen
+    found = inside & (turned != -np.sign(np.nansum(turned[inside])))
+    allowed = seen & (turned != -np.sign(np.nansum(turned[inside])))  # at a pole it is 0
+    while True:
+        wider = _widened(found, allowed, 1)
+        if (wider == found).all():
+            return found
+        found = wider
+
+
+def _widened(chosen: BoolArray, allowed: BoolArray, steps: int = 4) -> BoolArray:
+    """What is chosen of a grid, and so many steps about it where that is allowed; columns close round the Earth."""
+    for _ in range(steps):
+        wider = chosen.copy()
+        wider[1:] |= chosen[:-1]
+        wider[:-1] |= chosen[1:]
+        wider |= np.roll(chosen, 1, axis=1) | np.roll(chosen, -1, axis=1)
+        chosen = wider & (allowed | chosen)
+    return chosen
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """Which points are next to chosen ones of a grid."""
+
+    lons: FloatArray
+    lats: FloatArray
+    chosen: BoolArray
+
+    def __call__(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
+        """Whether the nearest point of the grid is chosen."""
+        columns = np.rint(np.mod(lon - self.lons[0], 360.0) / (self.lons[1] - self.lons[0])).astype(int)
+        rows = np.rint((lat - self.lats[0]) / (self.lats[1] - self.lats[0])).astype(int)
+        last = len(self.lats) - 1, len(self.lons) - 1
+        return np.asarray(self.chosen[np.clip(rows, 0, last[0]), np.clip(columns, 0, last[1])])
 
 
 def _sought(bounds: Bounds) -> tuple[FloatArray, FloatArray]:

@@ -92,3 +92,15 @@ def test_islands_have_ellipses() -> None:
     """Where no point of the grid falls on atolls, those beside them stand for them."""
     surface = surface_of("EPSG:3832", "country:KI@all")
     assert tissot_points(surface, None).lon.size >= 9
+
+
+def test_maps_that_come_round_again_show_one_sheet() -> None:
+    """The New Zealand Map Grid is a polynomial: far places fall into its frame again, and are not drawn."""
+    surface = surface_of("EPSG:27200", "country:NZ@main")
+    ground = surface.ground
+    lon, lat = ground.lonlat()
+    west, east, south, north = surface.view
+    seen = (ground.x > west) & (ground.x < east) & (ground.y > south) & (ground.y < north)
+    assert seen.sum() > 1000
+    assert -56.0 < lat[seen].min() < lat[seen].max() < -30.0
+    assert 160.0 < np.mod(lon[seen], 360.0).min() < np.mod(lon[seen], 360.0).max() < 186.0
