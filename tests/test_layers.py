@@ -33,7 +33,8 @@ MAY_IMPORT = {
     "surfaces": {"numerics", "matrices", "earth", "projections", "regions", "field", "support"},
     "plots": BELOW_PLOTS,
     "gis": BELOW_PLOTS,
-    "cli": {*BELOW_PLOTS, "plots", "gis"},
+    "web": {*BELOW_PLOTS, "plots", "gis"},
+    "cli": {*BELOW_PLOTS, "plots", "gis", "web"},
 }
 # Packages for users to import from, besides the rooms.
 FACES = {*MAY_IMPORT, "applications.mosaics", "applications.oldmaps", "applications.pointclouds"}
@@ -59,7 +60,7 @@ HOMES = {
         *("decisions.checking.outlines", "designs.overlaps"),
         *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),
-        *("gis.layers", "gis.points", "gis.conversion"),
+        *("gis.layers", "gis.points", "gis.conversion", "web.outlines"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.cartopy_projections", "plots.geoaxes"},

@@ -13,8 +13,19 @@ import typer
 from projdist import gis
 from projdist.cli.cells import area_text
 from projdist.cli.errors import fail, refuse, refusing
+from projdist.cli.formats import HTML
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
-from projdist.cli.options import FormatOption, OverwriteOption, choice, file_of_kind, format_of, number, whole_number
+from projdist.cli.options import (
+    PAGE_SUFFIX,
+    FormatOption,
+    OverwriteOption,
+    choice,
+    file_of_kind,
+    format_of,
+    number,
+    page_file,
+    whole_number,
+)
 from projdist.cli.output import drawing, present
 from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Table
@@ -61,7 +72,12 @@ def check_command(
     format: FormatOption = "table",
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="The data with their errors: .gpkg or .geojson."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="The data with their errors: .gpkg or .geojson; or the report as a page: .html.",
+        ),
     ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -72,7 +88,8 @@ def check_command(
     choice("thing to fail on", fail_on, list(FAIL_ON))
     with refusing():
         get_purpose(purpose)
-    path = None if output is None else file_of_kind(output, LAYER_SUFFIXES, overwrite)
+    page = page_file(output, form, overwrite)
+    path = None if output is None or page else file_of_kind(output, (*LAYER_SUFFIXES, PAGE_SUFFIX), overwrite)
     if path is not None:
         check_libraries(path)
     with refusing(), progress_bar("maps") as progress:
@@ -81,7 +98,7 @@ def check_command(
         result = check(frame, crs, column=id, purpose=None if no_recommend else purpose, **options)
     if path is not None:
         _save(result, frame, path, overwrite)
-    present(check_report(result, data, count, path), form)
+    present(check_report(result, data, count, path), HTML if page else form, page, overwrite)
     if result.above(limit, bearing=turn, on=fail_on):
         fail(_reason(result, fail_on, fail_above, fail_above_bearing))
         raise typer.Exit(ABOVE)

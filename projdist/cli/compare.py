@@ -34,7 +34,7 @@ from projdist.cli.options import (
 from projdist.cli.output import present
 from projdist.cli.pictures import PictureFile
 from projdist.cli.progress import progress_bar
-from projdist.cli.report import Column, Report, Row, Table
+from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
 
 _CONVENTION = (
@@ -101,6 +101,8 @@ def compare_command(
     if picture is not None and plot is not None and found.results:
         _draw(found, plot, names, picture)
         report = replace(report, written=[picture.path])
+    if found.results:
+        report = replace(report, maps=_mapped(found, names))
     report = replace(report, tables=[replace(table, bars=_sort_key(sort, names)) for table in report.tables])
     present(report, form, path, overwrite)
     tell_problems([failure.error for failure in found.failures])
@@ -126,6 +128,12 @@ def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFi
     maps = [one.projection for one in found.results]
     options: dict[str, Any] = {"measure": names[0] if names else "fisher", "region": found.region}
     picture.save(functools.partial(plots.distribution_figure, maps, plot, **options))
+
+
+def _mapped(found: Comparison, names: Sequence[str]) -> Mapped:
+    """The maps that could be measured."""
+    titles = [label_of(one.given, one.projection.name) for one in found.results]
+    return Mapped([one.projection for one in found.results], titles, found.region, names[0] if names else "fisher")
 
 
 def _sort_key(sort: str, measures: Sequence[str]) -> str:

@@ -12,8 +12,9 @@ from projdist import plots
 from projdist.answers import CONSTRAINTS, Correction, correct
 from projdist.cli.cells import area_text, covers, first_digit, rounded
 from projdist.cli.errors import refuse, refusing
-from projdist.cli.formats import JSON, TABLE
+from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
+    PAGE_SUFFIX,
     DpiOption,
     OverwriteOption,
     RegionOption,
@@ -21,15 +22,16 @@ from projdist.cli.options import (
     choice,
     format_of,
     number,
+    page_file,
     region_given,
 )
 from projdist.cli.output import drawing, present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Copy, Report, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.projections import Projection
 from projdist.regions import Place
 
-_FORMS = (TABLE, JSON, "proj", "wkt")
+_FORMS = (TABLE, JSON, HTML, "proj", "wkt")
 
 
 @with_looks
@@ -47,7 +49,12 @@ def correct_command(
     format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_FORMS), help="How to print.")] = "table",
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Picture of the map before and after: .png, .svg or .pdf."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Picture of the map before and after: .png, .svg or .pdf; or a page: .html.",
+        ),
     ] = None,
     local: Annotated[
         str | None,
@@ -62,17 +69,26 @@ def correct_command(
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
     form, area = format_of(format, _FORMS), region_given(region)
     choice("constraint", constraint, list(CONSTRAINTS))
-    picture = picture_of(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
+    page = page_file(output, form, overwrite)
+    picture = picture_of(
+        None if page else output,
+        size=size,
+        dpi=dpi,
+        step=step,
+        overwrite=overwrite,
+        look=look,
+        beside=(PAGE_SUFFIX,),
+    )
     with refusing():
         measured = Projection.from_user_input(projection)
         if local is not None:
-            _check_local(form, picture, constraint, keep_north)
+            _check_local(HTML if page else form, picture, constraint, keep_north)
             _draw_local(measured, area, number("radius", local, 1e-3, 10_000.0, " of km"), picture, form)
             return
         result = correct(measured, area, constraint=constraint, keep_north=keep_north)
     if picture is not None:
         _draw(result, picture)
-    present(_report(result, projection, picture), form)
+    present(_report(result, projection, picture), HTML if page else form, page, overwrite)
 
 
 def _draw(result: Correction, picture: PictureFile) -> None:
@@ -132,6 +148,7 @@ def _report(result: Correction, given: str, picture: PictureFile | None) -> Repo
         },
         about=result.projection.name,
         written=[picture.path if picture else None],
+        maps=Mapped([result.projection, result.corrected], ["As it is", "Corrected"], result.region),
     )
 
 

@@ -12,7 +12,7 @@ import typer
 from projdist import plots
 from projdist.cli.cells import area_text, certain, per_cent, rounded
 from projdist.cli.errors import refuse, refusing
-from projdist.cli.formats import JSON, TABLE
+from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
     DatumOption,
     DpiOption,
@@ -29,11 +29,11 @@ from projdist.cli.options import (
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import words_told
-from projdist.cli.report import Column, Copy, Report, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
 from projdist.field import Extreme
 
-_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
+_FORMS = (TABLE, JSON, HTML, "proj", "wkt", "wkt-derived", "projjson")
 _IN_PPM = 0.01  # Airy-Kavrayskiy errors of maps whose scales are told in parts per million
 _DOING = {
     "nodes": "Laying nodes",
@@ -77,7 +77,7 @@ def design_command(
         typer.Option(metavar="PROJECTION", help="Maps to compare with, else the best existing CRS. May be repeated."),
     ] = None,
     name: Annotated[str | None, typer.Option(metavar="TEXT", help="Of the CRS.")] = None,
-    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt or .txt")] = None,
+    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt, .html or .txt")] = None,
     output: OutputOption = None,
     picture: Annotated[
         str | None, typer.Option(metavar="FILE", help="Beside the best existing map: .png, .svg or .pdf.")
@@ -137,11 +137,17 @@ def _place(text: str) -> tuple[float, float]:
 
 def _draw(found: Design, picture: PictureFile) -> None:
     """Heat maps of the made map and its first rival that is a CRS, on one scale."""
+    maps, titles, region, measure = _mapped(found)
+    picture.save(functools.partial(plots.heatmap_figure, maps, measure=measure, region=region, titles=titles))
+
+
+def _mapped(found: Design) -> Mapped:
+    """The made map and its first rival that is a CRS."""
     beside = next((one for one in found.rivals if one.kind == "best existing"), next(iter(found.rivals), None))
     maps = [found.projection] + ([beside.projection] if beside else [])
     titles = ["Made to measure"] + ([beside.name] if beside else [])
     measure = "scale_error_ppm" if found.airy_kavrayskiy < _IN_PPM else "fisher"
-    picture.save(functools.partial(plots.heatmap_figure, maps, measure=measure, region=found.region, titles=titles))
+    return Mapped(maps, titles, found.region, measure)
 
 
 def _report(found: Design, picture: PictureFile | None) -> Report:
@@ -159,6 +165,7 @@ def _report(found: Design, picture: PictureFile | None) -> Report:
         },
         about=found.projection.name,
         written=[picture.path if picture else None],
+        maps=_mapped(found),
     )
 
 

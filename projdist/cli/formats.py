@@ -1,4 +1,4 @@
-"""A report in a format: a table for people, JSON, CSV, Markdown, or one of the forms that it has to copy."""
+"""A report in a format: a table for people, JSON, CSV, Markdown, a web page, or one of the forms it has to copy."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from projdist.cli.errors import fail
 from projdist.cli.report import Report, Row, Table
 from projdist.cli.screen import notes_text, table_text
 
-TABLE, JSON, CSV, MARKDOWN = FORMATS = ("table", "json", "csv", "markdown")
+TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown", "html")
 
 
 def render(report: Report, form: str, output: Path | None = None) -> str:
     """The text of a report, to print or for a file; where it has no such form the command ends with 1."""
     if form in report.copies:
         return _copied(report, form)
-    return {TABLE: _shown, JSON: _as_json, CSV: _as_csv, MARKDOWN: _as_markdown}[form](report, output)
+    return {TABLE: _shown, JSON: _as_json, CSV: _as_csv, MARKDOWN: _as_markdown, HTML: _as_page}[form](report, output)
 
 
 def json_text(value: Any) -> str:
@@ -43,7 +43,7 @@ def csv_text(rows: Sequence[Row], header: Sequence[str]) -> str:
 def wrote(*paths: Path | None) -> str:
     """The lines that say which files a command has written; folders of files, too.
 
-    They end a table, or are all that is printed; JSON, CSV and Markdown, which go elsewhere, have none.
+    They end a table, or are all that is printed; JSON, CSV, Markdown and pages, which go elsewhere, have none.
     """
     return "".join(f"Wrote: {path}\n" for path in paths if path)
 
@@ -82,6 +82,12 @@ def _as_markdown(report: Report, _: Path | None) -> str:
     blocks = [_markdown_table(table) for table in report.tables]
     notes = "".join(f"- {_escaped(line)}\n" for line in lines)
     return "\n".join([*blocks, *([notes] if notes else [])])
+
+
+def _as_page(report: Report, _: Path | None) -> str:
+    from projdist.cli.pages import page_text  # with maps it loads much
+
+    return page_text(report)
 
 
 def _markdown_table(table: Table) -> str:

@@ -12,8 +12,17 @@ import typer
 
 from projdist import plots
 from projdist.cli.errors import refuse, refusing
-from projdist.cli.formats import CSV, JSON, TABLE
-from projdist.cli.options import DpiOption, OverwriteOption, SizeOption, format_of, number, region_of
+from projdist.cli.formats import CSV, HTML, JSON, TABLE
+from projdist.cli.options import (
+    PAGE_SUFFIX,
+    DpiOption,
+    OverwriteOption,
+    SizeOption,
+    format_of,
+    number,
+    page_file,
+    region_of,
+)
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import working
@@ -22,7 +31,7 @@ from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
 from projdist.projections import number_text
 from projdist.regions import PointSet
 
-_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV)
+_FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
 
 
 @with_looks
@@ -57,7 +66,8 @@ def ldp_command(
     name: Annotated[str | None, typer.Option(metavar="TEXT", help="The name of the CRS.")] = None,
     format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_FORMS), help="How to print.")] = "table",
     output: Annotated[
-        str | None, typer.Option("--output", "-o", metavar="FILE", help="Map of the ppm: .png, .svg or .pdf.")
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Map of the ppm: .png, .svg or .pdf; or a page: .html."),
     ] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,
@@ -69,7 +79,10 @@ def ldp_command(
     own = isinstance(area, PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look)
+    page = page_file(output, form, overwrite)
+    picture = picture_of(
+        None if page else output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,)
+    )
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],
         "criterion": criterion,
@@ -88,7 +101,7 @@ def ldp_command(
         found = ldp(area, **options)
     if picture is not None:
         _draw(found, picture)
-    present(_report(found, picture), form)
+    present(_report(found, picture), HTML if page else form, page, overwrite)
 
 
 def _draw(found: LDP, picture: PictureFile) -> None:

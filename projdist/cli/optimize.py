@@ -11,7 +11,7 @@ import typer
 
 from projdist.cli.cells import area_text, change, covers, rounded
 from projdist.cli.errors import refusing
-from projdist.cli.formats import JSON, TABLE
+from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
     OutputOption,
     OverwriteOption,
@@ -23,9 +23,9 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.progress import progress_bar
-from projdist.cli.report import Column, Copy, Report, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.decisions import FAMILIES, Optimum, optimize, recommend
-from projdist.projections import number_text
+from projdist.projections import ProjectionLike, number_text
 from projdist.regions import Place
 
 _RECOMMENDED = "recommend"
@@ -34,7 +34,7 @@ _LIMIT_DIGIT = 1e-3  # of a limit, which is no more than a good prediction
 _DIGIT = 1e-5  # of a value: what figures of a table are shown to
 
 
-_FORMS = (TABLE, "proj", "wkt", JSON)
+_FORMS = (TABLE, "proj", "wkt", JSON, HTML)
 
 
 def optimize_command(
@@ -70,7 +70,7 @@ def optimize_command(
             metavar="PROJECTION", help="A map to compare with, or 'recommend': the best existing CRS. May be repeated."
         ),
     ] = None,
-    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt or .txt")] = None,
+    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt, .html or .txt")] = None,
     output: OutputOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -118,7 +118,14 @@ def _report(found: Optimum) -> Report:
         data=found.to_dict,
         copies={"proj": Copy(found.proj), "wkt": Copy(found.wkt, found.wkt_reason)},
         about=name,
+        maps=_mapped(found),
     )
+
+
+def _mapped(found: Optimum) -> Mapped:
+    """The map beside those that it is compared with."""
+    maps: list[ProjectionLike] = [found.projection, *(one.definition for one in found.baselines)]
+    return Mapped(maps, ["Optimised", *(one.name for one in found.baselines)], found.region)
 
 
 def _lead(found: Optimum) -> Iterator[str]:

@@ -12,7 +12,7 @@ import typer
 
 from projdist import gis
 from projdist.cli.errors import cannot_write, fail, refuse, refusing
-from projdist.cli.formats import FORMATS, TABLE
+from projdist.cli.formats import FORMATS, HTML, TABLE
 from projdist.matrices import get_measure
 from projdist.regions import Place, get_region, weighted_points
 from projdist.support import is_stream, refuse_existing
@@ -53,7 +53,7 @@ WeightOption = Annotated[
     ),
 ]
 FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="How to print.")]
-FileFormatOption = Annotated[str | None, file_format(FORMATS, ".json, .csv, .md or .txt")]
+FileFormatOption = Annotated[str | None, file_format(FORMATS, ".json, .csv, .md, .html or .txt")]
 OutputOption = Annotated[
     str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
 ]
@@ -90,7 +90,8 @@ def format_of(text: str, forms: Sequence[str] = FORMATS) -> str:
     return choice("format", text, list(forms))
 
 
-_TOLD_BY = {".json": "json", ".csv": "csv", ".md": "markdown", ".wkt": "wkt"}
+_TOLD_BY = {".json": "json", ".csv": "csv", ".md": "markdown", ".html": HTML, ".wkt": "wkt"}
+PAGE_SUFFIX = ".html"
 _OF_ANY = (".txt", ".log", "")
 
 
@@ -108,6 +109,15 @@ def format_for(text: str | None, path: Path | None, forms: Sequence[str] = FORMA
     if told is not None and stated not in (None, told):
         refuse(f"Invalid format '{stated}' for '{path}'. Its suffix tells the format, {told}.")
     return told or stated or TABLE
+
+
+def page_file(output: str | None, form: str, overwrite: bool) -> Path | None:
+    """The page to write, of a command whose other outputs are pictures or data; None where the output is none."""
+    if output is None or Path(output).suffix.lower() != PAGE_SUFFIX:
+        return None
+    if form not in (TABLE, HTML):
+        refuse(f"Invalid format '{form}' for '{output}'. Its suffix tells the format, {HTML}.")
+    return output_file(output, overwrite)
 
 
 def region_given(text: str | None, weight: str | None = None) -> Place | None:

@@ -79,8 +79,10 @@ class PictureFile:
         step: str | None = None,
         overwrite: bool,
         look: LookWords | None = None,
+        beside: tuple[str, ...] = (),
     ) -> None:
-        self.path: Path = file_of_kind(output, plots.SUFFIXES, overwrite, "picture file")
+        kind = "output" if beside else "picture file"
+        self.path: Path = file_of_kind(output, (*plots.SUFFIXES, *beside), overwrite, kind)
         self.dots, self.step = dots_of(dpi), step_of(step)
         self.size, self.overwrite = size_of(size, self.dots), overwrite
         self.look = {} if look is None else {"look": _look(look)}
@@ -116,14 +118,16 @@ def picture_of(
     step: str | None = None,
     overwrite: bool,
     look: LookWords | None = None,
+    beside: tuple[str, ...] = (),
     **others: Any,
 ) -> PictureFile | None:
     """The picture of a command that draws one only where it is asked to; else options of pictures are refused.
 
-    `others` are such options that the command has beside these, None where they are not given.
+    `others` are such options that the command has beside these, None where they are not given; `beside` are suffixes
+    of what else it writes, which is not asked for here.
     """
     if output is not None:
-        return PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
+        return PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look, beside=beside)
     given = {f"--{name}": value for name, value in (others | {"step": step, "size": size, "dpi": dpi}).items()}
     for name, value in (given | look_options(look)).items():
         if value is not None:

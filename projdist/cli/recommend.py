@@ -14,19 +14,22 @@ import typer
 from projdist import plots
 from projdist.cli.cells import certain, change, per_cent, rounded
 from projdist.cli.errors import fail, refuse, refusing
+from projdist.cli.formats import HTML
 from projdist.cli.options import (
+    PAGE_SUFFIX,
     DpiOption,
     FormatOption,
     OverwriteOption,
     SizeOption,
     format_of,
+    page_file,
     region_of,
     whole_number,
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import progress_bar
-from projdist.cli.report import Column, Report, Row, Table
+from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.decisions import (
     CLOSE,
     ENGINEERING_PPM,
@@ -79,7 +82,9 @@ def recommend_command(
     format: FormatOption = "table",
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Heat maps of the best: .png, .svg or .pdf."),
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Heat maps of the best: .png, .svg or .pdf; or all as a page: .html."
+        ),
     ] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,
@@ -91,7 +96,10 @@ def recommend_command(
     most = whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look)
+    page = page_file(output, form, overwrite)
+    picture = picture_of(
+        None if page else output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,)
+    )
     with refusing(), _executor(executor) as workers, progress_bar("maps", after=0.0) as progress:
         result = recommend(
             area,
@@ -112,7 +120,7 @@ def recommend_command(
         raise typer.Exit(1)
     if picture is not None:
         _draw(result, picture)
-    present(_report(result, picture), form)
+    present(_report(result, picture), HTML if page else form, page, overwrite)
 
 
 # ---- the surroundings of the work -----------------------------------------------------------
@@ -135,20 +143,31 @@ def _executor(text: str | None) -> Iterator[Executor | None]:
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:
-    """Heat maps of the best, the last of them the best custom projection if there is one, with one colour bar."""
-    custom = result.custom[:1]
-    best = _drawable(result)[: _DRAWN - len(custom)]
-    distortions = [*(one.distortion for one in best), *(one.distortion for one in custom)]
+    """Heat maps of the best, with one colour bar."""
+    maps, titles, region, measure = _mapped(result)
+    distortions = [*(one.distortion for one in _drawn(result)), *(one.distortion for one in result.custom[:1])]
     picture.save(
         functools.partial(
             plots.heatmap_figure,
-            [*(one.code for one in best), *(one.proj for one in custom)],
-            measure="fisher",
-            region=result.region,
-            titles=[*(one.code for one in best), *(f"custom {one.family}" for one in custom)],  # names do not fit
+            maps,
+            measure=measure,
+            region=region,
+            titles=titles,
             airy_kavrayskiy=[distortion.airy_kavrayskiy for distortion in distortions],
         )
     )
+
+
+def _drawn(result: Recommendation) -> Sequence[Candidate]:
+    """The best that are drawn, beside the best custom projection if there is one."""
+    return _drawable(result)[: _DRAWN - len(result.custom[:1])]
+
+
+def _mapped(result: Recommendation) -> Mapped:
+    """The maps of the best by their codes, as their names would not fit, and the best custom projection."""
+    best, custom = _drawn(result), result.custom[:1]
+    maps = [*(one.code for one in best), *(one.proj for one in custom)]
+    return Mapped(maps, [*(one.code for one in best), *(f"custom {one.family}" for one in custom)], result.region)
 
 
 def _drawable(result: Recommendation) -> tuple[Candidate, ...]:
@@ -177,6 +196,7 @@ def _report(result: Recommendation, picture: PictureFile | None) -> Report:
         rows=lambda: [{key: _finite(value) for key, value in row.items()} for row in rows],
         header=["code"],
         written=[picture.path if picture else None],
+        maps=_mapped(result),
     )
 
 

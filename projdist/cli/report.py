@@ -7,6 +7,8 @@ from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from projdist.projections import ProjectionLike
+from projdist.regions import RegionLike
 from projdist.support import is_number
 
 Row = Mapping[str, Any]
@@ -87,13 +89,23 @@ class Copy(NamedTuple):
     reason: str | None = None
 
 
+class Mapped(NamedTuple):
+    """Projections whose maps a page shows, by what they are called, over a region, and the measure shown first."""
+
+    projections: Sequence[ProjectionLike]
+    titles: Sequence[str]
+    region: RegionLike | None
+    measure: str = "fisher"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Report:
     """An answer: one renderer gives it any format.
 
     `lead` are lines between the title and the tables. `data` gives what JSON has, `rows` what CSV has, if not the rows
     of the first table; `header` names its columns where there are none. `copies` are the forms of the answer that are
-    formats of their own; `about` is what they are of. `written` are the files that the command has left.
+    formats of their own; `about` is what they are of. `written` are the files that the command has left. `maps` are
+    what a page shows.
     """
 
     title: str = ""
@@ -106,6 +118,7 @@ class Report:
     copies: Mapping[str, Copy] = field(default_factory=dict)
     about: str = ""
     written: Sequence[Path | None] = ()
+    maps: Mapped | None = None
 
 
 def listing(rows: Sequence[Row]) -> Report:

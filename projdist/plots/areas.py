@@ -12,8 +12,7 @@ from matplotlib.tri import Triangulation
 
 from projdist._typing import IntArray
 from projdist.plots.looks import look_of
-from projdist.regions import Polygons
-from projdist.surfaces import Surface, ground_size, lake_polygons, land_polygons
+from projdist.surfaces import Surface, coast_resolution, lake_polygons, land_polygons
 
 CONTEXTS = ("none", "coast", "borders", "full")
 """What a picture shows of the Earth: nothing; land and sea; also borders and lakes; also cities and a locator."""
@@ -37,21 +36,6 @@ def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
     used[surface.triangles] = True
     kept = np.flatnonzero(used)
     return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[surface.triangles]), kept
-
-
-_WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
-
-
-def coast_resolution(surface: Surface) -> str:
-    """Finer coasts for parts of the world, the finest for cities; about a country those of the data that it is of."""
-    region = surface.domain.region
-    size = max(ground_size(region.bounds))
-    if size > _WORLD:
-        return "110m"
-    usual = "10m" if size < _SMALL else "50m"
-    own = region.resolution if isinstance(region, Polygons) else ""
-    # Fine coasts of a continent take a second, and are not seen.
-    return usual if own == "" or (own == "10m" and size > _LARGEST_FINE) else own
 
 
 def draw_ground(ax: Axes, surface: Surface, context: str) -> None:

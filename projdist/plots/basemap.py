@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 
 from projdist._typing import FloatArray
-from projdist.plots.areas import CONTEXTS, coast_resolution, shows_borders
+from projdist.plots.areas import CONTEXTS, shows_borders
 from projdist.plots.graticules import GraticuleLine, label_graticule
 from projdist.plots.looks import is_one_line, is_tight_of, look_of, scale_of
 from projdist.plots.titles import with_minus
@@ -22,6 +22,7 @@ from projdist.surfaces import (
     Bounds,
     Surface,
     coast,
+    coast_resolution,
     country_borders,
     graticule,
     graticule_steps,

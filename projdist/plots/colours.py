@@ -50,6 +50,16 @@ class ColourScale:
     levels: FloatArray
     extend: str
 
+    @classmethod
+    def of(cls, measure: Measure, values: Sequence[FloatArray], weights: Sequence[FloatArray]) -> ColourScale:
+        """The colours that pictures of these panels have if nothing else is asked for; the weights are shares."""
+        return colour_scale(measure, values, weights)
+
+    @property
+    def labels(self) -> list[str]:
+        """The levels as texts."""
+        return level_labels(self.levels)
+
     @property
     def limits(self) -> tuple[float, float]:
         """The values at the ends of the colours."""

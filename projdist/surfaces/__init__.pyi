@@ -1,8 +1,8 @@
 from .boundaries import boundary_polygon
-from .domain import Bounds, ground_size, normalised
-from .fields import field, measured
+from .domain import Bounds, ground_size, longitude_width, normalised
+from .fields import field, filled, jacobians, measured
 from .jumps import ValuesAt, jumping
-from .land import coast, country_borders, lake_polygons, lake_shores, land_polygons
+from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons
 from .lines import graticule, graticule_steps, graticule_values, project_lines
 from .regional import shown_part, surface_of, surface_of_globe
 from .surface import Surface
@@ -27,19 +27,23 @@ __all__ = [
     "boundary_polygon",
     "close_pairs",
     "coast",
+    "coast_resolution",
     "country_borders",
     "ellipses",
     "even_radius",
     "field",
+    "filled",
     "fit",
     "graticule",
     "graticule_steps",
     "graticule_values",
     "ground_size",
+    "jacobians",
     "jumping",
     "lake_polygons",
     "lake_shores",
     "land_polygons",
+    "longitude_width",
     "measured",
     "normalised",
     "principal_axes",

@@ -1,10 +1,10 @@
-"""A measure as a field over the drawn surface."""
+"""A measure, or the Jacobian, as a field over the drawn surface."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import FloatArray, IntArray
 from projdist.field import hessian, jacobian
 from projdist.matrices import Measure
 from projdist.projections import Projection
@@ -17,20 +17,37 @@ _MOST_STEPS = 1.5  # an image is less than a step from its node, and the field m
 
 def field(surface: Surface, measure: Measure) -> FloatArray:
     """Values of a measure at the vertices of a surface, those at a seam's images on their own side of it."""
+    inner, lon, lat = _measurable(surface)
+    values = np.full(surface.x.size, np.nan)
+    values[inner] = measured(surface.domain.projection, measure, lon, lat)
+    values[~np.isfinite(values)] = np.nan
+    nodes = filled(values[: surface.nodes].reshape(surface.shape))
+    # Next to a seam and beyond a limb derivatives may fail. An image that differs from its node by more than the
+    # neighbours do takes the value of the node.
+    near, step = nodes.ravel()[surface.source], _steps(nodes).ravel()[surface.source]
+    return np.where(np.abs(values - near) <= _MOST_STEPS * step, values, near)
+
+
+def jacobians(surface: Surface) -> FloatArray:
+    """Jacobians (n, 2, 2) at the vertices of a surface, those at a seam's images on their own side of it.
+
+    NaN at the grid's poles, where a map may be singular, and where there is no derivative.
+    """
+    inner, lon, lat = _measurable(surface)
+    found = np.full((surface.x.size, 2, 2), np.nan)
+    found[inner] = jacobian(surface.domain.projection, lon, lat)
+    return found
+
+
+def _measurable(surface: Surface) -> tuple[IntArray, FloatArray, FloatArray]:
+    """The vertices that are drawn and not at the grid's poles, with longitudes and latitudes to measure them at."""
     # An image is on the seam itself: a little way towards its node the side is certain.
     du, dv = surface.u[surface.source] - surface.u, surface.v[surface.source] - surface.v
     u, v = surface.u + _INWARD * (np.mod(du + 180.0, 360.0) - 180.0), surface.v + _INWARD * dv
     # At the grid's poles, where the map is singular, the next row stands in.
     inner = np.flatnonzero(np.isfinite(surface.x) & (np.abs(surface.v) < POLE))
     lon, lat = surface.frame.geographic(u[inner], v[inner])
-    values = np.full(surface.x.size, np.nan)
-    values[inner] = measured(surface.domain.projection, measure, normalised(lon), lat)
-    values[~np.isfinite(values)] = np.nan
-    nodes = _filled(values[: surface.nodes].reshape(surface.shape))
-    # Next to a seam and beyond a limb derivatives may fail. An image that differs from its node by more than the
-    # neighbours do takes the value of the node.
-    near, step = nodes.ravel()[surface.source], _steps(nodes).ravel()[surface.source]
-    return np.where(np.abs(values - near) <= _MOST_STEPS * step, values, near)
+    return inner, normalised(lon), lat
 
 
 def measured(projection: Projection, measure: Measure, lon: FloatArray, lat: FloatArray) -> FloatArray:
@@ -55,7 +72,7 @@ def _steps(values: FloatArray) -> FloatArray:
     return steps
 
 
-def _filled(values: FloatArray) -> FloatArray:
+def filled(values: FloatArray) -> FloatArray:
     """Missing values from their neighbours, up to three cells away."""
     for _ in range(3):
         missing = np.isnan(values)

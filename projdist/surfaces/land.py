@@ -11,12 +11,28 @@ from numpy.typing import NDArray
 
 from projdist._typing import FloatArray, IntArray
 from projdist.earth import borders, coastlines, lakes, land, land_within
+from projdist.regions import Polygons
 from projdist.surfaces.areas import Area, cells_in
-from projdist.surfaces.domain import Bounds, longitude_width
+from projdist.surfaces.domain import Bounds, ground_size, longitude_width
 from projdist.surfaces.surface import Surface
 
 _FINEST = "10m"
 _POLAR = 86.0  # degrees; no coast is beyond
+
+
+_WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
+
+
+def coast_resolution(surface: Surface) -> str:
+    """Finer coasts for parts of the world, the finest for cities; about a country those of the data that it is of."""
+    region = surface.domain.region
+    size = max(ground_size(region.bounds))
+    if size > _WORLD:
+        return "110m"
+    usual = "10m" if size < _SMALL else "50m"
+    own = region.resolution if isinstance(region, Polygons) else ""
+    # Fine coasts of a continent take a second, and are not seen.
+    return usual if own == "" or (own == "10m" and size > _LARGEST_FINE) else own
 
 
 def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:

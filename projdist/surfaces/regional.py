@@ -30,10 +30,13 @@ _ALONG_BORDER = 60.0  # steps along the size of a region
 _SOUGHT, _ROUND = 193, 1.0  # nodes across, and how far beyond a region its surroundings are sought, in its own sizes
 
 
-def surface_of(projection: ProjectionLike, region: RegionLike | None) -> Surface:
-    """The surface of the drawn part of a projection; None is its area of use, or the globe."""
+def surface_of(projection: ProjectionLike, region: RegionLike | None, step: float | None = None) -> Surface:
+    """The surface of the drawn part of a projection; None is its area of use, or the globe.
+
+    `step` are the degrees of its cells, if not as many as a picture has.
+    """
     domain = domain_of(Projection.from_user_input(projection), region)
-    surface = build_surface(domain)
+    surface = build_surface(domain, step)
     place = domain.region
     return surface if isinstance(place, PointSet) or not is_part(place) else _regional(surface, place)
 

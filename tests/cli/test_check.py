@@ -287,7 +287,11 @@ def test_the_recommended_crs_is_checked(form, frame):
         ),
         (["data.geojson", *IN_UTM, "--id", "x"], 2, "Invalid column 'x'. It must be name, area_note or geometry."),
         (["data.geojson", "--crs", "moll", "--purpose", "x"], 2, "Invalid purpose 'x'. It must be any, equal-area"),
-        (["data.geojson", *IN_UTM, "-o", "x.csv"], 2, "Invalid output 'x.csv'. Its suffix must be .gpkg or .geojson."),
+        (
+            ["data.geojson", *IN_UTM, "-o", "x.csv"],
+            2,
+            "Invalid output 'x.csv'. Its suffix must be .gpkg, .geojson or .html.",
+        ),
     ],
 )
 def test_refused(words, code, message, data):

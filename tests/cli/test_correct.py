@@ -131,7 +131,7 @@ def test_local_json_alone():
     [
         (["nosuch"], 1, "Invalid projection 'nosuch'"),
         (["moll", "--constraint", "shear"], 2, "Invalid constraint 'shear'. It must be affine, stretch or scale."),
-        (["moll", "--format", "csv"], 2, "Invalid format 'csv'. It must be table, json, proj or wkt."),
+        (["moll", "--format", "csv"], 2, "Invalid format 'csv'. It must be table, json, html, proj or wkt."),
         (
             ["moll", "--local", "300"],
             2,
@@ -139,7 +139,7 @@ def test_local_json_alone():
         ),
         (["moll", "--local", "300", "-o", "x.png", "-f", "wkt"], 2, "Invalid format 'wkt' with --local."),
         (["moll", "--local", "-3", "-o", "x.png"], 2, "Invalid radius '-3'. It must be a number of km within"),
-        (["moll", "-o", "x.gif"], 2, "Invalid picture file 'x.gif'. Its suffix must be .png, .svg or .pdf."),
+        (["moll", "-o", "x.gif"], 2, "Invalid output 'x.gif'. Its suffix must be .png, .svg, .pdf or .html."),
         (["moll", "--region", "box:1,2"], 2, "Invalid region 'box:1,2'"),
         (["moll", "--dpi", "100"], 2, "Invalid option '--dpi'. It needs a picture to draw to: -o FILE."),
         (["moll", "--local", "300", "-o", "x.png", "--free"], 2, "Invalid option '--free' with --local."),

@@ -194,7 +194,7 @@ def test_simpler_maps(level: LDP) -> None:
         (["--height", "1", "--size", "10"], "Invalid option '--size'. It needs a picture to draw to: -o FILE."),
         (["--height", "1", "--dpi", "100"], "Invalid option '--dpi'. It needs a picture"),
         (["--height", "1", "--size", "10", "-o", "x.png"], "Invalid size '10'. It must be WIDTH,HEIGHT in inches"),
-        (["--height", "1", "-o", "x.gif"], "Invalid picture file 'x.gif'"),
+        (["--height", "1", "-o", "x.gif"], "Invalid output 'x.gif'"),
     ],
 )
 def test_refused(words: list[str], message: str) -> None:

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from commands import FORMATS, QUICK, parse_csv, parse_markdown, refused, run, run_ok
+from commands import FORMATS, QUICK, parse_csv, parse_html, parse_markdown, refused, run, run_ok
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
@@ -119,7 +119,7 @@ def test_list(what: str, names: list[str], form: str) -> None:
     if form == "table":
         assert all(f" {name} " in text for name in names)
         return
-    rows = {"json": json.loads, "csv": parse_csv, "markdown": parse_markdown}[form](text)
+    rows = {"json": json.loads, "csv": parse_csv, "markdown": parse_markdown, "html": parse_html}[form](text)
     assert [row["name"] for row in rows] == names
     assert all(row.get("description") or row.get("definition") for row in rows)
 
@@ -233,7 +233,7 @@ def test_bytes_that_are_no_text() -> None:
 @pytest.mark.parametrize("words", ["compare eqc -r cap:10,50,100", "factors eqc 10 50", "tables"])
 def test_the_suffix_of_a_file_tells_its_format(tmp_path: Path, words: str) -> None:
     """What is written is what --format prints; a suffix that contradicts it is refused, and .txt holds any."""
-    for suffix, form in {".json": "json", ".csv": "csv", ".md": "markdown", ".txt": "table"}.items():
+    for suffix, form in {".json": "json", ".csv": "csv", ".md": "markdown", ".html": "html", ".txt": "table"}.items():
         path = tmp_path / f"x{suffix}"
         run_ok(*words.split(), "-o", str(path))
         assert path.read_text(encoding="utf-8") == run_ok(*words.split(), "-f", form)
@@ -245,17 +245,17 @@ def test_the_suffix_of_a_file_tells_its_format(tmp_path: Path, words: str) -> No
 
 
 TEXT_SUFFIXES = {
-    "compare eqc -o": ".json, .csv, .md, .txt, .log",
-    "factors eqc 10 50 -o": ".json, .csv, .md, .parquet, .gpkg, .geojson, .txt, .log",
-    "tables -o": ".json, .csv, .md, .txt, .log",
-    "optimize eqc cap:10,50,100 -o": ".json, .wkt, .txt, .log",
+    "compare eqc -o": ".json, .csv, .md, .html, .txt, .log",
+    "factors eqc 10 50 -o": ".json, .csv, .md, .html, .parquet, .gpkg, .geojson, .txt, .log",
+    "tables -o": ".json, .csv, .md, .html, .txt, .log",
+    "optimize eqc cap:10,50,100 -o": ".json, .html, .wkt, .txt, .log",
     "mosaic --correspondences nosuch.csv --report": ".json, .txt, .log",
 }
 
 
 @pytest.mark.parametrize("words", TEXT_SUFFIXES)
 @pytest.mark.parametrize("form", [[], ["-f", "json"]])
-@pytest.mark.parametrize("name", ["x.xlsx", "x.json.gz", "x.html"])
+@pytest.mark.parametrize("name", ["x.xlsx", "x.json.gz", "x.htm"])
 def test_other_suffixes_are_refused(words: str, form: list[str], name: str) -> None:
     """Before any work, in one line that says what is allowed; optimize has no CSV."""
     for given in [name, "x.csv"] if ".csv" not in TEXT_SUFFIXES[words] else [name]:

@@ -282,7 +282,7 @@ def test_picture(tmp_path):
         ([ISLAND, "--size", "10"], "Invalid option '--size'. It needs a picture to draw to: -o FILE."),
         ([ISLAND, "--dpi", "5"], "Invalid option '--dpi'. It needs a picture to draw to: -o FILE."),
         ([ISLAND, "--dpi", "5", "-o", "map.png"], "Invalid dpi '5'. It must be a number within 10 and 1200."),
-        ([ISLAND, "-o", "map.gif"], "Invalid picture file 'map.gif'."),
+        ([ISLAND, "-o", "map.gif"], "Invalid output 'map.gif'. Its suffix must be .png, .svg, .pdf or .html."),
         ([ISLAND, "--format", "xml"], "Invalid format 'xml'."),
         ([ISLAND, "--datum", "Mars", "--authority", "EPSG"], "Invalid datum 'Mars'. It must be a part of the name"),
     ],

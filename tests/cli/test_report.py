@@ -43,7 +43,9 @@ def test_every_format_has_the_answer() -> None:
 def test_an_answer_without_tables() -> None:
     """Its title is all there is to read; CSV has the names of the columns."""
     nothing = Report(title="Nothing.", data=dict, header=["name"])
-    assert [render(nothing, form) for form in FORMATS] == ["Nothing.\n", "{}\n", "name\n", "Nothing.\n"]
+    *texts, page = (render(nothing, form) for form in FORMATS)
+    assert texts == ["Nothing.\n", "{}\n", "name\n", "Nothing.\n"]
+    assert "<h1>Nothing.</h1>" in page
 
 
 def test_texts_to_copy(capsys: pytest.CaptureFixture[str]) -> None:

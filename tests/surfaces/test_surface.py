@@ -8,12 +8,11 @@ from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.earth.natural_earth import coastlines
 from projdist.field.at_points import jacobian
 from projdist.matrices.measures import get_measure, principal_scales
-from projdist.plots.areas import coast_resolution
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, Region, RegionLike
 from projdist.surfaces.domain import domain_of, ground_size, rough_scales
-from projdist.surfaces.land import coast, land_polygons
+from projdist.surfaces.land import coast, coast_resolution, land_polygons
 from projdist.surfaces.lines import graticule, graticule_steps, project_lines
 from projdist.surfaces.surface import Surface, build_surface
 

@@ -1,0 +1,240 @@
+// Maps on canvases: the colours of a measure, lines above them, and indicatrices.
+
+import { MEASURES, factorsOf, indicatrix } from "./measures.js";
+
+// Where a value lies on a scale, 0 to 1 between its limits.
+export function positioner({ kind, limits: [low, high] }) {
+  if (kind !== "ratio") return (value) => (value - low) / (high - low);
+  const start = Math.log(low), width = Math.log(high) - start;
+  return (value) => (Math.log(value) - start) / width;
+}
+
+export function coloursOf(scale) {
+  return Uint8Array.from(atob(scale.colours), (letter) => letter.charCodeAt(0));
+}
+
+export class MapView {
+  constructor(canvas, frame) {
+    this.canvas = canvas;
+    this.frame = frame;
+    this.base = document.createElement("canvas");
+    this.view = frame.view;
+    const [west, east, south, north] = this.view;
+    canvas.style.aspectRatio = `${east - west} / ${north - south}`;
+    canvas.style.maxWidth = `${(80 * (east - west)) / (north - south)}vh`;
+  }
+
+  // Pixels of a place in steps of the frame.
+  pixels(x, y) {
+    const [west, south, step] = this.frame.grid;
+    return [(west + x * step - this.view[0]) * this.zoom, (this.view[3] - south - y * step) * this.zoom];
+  }
+
+  steps(px, py) {
+    const [west, south, step] = this.frame.grid;
+    return [(px / this.zoom + this.view[0] - west) / step, (this.view[3] - py / this.zoom - south) / step];
+  }
+
+  draw(scale, ellipses) {
+    const ratio = window.devicePixelRatio || 1;
+    const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round((width * (this.view[3] - this.view[2])) / (this.view[1] - this.view[0])));
+    for (const canvas of [this.base, this.canvas]) [canvas.width, canvas.height] = [width, height];
+    this.zoom = width / (this.view[1] - this.view[0]);
+    this.ratio = ratio;
+    const style = getComputedStyle(this.canvas);
+    this.colour = (name) => style.getPropertyValue(`--${name}`).trim();
+    const context = this.base.getContext("2d");
+    context.lineJoin = context.lineCap = "round";
+    this.ground(context, width, height);
+    this.field(context, width, height, scale);
+    this.lines(context);
+    if (ellipses) this.ellipses(context);
+    this.show();
+  }
+
+  // Sea and land about a region.
+  ground(context, width, height) {
+    if (!this.frame.regional) return;
+    context.fillStyle = this.colour("sea");
+    context.fillRect(0, 0, width, height);
+    context.fillStyle = this.colour("land");
+    context.fill(this.path("land"), "evenodd");
+  }
+
+  path(name) {
+    const path = new Path2D(), points = this.frame[name];
+    let start = 0;
+    for (const size of this.frame[`${name}Sizes`]) {
+      path.moveTo(...this.pixels(points[2 * start], points[2 * start + 1]));
+      for (let k = start + 1; k < start + size; k++) path.lineTo(...this.pixels(points[2 * k], points[2 * k + 1]));
+      start += size;
+    }
+    return path;
+  }
+
+  lines(context) {
+    const stroke = (name, colour, width, halo) => {
+      const path = this.path(name);
+      if (halo) {
+        context.strokeStyle = this.colour("halo");
+        context.lineWidth = (width + 1.2) * this.ratio;
+        context.stroke(path);
+      }
+      context.strokeStyle = this.colour(colour);
+      context.lineWidth = width * this.ratio;
+      context.stroke(path);
+    };
+    stroke("graticule", "graticule", 0.5);
+    if (this.frame.coast) stroke("coast", "coast", 0.7, true);
+    if (this.frame.borders) stroke("borders", "coast", 0.5, true);
+    stroke("border", "coast", 1.2, true);
+    stroke("outline", "outline", 1);
+  }
+
+  // Colours in the triangles, and which triangle each pixel is of.
+  field(context, width, height, scale) {
+    const frame = this.frame, { fields, count, triangles } = frame;
+    const measure = MEASURES[scale.name], position = positioner(scale), colours = coloursOf(scale);
+    const values = new Float32Array(count), xs = new Float32Array(count), ys = new Float32Array(count);
+    for (let k = 0; k < count; k++) {
+      const four = [fields[k], fields[count + k], fields[2 * count + k], fields[3 * count + k]];
+      values[k] = 255 * position(measure(factorsOf(...four, frame.mirrored)));
+      [xs[k], ys[k]] = this.pixels(frame.x[k], frame.y[k]);
+    }
+    const image = new ImageData(width, height), data = new Uint32Array(image.data.buffer);
+    const table = new Uint32Array(256);
+    for (let k = 0; k < 256; k++) {
+      table[k] = (255 << 24) | (colours[3 * k + 2] << 16) | (colours[3 * k + 1] << 8) | colours[3 * k];
+    }
+    this.pick = new Int32Array(width * height).fill(-1);
+    for (let t = 0; t < triangles.length / 3; t++) {
+      const [i, j, k] = [triangles[3 * t], triangles[3 * t + 1], triangles[3 * t + 2]];
+      const ax = xs[i], ay = ys[i], bx = xs[j] - ax, by = ys[j] - ay, cx = xs[k] - ax, cy = ys[k] - ay;
+      const whole = bx * cy - by * cx;
+      if (whole === 0 || Number.isNaN(values[i] + values[j] + values[k])) continue;
+      const top = Math.max(0, Math.ceil(ay + Math.min(0, by, cy) - 0.5));
+      const bottom = Math.min(height - 1, Math.floor(ay + Math.max(0, by, cy) - 0.5));
+      const left = Math.max(0, Math.ceil(ax + Math.min(0, bx, cx) - 0.5));
+      const right = Math.min(width - 1, Math.floor(ax + Math.max(0, bx, cx) - 0.5));
+      for (let row = top; row <= bottom; row++) {
+        const y = row + 0.5 - ay;
+        for (let column = left; column <= right; column++) {
+          const x = column + 0.5 - ax;
+          const second = (x * cy - y * cx) / whole, third = (bx * y - by * x) / whole;
+          // A little beyond an edge is still within, so that no line is left between neighbours.
+          if (second < -1e-4 || third < -1e-4 || second + third > 1.0001) continue;
+          const value = values[i] + second * (values[j] - values[i]) + third * (values[k] - values[i]);
+          data[row * width + column] = table[Math.max(0, Math.min(255, Math.round(value)))];
+          this.pick[row * width + column] = t;
+        }
+      }
+    }
+    const field = document.createElement("canvas");
+    [field.width, field.height] = [width, height];
+    field.getContext("2d").putImageData(image, 0, 0);
+    context.save();
+    this.region = frame.regional ? this.path("region") : null;
+    if (this.region) context.clip(this.region, "evenodd");
+    context.drawImage(field, 0, 0);
+    context.restore();
+  }
+
+  // The triangle at pixels; -1 outside of the region.
+  at(px, py) {
+    const [column, row] = [Math.floor(px), Math.floor(py)];
+    const { width, height } = this.base;
+    if (column < 0 || row < 0 || column >= width || row >= height) return -1;
+    if (this.region && !this.base.getContext("2d").isPointInPath(this.region, px, py, "evenodd")) return -1;
+    return this.pick[row * width + column];
+  }
+
+  // Indicatrices all over the map, about as far apart on it as they can be told.
+  ellipses(context) {
+    const frame = this.frame, spacing = 46 * this.ratio, radius = 0.36 * spacing;
+    const { width, height } = this.base, found = [];
+    for (let y = spacing / 2; y < height; y += spacing) {
+      for (let x = spacing / 2; x < width; x += spacing) {
+        const triangle = this.at(x, y);
+        if (triangle < 0) continue;
+        const vertex = frame.triangles[3 * triangle];
+        found.push([x, y, [0, 1, 2, 3].map((k) => frame.fields[k * frame.count + vertex])]);
+      }
+    }
+    const semimajor = (values) => Math.exp(values[0]) * (1 + Math.hypot(values[2], values[3]));
+    const sizes = found.map(([, , values]) => semimajor(values)).sort((one, other) => one - other);
+    const usual = sizes[Math.floor(0.8 * sizes.length)] || 1;
+    for (const [x, y, values] of found) {
+      // What reaches over its neighbours is an outline, or where nothing else would be seen, left out.
+      const size = semimajor(values) / usual;
+      if (size < 4) this.ellipse(context, x, y, values, radius / usual, 0.8, size < 1.35);
+    }
+  }
+
+  ellipse(context, x, y, values, radius, line, full = true) {
+    const path = new Path2D();
+    for (const [dx, dy] of indicatrix(values, this.frame.mirrored, radius)) path.lineTo(x + dx, y - dy);
+    path.closePath();
+    context.fillStyle = this.colour("face");
+    if (full) context.fill(path);
+    context.strokeStyle = this.colour("halo");
+    context.lineWidth = (line + 1) * this.ratio;
+    context.stroke(path);
+    context.strokeStyle = this.colour("edge");
+    context.lineWidth = line * this.ratio;
+    context.stroke(path);
+  }
+
+  // The map, and what is probed on it.
+  show(probed) {
+    const context = this.canvas.getContext("2d");
+    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    context.drawImage(this.base, 0, 0);
+    if (!probed) return;
+    const [x, y] = this.pixels(probed.x, probed.y), r = 22 * this.ratio;
+    context.setLineDash([3 * this.ratio, 2 * this.ratio]);
+    context.strokeStyle = this.colour("edge");
+    context.lineWidth = this.ratio;
+    context.beginPath();
+    context.arc(x, y, r, 0, 2 * Math.PI);
+    context.stroke();
+    context.setLineDash([]);
+    this.ellipse(context, x, y, probed.values, r, 1.5);
+  }
+}
+
+// The colour bar with its ticks.
+export function drawScale(canvas, scale) {
+  const ratio = window.devicePixelRatio || 1, style = getComputedStyle(canvas);
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  [canvas.width, canvas.height] = [width * ratio, height * ratio];
+  const context = canvas.getContext("2d"), colours = coloursOf(scale), position = positioner(scale);
+  context.scale(ratio, ratio);
+  const [start, stop, bar] = [22, width - 22, 12];
+  const colour = (k) => `rgb(${colours[3 * k]} ${colours[3 * k + 1]} ${colours[3 * k + 2]})`;
+  const gradient = context.createLinearGradient(start, 0, stop, 0);
+  for (let k = 0; k < 256; k++) gradient.addColorStop(k / 255, colour(k));
+  context.fillStyle = gradient;
+  context.fillRect(start, 2, stop - start, bar);
+  const end = (at, tip, k) => {
+    context.fillStyle = colour(k);
+    context.beginPath();
+    context.moveTo(at, 2);
+    context.lineTo(tip, 2 + bar / 2);
+    context.lineTo(at, 2 + bar);
+    context.fill();
+  };
+  if (scale.extend === "min" || scale.extend === "both") end(start, start - 9, 0);
+  if (scale.extend === "max" || scale.extend === "both") end(stop, stop + 9, 255);
+  context.fillStyle = context.strokeStyle = style.color;
+  context.font = `11px ${style.fontFamily}`;
+  context.textAlign = "center";
+  let free = -Infinity;
+  scale.levels.forEach((level, k) => {
+    const x = start + position(level) * (stop - start), half = context.measureText(scale.labels[k]).width / 2;
+    context.fillRect(x - 0.5, 2 + bar, 1, 3);
+    if (x - half < free || x - half < 0 || x + half > width) return;
+    context.fillText(scale.labels[k], x, bar + 17);
+    free = x + half + 5;
+  });
+}

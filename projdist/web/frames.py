@@ -1,0 +1,206 @@
+"""A map as a frame: what a page needs to draw it and to tell its distortion anywhere, in one block of bytes.
+
+The block is a length (uint32), a header in JSON, padded to four bytes, and the arrays that the header lists as
+`{"name": [type, offset, shape]}`. At each vertex of the map's surface there are its place, in steps of a 65,535th of
+the frame, and its Jacobian J as four numbers that vary smoothly: with p = (J11 + J22 + i (J21 - J12)) / 2 and
+q = (J11 - J22 + i (J21 + J12)) / 2 they are ln |p|, arg p, and the real and imaginary part of q / p, which is 0 where
+a map is conformal. The principal scales are |p| + |q| and |p| - |q|.
+
+Between nodes a page takes cubic polynomials where there are sixteen nodes around a cell (`cubic`), else bilinear
+ones. What that is off by was measured in each cell, and stands in `error`.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from base64 import b64encode
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.field import jacobian
+from projdist.surfaces import Surface, filled, jacobians, normalised
+from projdist.web.outlines import Grid, map_lines
+
+_SAFETY = 2.0  # the error is that of three points in a cell
+_FLOOR = 2e-7  # of float32
+_TENTHS = 10.0  # errors are kept as tenths of their decimal exponent
+_NONE = 255
+_LEAST = 1e-300  # of a scale
+_FLAT = 1e-3  # of 1 - |q / p|, below which a map has no figures
+
+Arrays = dict[str, NDArray[Any]]
+
+
+def encoded(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> str:
+    """A header and arrays as a deflated block in base64."""
+    places, blocks, offset = {}, [], 0
+    for name, values in arrays.items():
+        block = np.ascontiguousarray(values).tobytes()
+        places[name] = [values.dtype.name, offset, list(values.shape)]
+        blocks.append(block + b"\0" * (-len(block) % 8))
+        offset += len(blocks[-1])
+    # ASCII, so that its length in bytes is that of the text; the arrays begin at a multiple of eight.
+    text = json.dumps({**header, "arrays": places}).encode("ascii")
+    text += b" " * (-(len(text) + 4) % 8)
+    return b64encode(zlib.compress(np.uint32(len(text)).tobytes() + text + b"".join(blocks), 9)).decode("ascii")
+
+
+def frame_of(surface: Surface, title: str) -> tuple[str, FloatArray]:
+    """A surface as an encoded frame, and the Jacobians at its nodes."""
+    J = jacobians(surface)
+    whole = _whole(surface)
+    fields, mirrored = _fields(surface, J)
+    cubic = _cubic(surface, whole, np.isfinite(J[: surface.nodes, 0, 0]))
+    grid = Grid.of(surface)
+    x, y = grid.steps(np.column_stack([surface.x, surface.y])).T
+    header = {
+        "title": title,
+        "shape": list(surface.shape),
+        "wraps": _wraps(surface),
+        "axes": None if surface.frame.axes is None else surface.frame.axes.ravel().tolist(),
+        "mirrored": mirrored,
+        "view": list(surface.view),
+        "grid": [grid.west, grid.south, grid.step],
+        "regional": surface.ground is not None,
+    }
+    arrays: Arrays = {
+        "u": surface.u[: surface.shape[1]],
+        "v": surface.v[: surface.nodes : surface.shape[1]],
+        "fields": fields.T.astype(np.float32),
+        "x": x,
+        "y": y,
+        "imageU": surface.u[surface.nodes :].astype(np.float32),
+        "imageV": surface.v[surface.nodes :].astype(np.float32),
+        "whole": np.packbits(whole),
+        "cubic": np.packbits(cubic),
+        "error": _errors(surface, fields, whole, cubic, mirrored),
+        "cut": np.concatenate([np.empty(0, dtype=int), *surface.cut]).astype(np.uint32),
+        "cutSizes": np.array([len(polygon) for polygon in surface.cut], dtype=np.uint8),
+    }
+    for name, (points, sizes) in map_lines(surface, grid).items():
+        arrays |= {name: points, f"{name}Sizes": sizes}
+    return encoded(header, arrays), J[: surface.nodes]
+
+
+def _wraps(surface: Surface) -> bool:
+    """Whether the grid's last column is beside its first."""
+    u = surface.u[: surface.shape[1]]
+    return bool(abs(u[-1] + (u[1] - u[0]) - u[0] - 360.0) < 1e-6)
+
+
+def _whole(surface: Surface) -> BoolArray:
+    """Whether there is an untorn cell to the right of and above each node."""
+    whole = np.zeros(surface.nodes, dtype=bool)
+    whole[surface.whole[:, 0]] = True
+    return whole.reshape(surface.shape)
+
+
+def _fields(surface: Surface, J: FloatArray) -> tuple[FloatArray, bool]:
+    """The four numbers at each vertex, missing ones from neighbours, and whether the map mirrors."""
+    nodes = [filled(J[: surface.nodes, i, j].reshape(surface.shape)).ravel() for i in (0, 1) for j in (0, 1)]
+    near = np.stack(nodes, axis=-1).reshape(-1, 2, 2)[surface.source]
+    J = np.where(np.isfinite(J), J, near)
+    own = J[: surface.nodes]
+    determinant = own[:, 0, 0] * own[:, 1, 1] - own[:, 0, 1] * own[:, 1, 0]
+    mirrored = bool(np.nansum(np.sign(determinant) * surface.weights) < 0.0)
+    return _four(J, mirrored), mirrored
+
+
+def _four(J: FloatArray, mirrored: bool) -> FloatArray:
+    """Jacobians as the four numbers."""
+    turn = -1.0 if mirrored else 1.0
+    xx, xy, yx, yy = turn * J[..., 0, 0], turn * J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
+    p, q = 0.5 * (xx + yy + 1j * (yx - xy)), 0.5 * (xx - yy + 1j * (yx + xy))
+    size = np.maximum(np.abs(p), _LEAST)
+    with np.errstate(invalid="ignore"):  # vertices that are not drawn have no Jacobian
+        ratio = q / np.where(np.abs(p) > 0.0, p, np.nan)
+    return np.stack([np.log(size), np.angle(p), ratio.real, ratio.imag], axis=-1)
+
+
+def _cubic(surface: Surface, whole: BoolArray, valid: BoolArray) -> BoolArray:
+    """Whether each cell has whole cells all around, and no node without a derivative."""
+    wraps = _wraps(surface)
+    good = whole & _corners(valid.reshape(surface.shape)).all(axis=0)
+    padded = np.pad(good, ((1, 1), (0, 0)))
+    padded = np.pad(padded, ((0, 0), (1, 1)), mode="wrap") if wraps else np.pad(padded, ((0, 0), (1, 1)))
+    rows, columns = surface.shape
+    around = [padded[j : j + rows, i : i + columns] for j in range(3) for i in range(3)]
+    return np.asarray(np.logical_and.reduce(around))
+
+
+def _corners(values: Any) -> Any:
+    """Values (rows, columns) at the four corners of the cells to the right of and above nodes."""
+    right, above = np.roll(values, -1, axis=1), np.roll(values, -1, axis=0)
+    return np.stack([values, right, np.roll(right, -1, axis=0), above])
+
+
+# ---- what interpolation is off by -----------------------------------------------------------
+
+_TRIED = ((0.5, 0.5), (0.15, 0.8), (0.85, 0.2))  # of a cell
+
+
+def _errors(surface: Surface, fields: FloatArray, whole: BoolArray, cubic: BoolArray, mirrored: bool) -> Any:
+    """Errors of ln of scales and of ratios as bytes: -10 log10 of them, and 255 where there is no cell."""
+    rows, columns = np.nonzero(whole)
+    worst = np.zeros(rows.size)
+    # Where the smaller scale runs to 0 within a cell, its relative error is that beside the least of the corners.
+    lesser = 1.0 - np.hypot(*fields[: surface.nodes, 2:].T).reshape(surface.shape)
+    least = np.fmin.reduce(_corners(lesser), axis=0)[rows, columns]
+    values = fields[: surface.nodes].astype(np.float32).astype(float)
+    for across, up in _TRIED:
+        u, v = _place(surface, rows, columns, across, up)
+        lon, lat = surface.frame.geographic(u, v)
+        true = _four(jacobian(surface.domain.projection, normalised(lon), lat), mirrored)
+        found = interpolated(surface, values, rows, columns, u, v, cubic[rows, columns])
+        turn = np.abs(np.mod(found[:, 1] - true[:, 1] + np.pi, 2.0 * np.pi) - np.pi)
+        ratio = np.hypot(*(found[:, 2:] - true[:, 2:]).T) / np.maximum(
+            np.fmin(least, 1.0 - np.hypot(*true[:, 2:].T)), _FLAT
+        )
+        off = np.abs(found[:, 0] - true[:, 0]) + ratio + turn
+        worst = np.maximum(worst, np.where(np.isfinite(off), off, 1.0))
+    errors = np.full(surface.shape, _NONE, dtype=np.uint8)
+    exponents = np.floor(-_TENTHS * np.log10(_SAFETY * worst + _FLOOR))
+    errors[rows, columns] = np.clip(exponents, 0.0, _NONE - 1.0).astype(np.uint8)
+    return errors
+
+
+def _place(surface: Surface, rows: Any, columns: Any, across: float, up: float) -> tuple[FloatArray, FloatArray]:
+    """The grid coordinates at shares of cells."""
+    u, v = surface.u[: surface.shape[1]], surface.v[: surface.nodes : surface.shape[1]]
+    right = np.append(u[1:], u[0] + 360.0)[columns]
+    return u[columns] + across * (right - u[columns]), v[rows] + up * (v[rows + 1] - v[rows])
+
+
+def interpolated(
+    surface: Surface, fields: FloatArray, rows: Any, columns: Any, u: FloatArray, v: FloatArray, cubic: BoolArray
+) -> FloatArray:
+    """The four numbers (n, 4) at grid coordinates in cells, as a page finds them."""
+    count, width = surface.shape
+    table = fields.reshape(count, width, 4)
+    across, up = surface.u[:width], surface.v[: surface.nodes : width]
+    steps = np.arange(-1, 3)
+    i, j = columns[:, None] + steps, np.clip(rows[:, None] + steps, 0, count - 1)
+    weights_u = _weights(across[i % width] + 360.0 * (i // width), u, cubic)
+    weights_v = _weights(up[j], v, cubic)
+    values = table[j[:, :, None], (i % width)[:, None, :]]
+    turns = values[..., 1] - values[:, 1:2, 1:2, 1]
+    values[..., 1] -= 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
+    return np.asarray(np.einsum("nj,ni,njik->nk", weights_v, weights_u, values))
+
+
+def _weights(nodes: FloatArray, place: FloatArray, cubic: BoolArray) -> FloatArray:
+    """Lagrange's weights of four nodes (n, 4), or of the two in the middle."""
+    weights = np.zeros(nodes.shape)
+    share = (place - nodes[:, 1]) / (nodes[:, 2] - nodes[:, 1])
+    weights[:, 1], weights[:, 2] = 1.0 - share, share
+    for k in range(4):
+        others = [other for other in range(4) if other != k]
+        with np.errstate(divide="ignore", invalid="ignore"):  # at an edge the outer nodes are none
+            factors = [(place - nodes[:, m]) / (nodes[:, k] - nodes[:, m]) for m in others]
+        weights[:, k] = np.where(cubic, factors[0] * factors[1] * factors[2], weights[:, k])
+    return weights

@@ -1,0 +1,129 @@
+"""Lines and areas of a map in whole steps: coasts, borders, graticule, outline, land, and the region itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from projdist._typing import FloatArray
+from projdist.earth import GEOS_ARITHMETIC
+from projdist.surfaces import (
+    Bounds,
+    Surface,
+    coast,
+    coast_resolution,
+    country_borders,
+    graticule,
+    graticule_steps,
+    ground_size,
+    land_polygons,
+    project_lines,
+)
+
+_STEPS = 65535
+_SEEN = 16.0  # steps: a quarter of a pixel of a picture of 1000
+_SMALL = 300.0  # square steps, less than a pixel
+
+Points = tuple[NDArray[np.uint16], NDArray[np.uint32]]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Equal steps in x and y from a corner, which hold what is drawn."""
+
+    west: float
+    south: float
+    step: float
+
+    @classmethod
+    def of(cls, surface: Surface) -> Grid:
+        """The grid of a picture: its frame, and all vertices of its surface."""
+        used = np.unique(surface.triangles)
+        west, east, south, north = surface.view
+        x = np.concatenate([surface.x[used], [west, east]])
+        y = np.concatenate([surface.y[used], [south, north]])
+        size = max(float(np.ptp(x)), float(np.ptp(y)))
+        return cls(float(x.min()), float(y.min()), size / _STEPS)
+
+    def steps(self, xy: FloatArray) -> NDArray[np.uint16]:
+        """Places (n, 2) in whole steps; those that are none are 0."""
+        return np.nan_to_num(np.clip(np.rint(self.exact(xy)), 0, _STEPS), nan=0.0).astype(np.uint16)
+
+    def exact(self, xy: FloatArray) -> FloatArray:
+        """Places in steps."""
+        return np.asarray((xy - [self.west, self.south]) / self.step)
+
+
+@GEOS_ARITHMETIC
+def map_lines(surface: Surface, grid: Grid) -> dict[str, Points]:
+    """All lines and areas by their names, as points one after the other and how many each has."""
+    drawn = surface if surface.ground is None else surface.ground
+    west, east, south, north = surface.view
+    window = shapely.box(*grid.exact(np.array([west, south])), *grid.exact(np.array([east, north])))
+    size = max(east - west, north - south)
+    bounds = drawn.domain.box.bounds
+    meridians = graticule(bounds, *graticule_steps(surface.domain.region.bounds if surface.is_local else bounds))
+    found = {
+        "graticule": project_lines(drawn.domain, meridians, size),
+        "outline": [*drawn.outline],
+        "border": [*surface.border],
+    }
+    areas: dict[str, list[FloatArray]] = {"region": [*surface.pieces], "land": []}
+    if not surface.domain.projection.is_of_another_body:
+        found["coast"] = _earthly(surface, drawn, coast, size)
+        if surface.is_local:
+            found["borders"] = _earthly(surface, drawn, country_borders, size)
+        if surface.ground is not None:
+            areas["land"] = _land(surface, surface.ground)
+    return {
+        **{name: _packed(_simplified(lines, grid, window)) for name, lines in found.items()},
+        **{name: _packed(_united(polygons, grid, window)) for name, polygons in areas.items()},
+    }
+
+
+def _earthly(
+    surface: Surface, drawn: Surface, lines: Callable[[Bounds, str, float], list[FloatArray]], size: float
+) -> list[FloatArray]:
+    """The images of coasts or borders."""
+    bounds = drawn.domain.box.bounds
+    spacing = min(1.0, max(ground_size(bounds)) / 60.0)
+    return project_lines(drawn.domain, lines(bounds, coast_resolution(surface), spacing), size)
+
+
+def _land(surface: Surface, ground: Surface) -> list[FloatArray]:
+    """The land about a region as many polygons."""
+    triangles, pieces = land_polygons(ground, coast_resolution(surface))
+    xy = np.column_stack([ground.x, ground.y])
+    return [*xy[triangles], *pieces]
+
+
+def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon) -> Iterator[FloatArray]:
+    """Lines joined where they meet, with the points that are seen, and only where the picture is."""
+    if not lines:
+        return
+    merged = shapely.line_merge(shapely.multilinestrings([shapely.linestrings(grid.exact(line)) for line in lines]))
+    shown = shapely.clip_by_rect(shapely.simplify(shapely.get_parts(merged), _SEEN), *window.bounds)
+    for line in shapely.get_parts(shapely.get_parts(shown)):
+        yield shapely.get_coordinates(line)
+
+
+def _united(polygons: Sequence[FloatArray], grid: Grid, window: shapely.Polygon) -> Iterator[FloatArray]:
+    """The rings of the union of polygons."""
+    if not polygons:
+        return
+    shapes = shapely.make_valid(np.array([shapely.polygons(grid.exact(polygon)) for polygon in polygons]))
+    union = shapely.intersection(shapely.union_all(shapes, grid_size=1.0), window)
+    for ring in shapely.get_rings(shapely.get_parts(shapely.simplify(union, _SEEN))):
+        points = shapely.get_coordinates(ring)
+        if shapely.area(shapely.polygons(points)) > _SMALL:
+            yield points
+
+
+def _packed(lines: Iterator[FloatArray]) -> Points:
+    found = [np.rint(line) for line in lines if len(line) > 1]
+    points = np.concatenate([np.empty((0, 2)), *found])
+    return np.clip(points, 0, _STEPS).astype(np.uint16), np.array([len(line) for line in found], dtype=np.uint32)

@@ -1,0 +1,133 @@
+"""Reports as web pages: `-o FILE.html` and `--format html`."""
+
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from commands import QUICK, parse_html, refused, run_ok
+
+FAROES = "box:-7.2,61.3,-6.2,62.5"
+
+
+class Texts(HTMLParser):
+    """The text of each element by its tag, and how many canvases there are."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: dict[str, list[str]] = {}
+        self.last = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list) -> None:
+        """An element begins."""
+        self.last = tag
+        self.found.setdefault(tag, []).append("")
+
+    def handle_data(self, data: str) -> None:
+        """Its text up to the next."""
+        if self.last:
+            self.found[self.last][-1] += data
+
+
+def page(path: Path, *words: str) -> dict[str, list[str]]:
+    """The page that a command writes."""
+    assert run_ok(*words, "-o", str(path)).endswith(f"Wrote: {path}\n")
+    return Texts(path.read_text(encoding="utf-8")).found
+
+
+def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
+    """In the order of the table, with what is to be copied; more than six are too many."""
+    words = ["compare", "moll", "robin", "EPSG:3857", "-r", "box:-10,35,30,70", "-m", "omega", *QUICK]
+    path = tmp_path / "x.html"
+    found = page(path, *words)
+    table = run_ok(*words, "-f", "csv").splitlines()
+    assert [title.strip() for title in found["figcaption"]] == [line.partition(",")[0] for line in table[1:]]
+    rows = parse_html(path.read_text(encoding="utf-8"))
+    assert [row["projection"] for row in rows] == [title.strip() for title in found["figcaption"]]
+    assert all("AK" in row and "omega mean" in row for row in rows)
+    heads = [head.strip() for head in found["h2"]]
+    assert {"Command", "PROJ: moll", "WKT2: moll", "WKT2: EPSG:3857"} <= set(heads)
+    assert '"measure": "angular_distortion"' in path.read_text(encoding="utf-8")
+    assert any(text.startswith('PROJCRS["WGS 84 / Pseudo-Mercator"') for text in found["pre"])
+
+
+def test_many_maps_are_told(tmp_path: Path) -> None:
+    """A page has six, and says that there are more."""
+    names = "robin moll merc eqearth sinu eck4 eck6".split()
+    found = page(tmp_path / "x.html", "compare", *names, "-r", "box:0,0,20,20", *QUICK)
+    assert len(found["canvas"]) == 6 + 1
+    assert any("The maps are of the first 6 of 7." in text for text in found["li"])
+
+
+def test_a_comparison_of_nothing_has_no_maps() -> None:
+    """Only its title, as other formats have."""
+    from commands import run
+
+    result = run("compare", "nosuch", "-f", "html")
+    assert result.exit_code == 1
+    assert "<h1>No projection could be measured.</h1>" in result.stdout
+    assert "<canvas" not in result.stdout
+
+
+TABLES_ONLY = {
+    "tables": ("tables",),
+    "factors": ("factors", "eqc", "10", "50"),
+    "list": ("list", "measures"),
+}
+
+
+@pytest.mark.parametrize("command", TABLES_ONLY)
+def test_tables_without_maps(command: str) -> None:
+    """The same rows as Markdown has, and no canvas."""
+    text = run_ok(*TABLES_ONLY[command], "-f", "html")
+    assert "<canvas" not in text
+    lines = [line for line in run_ok(*TABLES_ONLY[command], "-f", "markdown").splitlines() if line.startswith("|")]
+    assert len(parse_html(text)) == len(lines) - 2
+
+
+WITH_MAPS = {
+    "recommend": (("recommend", FAROES, "--authority", "EPSG", "--datum", "FD54"), None),
+    "optimize": (("optimize", "lcc", "box:-10,35,30,70", "--against", "EPSG:3034"), "Optimised"),
+    "correct": (("correct", "mollweide", "-r", "box:-10,35,30,70"), "Corrected"),
+    "design": (
+        ("design", FAROES, "--degree", "2", "--base", "EPSG:5316", "--against", "EPSG:25829"),
+        "Made to measure",
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", WITH_MAPS)
+def test_commands_with_maps(command: str, tmp_path: Path) -> None:
+    """The answer beside what it is compared with, and the forms that it has."""
+    words, title = WITH_MAPS[command]
+    found = page(tmp_path / "x.html", *words)
+    titles = [text.strip() for text in found["figcaption"]]
+    assert len(titles) == len(found["canvas"]) - 1 >= 1
+    assert title is None or title in titles
+    assert (tmp_path / "x.html").stat().st_size < 400_000 * len(titles)
+    if command != "recommend":
+        assert {"PROJ", "WKT2"} <= {head.strip() for head in found["h2"]}
+
+
+@pytest.mark.slow
+def test_a_low_distortion_projection_has_its_table(tmp_path: Path) -> None:
+    """The scale on the ground is not that of the page's maps, so that it has none."""
+    found = page(tmp_path / "x.html", "ldp", "box:-104.2,38.9,-103.9,39.1", "--height", "1610")
+    assert "canvas" not in found
+    assert found["table"]
+
+
+def test_a_page_is_refused_where_it_cannot_be(tmp_path: Path) -> None:
+    """Another format, options of pictures, a file that is there."""
+    path = tmp_path / "x.html"
+    words = ["correct", "moll", "-o", str(path)]
+    assert refused(*words, "-f", "json") == (
+        f"projdist: Invalid format 'json' for '{path}'. Its suffix tells the format, html.\n"
+    )
+    assert "Invalid option '--size'. It needs a picture to draw to" in refused(*words, "--size", "5,5")
+    assert "with --local. It must be table or json." in refused(*words, "--local", "500")
+    assert "Its suffix must be" in refused("heatmap", "robin", "-o", str(path))
+    path.write_text("old")
+    assert "It exists" in refused(*words)
+    assert path.read_text() == "old"

@@ -1,0 +1,154 @@
+"""Pages in a browser: maps are drawn, answer, and say nothing wrong on the console."""
+
+import importlib.util
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import projdist
+from projdist.web import Cell, Page, PageTable, draw_maps, page_html
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+MISSING = CHROMIUM is None or importlib.util.find_spec("playwright") is None
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(MISSING, reason="needs chromium and playwright")]
+
+MAPS = ["winkel-tripel", "EPSG:3857"]
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    rows = [[Cell("b"), Cell("10", 10.0)], [Cell("a"), Cell("9", 9.0)], [Cell("c"), Cell("-")]]
+    page = Page(
+        title="Two maps",
+        tables=[PageTable(columns=[("map", True), ("figure", False)], rows=rows)],
+        copies={"PROJ": "+proj=wintri <&>"},
+        maps=draw_maps(MAPS, titles=MAPS, region="globe"),
+    )
+    path = tmp_path_factory.mktemp("page") / "x.html"
+    path.write_text(page_html(page), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield running
+        running.close()
+
+
+@pytest.fixture(params=[{}, {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 800}}], ids=str)
+def page(browser: Any, file: Path, request: pytest.FixtureRequest) -> Iterator[Any]:
+    """The page as it is opened; what it says on the console or asks for is a failure."""
+    context = browser.new_context(**request.param, permissions=["clipboard-read", "clipboard-write"])
+    opened, said = context.new_page(), []
+    opened.on("console", lambda message: said.append(message.text))
+    opened.on("pageerror", lambda error: said.append(str(error)))
+    opened.on("request", lambda wanted: said.append(wanted.url) if wanted.url != file.as_uri() else None)
+    opened.goto(file.as_uri())
+    opened.wait_for_selector("html[data-ready]")
+    yield opened
+    assert said == []
+    context.close()
+
+
+def point(page: Any, across: float, up: float) -> list[str]:
+    """What all maps tell with the pointer over a place of the first."""
+    box = page.locator("canvas.map").first.bounding_box()
+    page.mouse.move(box["x"] + across * box["width"], box["y"] + up * box["height"])
+    return page.locator(".told").all_inner_texts()
+
+
+def read(told: str) -> tuple[float, float, dict[str, str]]:
+    """Longitude, latitude and the figures of what is told."""
+    place = re.match(r"([\d.]+)° ([NS]) ([\d.]+)° ([EW]): ", told)
+    assert place, told
+    lat, lon = float(place[1]), float(place[3])
+    figures = dict(part.rsplit("\N{NO-BREAK SPACE}", 1) for part in told[place.end() :].replace("°", "").split(", "))
+    return -lon if place[4] == "W" else lon, -lat if place[2] == "S" else lat, figures
+
+
+def test_the_pointer_tells_the_factors_of_all_maps(page: Any) -> None:
+    """To the last digit that is shown; no place, no figures."""
+    for across, up in ((0.5, 0.5), (0.3, 0.3), (0.62, 0.71), (0.81, 0.4)):
+        for given, told in zip(MAPS, point(page, across, up), strict=True):
+            lon, lat, figures = read(told)
+            true = projdist.factors(given, lon, lat)
+            expected = {"h": true.h, "k": true.k, "a": true.a, "b": true.b, "s": true.s, "ω": true.omega}
+            expected |= {"Fisher": true.fisher, "convergence": true.convergence}
+            for name, value in expected.items():
+                decimals = len(figures[name].partition(".")[2])
+                assert decimals >= 2
+                assert abs(float(figures[name]) - float(value)) <= 1.01 * 10.0**-decimals, name
+    assert point(page, 0.001, 0.001) == ["", ""]
+
+
+def test_keys_move_the_probe(page: Any) -> None:
+    """To the right is east, up is north, and shift makes larger steps."""
+    page.locator("canvas.map").first.focus()
+    page.keyboard.press("ArrowRight")
+    lon, lat, _ = read(page.locator(".told").first.inner_text())
+    assert lon > 0.0
+    page.keyboard.press("Shift+ArrowUp")
+    assert read(page.locator(".told").first.inner_text())[1] > lat + 5.0
+
+
+def test_colours_are_those_of_the_measure(page: Any) -> None:
+    """The middle of the maps differs in areas, and the menu changes what is drawn."""
+    script = """() => [...document.querySelectorAll("canvas.map")].map((one) => {
+        const pixel = new OffscreenCanvas(1, 1).getContext("2d");
+        pixel.drawImage(one, one.width * 0.53, one.height * 0.47, 1, 1, 0, 0, 1, 1);
+        return [...pixel.getImageData(0, 0, 1, 1).data];
+    })"""
+    before = page.evaluate(script)
+    assert all(pixel[3] == 255 for pixel in before)
+    page.select_option("#measure", "parallel_scale")
+    after = page.evaluate(script)
+    assert before != after
+    page.check("#ellipses")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_tables_are_sorted(page: Any) -> None:
+    """By a click or by Enter: up, down, and as given; what has no value is last."""
+    head, cells = page.locator("thead th").nth(1), page.locator("tbody th")
+    head.locator("button").click()
+    assert (head.get_attribute("aria-sort"), cells.all_inner_texts()) == ("ascending", ["a", "b", "c"])
+    head.locator("button").press("Enter")
+    assert (head.get_attribute("aria-sort"), cells.all_inner_texts()) == ("descending", ["b", "a", "c"])
+    head.locator("button").press("Enter")
+    assert (head.get_attribute("aria-sort"), cells.all_inner_texts()) == (None, ["b", "a", "c"])
+    page.locator("thead button").first.click()
+    assert cells.all_inner_texts() == ["a", "b", "c"]
+
+
+def test_texts_are_copied(page: Any) -> None:
+    """As they are, without what escapes them."""
+    page.get_by_role("button", name="Copy PROJ").click()
+    page.get_by_text("Copied").wait_for()
+    assert page.evaluate("navigator.clipboard.readText()") == "+proj=wintri <&>"
+
+
+def test_print_is_light(page: Any) -> None:
+    """Also from a dark screen, and it has a page."""
+    assert page.pdf()[:5] == b"%PDF-"
+    page.emulate_media(media="print")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+
+
+def test_without_scripts_the_text_is_there(browser: Any, file: Path) -> None:
+    """And what cannot be, is said."""
+    context = browser.new_context(java_script_enabled=False)
+    opened = context.new_page()
+    opened.goto(file.as_uri())
+    text = opened.locator("body").inner_text()
+    for part in ("Two maps", "figure", "10", "+proj=wintri <&>", "this browser runs none"):
+        assert part in text
+    assert not opened.get_by_role("button", name="Copy").is_visible()
+    context.close()

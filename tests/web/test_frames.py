@@ -1,0 +1,176 @@
+"""Frames: what a page draws and tells of a map, decoded here as a page decodes it."""
+
+import base64
+import json
+import zlib
+
+import numpy as np
+import pytest
+
+import projdist
+from projdist.web import draw_maps
+from projdist.web.frames import interpolated
+
+STEPS = 65535
+
+
+class Decoded:
+    """A frame by the description of its format."""
+
+    def __init__(self, text: str) -> None:
+        raw = zlib.decompress(base64.b64decode(text))
+        length = int(np.frombuffer(raw, "<u4", 1)[0])
+        self.header = json.loads(raw[4 : 4 + length])
+        self.arrays = {
+            name: np.frombuffer(raw, kind, int(np.prod(shape)), 4 + length + offset).reshape(shape)
+            for name, (kind, offset, shape) in self.header["arrays"].items()
+        }
+        self.shape = tuple(self.header["shape"])
+        count = self.shape[0] * self.shape[1]
+        self.whole, self.cubic = (
+            np.unpackbits(self.arrays[name])[:count].reshape(self.shape).astype(bool) for name in ("whole", "cubic")
+        )
+
+    def geographic(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Longitudes and latitudes of grid coordinates."""
+        if self.header["axes"] is None:
+            return (u + 180.0) % 360.0 - 180.0, v
+        axes = np.array(self.header["axes"]).reshape(3, 3)
+        u, v = np.radians(u), np.radians(v)
+        x, y, z = axes @ np.array([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)])
+        return np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, np.hypot(x, y)))
+
+    def at(self, row: int, column: int, s: float, t: float) -> tuple[float, float, np.ndarray]:
+        """u, v and the four numbers at shares of a cell, by polynomials through the nodes around it."""
+        u, v = self.arrays["u"], self.arrays["v"]
+        steps = range(-1, 3) if self.cubic[row, column] else range(2)
+        columns, rows = [column + step for step in steps], [row + step for step in steps]
+        width = u.size
+        us = [u[k % width] + 360.0 * (k // width) for k in columns]
+        vs = [v[k] for k in rows]
+        here = steps.index(0)
+        place = us[here] + s * (us[here + 1] - us[here]), vs[here] + t * (vs[here + 1] - vs[here])
+        fields = self.arrays["fields"][:, : self.shape[0] * width].astype(float).reshape(4, *self.shape)
+        table = fields[:, rows][:, :, [k % width for k in columns]].copy()
+        table[1] = np.unwrap(np.unwrap(table[1], axis=0), axis=1)
+        return *place, np.array([through(us, through(vs, one, place[1]), place[0]) for one in table])
+
+
+def through(nodes: list[float], values: np.ndarray, place: float) -> np.ndarray:
+    """Neville's scheme along the first axis: not the weights that the page has."""
+    values = [np.asarray(value, dtype=float) for value in values]
+    for level in range(1, len(nodes)):
+        values = [
+            ((place - nodes[k + level]) * values[k] - (place - nodes[k]) * values[k + 1])
+            / (nodes[k] - nodes[k + level])
+            for k in range(len(values) - 1)
+        ]
+    return values[0]
+
+
+def factors_of(four: np.ndarray) -> dict[str, float]:
+    """h, k, a, b and omega by way of the matrix."""
+    log, turn, re, im = four
+    p = np.exp(log + 1j * turn)
+    q = p * (re + 1j * im)
+    J = np.array([[(p + q).real, (q - p).imag], [(p + q).imag, (p - q).real]])
+    a, b = np.linalg.svd(J, compute_uv=False)
+    omega = np.degrees(2.0 * np.arcsin((a - b) / (a + b)))
+    return {"h": np.hypot(*J[:, 1]), "k": np.hypot(*J[:, 0]), "a": a, "b": b, "omega": omega}
+
+
+# With the share of the area where the stated error is below 1e-3: all but beside poles, cuts and kinks.
+CASES = [
+    ("winkel-tripel", "globe", 0.94),
+    ("mercator", "globe", 0.95),
+    ("stereographic@90,0", "globe", 0.95),
+    ("mollweide+lon_0=100", "globe", 0.95),
+    ("ortho@30,100", "globe", 0.9),
+    ("isea", "globe", 0.2),
+    ("goode-homolosine", "globe", 0.8),
+    ("EPSG:3035", "country:DE", 1.0),
+    ("EPSG:2056", "country:CH", 1.0),
+    ("EPSG:2048", "box:16,-35,22,-30", 1.0),
+]
+
+
+@pytest.mark.parametrize(("given", "region", "share"), CASES)
+def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> None:
+    """At random places in cells, within the error that the frame states there."""
+    frame = Decoded(draw_maps([given], titles=["A"], region=region).frames[0])
+    rng = np.random.default_rng(5)
+    rows, columns = np.nonzero(frame.whole)
+    areas = np.cos(np.radians(frame.arrays["v"][rows]))
+    chosen = rng.choice(rows.size, 300, p=areas / areas.sum())
+    probed = [frame.at(rows[n], columns[n], *rng.random(2)) for n in chosen]
+    true = projdist.factors(given, *frame.geographic(*np.array([(u, v) for u, v, _ in probed]).T))
+    stated = 10.0 ** (-0.1 * frame.arrays["error"][rows[chosen], columns[chosen]].astype(float))
+    found = [factors_of(four) for _, _, four in probed]
+    for name in ("h", "k", "a", "b"):
+        off = np.abs(np.array([one[name] for one in found]) / getattr(true, name) - 1.0)
+        assert (off <= stated)[stated < 0.1].all()
+    assert (stated < 1e-3).mean() >= share
+    # sin(omega / 2) is |q / p|.
+    steepness = 2.0 / np.cos(np.radians(0.5 * true.omega))
+    off = np.abs(np.radians([one["omega"] for one in found] - true.omega))
+    assert (off <= steepness * stated)[stated < 0.1].all()
+
+
+@pytest.mark.parametrize("given", ["winkel-tripel", "EPSG:2048"])
+def test_places_are_those_of_the_map(given: str) -> None:
+    """Nodes lie where PROJ has them, to half a step."""
+    region = "globe" if given == "winkel-tripel" else "box:16,-35,22,-30"
+    frame = Decoded(draw_maps([given], titles=["A"], region=region).frames[0])
+    rows, columns = np.nonzero(frame.whole)
+    u, v = frame.arrays["u"][columns], frame.arrays["v"][rows]
+    lon, lat = frame.geographic(u, v)
+    x, y = projdist.Projection.from_user_input(given)(lon, lat)
+    west, south, step = frame.header["grid"]
+    node = rows * frame.shape[1] + columns
+    assert np.abs(west + step * frame.arrays["x"][node] - x).max() <= 0.51 * step
+    assert np.abs(south + step * frame.arrays["y"][node] - y).max() <= 0.51 * step
+
+
+def test_conformal_maps_have_no_other_part() -> None:
+    """q / p vanishes, so that omega is 0 wherever one points."""
+    frame = Decoded(draw_maps(["mercator"], titles=["A"]).frames[0])
+    fields = frame.arrays["fields"]
+    assert np.nanmax(np.abs(fields[2:])) < 1e-6
+
+
+def test_a_map_that_mirrors_is_told() -> None:
+    """Its numbers are those of its mirror image."""
+    plain = Decoded(draw_maps(["+proj=moll +R=6371000"], titles=["A"]).frames[0])
+    turned = Decoded(
+        draw_maps(["+proj=pipeline +step +proj=moll +R=6371000 +step +proj=affine +s11=-1"], titles=["A"]).frames[0]
+    )
+    assert (plain.header["mirrored"], turned.header["mirrored"]) == (False, True)
+    fields = [one.arrays["fields"][:, : one.shape[0] * one.shape[1]] for one in (plain, turned)]
+    assert np.allclose(*fields, atol=1e-5, equal_nan=True)
+
+
+def test_lines_and_areas_hold_what_they_say() -> None:
+    """Sizes add up; the region's area on an equal-area map is that of the country."""
+    frame = Decoded(draw_maps(["EPSG:3035"], titles=["A"], region="country:DE").frames[0])
+    for name in ("graticule", "outline", "border", "coast", "borders", "region", "land"):
+        assert frame.arrays[f"{name}Sizes"].sum() == len(frame.arrays[name])
+    points, start, area = frame.arrays["region"].astype(float) * frame.header["grid"][2], 0, 0.0
+    for size in frame.arrays["regionSizes"]:
+        x, y = points[start : start + size].T
+        area += 0.5 * (x[:-1] @ y[1:] - y[:-1] @ x[1:])
+        start += size
+    assert abs(area) / 1e6 == pytest.approx(projdist.get_region("country:DE").area_km2, rel=5e-3)
+
+
+def test_lagrange_weights_are_exact_for_cubics() -> None:
+    """What the stated errors come from takes cubic fields as they are."""
+    from projdist.surfaces import surface_of
+
+    surface = surface_of("mercator", "box:0,0,20,20", 1.0)
+    u, v = surface.u, surface.v
+    fields = np.stack([u**3 - v**2 * u, u * v / 1e3, v**3, u + v], axis=-1)
+    rows, columns = np.array([3, 8]), np.array([4, 9])
+    place = np.array([4.1, 9.3]), np.array([2.9, 8.0])
+    found = interpolated(surface, fields, rows, columns, *place, np.array([True, True]))
+    a, b = place
+    assert np.allclose(found, np.stack([a**3 - b**2 * a, a * b / 1e3, b**3, a + b], axis=-1), rtol=1e-11)

@@ -1,0 +1,147 @@
+"""Pages: one file that asks nothing of anybody, whose text is complete without scripts."""
+
+import base64
+import hashlib
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from projdist.web import Cell, Page, PageTable, draw_maps, page_html
+
+VOID = {"meta", "link", "br", "img", "input", "hr"}
+EVIL = '<script>alert("x")</script>&\'</title></pre>'
+
+
+class Read(HTMLParser):
+    """A page: its elements, which must end in order, and the text that is read without scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.inside: dict[str, list[str]] = {}
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list) -> None:
+        """An element begins."""
+        self.elements.append((tag, dict(attrs)))
+        assert len(dict(attrs)) == len(attrs)
+        if tag not in VOID:
+            self.open.append(tag)
+            self.inside.setdefault(tag, []).append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        """The last that began ends."""
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        """Text, which is in all that is open."""
+        for tag in set(self.open):
+            self.inside[tag][-1] += data
+
+
+def page(**more) -> str:
+    table = PageTable(
+        title="The table",
+        columns=[("map", True), ("figure & unit", False)],
+        rows=[[Cell("a"), Cell("0.5*", 0.5)], [Cell(EVIL), Cell("-")]],
+    )
+    return page_html(Page(title="Maps", lead=["Before"], tables=[table], notes=["After", ""], **more))
+
+
+@pytest.fixture(scope="module")
+def with_maps() -> str:
+    maps = draw_maps(["robinson", "EPSG:3035"], titles=["Robinson", EVIL], region="box:0,35,30,60")
+    return page(copies={"PROJ": "+proj=robin", "WKT2": "\n".join("abcdefghijklmnop")}, maps=maps)
+
+
+def test_elements_end_in_order_and_have_names_of_their_own(with_maps: str) -> None:
+    """Ids are there once, and what refers to one finds it."""
+    elements = Read(with_maps).elements
+    ids = [attrs["id"] for _, attrs in elements if "id" in attrs]
+    assert len(set(ids)) == len(ids)
+    refers = [attrs[key] for _, attrs in elements for key in ("aria-labelledby", "aria-describedby") if key in attrs]
+    assert set(refers) <= set(ids)
+    assert {"title-1", "map-1", "told-1", "frame-1", "scales"} <= set(ids)
+    assert ("html", {"lang": "en"}) in elements
+
+
+def test_all_that_is_said_is_text(with_maps: str) -> None:
+    """Title, lead, tables, notes and texts to copy are read without a script, and that maps need one."""
+    inside = Read(with_maps).inside
+    assert inside["h1"] == inside["title"] == ["Maps"]
+    assert inside["caption"] == ["The table"]
+    assert inside["th"] == ["map", "figure & unit", "a", EVIL]
+    assert inside["td"] == ["0.5*", "-"]
+    assert inside["li"] == ["After"]
+    assert inside["pre"] == ["+proj=robin", "\n".join("abcdefghijklmnop")]
+    assert inside["figcaption"] == ["Robinson", EVIL]
+    assert "runs none" in inside["noscript"][0]
+
+
+def test_what_users_give_is_no_markup(with_maps: str) -> None:
+    """A script in a title or a cell is shown and not run."""
+    parsed = Read(with_maps)
+    kinds = [attrs.get("type") for tag, attrs in parsed.elements if tag == "script"]
+    assert kinds == ["application/json", "text/plain", "text/plain", "module"]
+    evil = page_html(Page(title=EVIL, lead=[EVIL], notes=[EVIL], copies={EVIL: EVIL}))
+    read = Read(evil)
+    assert read.inside["h1"] == read.inside["title"] == read.inside["li"] == read.inside["pre"] == [EVIL]
+    assert [attrs for tag, attrs in read.elements if tag == "script"] == [{"type": "module"}]
+
+
+def test_the_policy_allows_the_own_style_and_script_only(with_maps: str) -> None:
+    """Their hashes are those of what stands in the page; nothing else may be loaded."""
+    parsed = Read(with_maps)
+    policy = next(attrs["content"] for tag, attrs in parsed.elements if "http-equiv" in attrs) or ""
+    assert policy.startswith("default-src 'none'; ")
+    for name, text in (("script", parsed.inside["script"][-1]), ("style", parsed.inside["style"][0])):
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"{name}-src 'sha256-{digest}';" in policy
+    assert "unsafe" not in policy
+    assert not [attrs for _, attrs in parsed.elements if "style" in attrs or any(key.startswith("on") for key in attrs)]
+
+
+def test_nothing_comes_from_elsewhere(with_maps: str) -> None:
+    """No address, and no element or rule that has one."""
+    assert "://" not in with_maps
+    parsed = Read(with_maps)
+    assert not [attrs for _, attrs in parsed.elements if {"src", "href", "action"} & set(attrs)]
+    assert not re.search(r"url\(|@import|\bfetch\(|\bimport\b|\bexport\b", with_maps)
+
+
+def test_tables_have_heads_and_values_to_sort_by(with_maps: str) -> None:
+    """Heads with their scope; a number as it was computed, none where there is none."""
+    elements = Read(with_maps).elements
+    assert [attrs["scope"] for tag, attrs in elements if tag == "th"] == ["col", "col", "row", "row"]
+    assert [attrs.get("data-value") for tag, attrs in elements if tag == "td"] == ["0.5", None]
+
+
+def test_a_page_without_maps_is_small() -> None:
+    """It has no data, and room for nothing else."""
+    text = page()
+    assert len(text) < 40_000
+    assert not [tag for tag, _ in Read(text).elements if tag in ("canvas", "figure")]
+
+
+@pytest.mark.parametrize("region", ["globe", "country:NO", "country:GR", "box:-180,60,180,90"])
+def test_a_map_has_less_than_400_kb(region: str) -> None:
+    """Also of coasts with many islands."""
+    maps = draw_maps(["stereographic@65,15"], titles=["A"], region=region)
+    assert len(maps.frames) == 1
+    assert len(maps.frames[0]) < 400_000
+    assert len(str(maps.scales)) < 30_000
+
+
+def test_a_map_that_shows_nothing_is_told() -> None:
+    """The others are drawn."""
+    maps = draw_maps(
+        ["robinson", "+proj=ortho +lat_0=90 +R=6371000"], titles=["A", "B"], region="box:0,-40,40,-10", measure="airy"
+    )
+    assert maps.titles == ("A",)
+    assert maps.measure == "fisher"
+    assert "No part of it can be projected." in maps.notes[0]
+    assert maps.notes[0].replace("'", "&#x27;") in page_html(Page(title="", maps=maps))
