@@ -6,11 +6,13 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from make_gallery import write_png
+
 from projdist import plots
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images" / "regions"
-SIZE, DPI = (5.2, 5.2), 110
+SIZE = (5.2, 5.2)  # inches
 
 
 class Picture(NamedTuple):
@@ -64,12 +66,12 @@ GROUPS = {
 
 def draw(picture: Picture) -> None:
     """Write the picture of a region."""
-    options = {"region": picture.region, "size": SIZE, "dpi": DPI}
+    options = {"region": picture.region, "size": SIZE}
     if picture.measure is None:
         figure = plots.tissot_figure(picture.projection, **options)
     else:
         figure = plots.heatmap_figure(picture.projection, measure=picture.measure, **options)
-    plots.save(figure, IMAGES / f"{picture.slug}.png")
+    write_png(figure, IMAGES / f"{picture.slug}.png")
 
 
 def page() -> str:

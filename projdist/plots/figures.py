@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -16,7 +16,6 @@ from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
 from projdist.answers import LocalCorrections
-from projdist.decisions import LDP
 from projdist.matrices import get_measure
 from projdist.plots.areas import check_context
 from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles
@@ -32,6 +31,9 @@ from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
 from projdist.support import check_choice, check_instance, check_path, quoted, replacing
 from projdist.surfaces import Surface, fit, shown_part, surface_of, tissot_points, usual_exaggeration
+
+if TYPE_CHECKING:
+    from projdist.decisions import LDP  # slow to load
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
@@ -78,7 +80,7 @@ def tissot_figure(
     with look.applied():
         figure, panes, room = _layout(maps, size, dpi, foot=FOOT, one_scale=True, look=look)
         for ax, one, panel in zip(panes, maps, panels, strict=True):
-            draw_tissot(ax, one.surface, panel, radius, one.title, one.airy_kavrayskiy, context, axes=axes)
+            draw_tissot(ax, one.surface, panel, radius, *one.words, context, axes=axes)
         fit_titles(panes, room)
         times = "" if factor == 1.0 else f", distortion exaggerated {factor:g} times"
         figure.foot(f"Ellipses: circles on the ground with a radius of {_length(radius)}{times}{_over(maps)}")
@@ -126,7 +128,7 @@ def heatmap_figure(
         figure, axes, room = _layout(maps, size, dpi, foot=BAR, one_scale=False, look=look)
         for ax, one, value in zip(axes, maps, values, strict=True):
             values_at = values_against(one.surface.domain.projection, chosen, other)
-            draw_heatmap(ax, one.surface, value, scale, step, one.title, one.airy_kavrayskiy, context, values_at)
+            draw_heatmap(ax, one.surface, value, scale, step, *one.words, context, values_at)
         fit_titles(axes, room)
         names = [one.surface.domain.projection.name for one in maps]
         _draw_bar(figure, scale, f"{label_against(scale, chosen, names, other)}{_over(maps)}")
@@ -210,12 +212,14 @@ class _Map:
     title: str | None
     airy_kavrayskiy: float | None
     below: str = ""
+    place: str = ""
 
     @property
     def words(self) -> tuple[str, str]:
         """The title, and the line below it."""
         name = title_of(self.surface.domain.projection) if self.title is None else self.title
-        return name, self.below or airy_kavrayskiy_line(self.airy_kavrayskiy)
+        below = self.below or airy_kavrayskiy_line(self.airy_kavrayskiy)
+        return name, " · ".join(part for part in (self.place, below) if part)
 
 
 def _maps(
@@ -236,16 +240,19 @@ def _maps(
         titles = [look.title]
     above = zip(chosen, _each(titles, len(listed)), _each(airy_kavrayskiy, len(listed)), strict=True)
     shown = shown_part(place)
-    return [_Map(surface_of(projection, shown), place, title, figure) for projection, title, figure in above]
+    words = region_title(place) if len(listed) == 1 and place != GLOBE else ""  # else at the foot, once for all
+    return [
+        _Map(surface_of(projection, shown), place, title, figure, place=words) for projection, title, figure in above
+    ]
 
 
 def _over(maps: list[_Map]) -> str:
-    """The region of all maps in words, where it is not the globe."""
+    """The region of all maps in words, where it is not the globe and not above the only map."""
     region = maps[0].region
     if region == GLOBE:
         return ""
     away = "" if maps[0].surface.domain.region == region else "; parts far away are not drawn"
-    return f", over {region_title(region)}{away}"
+    return away if maps[0].place else f", over {region_title(region)}{away}"
 
 
 def _each(values: Sequence[Any] | None, count: int) -> Sequence[Any]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import cKDTree
 
 from projdist._typing import FloatArray
-from projdist.decisions import LDP, distortion_ppm
 from projdist.matrices import Measure
 from projdist.plots.areas import CONTEXTS, draw_ground, region_clip, triangulation
 from projdist.plots.basemap import draw_lines, draw_title, set_view
@@ -19,6 +17,9 @@ from projdist.plots.pictures import check_axes, draw_colourbar, draw_heatmap
 from projdist.plots.titles import title_of
 from projdist.support import check_instance
 from projdist.surfaces import Surface, surface_of
+
+if TYPE_CHECKING:
+    from projdist.decisions import LDP
 
 # The surface's own values are given; none is asked for.
 _DISTORTION = Measure("distortion_ppm", lambda J: np.full(J.shape[:-2], np.nan), unit="ppm", kind="signed")
@@ -64,6 +65,8 @@ def ground_map(ax: Axes, found: LDP, *, colourbar: bool = True, title: str | Non
 
 def prepare_ground(found: LDP) -> GroundMap:
     """The surface and the colours of a picture."""
+    from projdist.decisions import LDP, distortion_ppm  # slow to load
+
     check_instance("design", found, LDP, "an LDP, as ldp returns")
     surface = surface_of(found.projection, found.region)
     heights = _heights(surface, found)
@@ -83,6 +86,9 @@ def _heights(surface: Surface, found: LDP) -> FloatArray | None:
         return np.full(lon.size, found.height[0])
     if found.height.size < _RASTER:
         return None
+    from scipy.interpolate import LinearNDInterpolator  # slow to load
+    from scipy.spatial import cKDTree
+
     middle = float(np.mean(found.lat))
     across = np.cos(np.radians(middle))
     origin = found.lon[0]
@@ -108,7 +114,7 @@ def draw_ground_map(ax: Axes, prepared: GroundMap, title: str | None) -> None:
     """Draw a prepared picture."""
     surface, found, scale = prepared.surface, prepared.found, prepared.scale
     if prepared.is_field:
-        draw_heatmap(ax, surface, prepared.ppm, scale, None, "", None)
+        draw_heatmap(ax, surface, prepared.ppm, scale, None, "", "")
         lines = _draw_target(ax, prepared)
     else:
         set_view(ax, surface)

@@ -94,7 +94,7 @@ def tissot(
     points = [tissot_points(surface, step)]
     factor = usual_exaggeration(points) if isinstance(exaggeration, str) else exaggeration
     fitted, (panel,) = fit(points, radius, factor)
-    draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy, check_context(context))
+    draw_tissot(ax, surface, panel, fitted, title, airy_kavrayskiy_line(airy_kavrayskiy), check_context(context))
     return fitted
 
 
@@ -104,7 +104,7 @@ def draw_tissot(
     panel: Indicatrices,
     radius: float,
     title: str | None,
-    airy_kavrayskiy: float | None,
+    below: str,
     context: str = CONTEXTS[-1],
     *,
     axes: bool = False,
@@ -117,9 +117,7 @@ def draw_tissot(
     if axes:
         _draw_axes(ax, panel, radius)
     _draw_places(ax, surface, context)
-    draw_title(
-        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
-    )
+    draw_title(ax, title_of(surface.domain.projection) if title is None else title, below)
 
 
 def draw_ellipses(ax: Axes, panel: Indicatrices, radius: float, matrix: FloatArray | None = None) -> None:
@@ -191,7 +189,8 @@ def heatmap(
     values = field(surface, chosen)
     scale = colour_scale(chosen, [values[: surface.nodes]], [surface.weights], levels=levels, cmap=cmap, limits=limits)
     values_at = functools.partial(measured, surface.domain.projection, chosen)
-    draw_heatmap(ax, surface, values, scale, step, title, airy_kavrayskiy, check_context(context), values_at)
+    below = airy_kavrayskiy_line(airy_kavrayskiy)
+    draw_heatmap(ax, surface, values, scale, step, title, below, check_context(context), values_at)
     if colourbar:
         draw_colourbar(ax.figure, scale, ax=ax, fraction=0.05, pad=0.04, shrink=0.8, aspect=30)
     return scale
@@ -204,7 +203,7 @@ def draw_heatmap(
     scale: ColourScale,
     step: float | None,
     title: str | None,
-    airy_kavrayskiy: float | None,
+    below: str,
     context: str = CONTEXTS[-1],
     values_at: ValuesAt | None = None,
 ) -> None:
@@ -214,9 +213,7 @@ def draw_heatmap(
     draw_lines(ax, surface, step, over_colours=True, context=context)
     draw_field(ax, surface, values, scale, values_at)
     _draw_places(ax, surface, context)
-    draw_title(
-        ax, title_of(surface.domain.projection) if title is None else title, airy_kavrayskiy_line(airy_kavrayskiy)
-    )
+    draw_title(ax, title_of(surface.domain.projection) if title is None else title, below)
 
 
 def draw_field(

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import destination, unit_vectors
@@ -18,6 +17,9 @@ from projdist.support import check_number
 from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
 from projdist.surfaces.lines import graticule_values
 from projdist.surfaces.surface import Surface
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 _LEAST_SHARE = 0.4  # of the usual step
 _FILL = 0.8  # of the size at which the first two ellipses would touch
@@ -111,6 +113,8 @@ def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
     inside = region.contains(lon, lat)
     if isinstance(region, PointSet) or not len(region.edges) or inside.sum() >= _FEW:
         return inside
+    from scipy.spatial import cKDTree  # as above
+
     tree = cKDTree(unit_vectors(lon, lat).T)
     _, nearest = tree.query(unit_vectors(region.edges[:, 0], region.edges[:, 1]).T)
     inside[nearest] = True
@@ -123,6 +127,8 @@ def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
     The usual radius is the median over the points of that of their closest neighbour; the pairs are
     all that touch at no more.
     """
+    from scipy.spatial import cKDTree  # slow to load, and heat maps need none
+
     count = len(indicatrices.xy)
     tree = cKDTree(indicatrices.xy)
     each = np.arange(count)

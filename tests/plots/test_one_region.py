@@ -12,14 +12,23 @@ def few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("projdist.surfaces.surface._GLOBE_STEP", 4.0)
 
 
-@pytest.mark.parametrize("projections", ["EPSG:2056", ["EPSG:2056", "EPSG:2056"]])
-def test_the_region_is_named(projections):
+PLACE = "5.96°E to 10.49°E, 45.82°N to 47.81°N"
+
+
+def test_the_region_of_several_maps_is_named_once():
     """In the line of the ellipses, and in that of the colours."""
-    area = "over 5.96°E to 10.49°E, 45.82°N to 47.81°N"
-    tissot = plots.tissot_figure(projections, size=(3, 2))
-    assert tissot.texts[-1].get_text().endswith(f", {area}")
-    heatmap = plots.heatmap_figure(projections, size=(3, 2))
-    assert heatmap.axes[-1].get_xlabel() == f"Fisher distortion, {area}"
+    maps = ["EPSG:2056", "EPSG:2056"]
+    tissot = plots.tissot_figure(maps, size=(3, 2))
+    assert tissot.texts[-1].get_text().endswith(f", over {PLACE}")
+    heatmap = plots.heatmap_figure(maps, size=(3, 2))
+    assert heatmap.axes[-1].get_xlabel() == f"Fisher distortion, over {PLACE}"
+
+
+def test_the_region_of_one_map_is_in_its_title():
+    """A country with its code; the figure follows."""
+    figure = plots.heatmap_figure("EPSG:2056", region="country:CH", airy_kavrayskiy=[0.0123])
+    assert "Switzerland (CH) · Airy–Kavrayskiy 0.0123" in {text.get_text() for text in figure.axes[0].texts}
+    assert figure.axes[-1].get_xlabel() == "Fisher distortion"
 
 
 def test_the_globe_is_not():
