@@ -196,7 +196,6 @@ CALLS = {
         "levels": None,
         "cmap": None,
         "limits": None,
-        "colourbar": False,
     },
     "plots.add_tissot": lambda: {"ax": geoaxes(), "region": CAP, "step": None, "radius": None},
     "plots.distribution_figure": lambda: {

@@ -29,7 +29,7 @@ from projdist.plots.pictures import AnyMeasure, Levels, check_exaggeration, draw
 from projdist.plots.titles import title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
-from projdist.support import check_choice, check_instance, check_path, quoted, replacing
+from projdist.support import check_choice, check_instance, check_path, check_text, quoted, replacing
 from projdist.surfaces import Surface, fit, shown_part, surface_of, tissot_points, usual_exaggeration
 
 if TYPE_CHECKING:
@@ -217,7 +217,7 @@ class _Map:
     @property
     def words(self) -> tuple[str, str]:
         """The title, and the line below it."""
-        name = title_of(self.surface.domain.projection) if self.title is None else self.title
+        name = title_of(self.surface.domain.projection) if self.title is None else check_text("title", self.title)
         below = self.below or airy_kavrayskiy_line(self.airy_kavrayskiy)
         return name, " · ".join(part for part in (self.place, below) if part)
 

@@ -93,7 +93,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     "options",
     [
         [*PATCH, "--levels", "5"],
-        [*PATCH, "--levels", "0.5,1,2"],
+        [*PATCH, "--levels", "0.1,0.12"],
         [*PATCH, "--cmap", "cividis"],
         [*PATCH, "--step", "7"],
         [*PATCH, "--measure", "convergence"],

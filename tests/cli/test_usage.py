@@ -38,9 +38,19 @@ def test_a_set_of_points(tmp_path: Path) -> None:
 def test_pictures_of_countries(tmp_path: Path, command: str) -> None:
     """Pictures show a country, also one across the antimeridian, and the surroundings of points."""
     (tmp_path / "a.csv").write_text("lon,lat\n1,2\n30,40\n")
-    for region in ("country:FJ", f"points:{tmp_path / 'a.csv'}"):
+    for region in ("country:FJ", "country:CH", f"points:{tmp_path / 'a.csv'}"):
         picture = tmp_path / "a.png"
-        run_ok(command, "robin", "--region", region, "-o", str(picture), "--dpi", "40", "--overwrite")
+        run_ok(
+            command,
+            "robin+lon_0=178" if region == "country:FJ" else "robin",
+            "--region",
+            region,
+            "-o",
+            str(picture),
+            "--dpi",
+            "40",
+            "--overwrite",
+        )
         assert picture.stat().st_size > 2000
 
 

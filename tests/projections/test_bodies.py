@@ -242,7 +242,7 @@ def test_pictures_are_not_mirrored():
     axes = Figure().add_subplot()
     heatmap(axes, "IAU_2015:49976", region="box:20,0,60,40")
     lines = {collection.get_label(): collection.get_paths() for collection in axes.collections}
-    assert lines["coastline"] == []
+    assert "coastline" not in lines
     assert len(lines["graticule"]) > 10
     west, east = axes.get_xlim()
     assert west + east > 0

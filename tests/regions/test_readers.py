@@ -1,5 +1,6 @@
 """Readers of people's files under thousands of broken ones: an answer, or one line that says what is wrong."""
 
+import re
 import warnings
 
 import numpy as np
@@ -74,13 +75,15 @@ POINTS = "name,lon,lat,weight\n" + "".join(f"p{k},{7 + k / 10},{47 + k / 20},{k 
 @MANY
 @example(POINTS.replace("p1", '"p1'))
 @example(POINTS.replace("p1", '"p1').replace("p7,", 'p7",'))
+@example(POINTS.replace("7.2,", "7.2,,"))
 @given(broken(POINTS))
 def test_points(tmp_path, text):
-    """The points of a region: as many as there are rows, or a refusal."""
+    """The points of a region: as many as there are rows, less those without coordinates, or a refusal."""
     found = tried(lambda path: read_csv(path, "points"), tmp_path / "p.csv", text)
     if found is not None:
         assert np.isfinite([found.lon, found.lat, found.weight]).all()
-        assert len(found.lon) == rows_of(text)
+        left_out = sum(int(re.search(r": (\d+) of \d+ points have no", note)[1]) for note in found.notes)
+        assert len(found.lon) + left_out == rows_of(text)
 
 
 @pytest.mark.slow
