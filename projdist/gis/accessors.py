@@ -6,9 +6,8 @@ It is there once this module is imported, which `import projdist.gis` does if pa
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib.util import find_spec
 from typing import Any
-
-import pandas as pd
 
 from projdist.answers import factors
 from projdist.decisions import Check, check, estimate_crs
@@ -16,8 +15,6 @@ from projdist.matrices import Measure
 from projdist.projections import CRS, ProjectionLike
 
 
-@pd.api.extensions.register_dataframe_accessor("projdist")
-@pd.api.extensions.register_series_accessor("projdist")
 class FrameAccessor:
     """What projdist answers of a GeoDataFrame or GeoSeries.
 
@@ -50,3 +47,10 @@ class FrameAccessor:
     def factors(self, projection: ProjectionLike, *, measures: Iterable[str | Measure] = (), prefix: str = "") -> Any:
         """The frame with the factors of a projection at its points as columns, as `projdist.factors` has it."""
         return factors(projection, self._frame, measures=measures, prefix=prefix)
+
+
+if find_spec("pandas") is not None:  # without it there are no frames
+    from pandas.api.extensions import register_dataframe_accessor, register_series_accessor
+
+    register_dataframe_accessor("projdist")(FrameAccessor)
+    register_series_accessor("projdist")(FrameAccessor)
