@@ -41,13 +41,22 @@ def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
 def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
     """Sea and land as pale areas, what is beside a region paler; other bodies are all land."""
     draw_surroundings(ax, surface, context)
-    _draw_land(ax, surface, look_of(ax).colours.land, 0.5, context, coast_resolution(surface))
+    _draw_land(
+        ax,
+        surface,
+        look_of(ax).colours.land,
+        0.5,
+        context,
+        coast_resolution(surface),
+        lakes=shows_borders(surface, context),
+    )
 
 
 def draw_surroundings(ax: Axes, surface: Surface, context: str) -> None:
     """Sea and land about a region."""
     if surface.ground is not None and context != "none":
-        _draw_land(ax, surface.ground, look_of(ax).colours.neighbours, 0.2, context, coast_resolution(surface))
+        lakes, pale = shows_borders(surface, context), look_of(ax).colours.neighbours
+        _draw_land(ax, surface.ground, pale, 0.2, context, coast_resolution(surface), lakes=lakes)
 
 
 def draw_surface(ax: Axes, surface: Surface) -> None:
@@ -74,7 +83,9 @@ def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
     return TransformedPath(Path(vertices, codes), ax.transData)
 
 
-def _draw_land(ax: Axes, surface: Surface, colour: str, zorder: float, context: str, resolution: str) -> None:
+def _draw_land(
+    ax: Axes, surface: Surface, colour: str, zorder: float, context: str, resolution: str, *, lakes: bool = False
+) -> None:
     clip = region_clip(ax, surface)
     mapped, kept = triangulation(surface)
     has_land = not surface.domain.projection.is_of_another_body and context != "none"
@@ -85,7 +96,7 @@ def _draw_land(ax: Axes, surface: Surface, colour: str, zorder: float, context: 
     renumbered = np.zeros(surface.x.size, dtype=int)
     renumbered[kept] = np.arange(kept.size)
     areas = [(land_polygons(surface, resolution), colour)]
-    if shows_borders(surface, context):
+    if lakes:
         areas.append((lake_polygons(surface, resolution), sea))
     for layer, ((cells, pieces), face) in enumerate(areas, 1):
         above = zorder + 0.1 * layer
