@@ -9,7 +9,7 @@ DEMO := robinson mollweide winkel-tripel equal-earth mercator
 OLDEST_PYTHON ?= python3.11
 OLD := .venv-oldest
 
-.PHONY: demo test test-slow test-oldest test-wheel coverage lint types notebooks gallery world-maps benchmarks clean
+.PHONY: demo test test-slow test-oldest test-wheel coverage lint types notebooks gallery world-maps benchmarks browser clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -23,6 +23,10 @@ test: .venv/installed-test
 
 test-slow: .venv/installed-test
 	$(BIN)/python -m pytest -m slow -n auto --dist worksteal
+
+# What the slow tests of pages need besides Python.
+browser:
+	.ci/install-browser
 
 # What the fast tests do not run, line by line and branch by branch.
 coverage: .venv/installed-test

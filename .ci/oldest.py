@@ -4,7 +4,8 @@ import re
 import tomllib
 from pathlib import Path
 
-TOOLS = {"test", "wheel-test", "notebook"}  # extras of what develops projdist, of which the newest will do
+# Extras of what develops projdist, of which the newest will do.
+TOOLS = {"test", "wheel-test", "browser-test", "notebook"}
 FLOOR = re.compile(r"([A-Za-z0-9._-]+)>=([0-9.]+)")
 
 
