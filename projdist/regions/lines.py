@@ -43,17 +43,28 @@ def _of_text(text: Any) -> FloatArray:
     said = f"Invalid line {quoted(text)}."
     if not isinstance(text, str) or not text:
         raise ValueError(f"{said} It must be {_ALLOWED}.")
-    try:
-        numbers = [float(word) for word in text.split(",")]
-    except ValueError:
+    words = [word.strip() for word in text.split(",")]
+    unread = [word for word in words if not _is_number(word)]
+    if unread and len(unread) < 0.5 * len(words) and not os.path.exists(text):
+        raise ValueError(f"{said} Coordinates must be numbers LON,LAT,LON,LAT,...; {quoted(unread[0])} is none.")
+    if unread:
         from projdist.regions.reading import read  # as above
 
         path, layer = layer_path(text)
         said = f"Invalid line file '{path}'."
         return _joined(read(path, layer, said, []), said)
-    if len(numbers) < 4 or len(numbers) % 2:
+    if len(words) < 4 or len(words) % 2:
         raise ValueError(f"{said} It must be LON,LAT,LON,LAT,..., two numbers a point.")
-    return _checked(_vertices(np.reshape(numbers, (-1, 2)), said), said)
+    return _checked(_vertices(np.reshape([float(word) for word in words], (-1, 2)), said), said)
+
+
+def _is_number(word: str) -> bool:
+    """Whether a word is a number."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _joined(source: Source, text: str) -> FloatArray:

@@ -127,6 +127,7 @@ USAGE = {
     "profile robin --line 1,2,3": r"Invalid line '1,2,3'. It must be LON,LAT",
     "profile robin --line 1,2,3,91": r"Invalid line '1,2,3,91'. Its longitudes must lie within -360 and 360 degrees",
     "profile robin --line 1,2,1,2": r"Invalid line '1,2,1,2'. It must have two places or more.",
+    "profile robin --line 9,50,x,51": r"Invalid line '9,50,x,51'. Coordinates must be numbers LON,LAT,LON",
     "profile robin --line nowhere.geojson": r"Invalid line file 'nowhere.geojson'. It cannot be read: No such file",
     "profile robin --line 1,2,3,4 --spacing 0": r"Invalid spacing '0'. It must be a number of km within 1e-06 and",
     "profile robin --line 1,2,3,4 --height 1e5": r"Invalid height '1e5'. It must be a number of metres within",
