@@ -119,6 +119,19 @@ class Field:
         cost = float(np.max(np.abs(np.subtract(found[:3], self._coarser.airy_kavrayskiy[:3]))))
         return found._replace(error=found.error + cost)
 
+    @functools.cached_property
+    def angles_and_areas(self) -> tuple[float, float]:
+        """The two parts of the Airy-Kavrayskiy error after the best scale; infinite where one diverges.
+
+        They are the RMS of ln(a/b) and the standard deviation of ln(ab), both over the root of two.
+        """
+        angular = self.statistic("log_anisotropy", "rms").value / np.sqrt(2.0)
+        areal = self.statistic("log_areal_scale", "std").value / np.sqrt(2.0)
+        if np.isnan(areal):  # of noise about a singular point: what angles leave of the whole is known
+            areal = np.sqrt(max(self.airy_kavrayskiy.scaled**2 - angular**2, 0.0))
+        angular, areal = (float(value) if np.isfinite(value) else np.inf for value in (angular, areal))
+        return angular, areal
+
     def values(self, measure: AnyMeasure) -> FloatArray:
         """The values (n,) of a measure at the nodes; raises ValueError."""
         return self._values(self._measure(measure)).ravel()

@@ -202,18 +202,8 @@ def _frame(ax: Axes) -> None:
 # ---- areas against angles -------------------------------------------------------------------
 
 
-def angles_and_areas(field: Field) -> tuple[float, float]:
-    """The two parts of the Airy-Kavrayskiy error after the best scale; infinite where one diverges."""
-    angular = field.statistic("log_anisotropy", "rms").value / np.sqrt(2.0)
-    areal = field.statistic("log_areal_scale", "std").value / np.sqrt(2.0)
-    if np.isnan(areal):  # of noise about a singular point: what angles leave of the whole is known
-        areal = np.sqrt(max(field.airy_kavrayskiy.scaled**2 - angular**2, 0.0))
-    angular, areal = (value if np.isfinite(value) else np.inf for value in (angular, areal))
-    return angular, areal
-
-
 def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str], over: str, *, is_free: bool) -> None:
-    points = np.array([angles_and_areas(field) for field in fields])
+    points = np.array([field.angles_and_areas for field in fields])
     finite = np.isfinite(points).all(axis=1)
     if not finite.any():
         raise ValueError("Invalid maps. None has finite errors of areas and angles there.")

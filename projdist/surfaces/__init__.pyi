@@ -1,5 +1,5 @@
 from .boundaries import boundary_polygon
-from .domain import Bounds, ground_size, longitude_width, normalised
+from .domain import Bounds, ground_size, is_part, longitude_width, normalised
 from .fields import field, filled, jacobians, measured
 from .jumps import ValuesAt, jumping
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons
@@ -38,6 +38,7 @@ __all__ = [
     "graticule_steps",
     "graticule_values",
     "ground_size",
+    "is_part",
     "jacobians",
     "jumping",
     "lake_polygons",

@@ -36,8 +36,13 @@ _FLAT = 1e-3  # of 1 - |q / p|, below which a map has no figures
 Arrays = dict[str, NDArray[Any]]
 
 
-def encoded(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> str:
-    """A header and arrays as a deflated block in base64."""
+def encoded(block: bytes) -> str:
+    """A block deflated and in base64."""
+    return b64encode(zlib.compress(block, 9)).decode("ascii")
+
+
+def packed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """A header and arrays as one block."""
     places, blocks, offset = {}, [], 0
     for name, values in arrays.items():
         block = np.ascontiguousarray(values).tobytes()
@@ -47,11 +52,11 @@ def encoded(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> st
     # ASCII, so that its length in bytes is that of the text; the arrays begin at a multiple of eight.
     text = json.dumps({**header, "arrays": places}).encode("ascii")
     text += b" " * (-(len(text) + 4) % 8)
-    return b64encode(zlib.compress(np.uint32(len(text)).tobytes() + text + b"".join(blocks), 9)).decode("ascii")
+    return np.uint32(len(text)).tobytes() + text + b"".join(blocks)
 
 
-def frame_of(surface: Surface, title: str) -> tuple[str, FloatArray]:
-    """A surface as an encoded frame, and the Jacobians at its nodes."""
+def frame_of(surface: Surface, title: str) -> tuple[dict[str, Any], Arrays, FloatArray]:
+    """The header and the arrays of a surface's frame, and the Jacobians at its nodes."""
     J = jacobians(surface)
     whole = _whole(surface)
     fields, mirrored = _fields(surface, J)
@@ -84,7 +89,7 @@ def frame_of(surface: Surface, title: str) -> tuple[str, FloatArray]:
     }
     for name, (points, sizes) in map_lines(surface, grid).items():
         arrays |= {name: points, f"{name}Sizes": sizes}
-    return encoded(header, arrays), J[: surface.nodes]
+    return header, arrays, J[: surface.nodes]
 
 
 def _wraps(surface: Surface) -> bool:
@@ -108,10 +113,10 @@ def _fields(surface: Surface, J: FloatArray) -> tuple[FloatArray, bool]:
     own = J[: surface.nodes]
     determinant = own[:, 0, 0] * own[:, 1, 1] - own[:, 0, 1] * own[:, 1, 0]
     mirrored = bool(np.nansum(np.sign(determinant) * surface.weights) < 0.0)
-    return _four(J, mirrored), mirrored
+    return four_numbers(J, mirrored), mirrored
 
 
-def _four(J: FloatArray, mirrored: bool) -> FloatArray:
+def four_numbers(J: FloatArray, mirrored: bool) -> FloatArray:
     """Jacobians as the four numbers."""
     turn = -1.0 if mirrored else 1.0
     xx, xy, yx, yy = turn * J[..., 0, 0], turn * J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
@@ -155,7 +160,7 @@ def _errors(surface: Surface, fields: FloatArray, whole: BoolArray, cubic: BoolA
     for across, up in _TRIED:
         u, v = _place(surface, rows, columns, across, up)
         lon, lat = surface.frame.geographic(u, v)
-        true = _four(jacobian(surface.domain.projection, normalised(lon), lat), mirrored)
+        true = four_numbers(jacobian(surface.domain.projection, normalised(lon), lat), mirrored)
         found = interpolated(surface, values, rows, columns, u, v, cubic[rows, columns])
         turn = np.abs(np.mod(found[:, 1] - true[:, 1] + np.pi, 2.0 * np.pi) - np.pi)
         ratio = np.hypot(*(found[:, 2:] - true[:, 2:]).T) / np.maximum(

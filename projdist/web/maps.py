@@ -15,7 +15,7 @@ from projdist.plots import ColourScale
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import RegionLike, region_for
 from projdist.surfaces import Bounds, longitude_width, shown_part, surface_of
-from projdist.web.frames import frame_of
+from projdist.web.frames import encoded, frame_of, packed
 
 MOST_MAPS = 6
 """As many maps has a page."""
@@ -63,7 +63,7 @@ def draw_maps(
     name = get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
     place = shown_part(region_for(region, maps))
-    step = _step(place.bounds)
+    step = cell_step(place.bounds)
     notes = [f"The maps are of the first {MOST_MAPS} of {len(projections)}."] if len(projections) > MOST_MAPS else []
     drawn, values, weights = [], [], []
     for projection, title in zip(maps, titles, strict=False):
@@ -72,27 +72,27 @@ def draw_maps(
         except ValueError as error:
             notes.append(str(error))
             continue
-        frame, J = frame_of(surface, title)
-        drawn.append((title, frame))
+        header, arrays, J = frame_of(surface, title)
+        drawn.append((title, encoded(packed(header, arrays))))
         values.append(J)
         weights.append(surface.weights)
     return Maps(
         titles=tuple(title for title, _ in drawn),
         frames=tuple(frame for _, frame in drawn),
-        scales=tuple(_scales(values, weights)),
+        scales=tuple(colour_scales(values, weights)),
         measure=name if name in _MEASURES else _MEASURES[0],
         notes=tuple(notes),
     )
 
 
-def _step(bounds: Bounds) -> float:
+def cell_step(bounds: Bounds) -> float:
     """Degrees of cells, of which a region has about as many as are wanted."""
     _, south, _, north = bounds
     longest = np.cos(np.radians(max(south, -north, 0.0)))
     return float(np.sqrt(longitude_width(bounds) * longest * (north - south) / _NODES))
 
 
-def _scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]) -> Iterator[dict[str, Any]]:
+def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]) -> Iterator[dict[str, Any]]:
     """What the colours of each measure mean, one scale for all maps."""
     if not jacobians:
         return

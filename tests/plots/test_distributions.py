@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from projdist import plots, sample
-from projdist.plots.distributions import _front, angles_and_areas
+from projdist.plots.distributions import _front
 
 
 def curve(figure: object, k: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -37,7 +37,7 @@ def test_histogram_of_a_scale() -> None:
 def test_areas_and_angles_make_the_error(name: str) -> None:
     """The squares of both parts sum to that of the scaled Airy-Kavrayskiy error."""
     field = sample(name, "globe", tolerance=1e-5)
-    angles, areas = angles_and_areas(field)
+    angles, areas = field.angles_and_areas
     assert np.hypot(angles, areas) == pytest.approx(field.airy_kavrayskiy.scaled, rel=1e-4)
     assert (angles < 1e-4) == (name == "mercator")
     assert (areas < 5e-3) == (name in ("moll", "laea"))
