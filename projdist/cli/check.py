@@ -13,17 +13,15 @@ import typer
 from projdist import gis
 from projdist.cli.cells import area_text
 from projdist.cli.errors import fail, refuse, refusing
-from projdist.cli.formats import HTML
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
 from projdist.cli.options import (
     PAGE_SUFFIX,
-    FormatOption,
     OverwriteOption,
+    ReportFormatOption,
     choice,
     file_of_kind,
-    format_of,
+    form_and_page,
     number,
-    page_file,
     whole_number,
 )
 from projdist.cli.output import drawing, present
@@ -69,7 +67,7 @@ def check_command(
     no_recommend: Annotated[
         bool, typer.Option("--no-recommend", help="Recommend no CRS, which takes most of the time.")
     ] = False,
-    format: FormatOption = "table",
+    format: ReportFormatOption = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -82,13 +80,13 @@ def check_command(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Check areas, lengths and bearings of data in a CRS against the ellipsoid."""
-    form, count = format_of(format), whole_number("number of features", worst, 0, 1_000_000)
+    form, page = form_and_page(format, output, overwrite)
+    count = whole_number("number of features", worst, 0, 1_000_000)
     limit = None if fail_above is None else _share(fail_above)
     turn = None if fail_above_bearing is None else number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
     choice("thing to fail on", fail_on, list(FAIL_ON))
     with refusing():
         get_purpose(purpose)
-    page = page_file(output, form, overwrite)
     path = None if output is None or page else file_of_kind(output, (*LAYER_SUFFIXES, PAGE_SUFFIX), overwrite)
     if path is not None:
         check_libraries(path)
@@ -98,7 +96,7 @@ def check_command(
         result = check(frame, crs, column=id, purpose=None if no_recommend else purpose, **options)
     if path is not None:
         _save(result, frame, path, overwrite)
-    present(check_report(result, data, count, path), HTML if page else form, page, overwrite)
+    present(check_report(result, data, count, path), form, page, overwrite)
     if result.above(limit, bearing=turn, on=fail_on):
         fail(_reason(result, fail_on, fail_above, fail_above_bearing))
         raise typer.Exit(ABOVE)

@@ -20,10 +20,10 @@ from projdist.cli.options import (
     RegionOption,
     SizeOption,
     choice,
-    format_of,
+    form_and_page,
     number,
-    page_file,
     region_given,
+    report_format,
 )
 from projdist.cli.output import drawing, present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
@@ -46,7 +46,7 @@ def correct_command(
         bool,
         typer.Option("--keep-north/--free", help="Keep the map's vertical, or turn it so that north is up on average."),
     ] = True,
-    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_FORMS), help="How to print.")] = "table",
+    format: Annotated[str | None, report_format(_FORMS)] = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -67,11 +67,11 @@ def correct_command(
     look: LookWords | None = None,
 ) -> None:
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
-    form, area = format_of(format, _FORMS), region_given(region)
+    form, page = form_and_page(format, output, overwrite, _FORMS)
+    area = region_given(region)
     choice("constraint", constraint, list(CONSTRAINTS))
-    page = page_file(output, form, overwrite)
     picture = picture_of(
-        None if page else output,
+        output,
         size=size,
         dpi=dpi,
         step=step,
@@ -82,13 +82,13 @@ def correct_command(
     with refusing():
         measured = Projection.from_user_input(projection)
         if local is not None:
-            _check_local(HTML if page else form, picture, constraint, keep_north)
+            _check_local(form, picture, constraint, keep_north)
             _draw_local(measured, area, number("radius", local, 1e-3, 10_000.0, " of km"), picture, form)
             return
         result = correct(measured, area, constraint=constraint, keep_north=keep_north)
     if picture is not None:
         _draw(result, picture)
-    present(_report(result, projection, picture), HTML if page else form, page, overwrite)
+    present(_report(result, projection, picture), form, page, overwrite)
 
 
 def _draw(result: Correction, picture: PictureFile) -> None:

@@ -18,10 +18,10 @@ from projdist.cli.options import (
     DpiOption,
     OverwriteOption,
     SizeOption,
-    format_of,
+    form_and_page,
     number,
-    page_file,
     region_of,
+    report_format,
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
@@ -64,7 +64,7 @@ def ldp_command(
         list[str] | None, typer.Option(metavar="PROJECTION", help="A map to compare with; may be repeated.")
     ] = None,
     name: Annotated[str | None, typer.Option(metavar="TEXT", help="The name of the CRS.")] = None,
-    format: Annotated[str, typer.Option("--format", "-f", metavar="|".join(_FORMS), help="How to print.")] = "table",
+    format: Annotated[str | None, report_format(_FORMS)] = None,
     output: Annotated[
         str | None,
         typer.Option("--output", "-o", metavar="FILE", help="Map of the ppm: .png, .svg or .pdf; or a page: .html."),
@@ -75,14 +75,12 @@ def ldp_command(
     look: LookWords | None = None,
 ) -> None:
     """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
-    form, area = format_of(format, _FORMS), region_of(region)
+    form, page = form_and_page(format, output, overwrite, _FORMS)
+    area = region_of(region)
     own = isinstance(area, PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
-    page = page_file(output, form, overwrite)
-    picture = picture_of(
-        None if page else output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,)
-    )
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],
         "criterion": criterion,
@@ -101,7 +99,7 @@ def ldp_command(
         found = ldp(area, **options)
     if picture is not None:
         _draw(found, picture)
-    present(_report(found, picture), HTML if page else form, page, overwrite)
+    present(_report(found, picture), form, page, overwrite)
 
 
 def _draw(found: LDP, picture: PictureFile) -> None:

@@ -24,6 +24,11 @@ def file_format(forms: Iterable[str], suffixes: str) -> Any:
     return typer.Option("--format", "-f", metavar="|".join(forms), help=told)
 
 
+def report_format(forms: Iterable[str]) -> Any:
+    """The option of a command that prints, and whose file may be a page."""
+    return typer.Option("--format", "-f", metavar="|".join(forms), help="How to print, a table if not given.")
+
+
 Projections = Annotated[
     list[str],
     typer.Argument(
@@ -53,6 +58,7 @@ WeightOption = Annotated[
     ),
 ]
 FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="How to print.")]
+ReportFormatOption = Annotated[str | None, report_format(FORMATS)]
 FileFormatOption = Annotated[str | None, file_format(FORMATS, ".json, .csv, .md, .html or .txt")]
 OutputOption = Annotated[
     str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
@@ -111,13 +117,21 @@ def format_for(text: str | None, path: Path | None, forms: Sequence[str] = FORMA
     return told or stated or TABLE
 
 
-def page_file(output: str | None, form: str, overwrite: bool) -> Path | None:
-    """The page to write, of a command whose other outputs are pictures or data; None where the output is none."""
-    if output is None or Path(output).suffix.lower() != PAGE_SUFFIX:
-        return None
-    if form not in (TABLE, HTML):
-        refuse(f"Invalid format '{form}' for '{output}'. Its suffix tells the format, {HTML}.")
-    return output_file(output, overwrite)
+def form_and_page(
+    text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS
+) -> tuple[str, Path | None]:
+    """The format, and the page to write if the output is one, of a command whose other outputs are pictures or data."""
+    stated = None if text is None else format_of(text, forms)
+    if not is_page(output):
+        return stated or TABLE, None
+    if stated not in (None, HTML):
+        refuse(f"Invalid format '{stated}' for '{output}'. Its suffix tells the format, {HTML}.")
+    return HTML, printed_or_file(output, overwrite)
+
+
+def is_page(output: str | None) -> bool:
+    """Whether an output is a page, by its suffix."""
+    return output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
 
 
 def region_given(text: str | None, weight: str | None = None) -> Place | None:

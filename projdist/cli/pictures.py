@@ -12,7 +12,7 @@ import typer
 
 from projdist import plots
 from projdist.cli.errors import refuse, refusing
-from projdist.cli.options import dots_of, file_of_kind, number, size_of, step_of
+from projdist.cli.options import PAGE_SUFFIX, dots_of, file_of_kind, is_page, number, size_of, step_of
 from projdist.cli.output import drawing
 from projdist.cli.progress import working
 
@@ -126,10 +126,14 @@ def picture_of(
     `others` are such options that the command has beside these, None where they are not given; `beside` are suffixes
     of what else it writes, which is not asked for here.
     """
-    if output is not None:
+    page = PAGE_SUFFIX in beside and is_page(output)
+    if output is not None and not page:
         return PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look, beside=beside)
     given = {f"--{name}": value for name, value in (others | {"step": step, "size": size, "dpi": dpi}).items()}
     for name, value in (given | look_options(look)).items():
         if value is not None:
-            refuse(f"Invalid option '{name}'. It needs a picture to draw to: -o FILE.")
+            missing = (
+                f"It is of pictures, and '{output}' is a page." if page else "It needs a picture to draw to: -o FILE."
+            )
+            refuse(f"Invalid option '{name}'. {missing}")
     return None

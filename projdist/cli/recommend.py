@@ -14,15 +14,13 @@ import typer
 from projdist import plots
 from projdist.cli.cells import certain, change, per_cent, rounded
 from projdist.cli.errors import fail, refuse, refusing
-from projdist.cli.formats import HTML
 from projdist.cli.options import (
     PAGE_SUFFIX,
     DpiOption,
-    FormatOption,
     OverwriteOption,
+    ReportFormatOption,
     SizeOption,
-    format_of,
-    page_file,
+    form_and_page,
     region_of,
     whole_number,
 )
@@ -79,7 +77,7 @@ def recommend_command(
     executor: Annotated[
         str | None, typer.Option(metavar="dask://HOST:PORT", help="A Dask scheduler to run the work on.")
     ] = None,
-    format: FormatOption = "table",
+    format: ReportFormatOption = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -92,14 +90,12 @@ def recommend_command(
     look: LookWords | None = None,
 ) -> None:
     """Find the best existing CRSs for a region, by measuring every candidate."""
-    form, area = format_of(format), region_of(region)
+    form, page = form_and_page(format, output, overwrite)
+    area = region_of(region)
     most = whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
-    page = page_file(output, form, overwrite)
-    picture = picture_of(
-        None if page else output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,)
-    )
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
     with refusing(), _executor(executor) as workers, progress_bar("maps", after=0.0) as progress:
         result = recommend(
             area,
@@ -120,7 +116,7 @@ def recommend_command(
         raise typer.Exit(1)
     if picture is not None:
         _draw(result, picture)
-    present(_report(result, picture), HTML if page else form, page, overwrite)
+    present(_report(result, picture), form, page, overwrite)
 
 
 # ---- the surroundings of the work -----------------------------------------------------------

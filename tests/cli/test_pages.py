@@ -122,11 +122,18 @@ def test_a_page_is_refused_where_it_cannot_be(tmp_path: Path) -> None:
     """Another format, options of pictures, a file that is there."""
     path = tmp_path / "x.html"
     words = ["correct", "moll", "-o", str(path)]
-    assert refused(*words, "-f", "json") == (
-        f"projdist: Invalid format 'json' for '{path}'. Its suffix tells the format, html.\n"
-    )
-    assert "Invalid option '--size'. It needs a picture to draw to" in refused(*words, "--size", "5,5")
     assert "with --local. It must be table or json." in refused(*words, "--local", "500")
+    commands = [words, ["compare", "moll", *words[2:]], ["recommend", "globe", *words[2:]], ["check", "x", *words[2:]]]
+    for command in commands:
+        for form in ("json", "table"):
+            assert refused(*command, "-f", form) == (
+                f"projdist: Invalid format '{form}' for '{path}'. Its suffix tells the format, html.\n"
+            )
+    for command in (words, commands[2]):
+        for option, value in {"--size": "5,5", "--dpi": "100", "--theme": "dark"}.items():
+            assert refused(*command, option, value) == (
+                f"projdist: Invalid option '{option}'. It is of pictures, and '{path}' is a page.\n"
+            )
     assert "Its suffix must be" in refused("heatmap", "robin", "-o", str(path))
     path.write_text("old")
     assert "It exists" in refused(*words)
