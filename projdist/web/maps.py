@@ -23,18 +23,15 @@ MOST_MAPS = 6
 _NODES = 10_000  # of a map: what is between them is interpolated
 _COLOURS = 256
 
-# In the order of the page's menu; its script computes them from the frames.
-_MEASURES = (
-    "fisher",
-    "areal_scale",
-    "angular_distortion",
-    "tissot_semimajor",
-    "tissot_semiminor",
-    "meridional_scale",
-    "parallel_scale",
-    "scale_error_ppm",
-    "meridian_convergence",
-)
+# The groups of the page's menu, in its order; its script computes them from the frames.
+_GROUPS = {
+    "Areas and angles": ("fisher", "kavrayskiy", "airy", "jordan", "jordan_kavrayskiy"),
+    "Areas": ("areal_scale", "log_areal_scale", "areal_error_ppm"),
+    "Angles": ("angular_distortion", "log_anisotropy", "meridian_parallel_angle"),
+    "Scales": ("tissot_semimajor", "tissot_semiminor", "meridional_scale", "parallel_scale", "scale_error_ppm"),
+    "North": ("meridian_convergence",),
+}
+_MEASURES = tuple(name for names in _GROUPS.values() for name in names)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,13 +93,14 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
     """What the colours of each measure mean, one scale for all maps."""
     if not jacobians:
         return
-    for name in _MEASURES:
+    for group, name in ((group, name) for group, names in _GROUPS.items() for name in names):
         measure = get_measure(name)
         scale = ColourScale.of(measure, [measure(J) for J in jacobians], weights)
         low, high = scale.limits
         colours = scale.colours(np.linspace(0.0, 1.0, _COLOURS), bytes=True)[:, :3]
         yield {
             "name": name,
+            "group": group,
             "label": scale.label,
             "kind": measure.kind,
             "limits": [low, high],

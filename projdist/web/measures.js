@@ -4,8 +4,19 @@ const DEGREE = 180 / Math.PI;
 
 export const MEASURES = {
   fisher: (f) => Math.hypot(Math.log(f.a), Math.log(f.b)),
+  kavrayskiy: (f) => MEASURES.fisher(f) / Math.SQRT2,
+  airy: (f) => Math.hypot(f.a - 1, f.b - 1) / Math.SQRT2,
+  jordan: (f) => {
+    const c = (f.a + f.b) / 2;
+    return Math.sqrt(Math.max(0, (c - 1) ** 2 + c * (c * f.n * f.n - 2 * perimeterExcess(f.n * f.n))));
+  },
+  jordan_kavrayskiy: (f) => Math.sqrt(Math.log((f.a + f.b) / 2) ** 2 + dilogarithm(f.n * f.n) / 2),
   areal_scale: (f) => f.s,
+  log_areal_scale: (f) => Math.log(f.s),
+  areal_error_ppm: (f) => 1e6 * Math.abs(f.s - 1),
   angular_distortion: (f) => f.omega,
+  log_anisotropy: (f) => 2 * Math.atanh(f.n),
+  meridian_parallel_angle: (f) => f.theta,
   tissot_semimajor: (f) => f.a,
   tissot_semiminor: (f) => f.b,
   meridional_scale: (f) => f.h,
@@ -13,6 +24,25 @@ export const MEASURES = {
   scale_error_ppm: (f) => 1e6 * Math.max(Math.abs(f.a - 1), Math.abs(f.b - 1)),
   meridian_convergence: (f) => f.convergence,
 };
+
+// The perimeter of an ellipse over pi (a + b), less 1, for x = ((a - b) / (a + b))^2, by Gauss's mean.
+function perimeterExcess(x) {
+  let high = 1, low = Math.sqrt(Math.max(1 - x, 1e-14)), rest = 1;
+  for (let power = 2; high - low > 1e-9 * high; power *= 2) {
+    const half = (high - low) / 2;
+    [high, low] = [high - half, Math.sqrt(high * low)];
+    rest -= power * half * half;
+  }
+  return rest / high - 1;
+}
+
+// Euler's Li2 of 0 to 1, by its series, and from 1/2 by its reflection.
+function dilogarithm(x) {
+  if (x > 0.5) return Math.PI ** 2 / 6 - (x < 1 ? Math.log(x) * Math.log1p(-x) : 0) - dilogarithm(1 - x);
+  let sum = 0;
+  for (let k = 40; k > 0; k--) sum = x * (sum + 1 / (k * k));
+  return sum;
+}
 
 export function factorsOf(log, turn, re, im, mirrored) {
   const size = Math.exp(log), ratio = Math.hypot(re, im);
@@ -26,7 +56,9 @@ export function factorsOf(log, turn, re, im, mirrored) {
     s: size * size * Math.abs(1 - ratio * ratio),
     h: size * Math.hypot(1 - re, im),
     k: size * Math.hypot(1 + re, im),
+    n: Math.min(less, 1),
     omega: 2 * DEGREE * Math.asin(Math.min(less, 1)),
+    theta: DEGREE * Math.atan2(Math.abs(1 - ratio * ratio), Math.abs(2 * im)),
     convergence: DEGREE * Math.atan2(-x, y),
   };
 }

@@ -20,7 +20,7 @@ async function drawMaps() {
     views.push(new MapView(canvas, readFrame(await inflate(text))));
   }
   const menu = byId("measure"), ellipses = byId("ellipses"), bar = byId("scale");
-  menu.append(...scales.map((one) => new Option(one.label, one.name, false, one.name === measure)));
+  menu.append(...grouped(scales, measure));
   document.querySelector(".bar").hidden = byId("help").hidden = false;
   const redraw = () => {
     const scale = scales.find((one) => one.name === menu.value);
@@ -42,6 +42,16 @@ async function drawMaps() {
   });
   for (const view of views) listen(view, views);
   redraw();
+}
+
+// The choices of the menu in their groups.
+function grouped(scales, chosen) {
+  const groups = new Map();
+  for (const { group, label, name } of scales) {
+    if (!groups.has(group)) groups.set(group, Object.assign(document.createElement("optgroup"), { label: group }));
+    groups.get(group).append(new Option(label, name, name === chosen, name === chosen));
+  }
+  return groups.values();
 }
 
 // Once, after the last of many calls.

@@ -2,13 +2,18 @@
 
 import re
 from collections.abc import Callable
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import projdist
+from projdist.matrices import MEASURES, get_measure
 from projdist.web import Cell, Page, PageTable, draw_maps, page_html
+from projdist.web.frames import four_numbers
+from projdist.web.maps import _GROUPS
 
 pytestmark = pytest.mark.slow
 
@@ -92,6 +97,33 @@ def test_colours_are_those_of_the_measure(page: Any) -> None:
     assert before != after
     page.check("#ellipses")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_the_page_has_the_measures_of_the_registry(open_page: Callable[..., Any]) -> None:
+    """All of J alone but its sign, to rounding: of random matrices, mirrored, conformal and nearly singular ones."""
+    script = (files("projdist") / "web" / "measures.js").read_text(encoding="utf-8").replace("export ", "")
+    names = {name for name, measure in MEASURES.items() if not measure.needs_hessian and name != "orientation"}
+    assert {name for names in _GROUPS.values() for name in names} == names
+    rng = np.random.default_rng(3)
+    J = rng.normal(size=(60, 2, 2))
+    J[:10] = np.eye(2) + 1e-3 * J[:10]
+    J[10] = np.diag([1.0, 1e-3])
+    J[11:14] = [[[1.3, -0.4], [0.4, 1.3]], [[0.9, 0.0], [0.0, 0.9]], [[1.3, 0.4], [0.4, -1.3]]]
+    mirrored = np.linalg.det(J) < 0.0
+    fours = [four_numbers(one, turned).tolist() for one, turned in zip(J, mirrored.tolist(), strict=True)]
+    page = open_page("about:blank")
+    found = page.evaluate(
+        f"""([fours, mirrored]) => {{ {script}; return fours.map((four, k) => {{
+            const f = factorsOf(...four, mirrored[k]);
+            return Object.fromEntries(Object.entries(MEASURES).map(([name, measure]) => [name, measure(f)]));
+        }}); }}""",
+        [fours, mirrored.tolist()],
+    )
+    assert set(found[0]) == names
+    for name in names:
+        # Near 1 an RMS is the root of what cancels to 1e-16.
+        scale = 1e6 if name.endswith("ppm") else 1.0
+        assert np.allclose([one[name] for one in found], get_measure(name)(J), rtol=1e-9, atol=3e-8 * scale), name
 
 
 def test_tables_are_sorted(page: Any) -> None:

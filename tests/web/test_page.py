@@ -139,7 +139,10 @@ def test_a_map_has_less_than_400_kb(region: str) -> None:
 def test_a_map_that_shows_nothing_is_told() -> None:
     """The others are drawn."""
     maps = draw_maps(
-        ["robinson", "+proj=ortho +lat_0=90 +R=6371000"], titles=["A", "B"], region="box:0,-40,40,-10", measure="airy"
+        ["robinson", "+proj=ortho +lat_0=90 +R=6371000"],
+        titles=["A", "B"],
+        region="box:0,-40,40,-10",
+        measure="flexion",
     )
     assert maps.titles == ("A",)
     assert maps.measure == "fisher"
