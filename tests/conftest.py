@@ -42,6 +42,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
                 item.add_marker(pytest.mark.skip(reason=f"needs {missing[0]}"))
 
 
+@pytest.fixture
+def few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures of regions of a two-hundredth of the cells, where a test asks for what does not hang on them."""
+    monkeypatch.setattr("projdist.web.maps._NODES", 200)
+    monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 15)
+    monkeypatch.setattr("projdist.surfaces.regional._GROUND_NODES", 15)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def command_line_made_once() -> Iterator[None]:
     """Typer makes the command line of its functions in 40 ms: once for all tests that run it, not in each."""

@@ -164,12 +164,9 @@ def test_answers_are_of_the_region(name: str) -> None:
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow) if name == "field_of" else name for name in OTHERS]
 )
-def test_pictures_and_files_are_of_the_region(
-    name: str, doors: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("few_cells")
+def test_pictures_and_files_are_of_the_region(name: str, doors: tuple[str, ...], tmp_path: Path) -> None:
     """They reach as far as those of the box."""
-    monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 15)  # a two-hundredth of the cells
-    monkeypatch.setattr("projdist.surfaces.regional._GROUND_NODES", 15)
     expected, *others = (OTHERS[name](KINDS[kind], tmp_path) for kind in ("Region", *doors))
     for other in others:
         np.testing.assert_allclose(other, expected, rtol=1e-6)

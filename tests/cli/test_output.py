@@ -28,7 +28,7 @@ def process(*words: str, **options: object) -> subprocess.CompletedProcess:
 @pytest.mark.parametrize("command", ["compare", "factors"])
 def test_output_file(command: str, form: str, tmp_path: Path) -> None:
     """`-o` writes what would have been printed, replaces what was there if told to, and leaves nothing else."""
-    words = {"compare": ["moll", "-r", "box:0,0,9,9", *QUICK], "factors": ["moll", "-10", "20"]}[command]
+    words = {"compare": ["moll", "-r", "globe", *QUICK], "factors": ["moll", "-10", "20"]}[command]
     path = tmp_path / "out.txt"
     path.write_text("old\n" * 1000)
     assert run_ok(command, *words, "-f", form, "-o", str(path), "--overwrite") == f"Wrote: {path}\n"
@@ -230,7 +230,7 @@ def test_bytes_that_are_no_text() -> None:
     assert len(done.stdout.splitlines()) == 3
 
 
-@pytest.mark.parametrize("words", ["compare eqc -r cap:10,50,100", "factors eqc 10 50", "tables"])
+@pytest.mark.parametrize("words", ["compare eqc -r globe", "factors eqc 10 50", "tables"])
 def test_the_suffix_of_a_file_tells_its_format(tmp_path: Path, words: str) -> None:
     """What is written is what --format prints; a suffix that contradicts it is refused, and .txt holds any."""
     for suffix, form in {".json": "json", ".csv": "csv", ".md": "markdown", ".html": "html", ".txt": "table"}.items():

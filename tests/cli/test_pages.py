@@ -35,6 +35,7 @@ def page(path: Path, *words: str) -> dict[str, list[str]]:
     return Texts(path.read_text(encoding="utf-8")).found
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
     """In the order of the table, with what is to be copied; more than six are too many."""
     words = ["compare", "moll", "robin", "EPSG:3857", "-r", "box:-10,35,30,70", "-m", "omega", *QUICK]
@@ -54,7 +55,7 @@ def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
 def test_many_maps_are_told(tmp_path: Path) -> None:
     """A page has six, and says that there are more."""
     names = "robin moll merc eqearth sinu eck4 eck6".split()
-    found = page(tmp_path / "x.html", "compare", *names, "-r", "box:0,0,20,20", *QUICK)
+    found = page(tmp_path / "x.html", "compare", *names, "-r", "globe", *QUICK)
     assert len(found["canvas"]) == 6 + 1
     assert any("The maps are of the first 6 of 7." in text for text in found["li"])
 

@@ -1,6 +1,7 @@
 """Frames: what a page draws and tells of a map, decoded here as a page decodes it."""
 
 import base64
+import functools
 import json
 import zlib
 
@@ -56,6 +57,12 @@ class Decoded:
         return *place, np.array([through(us, through(vs, one, place[1]), place[0]) for one in table])
 
 
+@functools.cache
+def drawn(given: str, region: str) -> Decoded:
+    """The frame of a map."""
+    return Decoded(draw_maps([given], titles=["A"], region=region).frames[0])
+
+
 def through(nodes: list[float], values: np.ndarray, place: float) -> np.ndarray:
     """Neville's scheme along the first axis: not the weights that the page has."""
     values = [np.asarray(value, dtype=float) for value in values]
@@ -86,10 +93,10 @@ CASES = [
     ("stereographic@90,0", "globe", 0.95),
     ("mollweide+lon_0=100", "globe", 0.95),
     ("ortho@30,100", "globe", 0.9),
-    ("isea", "globe", 0.2),
+    pytest.param("isea", "globe", 0.2, marks=pytest.mark.slow),
     ("goode-homolosine", "globe", 0.8),
     ("EPSG:3035", "country:DE", 1.0),
-    ("EPSG:2056", "country:CH", 1.0),
+    pytest.param("EPSG:2056", "country:CH", 1.0, marks=pytest.mark.slow),
     ("EPSG:2048", "box:16,-35,22,-30", 1.0),
 ]
 
@@ -97,7 +104,7 @@ CASES = [
 @pytest.mark.parametrize(("given", "region", "share"), CASES)
 def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> None:
     """At random places in cells, within the error that the frame states there."""
-    frame = Decoded(draw_maps([given], titles=["A"], region=region).frames[0])
+    frame = drawn(given, region)
     rng = np.random.default_rng(5)
     rows, columns = np.nonzero(frame.whole)
     areas = np.cos(np.radians(frame.arrays["v"][rows]))
@@ -120,7 +127,7 @@ def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> 
 def test_places_are_those_of_the_map(given: str) -> None:
     """Nodes lie where PROJ has them, to half a step."""
     region = "globe" if given == "winkel-tripel" else "box:16,-35,22,-30"
-    frame = Decoded(draw_maps([given], titles=["A"], region=region).frames[0])
+    frame = drawn(given, region)
     rows, columns = np.nonzero(frame.whole)
     u, v = frame.arrays["u"][columns], frame.arrays["v"][rows]
     lon, lat = frame.geographic(u, v)
@@ -133,7 +140,7 @@ def test_places_are_those_of_the_map(given: str) -> None:
 
 def test_conformal_maps_have_no_other_part() -> None:
     """q / p vanishes, so that omega is 0 wherever one points."""
-    frame = Decoded(draw_maps(["mercator"], titles=["A"]).frames[0])
+    frame = drawn("mercator", "globe")
     fields = frame.arrays["fields"]
     assert np.nanmax(np.abs(fields[2:])) < 1e-6
 
@@ -151,7 +158,7 @@ def test_a_map_that_mirrors_is_told() -> None:
 
 def test_lines_and_areas_hold_what_they_say() -> None:
     """Sizes add up; the region's area on an equal-area map is that of the country."""
-    frame = Decoded(draw_maps(["EPSG:3035"], titles=["A"], region="country:DE").frames[0])
+    frame = drawn("EPSG:3035", "country:DE")
     for name in ("graticule", "outline", "border", "coast", "borders", "region", "land"):
         assert frame.arrays[f"{name}Sizes"].sum() == len(frame.arrays[name])
     points, start, area = frame.arrays["region"].astype(float) * frame.header["grid"][2], 0, 0.0

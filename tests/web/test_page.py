@@ -54,7 +54,7 @@ def page(**more) -> str:
 
 @pytest.fixture(scope="module")
 def with_maps() -> str:
-    maps = draw_maps(["robinson", "EPSG:3035"], titles=["Robinson", EVIL], region="box:0,35,30,60")
+    maps = draw_maps(["robinson", "EPSG:3035"], titles=["Robinson", EVIL], region="globe")
     return page(copies={"PROJ": "+proj=robin", "WKT2": "\n".join("abcdefghijklmnop")}, maps=maps)
 
 
@@ -127,7 +127,14 @@ def test_a_page_without_maps_is_small() -> None:
     assert not [tag for tag, _ in Read(text).elements if tag in ("canvas", "figure")]
 
 
-@pytest.mark.parametrize("region", ["globe", "country:NO", "country:GR", "box:-180,60,180,90"])
+@pytest.mark.parametrize(
+    "region",
+    [
+        "globe",
+        "country:GR",
+        *(pytest.param(text, marks=pytest.mark.slow) for text in ("country:NO", "box:-180,60,180,90")),
+    ],
+)
 def test_a_map_has_less_than_400_kb(region: str) -> None:
     """Also of coasts with many islands."""
     maps = draw_maps(["stereographic@65,15"], titles=["A"], region=region)
@@ -136,6 +143,7 @@ def test_a_map_has_less_than_400_kb(region: str) -> None:
     assert len(str(maps.scales)) < 30_000
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_a_map_that_shows_nothing_is_told() -> None:
     """The others are drawn."""
     maps = draw_maps(
