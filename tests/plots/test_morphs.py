@@ -80,6 +80,7 @@ def test_cuts_close() -> None:
     assert rim > 0.9 * whole
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_a_film(tmp_path: Path) -> None:
     """There and back for ever, a rest at both ends, and small; progress is told."""
     told: list[tuple[int, int]] = []

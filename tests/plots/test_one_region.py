@@ -4,13 +4,7 @@ import pytest
 
 from projdist import plots
 
-
-@pytest.fixture(autouse=True)
-def few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Words need no fine surface."""
-    monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 30)
-    monkeypatch.setattr("projdist.surfaces.surface._GLOBE_STEP", 4.0)
-
+pytestmark = pytest.mark.usefixtures("few_cells")
 
 PLACE = "5.96°E to 10.49°E, 45.82°N to 47.81°N"
 

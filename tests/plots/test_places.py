@@ -12,13 +12,13 @@ PICTURES = [
     pytest.param("EPSG:2193", "country:NZ", marks=pytest.mark.slow),
     ("EPSG:3460", "country:FJ"),
     pytest.param("EPSG:3576", "country:RU", marks=pytest.mark.slow),
-    ("EPSG:3031", "country:AQ"),
+    pytest.param("EPSG:3031", "country:AQ", marks=pytest.mark.slow),
     pytest.param("EPSG:6350", "country:US", marks=pytest.mark.slow),
     pytest.param("EPSG:25832", "country:DE", marks=pytest.mark.slow),
     ("EPSG:2056", "country:CH"),
     pytest.param("EPSG:3057", "country:IS", marks=pytest.mark.slow),
     pytest.param("EPSG:5880", "country:BR", marks=pytest.mark.slow),
-    ("EPSG:2154", "cap:2.35,48.85,40"),
+    pytest.param("EPSG:2154", "cap:2.35,48.85,40", marks=pytest.mark.slow),
     pytest.param("EPSG:32760", "box:178,-19,-179,-15", marks=pytest.mark.slow),
     pytest.param("EPSG:25832", "box:6,47,12,55", marks=pytest.mark.slow),
 ]
@@ -53,6 +53,7 @@ def labelled(figure, label: str) -> list:
     return [one for ax in figure.axes for one in ax.get_children() if one.get_label() == label]
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_a_country_is_placed() -> None:
     """Its frame, its cities with the capital, its scale and where it lies; degrees round it."""
     figure = plots.heatmap_figure("EPSG:2056", region="country:CH")
@@ -65,11 +66,13 @@ def test_a_country_is_placed() -> None:
     assert {"7°E", "8°E", "46°N", "47°N"} <= degrees
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_no_scale_bar_where_the_scale_is_not_one() -> None:
     """Mercator's scale in Norway is two and more."""
     assert labelled(plots.heatmap_figure("mercator", region="country:NO@main"), "scale bar") == []
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_scale_bar_is_as_long_as_it_says() -> None:
     """In metres of the map, to the width of its line."""
     figure = plots.tissot_figure("EPSG:25832", region="country:DE")
@@ -82,6 +85,7 @@ def test_scale_bar_is_as_long_as_it_says() -> None:
 
 
 @pytest.mark.parametrize("context", ["none", "coast", "borders"])
+@pytest.mark.usefixtures("few_cells")
 def test_less_is_shown_on_request(context: str) -> None:
     """Lines of the coast from "coast" on, of borders from "borders" on, cities only with all."""
     figure = plots.heatmap_figure("EPSG:2056", region="country:CH", context=context)
@@ -96,6 +100,7 @@ def test_context_that_is_none() -> None:
         plots.heatmap_figure("EPSG:2056", context="much")
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_cities_of_a_panel_without_room() -> None:
     """A picture of a square centimetre has none, and is drawn."""
     figure = plots.tissot_figure("EPSG:2056", size=(1.4, 1.4))

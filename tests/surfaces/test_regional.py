@@ -37,7 +37,7 @@ def test_pieces_of_a_region_are_side_by_side(text: str) -> None:
         pytest.param("EPSG:2193", "country:NZ", marks=pytest.mark.slow),
         ("EPSG:3460", "country:FJ"),
         pytest.param("EPSG:3576", "country:RU", marks=pytest.mark.slow),
-        ("EPSG:3031", "country:AQ"),
+        pytest.param("EPSG:3031", "country:AQ", marks=pytest.mark.slow),
         pytest.param("EPSG:6350", "country:US", marks=pytest.mark.slow),
         pytest.param("mercator", "country:NO@main", marks=pytest.mark.slow),
         ("EPSG:2154", "cap:2.35,48.85,60"),
