@@ -22,6 +22,7 @@ from .errors import GridError, ProjectionError
 from .exports import parameters_of, pipeline_of, wkt_of
 from .geodesy import area_of_use, crs_of, geodesic_courses, geodesic_lengths, geodesic_points, geodesics, to_lonlat
 from .inputs import listed_projections
+from .knobs import Parameter
 from .names import needed_parameters, projection_names
 from .natures import Nature, nature_of
 from .parameters import defined_by, with_parameters
@@ -40,6 +41,7 @@ from .point_tables import (
 from .projection import Projection, ProjectionLike
 from .registry import UNKNOWN, Facts, facts_of
 from .shifts import DatumShift, datum_shift, keeps_datum, kept_datum
+from .tuning import Tunable, tunable, tuned
 from .worldmaps import WORLD_MAPS, distance_around_edge
 
 __all__ = [
@@ -61,11 +63,13 @@ __all__ = [
     "Graticule",
     "GridError",
     "Nature",
+    "Parameter",
     "Plane",
     "Projection",
     "ProjectionError",
     "ProjectionLike",
     "Source",
+    "Tunable",
     "add_columns",
     "area_of_use",
     "cf_attributes",
@@ -109,6 +113,8 @@ __all__ = [
     "tell_of_missing",
     "to_lonlat",
     "to_pyproj",
+    "tunable",
+    "tuned",
     "uncomposed",
     "unprojected",
     "with_parameters",

@@ -14,7 +14,7 @@ from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import Function
 from projdist.support import shown
 
-__all__ = ["Turned", "Words", "has_words", "turned_tokens", "words_of"]
+__all__ = ["WITH_LATITUDE", "Turned", "Words", "has_words", "turned_tokens", "words_of"]
 
 _BEHIND = re.compile(r"\+\s*[A-Za-z]\w*\s*(?==|\+|@|$)|@")  # where a parameter or a point begins
 _NAME = re.compile(r"[^\s:/+@=][^:+@=]*")  # a code or a CRS's name has another character, but for +
@@ -22,9 +22,9 @@ _HEMISPHERES = {"N": (1.0, "lat"), "S": (-1.0, "lat"), "E": (1.0, "lon"), "W": (
 _POINT = "It must be a latitude and a longitude in degrees, as @45,-100 or @45N,100W."
 
 # Their own parameters bring a point to the centre: azimuthal maps, transverse cylinders, which lie along a meridian,
-# and cones, which keep their parallels.
-_WITH_LATITUDE = frozenset(
-    """aeqd airy gnom laea nsper ortho stere cass tmerc
+# maps of regions, and cones, which keep their parallels.
+WITH_LATITUDE = frozenset(
+    """aeqd airy gnom laea nsper tpers ortho stere sterea rouss cass tmerc etmerc gstmerc tcea somerc lcca leac
     aea eqdc euler lcc murd1 murd2 murd3 pconic tissot vitk1""".split()
 )
 
@@ -124,7 +124,7 @@ def turned_tokens(tokens: Sequence[str], lat: float, lon: float) -> list[str]:
     """The tokens of a PROJ string, its operation first, with a point brought to the centre, and north up there."""
     operation, rest = tokens[0].removeprefix("proj="), list(tokens[1:])
     longitude = f"lon_0={number_text(lon)}"
-    if operation in _WITH_LATITUDE:
+    if operation in WITH_LATITUDE:
         return [f"proj={operation}", f"lat_0={number_text(lat)}", longitude, *rest]
     if lat == 0.0:
         return [f"proj={operation}", longitude, *rest]

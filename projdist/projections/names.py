@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pyproj.list
@@ -12,6 +13,7 @@ from projdist.earth import SPHERE
 from projdist.projections.arguments import check_read, number_text
 from projdist.projections.aspects import Turned, Words, has_words, turned_tokens, words_of
 from projdist.projections.catalogue import (
+    ID_TITLES,
     NAMES,
     NEEDED_PARAMETERS,
     NOT_IN_METRES,
@@ -23,12 +25,13 @@ from projdist.projections.crs import parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.figures import figure_parameters, own_figure
 from projdist.projections.hints import close_codes, close_crs_names, close_names, crs_code, normalised
-from projdist.projections.operations import Parts
+from projdist.projections.operations import Function, Parts
 from projdist.projections.projstrings import ELLIPSOID_KEYS, ellipsoid_of, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import did_you_mean, listed, shown
 
 _NEAR = 1e-3  # degrees from a centre, where north is looked for
+_POLE = "lat_0=90"  # of maps whose centre is one
 _ALMOST = 1e-3  # of the way there: rounding is 1e-10 of it, and meridians that lean are far more
 
 
@@ -70,8 +73,7 @@ def parse_name(text: str) -> Parts:
     """
     if has_words(text):
         return _named(words_of(text), text)
-    name = text if text in pyproj.list.get_proj_operations_map() else normalised(text)
-    if name not in {*NAMES, *WORLD_MAPS, *pyproj.list.get_proj_operations_map()}:
+    if not known_name(text):
         close = close_codes(text) or close_names(text)
         code = _utm_code(text) or ("" if close and "/" not in text else crs_code(text))
         if code:
@@ -97,19 +99,31 @@ def _named(words: Words, text: str) -> Parts:
     parts = parse_proj_string(" ".join(f"+{token}" for token in _tokens(name, words, text)))
     if words.centre is not None:
         _check_centre(parts, words, text)
-    title = TITLES.get(name) or parts.name.removeprefix("Oblique ")
-    return parts._replace(name=f"{title}{_aspect(words)}")
+    return parts._replace(name=title_of(replace(words, name=name)))
+
+
+def title_of(words: Words) -> str:
+    """What a map of a name is called, with its parameters and centre."""
+    operations = pyproj.list.get_proj_operations_map() | ID_TITLES
+    return f"{TITLES.get(words.name) or operations[words.name]}{_aspect(words)}"
+
+
+def known_name(text: str) -> str:
+    """The catalogue's spelling of a name, or PROJ's id; "" for what is none."""
+    operations = pyproj.list.get_proj_operations_map()
+    known = text if text in operations else normalised(text)
+    return known if known in NAMES or known in operations or known in WORLD_MAPS else ""
 
 
 def _known(name: str, text: str) -> str:
     """The catalogue's spelling of a name, or PROJ's id; raises ProjectionError."""
-    operations = pyproj.list.get_proj_operations_map()
-    known = name if name in operations else normalised(name)
-    if known not in NAMES and known not in operations and known not in WORLD_MAPS:
+    known = known_name(name)
+    if not known:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. {did_you_mean(close_names(name))}{ALLOWED}")
     if known in NOT_MAPS:
         raise ProjectionError(
-            f"Invalid projection '{shown(text)}'. PROJ's {operations[known]} is not a map projection."
+            f"Invalid projection '{shown(text)}'. PROJ's {pyproj.list.get_proj_operations_map()[known]} is not a map "
+            "projection."
         )
     if known in NOT_IN_METRES:
         raise ProjectionError(
@@ -137,10 +151,27 @@ def _world_map(name: str, words: Words) -> Parts:
     return parts
 
 
-def _tokens(name: str, words: Words, text: str) -> list[str]:
-    """The tokens of the PROJ string of a name with parameters and a centre."""
+def proj_tokens(name: str, words: Words) -> list[str]:
+    """The tokens of the PROJ string of a name with parameters and a centre, unchecked."""
+    operation, fixed = operation_of(name)
+    tokens = [f"proj={operation}", *(token for token in fixed if token.partition("=")[0] not in words.keys)]
+    tokens += words.parameters
+    if not ELLIPSOID_KEYS & set(words.keys):
+        tokens += figure_parameters(own_figure(operation, SPHERE)).replace("+", "").split()
+    if words.centre is None:
+        return tokens
+    return turned_tokens([token for token in tokens if token != _POLE], *words.centre)
+
+
+def operation_of(name: str) -> tuple[str, list[str]]:
+    """PROJ's operation of a name, and the tokens of the parameters that make it that map."""
     operation, *own = (NAMES.get(name) or TEXTBOOK_PARAMETERS.get(name, name)).split()
-    fixed = [token.lstrip("+") for token in own]
+    return operation, [token.lstrip("+") for token in own]
+
+
+def _tokens(name: str, words: Words, text: str) -> list[str]:
+    """The same, checked."""
+    operation, fixed = operation_of(name)
     keys = [token.partition("=")[0] for token in fixed]
     clash = next((key for key in words.keys if key in keys), None)
     if clash and name in NAMES:
@@ -148,43 +179,38 @@ def _tokens(name: str, words: Words, text: str) -> list[str]:
             f"Invalid projection '{shown(text)}'. A {name} map is {operation} with {listed(fixed, 'and')}: "
             f"for others write '{operation}+{clash}=...'."
         )
-    tokens = [f"proj={operation}", *(token for token in fixed if token.partition("=")[0] not in words.keys)]
-    tokens += words.parameters
-    if not ELLIPSOID_KEYS & set(words.keys):
-        tokens += figure_parameters(own_figure(operation, SPHERE)).replace("+", "").split()
-    if not words.parameters and words.centre is None:
-        return tokens
-    check_read(tokens, words.parameters, text)
-    if words.centre is None:
-        return tokens
-    lat, lon = words.centre
-    if "lat_0=90" in fixed:
-        if lat != 90.0:
-            raise ProjectionError(
-                f"Invalid projection '{shown(text)}'. Its centre is a pole: write '{operation}@{lat:g},{lon:g}'."
-            )
-        tokens.remove("lat_0=90")
-    turned = turned_tokens(tokens, lat, lon)
-    if turned[0] == "proj=ob_tran" and not ellipsoid_of(turned).is_sphere:
+    if words.parameters or words.centre is not None:
+        check_read(proj_tokens(name, replace(words, centre=None)), words.parameters, text)
+    if words.centre is not None and _POLE in fixed and words.centre[0] != 90.0:
+        lat, lon = words.centre
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. Its centre is a pole: write '{operation}@{lat:g},{lon:g}'."
+        )
+    tokens = proj_tokens(name, words)
+    if tokens[0] == "proj=ob_tran" and words.centre is not None and not ellipsoid_of(tokens).is_sphere:
         raise ProjectionError(
             f"Invalid projection '{shown(text)}'. Only maps of a sphere can be turned: it must have no ellipsoid."
         )
-    return turned
+    return tokens
 
 
 def _check_centre(parts: Parts, words: Words, text: str) -> None:
     """Refuse a map that has not the point at its origin with north up: icosahedra, Werner's heart."""
     assert words.centre is not None
-    lat, lon = words.centre
-    step = _NEAR if lat < 89.0 else -_NEAR
-    x, y = parts.function(np.array([lon, lon]), np.array([lat, lat + step]))
-    x, y = x - words.number("x_0"), y - words.number("y_0")
-    slack = _ALMOST * abs(float(y[1]))
-    if not (max(abs(x[0]), abs(x[1]), abs(y[0])) <= slack and np.sign(y[1]) == np.sign(step)):
+    if not has_centre(parts.function, *words.centre, origin=(words.number("x_0"), words.number("y_0"))):
         raise ProjectionError(
             f"Invalid projection '{shown(text)}'. It has no centre for a point with north up there: move it by "
             "+lon_0=..., or write a PROJ string."
         )
+
+
+def has_centre(function: Function, lat: float, lon: float, origin: tuple[float, float]) -> bool:
+    """Whether a map has a point at its origin, in metres, with north up there."""
+    step = _NEAR if lat < 89.0 else -_NEAR
+    x, y = function(np.array([lon, lon]), np.array([lat, lat + step]))
+    x, y = x - origin[0], y - origin[1]
+    slack = _ALMOST * abs(float(y[1]))
+    return bool(max(abs(x[0]), abs(x[1]), abs(y[0])) <= slack and np.sign(y[1]) == np.sign(step))
 
 
 def _aspect(words: Words) -> str:

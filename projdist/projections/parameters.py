@@ -23,13 +23,22 @@ def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> 
     function = projection.function
     if not isinstance(function, Pipeline) or "+proj=pipeline" in function.pipeline:
         raise ProjectionError(f"Invalid projection '{projection.label}'. It must be a PROJ string of one step.")
-    changed = Pipeline(defined_by(function.pipeline, parameters), function.to_metre)
+    definition = defined_by(projection.definition, parameters)
+    return run_as(projection, definition, defined_by(function.pipeline, parameters))
+
+
+def run_as(projection: Projection, definition: str, pipeline: str) -> Projection:
+    """A projection of a PROJ string with another string, on the same ellipsoid and in the same unit.
+
+    Raises ProjectionError where PROJ refuses it.
+    """
+    assert isinstance(projection.function, Pipeline)
+    changed = Pipeline(pipeline, projection.function.to_metre)
     try:
         _ = changed.transformer
     except pyproj.exceptions.ProjError as error:
         message = f"Invalid PROJ string '{changed.pipeline}'. PROJ says: {proj_reason(error)}."
         raise ProjectionError(message) from error
-    definition = defined_by(projection.definition, parameters)
     return dataclasses.replace(projection, definition=definition, function=changed)
 
 

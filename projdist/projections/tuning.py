@@ -1,0 +1,337 @@
+"""Maps with other values of their parameters, and other points at their centres: what sliders and dragging need."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from projdist.projections.arguments import number_text
+from projdist.projections.aspects import WITH_LATITUDE, Turned, Words, has_words, turned_tokens, words_of
+from projdist.projections.catalogue import NAMES
+from projdist.projections.errors import ProjectionError
+from projdist.projections.exports import parameters_of, same_coordinates
+from projdist.projections.knobs import Parameter, Stated, check_value, degrees_of, longitude_key, parameters_in
+from projdist.projections.names import (
+    has_centre,
+    known_name,
+    needed_parameters,
+    operation_of,
+    proj_tokens,
+    title_of,
+)
+from projdist.projections.operations import CrsOperation, Pipeline
+from projdist.projections.parameters import run_as
+from projdist.projections.projection import Projection, ProjectionLike
+from projdist.projections.worldmaps import WORLD_MAPS
+from projdist.support import close_words, did_you_mean, listed, shown
+
+__all__ = ["Tunable", "tunable", "tuned"]
+
+Centre = tuple[float, float]
+
+_KEPT = 1024  # plans, each of a few kB
+_TRIED = (-50.0, 35.0)  # longitude and latitude at which it is tried whether a map can be centred
+_WITH_LATITUDE = WITH_LATITUDE | {"omerc", "labrd"}
+_POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_lat_1", "o_lon_2", "o_lat_2")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tunable:
+    """What can be turned of a map: sliders for its `parameters`, and what dragging it does.
+
+    `definition` is a text of the same map, whose parameters can be set. `drags` is "both" where a point can be
+    brought to the map's origin: maps of the sphere are turned, with north up there; cones and transverse cylinders
+    move along their central meridian. There are no turned maps of an ellipsoid: there, what has no latitude of its
+    own has "longitude". `centre` is the longitude and latitude of the point that is at the origin now, with the
+    latitude 0 where only the longitude moves, and None where nothing can be dragged, "none".
+    """
+
+    definition: str
+    parameters: tuple[Parameter, ...]
+    drags: Literal["both", "longitude", "none"]
+    centre: Centre | None
+
+
+def tunable(projection: ProjectionLike) -> Tunable:
+    """What can be turned of any map: nothing of functions, and of pipelines and CRSs that no PROJ string is."""
+    return _plan(projection).tunable
+
+
+def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centre | None = None) -> Projection:
+    """The map with other values of its parameters, and with a longitude and latitude at its centre.
+
+    What is not given stays; a centre goes before values of lon_0 and lat_0. The definition is a text of what was made,
+    and names stay names. Raises ProjectionError for parameters and values that `tunable` does not allow, and for those
+    that do not go together.
+    """
+    plan = _plan(projection)
+    if not values and centre is None:
+        return plan.projection
+    texts = {key: _value_text(plan.tunable, key, value) for key, value in values.items()}
+    return plan.made(texts, None if centre is None else _checked(plan.tunable, centre))
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A map, what can be turned of it, and its parameters, as PROJ strings state them; of `words`, if it has a name."""
+
+    projection: Projection
+    tunable: Tunable
+    stated: Stated
+    words: Words | None = None
+
+    def made(self, values: Stated, centre: Centre | None) -> Projection:
+        """The map with other values and another centre."""
+        if centre is not None and self.tunable.drags == "longitude":
+            values = {**values, longitude_key(self.tunable.parameters): number_text(centre[0])}
+            centre = None
+        return self._string(values, centre) if self.words is None else self._name(self.words, values, centre)
+
+    def _string(self, values: Stated, centre: Centre | None) -> Projection:
+        function = self.projection.function
+        assert isinstance(function, Pipeline)
+        definition, pipeline = (
+            _text(_moved(_with(_pairs(text.split()), values), centre))
+            for text in (self.projection.definition, function.pipeline)
+        )
+        return run_as(self.projection, definition, pipeline)
+
+    def _name(self, words: Words, values: Stated, centre: Centre | None) -> Projection:
+        changed = _with_values(words, values)
+        if centre is not None:
+            changed = _centred(changed, centre)
+        definition = _words_text(changed)
+        if changed.name in WORLD_MAPS:
+            return Projection.from_user_input(definition)
+        pipeline = _text(_pairs(proj_tokens(changed.name, changed)))
+        return replace(run_as(self.projection, definition, pipeline), name=title_of(changed))
+
+
+def _plan(projection: ProjectionLike) -> _Plan:
+    if isinstance(projection, str) and not projection.strip().lower().endswith((".prj", ".wkt", ".json")):
+        return _plan_of_text(projection.strip())
+    made = Projection.from_user_input(projection)
+    if isinstance(made.function, Pipeline | Turned) or made.function in WORLD_MAPS.values():
+        return _plan_of_text(made.definition)
+    return _plan_of_operation(made) if isinstance(made.function, CrsOperation) else _idle(made)
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def _plan_of_text(text: str) -> _Plan:
+    """The plan of a name, a PROJ string, a code or WKT."""
+    projection = Projection.from_user_input(text)
+    words = _words(text)
+    if words is not None:
+        return _plan_of_name(projection, words)
+    if isinstance(projection.function, CrsOperation):
+        return _plan_of_operation(projection)
+    return _plan_of_string(projection)
+
+
+def _words(text: str) -> Words | None:
+    """The words of a name that is no abbreviation of a CRS or of a PROJ string that has its own plan."""
+    if "proj=" in text or ":" in text:
+        return None
+    words = words_of(text) if has_words(text) else Words(text, (), None)
+    name = known_name(words.name)
+    return None if name in ("", "ob_tran", "utm") else replace(words, name=name)
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def _plan_of_operation(projection: Projection) -> _Plan:
+    """The plan of a CRS or a pipeline, by the PROJ string of the only map in it."""
+    text = parameters_of(projection, np.eye(2))
+    return _idle(projection) if text is None else _plan_of_text(text)
+
+
+def _idle(projection: Projection) -> _Plan:
+    found = Tunable(definition=projection.definition, parameters=(), drags="none", centre=None)
+    return _Plan(projection, found, {})
+
+
+def _plan_of_string(projection: Projection) -> _Plan:
+    stated = _pairs(projection.definition.split())
+    if stated["proj"] == "pipeline":
+        return _plan_of_operation(projection)
+    if stated["proj"] == "utm":
+        return _plan_of_text(_text(_as_tmerc(stated)))
+    parameters = _parameters(stated, sphere=projection.ellipsoid.is_sphere)
+    found = Tunable(definition=projection.definition, parameters=parameters, drags="none", centre=None)
+    return _with_drags(_Plan(projection, found, stated), _latitude(stated, sphere=projection.ellipsoid.is_sphere))
+
+
+def _plan_of_name(projection: Projection, words: Words) -> _Plan:
+    if words.name in WORLD_MAPS:
+        stated = {"proj": "robin", **_pairs(words.parameters)}  # which has no parameter but lon_0, too
+    else:
+        stated = _pairs(proj_tokens(words.name, replace(words, centre=None)))
+    latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
+    if words.centre is not None:
+        latitude = words.centre[0]
+        stated |= {"lat_0": number_text(latitude), "lon_0": number_text(words.centre[1])}
+    parameters = _parameters(stated, sphere=projection.ellipsoid.is_sphere)
+    found = Tunable(definition=_words_text(words), parameters=parameters, drags="none", centre=None)
+    return _with_drags(_Plan(projection, found, stated, words), latitude)
+
+
+def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
+    """The plan of a map that has a latitude at its origin, or None, with what dragging does."""
+    key = longitude_key(plan.tunable.parameters)
+    if not key:
+        return plan
+    lon = next(parameter.value for parameter in plan.tunable.parameters if parameter.name == key)
+    if latitude is not None:
+        both = replace(plan, tunable=replace(plan.tunable, drags="both", centre=(_around(lon), latitude)))
+        if _is_centred(both):
+            return both
+    return replace(plan, tunable=replace(plan.tunable, drags="longitude", centre=(_around(lon), 0.0)))
+
+
+def _is_centred(plan: _Plan) -> bool:
+    """Whether another centre comes to the origin, with north up, and the map's own changes nothing."""
+    origin = tuple(degrees_of(plan.stated.get(key, "0")) for key in ("x_0", "y_0"))
+    lon, lat = _TRIED
+    try:
+        there, here = plan.made({}, _TRIED), plan.made({}, plan.tunable.centre)
+    except ProjectionError:
+        return False
+    return has_centre(there.function, lat, lon, (origin[0], origin[1])) and same_coordinates(plan.projection, here)
+
+
+def _parameters(stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
+    """What can be turned of a map: of an oblique one, its poles and what the map has that it turns."""
+    found = parameters_in(stated["proj"], stated, sphere=sphere)
+    if stated["proj"] != "ob_tran":
+        return found
+    inner = parameters_in(stated["o_proj"], stated, sphere=sphere)
+    poles = [each for each in found if each.name == "lon_0" or "o_lat_p" in stated]
+    return (*poles, *(each for each in inner if each.name != "lon_0"))
+
+
+def _latitude(stated: Stated, *, sphere: bool) -> float | None:
+    """The latitude at the origin of a map, None where no other can be brought there."""
+    operation = stated["proj"]
+    if operation in _WITH_LATITUDE:
+        tangent = stated.get("lat_1", "0") if operation == "lcc" and "lat_2" not in stated else "0"
+        return degrees_of(stated.get("lat_0", tangent))
+    if not sphere:
+        return None
+    if operation != "ob_tran":
+        return 0.0
+    if "o_lat_p" not in stated or degrees_of(stated.get("o_lon_p", "0")):
+        return None
+    latitude = 90.0 - degrees_of(stated["o_lat_p"])
+    return latitude if abs(latitude) <= 90.0 else None
+
+
+def _moved(stated: Stated, centre: Centre | None) -> dict[str, str]:
+    """The parameters of a map with a point at its origin."""
+    if centre is None:
+        return dict(stated)
+    lon, lat = centre
+    operation = stated["proj"]
+    if operation in _WITH_LATITUDE:
+        longitude = "lonc" if operation == "omerc" else "lon_0"
+        return {**stated, "lat_0": number_text(lat), longitude: number_text(lon)}
+    turned = stated.get("o_proj", operation)
+    rest = {key: value for key, value in stated.items() if key not in ("proj", "o_proj", "lon_0", "lat_0", *_POLES)}
+    return _pairs(turned_tokens([f"proj={turned}", *_tokens(rest)], lat, lon))
+
+
+def _with_values(words: Words, values: Stated) -> Words:
+    """Words with other values: of a map that is another with fixed parameters, that one's."""
+    operation, fixed = operation_of(words.name)
+    name, stated = words.name, _pairs(words.parameters)
+    own = _pairs(fixed)
+    if name in NAMES and own.keys() & values.keys():
+        name, stated = operation, own | stated
+    if words.centre is None:
+        return Words(name, tuple(_tokens(_with(stated, values))), None)
+    lat, lon = (float(values.get(key, at)) for key, at in zip(("lat_0", "lon_0"), words.centre, strict=True))
+    others = {key: value for key, value in values.items() if key not in ("lat_0", "lon_0")}
+    return _centred(Words(name, tuple(_tokens(_with(stated, others))), None), (lon, lat))
+
+
+def _centred(words: Words, centre: Centre) -> Words:
+    """Words with a point at the origin."""
+    lon, lat = centre
+    operation, fixed = operation_of(words.name)
+    stated = {key: value for key, value in _pairs(words.parameters).items() if key not in ("lat_0", "lon_0")}
+    name = operation if "lat_0=90" in fixed and lat != 90.0 else words.name
+    if "lat_0" in needed_parameters(name):
+        stated = _moved({"proj": operation, **stated}, centre)
+        del stated["proj"]
+    elif operation in _WITH_LATITUDE or lat != 0.0:
+        return Words(name, tuple(_tokens(stated)), (lat, lon))
+    else:
+        stated["lon_0"] = number_text(lon)
+    return Words(name, tuple(_tokens(stated)), None)
+
+
+def _with(stated: Stated, values: Stated) -> dict[str, str]:
+    """Parameters with other values; k is another word for k_0."""
+    return {key: value for key, value in stated.items() if key != "k" or "k_0" not in values} | dict(values)
+
+
+def _as_tmerc(stated: Stated) -> dict[str, str]:
+    """The transverse Mercator map of a zone of UTM."""
+    rest = {key: value for key, value in stated.items() if key not in ("proj", "zone", "south")}
+    meridian = f"{6 * int(stated['zone']) - 183}" if "zone" in stated else stated.get("lon_0", "0")
+    north = "10000000" if "south" in stated else "0"
+    return {"proj": "tmerc", **rest, "lon_0": meridian, "k_0": "0.9996", "x_0": "500000", "y_0": north}
+
+
+def _value_text(found: Tunable, key: str, value: float) -> str:
+    """A value that a parameter can have, as text; raises ProjectionError."""
+    parameter = next((each for each in found.parameters if each.name == key), None)
+    if parameter is None:
+        names = [each.name for each in found.parameters]
+        hint = did_you_mean(close_words(key, names))
+        kind = f"{hint}It must be {listed(names, 'or')}" if names else "This map has none that can be set"
+        raise ProjectionError(f"Invalid parameter '{shown(key)}' of '{shown(found.definition)}'. {kind}.")
+    return check_value(parameter, value, found.definition)
+
+
+def _checked(found: Tunable, centre: Centre) -> Centre:
+    """A longitude from -180 to 180 and a latitude; raises ProjectionError."""
+    if found.drags == "none":
+        raise ProjectionError(f"Invalid centre of '{shown(found.definition)}'. This map has none that can be moved.")
+    lon, lat = centre
+    if not (abs(lat) <= 90.0 and math.isfinite(lon)):
+        raise ProjectionError(
+            f"Invalid centre '{lon:g}, {lat:g}' of '{shown(found.definition)}'. It must be a longitude, and a latitude "
+            "of -90 to 90."
+        )
+    return _around(lon), lat
+
+
+def _around(lon: float) -> float:
+    """A longitude from -180 to 180, which is left as it is."""
+    return lon if abs(lon) <= 180.0 else (lon + 180.0) % 360.0 - 180.0
+
+
+def _pairs(tokens: Iterable[str]) -> dict[str, str]:
+    """Keys and values of tokens, of each key the first, "" for flags."""
+    found: dict[str, str] = {}
+    for token in tokens:
+        key, _, value = token.lstrip("+").partition("=")
+        found.setdefault(key, value)
+    return found
+
+
+def _tokens(stated: Stated) -> list[str]:
+    return [f"{key}={value}" if value else key for key, value in stated.items()]
+
+
+def _text(stated: Stated) -> str:
+    return " ".join(f"+{token}" for token in _tokens(stated))
+
+
+def _words_text(words: Words) -> str:
+    point = "" if words.centre is None else "@" + ",".join(map(number_text, words.centre))
+    return "".join([words.name, *(f"+{token}" for token in words.parameters), point])
