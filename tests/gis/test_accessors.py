@@ -10,7 +10,7 @@ import projdist
 geopandas = pytest.importorskip("geopandas")
 shapely = pytest.importorskip("shapely")
 
-import projdist.gis  # noqa: E402
+import projdist.gis.accessors  # noqa: E402  (whatever imported projdist.gis before pandas)
 
 SQUARES = geopandas.GeoDataFrame(
     {"name": ["a", "b"]}, geometry=[shapely.box(7, 47, 7.1, 47.1), shapely.box(8, 47, 8.1, 47.1)], crs="EPSG:4326"
