@@ -100,6 +100,7 @@ def test_options(words, determinant, vertical):
 
 
 @pytest.mark.parametrize("words", [pytest.param([], marks=pytest.mark.slow), ["--local", "300"]])
+@pytest.mark.usefixtures("few_cells")
 def test_pictures(words, tmp_path):
     """Before and after, or the field of local corrections, as a picture."""
     path = tmp_path / "x.png"

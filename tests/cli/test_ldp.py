@@ -84,6 +84,7 @@ def test_other_forms(heights: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", [pytest.param("level", marks=pytest.mark.slow), "points"])
+@pytest.mark.usefixtures("few_cells")
 def test_pictures(tmp_path: Path, heights: Path, kind: str) -> None:
     """A field of colour for level ground, dots for points."""
     path = tmp_path / "ppm.png"
@@ -234,6 +235,7 @@ def test_a_raster_of_heights_is_a_field(level: LDP) -> None:
     assert "(thick lines)" in " ".join(text.get_text() for text in axes.texts)
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_uneven_points_are_dots(level: LDP) -> None:
     """Points along a road are no raster."""
     t = np.linspace(0.0, 1.0, 300) ** 3

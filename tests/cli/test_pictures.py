@@ -39,6 +39,7 @@ def check_picture(path: Path, size: tuple[float, float] | None = None, dpi: floa
     "suffix", ["PNG", pytest.param("svg", marks=pytest.mark.slow), pytest.param("pdf", marks=pytest.mark.slow)]
 )
 @pytest.mark.parametrize("command", [pytest.param("tissot", marks=pytest.mark.slow), "heatmap"])
+@pytest.mark.usefixtures("few_cells")
 def test_pictures(command: str, suffix: str, tmp_path: Path) -> None:
     """PNG, SVG and PDF by suffix, of the size and dots asked for; the path is printed; nothing else is left."""
     path = tmp_path / f"map.{suffix}"

@@ -59,6 +59,7 @@ def test_indicatrices(projection: str, suffix: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(lat, read.lat, atol=1e-7)
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_the_azimuth_of_the_major_axis() -> None:
     """Plate carree stretches along the parallels; conformal maps have none; the radius may be given."""
     layer = gis.indicatrices("eqc", region="box:0,20,40,60", step=10, radius=1e5)
@@ -68,6 +69,7 @@ def test_the_azimuth_of_the_major_axis() -> None:
 
 
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])
+@pytest.mark.usefixtures("few_cells")
 def test_indicatrices_of_a_map_without_a_crs(suffix: str, tmp_path: Path) -> None:
     """Metres, and a CRS that is undefined (GeoPackage) or of no place on the Earth (GeoJSON)."""
     layer = gis.indicatrices("+proj=pipeline +step +proj=moll", region="box:0,0,40,40", step=10)

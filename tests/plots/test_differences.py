@@ -29,6 +29,7 @@ def test_others_are_subtracted() -> None:
         np.testing.assert_allclose(values[inside], sign * omega[inside], atol=1e-5)  # conformality is good to 1e-7 rad
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_differences_of_directions_go_the_shorter_way() -> None:
     """None is more than half a turn."""
     surface = surface_of("+proj=stere +lat_0=90", "box:-180,50,180,85")

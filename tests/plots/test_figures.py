@@ -247,6 +247,7 @@ def test_indicatrices_on_given_axes() -> None:
     assert 1e5 < largest < 0.5 * np.radians(5.0) * 6371e3
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_small_distortions_are_exaggerated_and_the_picture_says_so() -> None:
     """France on Lambert-93 has the same circles everywhere, but for a factor; axes are lines of their own."""
     figure = plots.tissot_figure("EPSG:2154", region="country:FR", exaggeration="auto", axes=True)
@@ -258,6 +259,7 @@ def test_small_distortions_are_exaggerated_and_the_picture_says_so() -> None:
         plots.tissot_figure("robin", exaggeration=0.0)
 
 
+@pytest.mark.usefixtures("few_cells")
 def test_a_grid_keeps_all_its_ellipses() -> None:
     """Also where they stand close: eleven meridians on each of five parallels of the Robinson map."""
     figure = plots.tissot_figure("robin", grid=(30.0, 30.0))
