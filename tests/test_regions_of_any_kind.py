@@ -45,6 +45,7 @@ KINDS: dict[str, Any] = {
 }
 # What goes through doors of their own: numbers, a geometry, one in another CRS.
 DOORS = ("bounds", "geometry", "GeoDataFrame")
+DRAWN_TWICE = ("plots.figure", "plots.heatmap", "plots.tissot", "plots.local_field")  # figures of theirs are drawn, too
 SLOW = ("ldp", "optimize", "recommend", "design", "distance_distortion", "great_circle_bending", "mean_map")
 
 
@@ -162,7 +163,8 @@ def test_answers_are_of_the_region(name: str) -> None:
 
 @pytest.mark.parametrize("doors", [DOORS[-1:], pytest.param(DOORS[:-1], marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name == "field_of" else name for name in OTHERS]
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow) if name in ("field_of", *DRAWN_TWICE) else name for name in OTHERS],
 )
 @pytest.mark.usefixtures("few_cells")
 def test_pictures_and_files_are_of_the_region(name: str, doors: tuple[str, ...], tmp_path: Path) -> None:
