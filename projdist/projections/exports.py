@@ -14,6 +14,7 @@ from pyproj import CRS
 from projdist._typing import FloatArray
 from projdist.projections.catalogue import WINKEL_PARALLEL
 from projdist.projections.errors import ProjectionError
+from projdist.projections.knobs import prime_meridian
 from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.projection import Projection
 
@@ -209,6 +210,10 @@ def _projecting_step(projection: Projection) -> Parameters | None:
             parameters.setdefault(key, value if equals else None)
         if parameters.get("proj") not in _BESIDE | {"pipeline"}:
             found.append(parameters)
+    if isinstance(function, CrsOperation) and function.greenwich:
+        for parameters in found:
+            if prime_meridian(parameters) != function.greenwich:  # PROJ's paris is 0.2 mm from EPSG's, in grads
+                parameters["pm"] = repr(function.greenwich)
     return found[0] if len(found) == 1 and "inv" not in found[0] else None
 
 

@@ -9,11 +9,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from importlib import resources
 
-from projdist.projections.arguments import WHOLE_NUMBERS, number_text
+import pyproj.list
+
+from projdist.projections.arguments import number_text
 from projdist.projections.errors import ProjectionError
 from projdist.support import shown
 
-__all__ = ["Parameter", "Stated", "check_value", "degrees_of", "longitude_key", "parameters_in"]
+__all__ = ["Parameter", "Stated", "check_value", "degrees_of", "longitude_key", "parameters_in", "prime_meridian"]
 
 Stated = Mapping[str, str]
 """The parameters of a PROJ string and their values, as texts."""
@@ -24,7 +26,7 @@ class Parameter:
     """A number that a map can be changed by: PROJ's key and what it is, with the range in which PROJ has a map.
 
     `unit` is "°", "m" or "". `value` is the one that the map has now, always within the range, in which `step` is a
-    good one for a slider: 1 for whole numbers.
+    good one for a slider. Whole numbers, and what has no values in between, have steps of 1 or more.
     """
 
     name: str
@@ -38,7 +40,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class _Row:
-    """A row of the table: `form` names what excludes other forms, `where` the maps on which it does something."""
+    """A row of the table: `form` names what excludes other forms, `where` the maps on which it does something.
+
+    These are polar maps, maps of an ellipsoid, or those of which another parameter is stated.
+    """
 
     key: str
     label: str
@@ -58,8 +63,8 @@ def parameters_in(operation: str, stated: Stated, *, sphere: bool) -> tuple[Para
     """
     stated = {"k_0": stated["k"], **stated} if "k" in stated else stated  # PROJ's older word
     polar = abs(_value("lat_0", "0", stated)) == 90.0
-    there = {"": True, "polar": polar, "ellipsoid": not sphere}
-    rows = [row for row in _table().get(operation, ()) if there[row.where]]
+    there = {"", *stated, *(["polar"] if polar else []), *([] if sphere else ["ellipsoid"])}
+    rows = [row for row in _table().get(operation, ()) if row.where in there]
     forms = list(dict.fromkeys(row.form for row in rows if row.form))
     if forms:
         form = max(forms, key=lambda form: _count(rows, form, stated))  # the first of several
@@ -75,13 +80,13 @@ def longitude_key(parameters: Collection[Parameter]) -> str:
 
 def check_value(parameter: Parameter, value: float, label: str) -> str:
     """The value as PROJ's text; raises ProjectionError for one out of the range."""
-    whole = parameter.name in WHOLE_NUMBERS
-    if not parameter.low <= value <= parameter.high or (whole and value != round(value)):
-        kind = "a whole number, " if whole else ""
-        unit = parameter.unit.replace("m", " m")
+    stepped = parameter.step >= 1.0 and parameter.unit != "m"
+    if not parameter.low <= value <= parameter.high or (stepped and value % parameter.step):
+        unit = " m" if parameter.unit == "m" else parameter.unit
+        steps = f" in steps of {parameter.step:g}" if stepped else ""
         raise ProjectionError(
-            f"Invalid {parameter.name} '{value:.12g}' of '{shown(label)}'. It must be {kind}{parameter.low:.12g} to "
-            f"{parameter.high:.12g}{unit}."
+            f"Invalid {parameter.name} '{value:.12g}' of '{shown(label)}'. It must be {parameter.low:.12g} to "
+            f"{parameter.high:.12g}{unit}{steps}."
         )
     return number_text(value)
 
@@ -96,6 +101,12 @@ def degrees_of(text: str) -> float:
     if parts is None:
         return sign * float(figures)
     return sign * sum(float(part or 0.0) / by for part, by in zip(parts.groups(), (1.0, 60.0, 3600.0), strict=True))
+
+
+def prime_meridian(stated: Mapping[str, str | None]) -> float:
+    """The meridian from which the longitudes of a map are counted, in degrees from Greenwich."""
+    meridian = stated.get("pm") or "0"
+    return degrees_of(pyproj.list.get_prime_meridians_map().get(meridian, meridian))
 
 
 def _count(rows: Collection[_Row], form: str, stated: Stated) -> int:

@@ -91,7 +91,7 @@ def parse_proj_string(text: str) -> Parts:
     stated = ellipsoid_of(tokens)
     _tell_of_figure(operation, tokens, stated)
     tell_of_sphere(operation, stated)
-    return Parts(_operation_name(operations, inner), definition, own_figure(operation, stated), function)
+    return Parts(operation_name(operations, inner), definition, own_figure(operation, stated), function)
 
 
 def _check_metres(text: str, tokens: list[str], operations: Iterable[str]) -> None:
@@ -119,7 +119,7 @@ def _tell_of_figure(operation: str, tokens: list[str], stated: Ellipsoid) -> Non
         tell_of_figure(operation, stated)
 
 
-def _operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
+def operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
     """The name of the last map among the operations, or of what an ob_tran rotates."""
     known = pyproj.list.get_proj_operations_map() | ID_TITLES
     maps = [name for name in operations if name not in NOT_MAPS]

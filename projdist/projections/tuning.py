@@ -15,7 +15,15 @@ from projdist.projections.aspects import WITH_LATITUDE, Turned, Words, has_words
 from projdist.projections.catalogue import NAMES
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import parameters_of, same_coordinates
-from projdist.projections.knobs import Parameter, Stated, check_value, degrees_of, longitude_key, parameters_in
+from projdist.projections.knobs import (
+    Parameter,
+    Stated,
+    check_value,
+    degrees_of,
+    longitude_key,
+    parameters_in,
+    prime_meridian,
+)
 from projdist.projections.names import (
     has_centre,
     known_name,
@@ -27,6 +35,7 @@ from projdist.projections.names import (
 from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.parameters import run_as
 from projdist.projections.projection import Projection, ProjectionLike
+from projdist.projections.projstrings import is_proj_string, operation_name
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import close_words, did_you_mean, listed, shown
 
@@ -37,6 +46,7 @@ Centre = tuple[float, float]
 _KEPT = 1024  # plans, each of a few kB
 _TRIED = (-50.0, 35.0)  # longitude and latitude at which it is tried whether a map can be centred
 _WITH_LATITUDE = WITH_LATITUDE | {"omerc", "labrd"}
+_STRINGS = ("ob_tran", "utm")  # whose names are but PROJ strings
 _POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_lat_1", "o_lon_2", "o_lat_2")
 
 
@@ -88,7 +98,8 @@ class _Plan:
     def made(self, values: Stated, centre: Centre | None) -> Projection:
         """The map with other values and another centre."""
         if centre is not None and self.tunable.drags == "longitude":
-            values = {**values, longitude_key(self.tunable.parameters): number_text(centre[0])}
+            lon = _around(centre[0] - prime_meridian(self.stated))
+            values = {**values, longitude_key(self.tunable.parameters): number_text(lon)}
             centre = None
         return self._string(values, centre) if self.words is None else self._name(self.words, values, centre)
 
@@ -99,7 +110,8 @@ class _Plan:
             _text(_moved(_with(_pairs(text.split()), values), centre))
             for text in (self.projection.definition, function.pipeline)
         )
-        return run_as(self.projection, definition, pipeline)
+        made = run_as(self.projection, definition, pipeline)
+        return replace(made, name=_operation_name(definition)) if centre is not None else made
 
     def _name(self, words: Words, values: Stated, centre: Centre | None) -> Projection:
         changed = _with_values(words, values)
@@ -126,6 +138,8 @@ def _plan_of_text(text: str) -> _Plan:
     """The plan of a name, a PROJ string, a code or WKT."""
     projection = Projection.from_user_input(text)
     words = _words(text)
+    if words is not None and words.name in _STRINGS:
+        return _plan_of_text(projection.definition)
     if words is not None:
         return _plan_of_name(projection, words)
     if isinstance(projection.function, CrsOperation):
@@ -134,12 +148,12 @@ def _plan_of_text(text: str) -> _Plan:
 
 
 def _words(text: str) -> Words | None:
-    """The words of a name that is no abbreviation of a CRS or of a PROJ string that has its own plan."""
-    if "proj=" in text or ":" in text:
+    """The words of a name; None for what is none, or that of a CRS."""
+    if is_proj_string(text) or ":" in text:
         return None
     words = words_of(text) if has_words(text) else Words(text, (), None)
     name = known_name(words.name)
-    return None if name in ("", "ob_tran", "utm") else replace(words, name=name)
+    return replace(words, name=name) if name else None
 
 
 @functools.lru_cache(maxsize=_KEPT)
@@ -185,11 +199,12 @@ def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
     if not key:
         return plan
     lon = next(parameter.value for parameter in plan.tunable.parameters if parameter.name == key)
+    lon = _around(lon + prime_meridian(plan.stated))
     if latitude is not None:
-        both = replace(plan, tunable=replace(plan.tunable, drags="both", centre=(_around(lon), latitude)))
+        both = replace(plan, tunable=replace(plan.tunable, drags="both", centre=(lon, latitude)))
         if _is_centred(both):
             return both
-    return replace(plan, tunable=replace(plan.tunable, drags="longitude", centre=(_around(lon), 0.0)))
+    return replace(plan, tunable=replace(plan.tunable, drags="longitude", centre=(lon, 0.0)))
 
 
 def _is_centred(plan: _Plan) -> bool:
@@ -204,13 +219,12 @@ def _is_centred(plan: _Plan) -> bool:
 
 
 def _parameters(stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
-    """What can be turned of a map: of an oblique one, its poles and what the map has that it turns."""
+    """What can be turned of a map, and of the map that an oblique one turns."""
     found = parameters_in(stated["proj"], stated, sphere=sphere)
     if stated["proj"] != "ob_tran":
         return found
     inner = parameters_in(stated["o_proj"], stated, sphere=sphere)
-    poles = [each for each in found if each.name == "lon_0" or "o_lat_p" in stated]
-    return (*poles, *(each for each in inner if each.name != "lon_0"))
+    return (*found, *(each for each in inner if each.name != "lon_0"))
 
 
 def _latitude(stated: Stated, *, sphere: bool) -> float | None:
@@ -233,7 +247,7 @@ def _moved(stated: Stated, centre: Centre | None) -> dict[str, str]:
     """The parameters of a map with a point at its origin."""
     if centre is None:
         return dict(stated)
-    lon, lat = centre
+    lon, lat = _around(centre[0] - prime_meridian(stated)), centre[1]
     operation = stated["proj"]
     if operation in _WITH_LATITUDE:
         longitude = "lonc" if operation == "omerc" else "lon_0"
@@ -276,6 +290,11 @@ def _centred(words: Words, centre: Centre) -> Words:
 def _with(stated: Stated, values: Stated) -> dict[str, str]:
     """Parameters with other values; k is another word for k_0."""
     return {key: value for key, value in stated.items() if key != "k" or "k_0" not in values} | dict(values)
+
+
+def _operation_name(definition: str) -> str:
+    stated = _pairs(definition.split())
+    return operation_name([stated["proj"]], [stated["o_proj"]] if "o_proj" in stated else [])
 
 
 def _as_tmerc(stated: Stated) -> dict[str, str]:

@@ -1,8 +1,11 @@
 """Maps with other parameters and centres: PROJ's own strings, round trips, and what is refused."""
 
+import numpy as np
 import pytest
 from projection_points import R, assert_same, make
+from pyproj import CRS
 
+from projdist.field import jacobian
 from projdist.projections import Projection, ProjectionError, tunable, tuned
 
 
@@ -36,3 +39,148 @@ def test_nothing_of_functions_can_be_turned() -> None:
     assert (found.parameters, found.drags, found.centre) == ((), "none", None)
     with pytest.raises(ProjectionError, match=r"^Invalid centre of .* none that can be moved\.$"):
         tuned(lambda lon, lat: (lon, lat), {}, (1, 2))
+
+
+R_TEXT = f"+R={R}"
+NAMES = """robinson mollweide winkel-tripel equal-earth natural-earth eckert-4 hammer aitoff sinusoidal kavrayskiy-7
+wagner-7 van-der-grinten-3 miller mercator gall-peters behrmann gott-wagner wagner-9 lambert-azimuthal
+azimuthal-equidistant stereographic""".split()
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("centre", [(-100.0, 45.0), (151.0, -33.0), (260.0, 0.0), (30.0, 90.0)])
+def test_a_turned_map_distorts_at_its_centre_as_the_normal_one_does(name, centre) -> None:
+    """A map of the sphere that is turned with it has the same Jacobian at its centre, wherever that is dragged."""
+    assert tunable(name).drags == "both"
+    lon, lat = centre
+    made = tuned(name, {}, centre)
+    assert np.abs(made(lon, lat)).max() < 1e-8 * R
+    assert tunable(made.definition).centre == pytest.approx(((lon + 180.0) % 360.0 - 180.0, lat))
+    if abs(lat) < 90.0:  # at a pole it has no east
+        np.testing.assert_allclose(jacobian(made, [lon], [lat])[0], jacobian(make(name), [0.0], [0.0])[0], atol=2e-9)
+
+
+@pytest.mark.parametrize("name", ["robin", "eqearth", "merc", "poly", "goode"])
+def test_maps_of_an_ellipsoid_move_around_it(name) -> None:
+    """They are not turned: their longitude moves alone."""
+    found = tunable(f"+proj={name} +lon_0=7 +ellps=WGS84")
+    assert (found.drags, found.centre) == ("longitude", (7.0, 0.0))
+    moved = tuned(f"+proj={name} +lon_0=7 +ellps=WGS84", {}, (20.0, 50.0))
+    assert moved.definition == f"+proj={name} +lon_0=20 +ellps=WGS84"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "bertin",
+        "icosahedral-snyder",
+        "peirce-quincuncial",
+        "werner",
+        "interrupted-mollweide",
+        "briesemeister",
+        "krovak",
+    ],
+)
+def test_maps_without_a_centre_are_not_turned(name) -> None:
+    """Where no point with north up is at the origin, the longitude moves at most."""
+    assert tunable(name).drags == ("none" if name == "bertin" else "longitude")
+
+
+def test_a_centre_is_counted_from_greenwich() -> None:
+    """The longitudes of a map that counts from Paris are its own, and the centre's are Greenwich's."""
+    paris = 2.0 + 20.0 / 60.0 + 14.025 / 3600.0
+    given = "+proj=lcc +lat_1=49 +lat_2=44 +lat_0=46 +lon_0=3 +pm=paris +ellps=clrk80ign"
+    assert tunable(given).centre == pytest.approx((3.0 + paris, 46.0))
+    assert np.abs(tuned(given, {}, (10.0, 40.0))(10.0, 40.0)).max() < 1e-6
+    crs = tunable("EPSG:27572")
+    assert crs.centre == pytest.approx((paris, 46.8), abs=1e-6)
+    assert_same(make(crs.definition), make("EPSG:27572"), np.array([1.0, 7.0]), np.array([43.0, 49.0]))
+
+
+def test_a_southern_parallel_has_a_southern_range() -> None:
+    """The range of a parallel is that of its own hemisphere, and a value beyond a range is within its own."""
+    parameters = {each.name: each for each in tunable("EPSG:3031").parameters}
+    assert (parameters["lat_ts"].low, parameters["lat_ts"].value, parameters["lat_ts"].high) == (-90.0, -71.0, -1.0)
+    assert tunable("+proj=tmerc +k_0=3").parameters[-1].high == 3.0
+
+
+def test_scales_by_their_older_word() -> None:
+    """PROJ's k is k_0, and does not stay beside it."""
+    assert tunable("EPSG:27700").parameters[-1].value == 0.9996012717
+    assert " +k=" not in tuned("EPSG:27700", {"k_0": 1.0}).definition
+
+
+@pytest.mark.parametrize(
+    ("given", "values", "centre", "said"),
+    [
+        ("robinson", {"lat_1": 3.0}, None, "Invalid parameter 'lat_1' of 'robinson'. It must be lon_0."),
+        ("bertin", {"lon_0": 3.0}, None, "Invalid parameter 'lon_0' of 'bertin'. This map has none that can be set."),
+        ("wintri", {"lat1": 3.0}, None, "Did you mean lat_1?"),
+        ("wintri", {"lat_1": 90.0}, None, "Invalid lat_1 '90' of 'wintri'. It must be 0 to 89°."),
+        ("wintri", {"lat_1": float("nan")}, None, "It must be 0 to 89°."),
+        ("misrsom+path=3", {"path": 1.5}, None, "It must be 1 to 233 in steps of 1."),
+        ("nsper+h=1e6", {"h": 0.0}, None, "It must be 100000 to 100000000 m."),
+        ("robinson", {}, (0.0, 91.0), "It must be a longitude, and a latitude of -90 to 90."),
+        ("robinson", {}, (float("nan"), 1.0), "It must be a longitude, and a latitude of -90 to 90."),
+        ("robinsn", {}, None, "Did you mean robinson or robin?"),
+    ],
+)
+def test_what_cannot_be_set_is_told_in_a_line(given, values, centre, said) -> None:
+    """Unknown parameters, values out of range and points that are none."""
+    with pytest.raises(ProjectionError, match=r"^Invalid ") as error:
+        tuned(given, values, centre)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "values"),
+    [
+        ("aea+lat_1=30+lat_2=50", {"lat_1": -50.0}),
+        ("lcc+lat_1=30+lat_2=50", {"lat_2": -30.0}),
+        ("murd1+lat_1=30+lat_2=50", {"lat_2": 30.0}),
+        ("tpeqd+lat_1=40+lon_1=-100+lat_2=50+lon_2=10", {"lat_2": 40.0, "lon_2": -100.0}),
+        ("lsat+lsat=3+path=2", {"path": 0.0}),
+    ],
+)
+def test_values_that_do_not_go_together_are_told_in_a_line(given, values) -> None:
+    """PROJ's reason is given where each is within its range, but not both."""
+    with pytest.raises(ProjectionError, match=r"^Invalid .*\.$") as error:
+        tuned(given, values)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        make("+proj=laea +lat_0=52 +lon_0=10 +ellps=GRS80"),
+        {"proj": "laea", "lat_0": 52, "lon_0": 10, "ellps": "GRS80"},
+        CRS.from_epsg(3035),
+        3035,
+        "+proj=pipeline +step +proj=laea +lat_0=52 +lon_0=10 +ellps=GRS80",
+    ],
+)
+def test_any_input(given) -> None:
+    """Whatever names a map, its parameters are those of PROJ's string of it."""
+    found = tunable(given)
+    assert (found.drags, found.centre) == ("both", (10.0, 52.0))
+    assert [each.name for each in found.parameters] == ["lon_0", "lat_0"]
+    moved = tuned(given, {"lat_0": 40.0})
+    assert np.abs(np.array(moved(10.0, 40.0)) - np.array(make(given)(10.0, 52.0))).max() < 1e-6
+
+
+def test_what_was_tuned_is_tuned_on() -> None:
+    """The map that was made can be turned as the one that it was made of, in steps or at once."""
+    first = tuned("winkel-tripel", {"lat_1": 40.0}, (20.0, 30.0))
+    assert first.definition == "winkel-tripel+lat_1=40@30,20"
+    again = tuned(first, {"lat_1": 45.0}, (-100.0, 0.0))
+    assert again.definition == tuned("winkel-tripel", {"lat_1": 45.0}, (-100.0, 0.0)).definition
+    assert tuned("winkel-tripel", {}).function == make("winkel-tripel").function
+
+
+def test_a_file_is_read_again(tmp_path) -> None:
+    """What is kept of a map is kept by its text, not by the name of the file that it was read from."""
+    path = tmp_path / "map.prj"
+    for name in ("robin", "moll"):
+        path.write_text(f"+proj={name} {R_TEXT}")
+        assert tunable(str(path)).definition == f"+proj={name} {R_TEXT}"
