@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from projdist.regions import Place, PointSet
+
 _DIGITS = 5
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
 _LONGEST_LABEL = 60
@@ -59,6 +61,11 @@ def change(ratio: float) -> str:
 def area_text(km2: float) -> str:
     """An area in words, small ones with their digits."""
     return f"{km2:,.0f} km2" if km2 >= 100 else f"{km2:.3g} km2"
+
+
+def size_text(region: Place) -> str:
+    """How large a region is, in words: its area, or how many points it has."""
+    return f"{region.lon.size:,} points" if isinstance(region, PointSet) else area_text(region.area_km2)
 
 
 def covers(coverage: float) -> list[str]:

@@ -10,7 +10,7 @@ import typer
 
 from projdist import plots
 from projdist.answers import CONSTRAINTS, Correction, correct
-from projdist.cli.cells import area_text, covers, first_digit, rounded
+from projdist.cli.cells import covers, first_digit, rounded, size_text
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
@@ -138,7 +138,7 @@ def _report(result: Correction, given: str, picture: PictureFile | None) -> Repo
     }
     rows = [{"map": name, "value": value, "error": result.error_estimate} for name, value in errors.items()]
     return Report(
-        title=f"{result.projection.name} over {result.region.name} ({area_text(result.region.area_km2)})",
+        title=f"{result.projection.name} over {result.region.name} ({size_text(result.region)})",
         tables=[Table(rows, [Column("map"), Column("value", "Airy-Kavrayskiy", rounded, error="error")])],
         notes=[*_notes(result)],
         data=lambda: result.to_dict() | {"projection": given},

@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from projdist import plots
-from projdist.cli.cells import area_text, certain, per_cent, rounded
+from projdist.cli.cells import certain, per_cent, rounded, size_text
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
@@ -152,7 +152,7 @@ def _mapped(found: Design) -> Mapped:
 
 def _report(found: Design, picture: PictureFile | None) -> Report:
     return Report(
-        title=f"{found.projection.name} ({area_text(found.region.area_km2)})",
+        title=f"{found.projection.name} ({size_text(found.region)})",
         lead=[*_lead(found)],
         tables=[_rivals(found), _degrees(found)],
         notes=[*_notes(found)],

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from projdist import plots
-from projdist.cli.cells import area_text, certain
+from projdist.cli.cells import certain, size_text
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import JSON, TABLE
 from projdist.cli.options import (
@@ -102,7 +102,7 @@ def _report(found: MeanMap, picture: PictureFile | None) -> Report:
     crs = found.crs
     missing = "A map of the world, or after a function, is no CRS; JSON has its coefficients."
     return Report(
-        title=f"{found.projection.name} over {found.region.name} ({area_text(found.region.area_km2)})",
+        title=f"{found.projection.name} over {found.region.name} ({size_text(found.region)})",
         lead=[*_lead(found)],
         tables=[_standings(found)],
         notes=[*_notes(found)],

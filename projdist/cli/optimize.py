@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from projdist.cli.cells import area_text, change, covers, rounded
+from projdist.cli.cells import change, covers, rounded, size_text
 from projdist.cli.errors import refusing
 from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
@@ -106,7 +106,7 @@ def _best_existing(region: Place, criterion: str) -> str:
 def _report(found: Optimum) -> Report:
     name = found.projection.name
     return Report(
-        title=f"{name} for {found.region.name} ({area_text(found.region.area_km2)})",
+        title=f"{name} for {found.region.name} ({size_text(found.region)})",
         lead=[*_lead(found)],
         tables=[_maps(found), *([_roundings(found)] if found.roundings else [])],
         notes=[

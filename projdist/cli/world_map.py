@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from projdist import plots
-from projdist.cli.cells import area_text, certain, covers, per_cent
+from projdist.cli.cells import certain, covers, per_cent, size_text
 from projdist.cli.errors import cannot_write, refuse, refusing
 from projdist.cli.formats import JSON, TABLE
 from projdist.cli.options import (
@@ -32,7 +32,6 @@ from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Report, Table
 from projdist.designs import AGAINST, WORLD_SYMMETRIES, WorldMap, world_map
-from projdist.regions import PointSet
 
 _FORMS = (TABLE, JSON)
 _GOOD = 1e-4  # to which the errors over the globe are measured
@@ -143,7 +142,7 @@ def _draw(found: WorldMap, picture: PictureFile) -> None:
 
 def _report(found: WorldMap, pipeline: str | None, written: list[Path | None]) -> Report:
     return Report(
-        title=f"{found.projection.name} ({_size(found)})",
+        title=f"{found.projection.name} ({size_text(found.region)})",
         lead=[*_lead(found)],
         tables=[_maps(found), _meshes(found)],
         notes=[
@@ -154,11 +153,6 @@ def _report(found: WorldMap, pipeline: str | None, written: list[Path | None]) -
         about=found.projection.name,
         written=written,
     )
-
-
-def _size(found: WorldMap) -> str:
-    region = found.region
-    return f"{region.lon.size:,} points" if isinstance(region, PointSet) else area_text(region.area_km2)
 
 
 def _lead(found: WorldMap) -> Iterator[str]:

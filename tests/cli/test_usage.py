@@ -33,6 +33,23 @@ def test_a_set_of_points(tmp_path: Path) -> None:
     assert "by the points' weights" in shown
 
 
+OVER_POINTS = {
+    "optimize": "optimize eqc {} --free lat_ts",
+    "correct": "correct robin -r {}",
+    "design": "design {} --degree 1 --base EPSG:32631",
+    "mean-map": "mean-map robin -r {} --degree 1",
+}
+
+
+@pytest.mark.parametrize("command", OVER_POINTS)
+def test_points_have_no_area(command: str, tmp_path: Path) -> None:
+    """A title tells how many there are, and no area."""
+    path = tmp_path / "a.csv"
+    path.write_text("lon,lat,weight\n1,2,1\n3,4,5\n8,1,2\n2,9,1\n")
+    title = run(*OVER_POINTS[command].format(f"points:{path}").split()).stdout.splitlines()[0]
+    assert title.endswith("(4 points)")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["tissot", "heatmap"])
 def test_pictures_of_countries(tmp_path: Path, command: str) -> None:
