@@ -2,46 +2,100 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import sys
 import warnings
-from collections.abc import Callable
-from typing import Annotated
+from collections.abc import Iterator, MutableMapping
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
 
 from projdist import __version__
-from projdist.cli.check import check_command
-from projdist.cli.clouds import clouds_command
-from projdist.cli.compare import compare_command
-from projdist.cli.convert import convert_command
-from projdist.cli.correct import correct_command
-from projdist.cli.design import design_command
-from projdist.cli.draw import heatmap_command, tissot_command
-from projdist.cli.factors import factors_command
-from projdist.cli.ldp import ldp_command
-from projdist.cli.lists import list_command
-from projdist.cli.mean_map import mean_map_command
-from projdist.cli.morph import morph_command
-from projdist.cli.mosaic import mosaic_command
-from projdist.cli.oldmap import oldmap_command
-from projdist.cli.optimize import optimize_command
 from projdist.cli.output import emit
 from projdist.cli.parser import Command, Commands
-from projdist.cli.profile import profile_command
-from projdist.cli.published import tables_command
-from projdist.cli.recommend import recommend_command
-from projdist.cli.world_map import world_map_command
 from projdist.support import orderly_end
 
+COMMANDS = {
+    "compare": "compare",
+    "factors": "factors",
+    "profile": "profile",
+    "tissot": "draw",
+    "heatmap": "draw",
+    "morph": "morph",
+    "recommend": "recommend",
+    "optimize": "optimize",
+    "design": "design",
+    "mean-map": "mean_map",
+    "ldp": "ldp",
+    "world-map": "world_map",
+    "check": "check",
+    "convert": "convert",
+    "correct": "correct",
+    "mosaic": "mosaic",
+    "clouds": "clouds",
+    "oldmap": "oldmap",
+    "tables": "published",
+    "list": "lists",
+}
+"""The commands, and the modules that have their functions."""
+
+# Of many projections or coordinates, `Command` itself tells what is an option that there is not.
+_LAX = ("compare", "factors", "tissot", "heatmap", "mean-map")
+
+
+class _Commands(Commands):
+    """The commands, each loaded when it is asked for: all of them take 0.1 s."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands = _Loading()
+
+
+class _Loading(MutableMapping[str, Any]):
+    """Commands by their names."""
+
+    def __init__(self) -> None:
+        self._loaded: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._loaded:
+            module = import_module(f"projdist.cli.{COMMANDS[name]}")
+            self[name] = _command(name, getattr(module, f"{name.replace('-', '_')}_command"))
+        return self._loaded[name]
+
+    def __setitem__(self, name: str, command: Any) -> None:
+        self._loaded[name] = command
+
+    def __delitem__(self, name: str) -> None:
+        del self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COMMANDS)
+
+    def __len__(self) -> int:
+        return len(COMMANDS)
+
+
+def _command(name: str, function: Any) -> Any:
+    """A function as a command."""
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=_HELP)
+    settings = _HELP | {"ignore_unknown_options": name in _LAX}
+    alone.command(name, cls=Command, context_settings=settings)(function)
+    return typer.main.get_command(alone)
+
+
+_FIRST_COLLECTION = 100_000  # objects; Python's 700, as libraries load, take 0.3 s, and find nothing
+_HELP = {"help_option_names": ["-h", "--help"]}
 app = typer.Typer(
     name="projdist",
-    cls=Commands,
+    cls=_Commands,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=_HELP,
 )
 
 
@@ -64,34 +118,6 @@ def options(
         raise typer.Exit(2)
 
 
-_COMMANDS: dict[str, Callable[..., None]] = {
-    "compare": compare_command,
-    "factors": factors_command,
-    "profile": profile_command,
-    "tissot": tissot_command,
-    "heatmap": heatmap_command,
-    "morph": morph_command,
-    "recommend": recommend_command,
-    "optimize": optimize_command,
-    "design": design_command,
-    "mean-map": mean_map_command,
-    "ldp": ldp_command,
-    "world-map": world_map_command,
-    "check": check_command,
-    "convert": convert_command,
-    "correct": correct_command,
-    "mosaic": mosaic_command,
-    "clouds": clouds_command,
-    "oldmap": oldmap_command,
-    "tables": tables_command,
-    "list": list_command,
-}
-for _name, _function in _COMMANDS.items():
-    # Of many projections or coordinates, `Command` itself tells what is an option that there is not.
-    lax = _name in ("compare", "factors", "tissot", "heatmap", "mean-map")
-    app.command(_name, cls=Command, context_settings={"ignore_unknown_options": lax})(_function)
-
-
 def main() -> None:
     """Run the command line."""
     for name in ("stdin", "stdout", "stderr"):
@@ -104,6 +130,7 @@ def main() -> None:
     if not sys.warnoptions:  # of somebody who wants to see them
         warnings.simplefilter("ignore")  # what libraries warn of is for programmers; our own notices are said
         _part_from_libraries()
+    gc.set_threshold(_FIRST_COLLECTION)
     with orderly_end():
         app()
 

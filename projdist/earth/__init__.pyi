@@ -1,7 +1,7 @@
 from . import natural_earth
 from .degree_texts import latitude_text, longitude_text
 from .ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
-from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, land, land_within
+from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, lakes_within, land, land_within, shores
 from .places import Cities, cities
 from .rings import (
     GEOS_ARITHMETIC,
@@ -36,6 +36,7 @@ __all__ = [
     "even_odd",
     "goes_round",
     "lakes",
+    "lakes_within",
     "land",
     "land_within",
     "latitude_text",
@@ -43,6 +44,7 @@ __all__ = [
     "merged",
     "natural_earth",
     "planar",
+    "shores",
     "unit_vectors",
     "unwrapped",
 ]

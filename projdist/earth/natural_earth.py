@@ -28,9 +28,11 @@ __all__ = [
     "country",
     "country_keys",
     "lakes",
+    "lakes_within",
     "land",
     "land_within",
     "near",
+    "shores",
 ]
 
 RESOLUTIONS = ("110m", "50m", "10m")
@@ -48,6 +50,9 @@ _FILES = {
 }
 
 
+Bounds = tuple[float, float, float, float]
+
+
 class Border(NamedTuple):
     """A piece of land border."""
 
@@ -63,10 +68,19 @@ def land(resolution: str = "110m") -> shapely.MultiPolygon:
     return _only("land", resolution)
 
 
-@GEOS_ARITHMETIC
-def land_within(bounds: tuple[float, float, float, float], resolution: str) -> shapely.MultiPolygon:
+def land_within(bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
     """The part of `land` within bounds W, S, E, N in degrees, of which E may pass 180; at 10m 0.2 s, then some ms."""
-    polygons = _stored_land(resolution)
+    return _within("land", bounds, resolution)
+
+
+def lakes_within(bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
+    """The part of `lakes` within bounds, as `land_within` has them."""
+    return _within("lakes", bounds, resolution)
+
+
+@GEOS_ARITHMETIC
+def _within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
+    polygons = _stored(what, resolution)
     west, south, east, north = bounds
     parts: list[shapely.Polygon] = []
     for turn in _TURNS:
@@ -87,9 +101,9 @@ def _touching(polygons: NDArray[np.object_], window: tuple[float, float, float, 
 
 
 @functools.cache
-def _stored_land(resolution: str) -> NDArray[np.object_]:
-    objects, arcs = _topology("land", resolution)
-    (geometry,) = objects["land"]
+def _stored(what: str, resolution: str) -> NDArray[np.object_]:
+    objects, arcs = _topology(what, resolution)
+    (geometry,) = objects[what]
     return np.array(list(as_stored(geometry, arcs)))
 
 
@@ -131,9 +145,26 @@ def coastlines(resolution: str = "110m") -> tuple[FloatArray, ...]:
 
     Longitudes run on across the antimeridian, so that neighbouring points are close.
     """
-    objects, arcs = _topology("land", resolution)
-    (geometry,) = objects["land"]
-    return tuple(part for index in sorted(arcs_used(geometry)) for part in _without_cuts(arcs[index]))
+    return tuple(part for arc in _arcs("land", resolution) for part in _without_cuts(arc))
+
+
+@functools.cache
+def shores(resolution: str = "50m") -> tuple[FloatArray, ...]:
+    """The shores of lakes and of their islands, as `coastlines` has those of the sea."""
+    lines = _arcs("lakes", resolution)
+    places = [line[:, 0] + 1j * line[:, 1] for line in lines]
+    edges = np.concatenate([np.sort(np.column_stack([line[:-1], line[1:]]), axis=1) for line in places])
+    # An edge that two rings have lies between two parts of one lake.
+    _, which, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    inner = np.split(count[which.ravel()] > 1, np.cumsum([len(line) - 1 for line in lines])[:-1])
+    return tuple(part for line, left_out in zip(lines, inner, strict=True) for part in _less(line, left_out))
+
+
+def _arcs(what: str, resolution: str) -> list[FloatArray]:
+    """The arcs of the one geometry of a file."""
+    objects, arcs = _topology(what, resolution)
+    (geometry,) = objects[what]
+    return [arcs[index] for index in sorted(arcs_used(geometry))]
 
 
 @functools.cache
@@ -184,6 +215,11 @@ def _without_cuts(arc: FloatArray) -> Iterator[FloatArray]:
     line = unwrapped(arc)
     on_cut = np.abs(np.abs(arc[:, 0]) - 180.0) < _ON_CUT
     artificial = (on_cut[1:] & on_cut[:-1]) | (np.abs(line[1:, 1]) > POLE_CAP)
-    for piece in np.split(np.arange(len(artificial)), np.flatnonzero(np.diff(artificial)) + 1):
-        if piece.size and not artificial[piece[0]]:
+    yield from _less(line, artificial)
+
+
+def _less(line: FloatArray, left_out: BoolArray) -> Iterator[FloatArray]:
+    """The pieces of a line without some of its edges."""
+    for piece in np.split(np.arange(len(left_out)), np.flatnonzero(np.diff(left_out)) + 1):
+        if piece.size and not left_out[piece[0]]:
             yield line[piece[0] : piece[-1] + 2]

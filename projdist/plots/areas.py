@@ -74,9 +74,10 @@ def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
     """The region as a path that clips what is drawn of it; None where its triangles are the region."""
     if not surface.pieces:
         return None
-    sizes = np.array([len(piece) for piece in surface.pieces])
-    ends = np.cumsum(sizes + 1) - 1
-    vertices = np.concatenate([np.vstack([piece, piece[:1]]) for piece in surface.pieces])
+    ends = np.cumsum([len(piece) for piece in surface.pieces])
+    points = np.concatenate(surface.pieces)
+    vertices = np.insert(points, ends, points[np.append(0, ends[:-1])], axis=0)
+    ends += np.arange(len(ends))
     codes = np.full(len(vertices), Path.LINETO, dtype=Path.code_type)
     codes[ends] = Path.CLOSEPOLY
     codes[np.append(0, ends[:-1] + 1)] = Path.MOVETO

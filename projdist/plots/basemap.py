@@ -10,12 +10,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.text import Text
-from matplotlib.textpath import TextPath
 
 from projdist._typing import FloatArray
 from projdist.plots.areas import CONTEXTS, shows_borders
 from projdist.plots.graticules import GraticuleLine, label_graticule
-from projdist.plots.looks import is_one_line, is_tight_of, look_of, scale_of
+from projdist.plots.looks import is_one_line, is_tight_of, look_of, scale_of, text_width
 from projdist.plots.titles import with_minus
 from projdist.support import check_number, check_text
 from projdist.surfaces import (
@@ -158,11 +157,7 @@ def draw_title(ax: Axes, title: str, below: str) -> None:
 
 def title_width(title: str, below: str) -> float:
     """The width in inches of what `draw_title` writes."""
-    return max(_width(text, size) for text, size in ((check_text("title", title), _TITLE), (below, _BELOW)))
-
-
-def _width(text: str, points: float) -> float:
-    return float(TextPath((0.0, 0.0), text, size=points).get_extents().width) / 72.0 if text.strip() else 0.0
+    return max(text_width(text, size) for text, size in ((check_text("title", title), _TITLE), (below, _BELOW))) / 72.0
 
 
 def fit_titles(axes: Sequence[Axes], room: float) -> None:
@@ -176,7 +171,7 @@ def fit_titles(axes: Sequence[Axes], room: float) -> None:
 
 def _shrink(texts: Sequence[Text], points: float, room: float) -> float:
     """Give texts one size with which all fit, `points` at most; returns it."""
-    widest = max((_width(text.get_text(), points) for text in texts), default=0.0)
+    widest = max((text_width(text.get_text(), points) for text in texts), default=0.0) / 72.0
     size = points * min(1.0, room / widest) if widest else points
     for text in texts:
         text.set_fontsize(size)

@@ -34,6 +34,7 @@ __all__ = [
     "look_of",
     "scale_for",
     "scale_of",
+    "text_width",
 ]
 
 _FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
@@ -183,18 +184,22 @@ class LookedFigure(Figure):
         """Make a line in the middle of the figure as small as it needs to be to have room, and then shorter."""
         room = 72.0 * self.get_figwidth() - _MARGINS
         words, size = text.get_text(), float(text.get_fontsize())
-        width = _width(words, size)
+        width = text_width(words, size)
         if width > room:
             text.set_fontsize(max(size * room / width, _LEAST * size))
         longest = len(words)
-        while _width(text.get_text(), float(text.get_fontsize())) > room and longest > _FEWEST:
+        while text_width(text.get_text(), float(text.get_fontsize())) > room and longest > _FEWEST:
             longest -= 1
             text.set_text(shortened(words, longest))
 
 
-def _width(text: str, points: float) -> float:
-    """In points."""
-    return float(TextPath((0.0, 0.0), text, size=points).get_extents().width) if text.strip() else 0.0
+def text_width(text: str, points: float) -> float:
+    """The width of what is seen of letters of a size, both in points."""
+    if not text.strip():
+        return 0.0
+    path = TextPath((0.0, 0.0), text, size=points)
+    # Outlines of letters have points where they reach farthest; the extents of their curves take fifty times as long.
+    return float(np.ptp(path.vertices[path.codes != TextPath.CLOSEPOLY, 0]))
 
 
 def look_for(look: Look | str | None) -> Look:

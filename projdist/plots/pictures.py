@@ -12,7 +12,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap
-from matplotlib.textpath import TextPath
 from matplotlib.tri import Triangulation
 
 from projdist._typing import FloatArray, IntArray
@@ -21,7 +20,7 @@ from projdist.plots.areas import CONTEXTS, check_context, draw_ground, draw_surr
 from projdist.plots.basemap import airy_kavrayskiy_line, draw_lines, draw_title, set_view
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.labels import label_isolines
-from projdist.plots.looks import USUAL, LookedFigure, look_of
+from projdist.plots.looks import USUAL, LookedFigure, look_of, text_width
 from projdist.plots.places import draw_places
 from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
@@ -310,9 +309,7 @@ def _ticks(scale: ColourScale, length: float) -> list[float]:
     if not levels.size:
         return [low, high]
     places = length * np.asarray(scale.norm(levels), dtype=float)
-    reach = 0.5 * np.array(
-        [TextPath((0.0, 0.0), label, size=1.0).get_extents().width for label in level_labels(levels)]
-    )
+    reach = 0.5 * np.array([text_width(label, 1.0) for label in level_labels(levels)])
     # Even steps with the neutral value among them; or, if there is room for more so, one after the other.
     middle = int(np.argmin(np.abs(levels - (1.0 if scale.measure.kind == "ratio" else 0.0))))
     steps = (np.arange(middle % every, levels.size, every) for every in range(1, levels.size + 1))

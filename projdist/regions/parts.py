@@ -35,6 +35,7 @@ Mayen, the Andamans and the Canaries are beyond, Malaysia's halves and Fiji's Ro
 _NEAREST_KM = 10.0
 _FARTHEST_KM = math.pi * MEAN_EARTH_RADIUS / 1000.0
 _SPACING = 8.0  # points on edges in a gap: one of d is found as d sqrt(1 + 1 / 8^2) at most, 0.8 % too long
+_PAIRS = 2e6  # of points; fewer take less than scipy to load, 0.2 s
 _DEGREE_KM = math.radians(1.0) * MEAN_EARTH_RADIUS / 1000.0
 
 
@@ -101,6 +102,19 @@ def _reach_km(region: Polygons) -> float:
     return _DEGREE_KM * (east - west + north - south)
 
 
+def _nearest(points: FloatArray, asked: FloatArray, bound: float) -> FloatArray:
+    """The chord from each of the unit vectors asked for to the nearest of some points; infinity if beyond a bound."""
+    if len(points) * len(asked) > _PAIRS:
+        from scipy.spatial import KDTree  # slow to load
+
+        # A tree that may stop early is fast, too, where many points are equally far, as from the centre of a ring.
+        return np.asarray(KDTree(points).query(asked, distance_upper_bound=bound)[0])
+    squares = np.full(len(asked), np.inf)
+    for point in points:
+        np.minimum(squares, ((asked - point) ** 2).sum(axis=1), out=squares)
+    return np.where(squares <= bound**2, np.sqrt(squares), np.inf)
+
+
 class _Outline:
     """The polygons of a region, their areas in km^2, and points on their edges as unit vectors.
 
@@ -132,13 +146,9 @@ class _Outline:
 
     def _distances(self, near: IntArray, far: BoolArray, within: float = _FARTHEST_KM) -> FloatArray:
         """The least distance in km of each of some parts from others; half way round the Earth if beyond `within`."""
-        from scipy.spatial import KDTree  # slow to load
-
         asked = far[self._part]
-        # A tree that may stop early is fast, too, where many points are equally far, as from the centre of a ring.
         bound = 2.0 * math.sin(0.5 * math.pi * within / _FARTHEST_KM) * (1.0 + 1e-9)
-        tree = KDTree(self._points[np.isin(self._part, near)])
-        chords, _ = tree.query(self._points[asked], distance_upper_bound=bound)
+        chords = _nearest(self._points[np.isin(self._part, near)], self._points[asked], bound)
         least = np.full(len(self._parts), np.inf)
         np.minimum.at(least, self._part[asked], 2.0 * np.arcsin(np.minimum(0.5 * chords, 1.0)))
         return np.asarray(least[far] * MEAN_EARTH_RADIUS / 1000.0)

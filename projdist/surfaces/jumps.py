@@ -22,7 +22,9 @@ ValuesAt = Callable[[FloatArray, FloatArray], FloatArray]
 def jumping(surface: Surface, values: FloatArray, levels: FloatArray, values_at: ValuesAt) -> BoolArray:
     """Which triangles of a surface have an edge along which a field passes a level by a jump."""
     sides = np.sort(surface.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
-    edges, which = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True)
+    count = surface.x.size
+    keys, which = np.unique((sides[..., 0] * count + sides[..., 1]).ravel(), return_inverse=True)
+    edges = np.column_stack([keys // count, keys % count])
     low, high = np.sort(values[edges], axis=1).T
     first = np.searchsorted(levels, low, side="right")
     passed = np.searchsorted(levels, high) > first

@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import FloatArray, IntArray
-from projdist.earth import borders, coastlines, lakes, land, land_within
+from projdist.earth import borders, coastlines, lakes, lakes_within, land, land_within, shores
 from projdist.regions import Polygons
 from projdist.surfaces.areas import Area, cells_in
 from projdist.surfaces.domain import Bounds, ground_size, longitude_width
@@ -37,9 +37,23 @@ def coast_resolution(surface: Surface) -> str:
 
 def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
     """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    wide = longitude_width(surface.domain.box.bounds) == 360.0 and resolution != _FINEST
-    found = cells_in(surface, _all_land(resolution) if wide else _land_about(surface, resolution))
+    is_wide = _is_wide(surface) and resolution != _FINEST
+    return _polygons(surface, _all_land(resolution) if is_wide else _land_about(surface, resolution))
+
+
+def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
+    """The lakes of a surface, as `land_polygons` has the land; at 1 : 10 million there are those at 1 : 50 million."""
+    scale = _of_lakes(resolution)
+    return _polygons(surface, _all_lakes(scale) if _is_wide(surface) else _lakes_about(surface, scale))
+
+
+def _polygons(surface: Surface, area: Area) -> tuple[IntArray, list[FloatArray]]:
+    found = cells_in(surface, area)
     return surface.triangles_of(found.inside), found.pieces
+
+
+def _is_wide(surface: Surface) -> bool:
+    return longitude_width(surface.domain.box.bounds) == 360.0
 
 
 @functools.cache
@@ -52,6 +66,16 @@ def _land_about(surface: Surface, resolution: str) -> Area:
     """The land where a surface is: all takes seconds to make of the finest, and half a second of others."""
     bounds = surface.domain.box.bounds
     return Area.of(land_within(_window(bounds), resolution), _segments(coast(bounds, resolution, np.inf)), end=_POLAR)
+
+
+@functools.cache
+def _all_lakes(resolution: str) -> Area:
+    return Area.of(lakes(resolution), _segments(shores(resolution)))
+
+
+def _lakes_about(surface: Surface, resolution: str) -> Area:
+    bounds = surface.domain.box.bounds
+    return Area.of(lakes_within(_window(bounds), resolution), _segments(lake_shores(bounds, resolution, np.inf)))
 
 
 def _segments(lines: Sequence[FloatArray]) -> FloatArray:
@@ -69,17 +93,6 @@ def _window(bounds: Bounds) -> Bounds:
     width = longitude_width(bounds)
     beside, above = _MARGIN * width, _MARGIN * (north - south)
     return west - beside, south - above, west + width + beside, north + above
-
-
-def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The lakes of a surface, as `land_polygons` has the land; at 1 : 10 million there are those at 1 : 50 million."""
-    found = cells_in(surface, _lake_area(_of_lakes(resolution)))
-    return surface.triangles_of(found.inside), found.pieces
-
-
-@functools.cache
-def _lake_area(resolution: str) -> Area:
-    return Area.of(lakes(resolution), _segments(_shores(resolution)))
 
 
 def coast(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
@@ -124,13 +137,8 @@ def _of_lakes(resolution: str) -> str:
 
 
 @functools.cache
-def _shores(resolution: str) -> list[FloatArray]:
-    return [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(lakes(resolution)))]
-
-
-@functools.cache
 def _shore_lines(resolution: str) -> NDArray[np.object_]:
-    return np.array([shapely.linestrings(line) for line in _shores(resolution)])
+    return np.array([shapely.linestrings(line) for line in shores(resolution)])
 
 
 @functools.cache

@@ -138,16 +138,16 @@ def _pieces(surface: Surface, found: CellsIn) -> tuple[FloatArray, ...]:
     """The polygons of a region, all turning one way: then no seam is seen between them."""
     xy = np.column_stack([surface.x, surface.y])
     count = len(surface.whole)
-    wholly = [
-        *xy[surface.whole[found.inside[:count]]],
-        *(xy[surface.cut[k]] for k in np.flatnonzero(found.inside[count:])),
-    ]
-    return tuple(_anticlockwise(polygon) for polygon in [*wholly, *found.pieces])
+    wholly = xy[surface.whole[found.inside[:count]]]
+    parts = [*(xy[surface.cut[k]] for k in np.flatnonzero(found.inside[count:])), *found.pieces]
+    return (*_anticlockwise(wholly), *(_anticlockwise(part[None])[0] for part in parts))
 
 
-def _anticlockwise(polygon: FloatArray) -> FloatArray:
-    x, y = (polygon - polygon[0]).T
-    return polygon if x[:-1] @ y[1:] >= y[:-1] @ x[1:] else polygon[::-1]
+def _anticlockwise(polygons: FloatArray) -> FloatArray:
+    """Polygons (m, n, 2) that turn one way."""
+    x, y = np.moveaxis(polygons - polygons[:, :1], -1, 0)
+    turned = (x[:, :-1] * y[:, 1:]).sum(axis=1) < (y[:, :-1] * x[:, 1:]).sum(axis=1)
+    return np.where(turned[:, None, None], polygons[:, ::-1], polygons)
 
 
 def _surroundings(part: Surface) -> Surface:

@@ -5,7 +5,17 @@ import pyproj
 import pytest
 import shapely
 
-from projdist.earth.natural_earth import RESOLUTIONS, borders, coastlines, country, lakes, land, land_within
+from projdist.earth.natural_earth import (
+    RESOLUTIONS,
+    borders,
+    coastlines,
+    country,
+    lakes,
+    lakes_within,
+    land,
+    land_within,
+    shores,
+)
 
 EVERY = [*RESOLUTIONS[:2], pytest.param("10m", marks=pytest.mark.slow)]  # the finest land takes seconds
 WITH_LAKES = RESOLUTIONS[:2]
@@ -173,6 +183,26 @@ LAKES = {
 def area_km2(area: shapely.Geometry) -> float:
     """On WGS84, by GeographicLib."""
     return abs(float(pyproj.Geod(ellps="WGS84").geometry_area_perimeter(area)[0])) / 1e6
+
+
+@pytest.mark.parametrize("resolution", ["110m", "50m"])
+def test_shores_are_the_edges_of_lakes(resolution: str) -> None:
+    """Without the edges between parts of one lake, as at the Straits of Mackinac."""
+    lines, edges = (
+        shapely.union_all([shapely.linestrings(line) for line in shores(resolution)]),
+        lakes(resolution).boundary,
+    )
+    assert lines.length == pytest.approx(edges.length, rel=1e-12)
+    assert shapely.symmetric_difference(lines, edges).length < 1e-6  # degrees
+
+
+@pytest.mark.parametrize("window", [(-90.0, 40.0, -80.0, 50.0), (25.0, -10.0, 35.0, 2.0), (100.0, 50.0, 110.0, 56.0)])
+def test_lakes_within_windows_are_that_part_of_all_lakes(window: tuple[float, float, float, float]) -> None:
+    """The Great Lakes, those of Africa, and Baikal with its island."""
+    found = lakes_within(window, "50m")
+    assert found.is_valid
+    assert found.area > 1.0
+    assert shapely.symmetric_difference(found, shapely.intersection(lakes("50m"), box_of(*window))).area < 1e-10
 
 
 @pytest.mark.parametrize("name", LAKES)
