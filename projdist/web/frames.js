@@ -37,6 +37,7 @@ function addTriangles(frame) {
     corners.push(node, right, right + frame.columns, node, right + frame.columns, node + frame.columns);
     cells.push(node, node);
   }
+  frame.firstCut = cells.length;
   let start = 0;
   for (const size of frame.cutSizes) {
     for (let k = 1; k < size - 1; k++) {
@@ -54,6 +55,7 @@ const vertexV = (frame, k) => (k < frame.nodes ? frame.v[Math.floor(k / frame.co
 
 const turned = (degrees) => degrees - 360 * Math.round(degrees / 360);
 const RADIAN = Math.PI / 180;
+const WITHIN = 0.01; // the least share of a corner
 
 export function geographic(frame, u, v) {
   if (!frame.axes) return [u, v];
@@ -71,14 +73,17 @@ function gridded(frame, lon, lat) {
   return [Math.atan2(y, x) / RADIAN, Math.atan2(z, Math.hypot(x, y)) / RADIAN];
 }
 
-// The shares of a triangle's corners at a place in steps of the frame.
+// The shares of a triangle's corners at a place in steps of the frame, or within it beside one that is just outside:
+// beyond its edge may be a cut.
 function shares(frame, triangle, x, y) {
   const [i, j, k] = frame.triangles.subarray(3 * triangle, 3 * triangle + 3);
   const [ax, ay] = [frame.x[i], frame.y[i]];
   const [bx, by, cx, cy] = [frame.x[j] - ax, frame.y[j] - ay, frame.x[k] - ax, frame.y[k] - ay];
   const whole = bx * cy - by * cx || 1;
   const second = ((x - ax) * cy - (y - ay) * cx) / whole, third = (bx * (y - ay) - by * (x - ax)) / whole;
-  return [[i, 1 - second - third], [j, second], [k, third]];
+  const inside = [1 - second - third, second, third].map((share) => Math.max(share, WITHIN));
+  const sum = inside[0] + inside[1] + inside[2];
+  return [[i, inside[0] / sum], [j, inside[1] / sum], [k, inside[2] / sum]];
 }
 
 // What is known at a place of a triangle. In whole cells it is that of the place as it is told, with `decimals`.
@@ -94,25 +99,26 @@ export function probe(frame, triangle, x, y, decimals) {
   const round = (value) => Number(value.toFixed(decimals));
   const [lon, lat] = [round(turned(place[0])), round(Math.max(-90, Math.min(90, place[1])))];
   const cell = frame.cells[triangle];
-  if (cell < 0) return { lon, lat, ...between(frame, corners) };
+  if (cell < 0) return { lon, lat, ...between(frame, corners, errorOf(frame.cutError[triangle - frame.firstCut])) };
   const [gridU, gridV] = gridded(frame, lon, lat);
   return { lon, lat, ...inCell(frame, cell, u + turned(gridU - u), gridV) };
 }
 
-// Beside a cut: between the corners, and no better than they differ.
-function between(frame, corners) {
+// Errors are kept as tenths of their decimal exponent; 0 is 1 and more, where nothing is known.
+const errorOf = (byte) => (byte > 0 ? 10 ** (-byte / 10) : Infinity);
+
+// Beside a cut: between the corners.
+function between(frame, corners, error) {
   const count = frame.count, values = [0, 0, 0, 0];
   const base = corners[0][0];
-  let spread = 0;
   for (const [vertex, share] of corners) {
     for (let k = 0; k < 4; k++) {
       let step = frame.fields[k * count + vertex] - frame.fields[k * count + base];
       if (k === 1) step -= 2 * Math.PI * Math.round(step / (2 * Math.PI));
-      spread = Math.max(spread, Math.abs(step));
       values[k] += share * step;
     }
   }
-  return { values: values.map((value, k) => value + frame.fields[k * count + base]), error: Math.max(spread, 1e-3), rough: true };
+  return { values: values.map((value, k) => value + frame.fields[k * count + base]), error, rough: true };
 }
 
 function inCell(frame, cell, u, v) {
@@ -138,7 +144,7 @@ function inCell(frame, cell, u, v) {
       values[k] += weight * value;
     }
   }));
-  const error = 10 ** (-frame.error[cell] / 10);
+  const error = errorOf(frame.error[cell]);
   return { values, error, rough: error > 0.1 };
 }
 

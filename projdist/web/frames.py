@@ -7,7 +7,8 @@ q = (J11 - J22 + i (J21 + J12)) / 2 they are ln |p|, arg p, and the real and ima
 a map is conformal. The principal scales are |p| + |q| and |p| - |q|.
 
 Between nodes a page takes cubic polynomials where there are sixteen nodes around a cell (`cubic`), else bilinear
-ones. What that is off by was measured in each cell, and stands in `error`.
+ones, and linear ones in the triangles of torn cells. What that is off by was measured in each cell and triangle, and
+stands in `error` and `cutError`.
 """
 
 from __future__ import annotations
@@ -85,6 +86,7 @@ def frame_of(surface: Surface, title: str) -> tuple[dict[str, Any], Arrays, Floa
         "cubic": np.packbits(cubic),
         "error": _errors(surface, fields, whole, cubic, mirrored),
         "cut": np.concatenate([np.empty(0, dtype=int), *surface.cut]).astype(np.uint32),
+        "cutError": _cut_errors(surface, fields, mirrored),
         "cutSizes": np.array([len(polygon) for polygon in surface.cut], dtype=np.uint8),
     }
     for name, (points, sizes) in map_lines(surface, grid).items():
@@ -147,31 +149,64 @@ def _corners(values: Any) -> Any:
 # ---- what interpolation is off by -----------------------------------------------------------
 
 _TRIED = ((0.5, 0.5), (0.15, 0.8), (0.85, 0.2))  # of a cell
+_TRIED_BESIDE_CUTS = np.array([[1, 1, 1], [2.5, 0.25, 0.25], [0.25, 2.5, 0.25], [0.25, 0.25, 2.5]]) / 3.0
 
 
 def _errors(surface: Surface, fields: FloatArray, whole: BoolArray, cubic: BoolArray, mirrored: bool) -> Any:
     """Errors of ln of scales and of ratios as bytes: -10 log10 of them, and 255 where there is no cell."""
     rows, columns = np.nonzero(whole)
     worst = np.zeros(rows.size)
-    # Where the smaller scale runs to 0 within a cell, its relative error is that beside the least of the corners.
-    lesser = 1.0 - np.hypot(*fields[: surface.nodes, 2:].T).reshape(surface.shape)
-    least = np.fmin.reduce(_corners(lesser), axis=0)[rows, columns]
+    least = np.fmin.reduce(_corners(_lesser(fields[: surface.nodes]).reshape(surface.shape)), axis=0)[rows, columns]
     values = fields[: surface.nodes].astype(np.float32).astype(float)
     for across, up in _TRIED:
         u, v = _place(surface, rows, columns, across, up)
-        lon, lat = surface.frame.geographic(u, v)
-        true = four_numbers(jacobian(surface.domain.projection, normalised(lon), lat), mirrored)
         found = interpolated(surface, values, rows, columns, u, v, cubic[rows, columns])
-        turn = np.abs(np.mod(found[:, 1] - true[:, 1] + np.pi, 2.0 * np.pi) - np.pi)
-        ratio = np.hypot(*(found[:, 2:] - true[:, 2:]).T) / np.maximum(
-            np.fmin(least, 1.0 - np.hypot(*true[:, 2:].T)), _FLAT
-        )
-        off = np.abs(found[:, 0] - true[:, 0]) + ratio + turn
-        worst = np.maximum(worst, np.where(np.isfinite(off), off, 1.0))
+        worst = np.maximum(worst, _off(surface, u, v, found, least, mirrored))
     errors = np.full(surface.shape, _NONE, dtype=np.uint8)
-    exponents = np.floor(-_TENTHS * np.log10(_SAFETY * worst + _FLOOR))
-    errors[rows, columns] = np.clip(exponents, 0.0, _NONE - 1.0).astype(np.uint8)
+    errors[rows, columns] = _as_bytes(worst)
     return errors
+
+
+def _cut_errors(surface: Surface, fields: FloatArray, mirrored: bool) -> Any:
+    """Errors between the corners of each triangle of torn cells, as bytes like those of cells."""
+    corners = [polygon[[0, k, k + 1]] for polygon in surface.cut for k in range(1, len(polygon) - 1)]
+    triangles = np.array(corners, dtype=int).reshape(-1, 3)
+    least = np.fmin.reduce(_lesser(fields)[triangles], axis=1)
+    worst = np.zeros(len(triangles))
+    values = fields.astype(np.float32).astype(float)[triangles]
+    values[..., 1] = _beside(values[..., 1], 2.0 * np.pi)
+    us, vs = _beside(surface.u[triangles], 360.0), surface.v[triangles]
+    for shares in _TRIED_BESIDE_CUTS:
+        found = np.einsum("j,njk->nk", shares, values)
+        worst = np.maximum(worst, _off(surface, us @ shares, vs @ shares, found, least, mirrored))
+    return _as_bytes(worst)
+
+
+def _beside(values: FloatArray, turn: float) -> FloatArray:
+    """Angles (n, 3) less whole turns, so that they are next to the first."""
+    return values - turn * np.round((values - values[:, :1]) / turn)
+
+
+def _lesser(fields: FloatArray) -> FloatArray:
+    """1 - |q / p|: where the smaller scale runs to 0, its relative error is that beside the least of the corners."""
+    return 1.0 - np.hypot(*fields[:, 2:].T)
+
+
+def _off(
+    surface: Surface, u: FloatArray, v: FloatArray, found: FloatArray, least: FloatArray, mirrored: bool
+) -> FloatArray:
+    """How far the four numbers (n, 4) are off at grid coordinates, at most 1 where they are none."""
+    lon, lat = surface.frame.geographic(u, v)
+    true = four_numbers(jacobian(surface.domain.projection, normalised(lon), lat), mirrored)
+    turn = np.abs(np.mod(found[:, 1] - true[:, 1] + np.pi, 2.0 * np.pi) - np.pi)
+    ratio = np.hypot(*(found[:, 2:] - true[:, 2:]).T) / np.maximum(np.fmin(least, _lesser(true)), _FLAT)
+    off = np.abs(found[:, 0] - true[:, 0]) + ratio + turn
+    return np.where(np.isfinite(off), off, 1.0)
+
+
+def _as_bytes(errors: FloatArray) -> NDArray[np.uint8]:
+    exponents = np.floor(-_TENTHS * np.log10(_SAFETY * errors + _FLOOR))
+    return np.clip(exponents, 0.0, _NONE - 1.0).astype(np.uint8)
 
 
 def _place(surface: Surface, rows: Any, columns: Any, across: float, up: float) -> tuple[FloatArray, FloatArray]:

@@ -94,10 +94,11 @@ export function told(probed, mirrored) {
   };
 }
 
-// A number with the decimals that its error allows, at most seven.
+// A number with the decimals that its error allows, at most seven; a span where they are none, or nothing is known.
 export function certain(value, error) {
   const decimals = Math.floor(-Math.log10(Math.max(2 * error, 1e-12)));
-  if (decimals < 0) return String(Math.round(value * 10 ** decimals) / 10 ** decimals);
+  if (!(Math.abs(value) > error) && decimals < 0) return "?";
+  if (decimals < 0) return `${Math.floor(value - error)} to ${Math.ceil(value + error)}`;
   const text = value.toFixed(Math.min(decimals, 7));
   return Number(text) === 0 ? text.replace("-", "") : text;
 }

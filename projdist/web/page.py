@@ -129,7 +129,7 @@ def _maps(maps: Maps) -> Iterator[str]:
     yield (
         '<p id="help" class="help" hidden>Point at a map, or move with the arrow keys (faster with shift), for the '
         "distortion there; h and k are the scales along meridian and parallel, a and b the largest and the smallest. "
-        "Figures have the digits that are certain between the nodes of the map's grid; ~: beside a cut or an edge.</p>"
+        "Figures have the digits that are certain, a span or ? where none is; ~: beside a cut, an edge or a pole.</p>"
     )
     yield "<noscript><p>The maps are drawn by a script, and this browser runs none. All else is here.</p></noscript>"
     yield "</section>"

@@ -50,11 +50,12 @@ def point(page: Any, across: float, up: float) -> list[str]:
 
 
 def read(told: str) -> tuple[float, float, dict[str, str]]:
-    """Longitude, latitude and the figures of what is told."""
+    """Longitude, latitude and the figures of what is told; beside a cut they stand behind a ~."""
     place = re.match(r"([\d.]+)° ([NS]) ([\d.]+)° ([EW]): ", told)
     assert place, told
     lat, lon = float(place[1]), float(place[3])
-    figures = dict(part.rsplit("\N{NO-BREAK SPACE}", 1) for part in told[place.end() :].replace("°", "").split(", "))
+    texts = told[place.end() :].removeprefix("~ ").replace("°", "").split(", ")
+    figures = dict(text.rsplit("\N{NO-BREAK SPACE}", 1) for text in texts)
     return -lon if place[4] == "W" else lon, -lat if place[2] == "S" else lat, figures
 
 
@@ -71,6 +72,72 @@ def test_the_pointer_tells_the_factors_of_all_maps(page: Any) -> None:
                 assert decimals >= 2
                 assert abs(float(figures[name]) - float(value)) <= 1.01 * 10.0**-decimals, name
     assert point(page, 0.001, 0.001) == ["", ""]
+
+
+TORN = (
+    "igh",
+    "goode-homolosine",
+    "healpix",
+    "gs48",
+    "isea",
+    "peirce_q",
+    "interrupted-mollweide",
+    "robinson",
+    "oblique",
+)
+TORN_AND_MORE = {"oblique": "+proj=ob_tran +o_proj=moll +o_lat_p=40 +o_lon_p=30 +lon_0=20"}
+POINT_AT_MANY = """(places) => {
+    const map = document.querySelector("canvas.map"), told = document.querySelector(".told");
+    const {left, top, width, height} = map.getBoundingClientRect();
+    return places.map(([x, y]) => {
+        const at = {clientX: left + x * width, clientY: top + y * height};
+        map.dispatchEvent(new PointerEvent("pointermove", at));
+        return told.textContent;
+    });
+}"""
+
+
+@pytest.mark.parametrize("given", TORN)
+def test_figures_beside_cuts_are_certain(given: str, open_page: Callable[..., Any], tmp_path: Path) -> None:
+    """All digits and spans that are shown hold the factors, at random places of maps that are cut, folded and bent."""
+    projection = TORN_AND_MORE.get(given, given)
+    path = tmp_path / "x.html"
+    path.write_text(page_html(Page(title="", maps=draw_maps([projection], titles=["A"], region="globe"))))
+    page = open_page(path.as_uri())
+    page.wait_for_selector("html[data-ready]")
+    texts = page.evaluate(POINT_AT_MANY, np.random.default_rng(11).random((3000, 2)).tolist())
+    told = [read(text) for text in texts if text]
+    assert len(told) > 1400
+    assert any(": ~ " in text for text in texts)
+    lon, lat = np.array([(lon, lat) for lon, lat, _ in told]).T
+    # A place is told to 0.01 degrees, so that the cut may be on either side of what is told.
+    near = [
+        projdist.factors(projection, (lon + east + 180.0) % 360.0 - 180.0, np.clip(lat + north, -90.0, 90.0))
+        for east, north in ((0.0, 0.0), (0.005, 0.005), (-0.005, 0.005), (0.005, -0.005), (-0.005, -0.005))
+    ]
+    for name in ("h", "k", "a", "b", "s", "omega", "fisher", "convergence"):
+        true = np.array([getattr(one, name) for one in near])
+        symbol = {"omega": "ω", "fisher": "Fisher"}.get(name, name)
+        shown = [figures[symbol] for _, _, figures in told]
+        wrong = [
+            (place[:2], text)
+            for place, text, values in zip(told, shown, true.T, strict=True)
+            if not any(_holds(text, value, 360.0 if name == "convergence" else None) for value in values)
+        ]
+        assert wrong == [], name
+        assert sum(text == "?" for text in shown) < 0.2 * len(shown)
+
+
+def _holds(text: str, value: float, turn: float | None) -> bool:
+    """Whether a figure, as it is shown, is that value: to its last digit, within a span, or unknown."""
+    if text == "?":
+        return True
+    low, _, high = text.partition(" to ")
+    if turn:
+        value = (value - float(low) + 0.5 * turn) % turn + float(low) - 0.5 * turn
+    if high:
+        return float(low) <= value <= float(high) or bool(turn and value + turn <= float(high))
+    return abs(float(text) - value) <= 1.01 * 10.0 ** -len(text.partition(".")[2])
 
 
 def test_keys_move_the_probe(page: Any) -> None:

@@ -123,6 +123,39 @@ def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> 
     assert (off <= steepness * stated)[stated < 0.1].all()
 
 
+@pytest.mark.parametrize("given", ["igh", "healpix", "peirce_q"])
+def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
+    """Between the corners of triangles of torn cells that are more than a line, within the error stated there."""
+    frame = Decoded(draw_maps([given], titles=["A"], region="globe").frames[0])
+    arrays, (count, width) = frame.arrays, frame.shape
+    starts = np.cumsum([0, *arrays["cutSizes"][:-1]])
+    corners = np.array(
+        [
+            arrays["cut"][[start, start + k, start + k + 1]]
+            for start, size in zip(starts, arrays["cutSizes"], strict=True)
+            for k in range(1, size - 1)
+        ]
+    )
+    assert len(corners) == len(arrays["cutError"])
+    u = np.concatenate([np.tile(arrays["u"], count), arrays["imageU"]])[corners]
+    v = np.concatenate([np.repeat(arrays["v"], width), arrays["imageV"]])[corners]
+    fields = arrays["fields"].astype(float).T[corners]
+    shares = np.random.default_rng(4).dirichlet([1, 1, 1], len(corners))
+    u, fields[..., 1] = np.unwrap(u, period=360.0), np.unwrap(fields[..., 1])
+    areas = (u[:, 1] - u[:, 0]) * (v[:, 2] - v[:, 0]) - (u[:, 2] - u[:, 0]) * (v[:, 1] - v[:, 0])
+    large = np.abs(areas) > 1e-3  # square degrees; those that are less lie on the cut itself
+    found = np.array([factors_of(four) for four in np.einsum("nj,njk->nk", shares, fields)])
+    lon, lat = frame.geographic((u * shares).sum(axis=1), (v * shares).sum(axis=1))
+    true = projdist.factors(given, lon, lat)
+    large &= np.isfinite(true.a)  # but for the pole itself
+    assert np.isfinite(true.a).mean() > 0.99
+    stated = 10.0 ** (-0.1 * arrays["cutError"].astype(float))
+    for name in ("h", "k", "a", "b"):
+        off = np.abs(np.array([one[name] for one in found]) / getattr(true, name) - 1.0)
+        assert (off <= stated)[large & (stated < 0.5)].all()
+    assert (large & (stated < 0.1)).mean() > 0.3
+
+
 @pytest.mark.parametrize("given", ["winkel-tripel", "EPSG:2048"])
 def test_places_are_those_of_the_map(given: str) -> None:
     """Nodes lie where PROJ has them, to half a step."""
