@@ -6,7 +6,8 @@ from .mean_answers import MeanMap, Nearness
 from .plane_means import PlaneMean, mean_plane_map
 from .sites import SYMMETRIES
 from .wishes import CRITERIA_OF_DESIGNS
-from .world_maps import AGAINST, WORLD_SYMMETRIES, Refinement, Standing, WorldMap, world_map
+from .world_maps import AGAINST, Refinement, Standing, WorldMap, world_map
+from .world_wishes import WORLD_SYMMETRIES
 
 __all__ = [
     "AGAINST",

@@ -16,32 +16,27 @@ from typing import Any
 
 import numpy as np
 
-from projdist._typing import FloatArray, IntArray
+from projdist._typing import FloatArray
 from projdist.answers import summarize
-from projdist.designs.cuts import Cut, CutLike, get_cut
+from projdist.designs.cuts import Cut, CutLike
 from projdist.designs.elements import Elements, Solution, minimise_elements
-from projdist.designs.sites import SYMMETRIES
-from projdist.designs.spline_sheets import Sheet, SplineMap, Splines
+from projdist.designs.spline_sheets import Sheet, SplineMap
 from projdist.designs.tin_shifts import pipeline_with, triangulation
+from projdist.designs.world_wishes import WorldWish, world_wish
 from projdist.earth import SPHERE
 from projdist.matrices import EXPONENT, Energy
 from projdist.projections import Projection, ProjectionLike, listed_projections
-from projdist.regions import Box, Place, PointSet, RegionLike, get_region
-from projdist.support import Answer, check_choice, check_number, check_path, check_whole_number, plain, replacing
+from projdist.regions import Place, RegionLike
+from projdist.support import Answer, check_number, check_path, check_whole_number, plain, replacing
 
-__all__ = ["AGAINST", "WORLD_SYMMETRIES", "Refinement", "Standing", "WorldMap", "world_map"]
+__all__ = ["AGAINST", "Refinement", "Standing", "WorldMap", "world_map"]
 
 AGAINST = ("winkel-tripel", "wagner-9", "robinson", "equal-earth")
-WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
 
-_DEGREE = 3
 _CELLS, _CELLS_FOR_PARTS = 32, 64
 _FEWEST, _MOST, _COARSEST = 8, 128, 16
-_GRADED, _GRADED_FOR_PARTS = 3.0, 2.0  # powers of the distance from a pole, by which the cells are finer there
-_POINTS = 4  # Gauss points of a cell, either way
 _BLENDS = (1.0, 0.9, 0.8, 0.6, 0.4, 0.2, 0.0)
 _TOLERANCE, _TOLERANCE_OF_GLOBE = 1e-5, 1e-4  # of what is measured of the finished map: coasts cross splines' breaks
-_LEAST_ELSEWHERE = 1e-4
 _STEP = 2.0  # degrees
 _NORTH = 1e-3  # degrees, for the direction of north
 
@@ -250,124 +245,27 @@ def world_map(
     >>> found.airy_kavrayskiy < found.standings[0].airy_kavrayskiy
     True
     """
-    design = _design_of(region, cut, elsewhere, until, symmetric, exponent)
-    usual = _CELLS if design.region is None else _CELLS_FOR_PARTS
+    wish = world_wish(region, cut, elsewhere, until, symmetric, exponent)
+    usual = _CELLS if wish.region is None else _CELLS_FOR_PARTS
     finest = check_whole_number("number of cells", usual if cells is None else cells)
     if finest % 2 or not _FEWEST <= finest <= _MOST:
         raise ValueError(f"Invalid number of cells '{cells}'. It must be even, within {_FEWEST} and {_MOST}.")
     others = listed_projections(against)
-    function, refinements = _refined(design, finest, progress)
-    projection = Projection(design.name, design.name, SPHERE, function)
-    return _measured(design, projection, refinements, others)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Design:
-    """What map is asked for; `region` is None for all of it, and what is shown is `area`."""
-
-    region: Place | None
-    area: Place
-    cut: Cut
-    elsewhere: float
-    until: float
-    across: bool
-    along: bool
-    energy: Energy
-
-    @property
-    def name(self) -> str:
-        made_for = "World map" if self.region is None else f"World map for {self.region.name}"
-        return f"{made_for}, cut at {self.cut.name}"
-
-    @property
-    def symmetric(self) -> str:
-        return {(True, True): "both", (True, False): "meridian", (False, True): "equator"}.get(
-            (self.across, self.along), "none"
-        )
-
-    def sheet(self, cells: int) -> Sheet:
-        """Splines on cells that are finer toward poles."""
-        across = np.linspace(-np.pi, np.pi, cells + 1)
-        t = np.linspace(-1.0, 1.0, cells + 1)
-        power = 1.0 if self.until < 90.0 else _GRADED if self.region is None else _GRADED_FOR_PARTS
-        along = np.radians(self.until) * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** power)
-        return Sheet(self.cut, Splines(across, _DEGREE), Splines(along, _DEGREE), self.across, self.along)
-
-    def weights(self, sheet: Sheet, share: float) -> FloatArray:
-        """Weights of the sheet's nodes, (spans of v, spans of u, points v, points u)."""
-        u, v, area = sheet.nodes(_POINTS)
-        if self.region is None:
-            return area
-        if isinstance(self.region, PointSet):
-            return share * area / area.sum() + _counted(self.region, sheet)
-        return area * np.where(self.region.contains(*self.cut.rolled(u, v)), 1.0, share)
-
-
-def _design_of(
-    region: RegionLike | None, cut: CutLike, elsewhere: float, until: float, symmetric: str, exponent: float
-) -> _Design:
-    """What is asked for, checked."""
-    where, end = get_cut(cut), _within("end", until, 10.0, 90.0)
-    chosen = None if region is None else get_region(region)
-    mirrors = check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
-    if mirrors == "auto":
-        mirrors = "both" if chosen is None and where.is_straight else "none"
-    if mirrors != "none" and not where.is_straight:
-        raise ValueError(f"Invalid symmetry '{mirrors}' for the cut '{where.name}'. Where it is bent there is none.")
-    if end < 90.0 and where.frame is not None and chosen is None:
-        raise ValueError(
-            f"Invalid end '{until}' for the cut '{where.name}'. A map that ends needs a meridian or a region."
-        )
-    everything = get_region("globe") if end == 90.0 else Box(-180.0, -end, 180.0, end)
-    return _Design(
-        region=chosen,
-        area=everything if chosen is None else chosen,
-        cut=where,
-        elsewhere=_within("weight elsewhere", elsewhere, _LEAST_ELSEWHERE, 1.0),
-        until=end,
-        across=mirrors in ("meridian", "both"),
-        along=mirrors in ("equator", "both"),
-        energy=Energy(exponent=_within("exponent", exponent, 0.0, 1.0)),
-    )
-
-
-def _within(thing: str, value: float, low: float, high: float) -> float:
-    number = check_number(thing, value)
-    if not low <= number <= high:
-        raise ValueError(f"Invalid {thing} '{value}'. It must be within {low:g} and {high:g}.")
-    return number
-
-
-def _counted(points: PointSet, sheet: Sheet) -> FloatArray:
-    """The points' weights, which sum to 1, each at the node of the sheet that is next to it in its cell."""
-    u, v = sheet.cut.unrolled(points.lon, points.lat)
-    shown = np.abs(v) <= sheet.v.breaks[-1]
-    (column, i), (row, j) = _nearest(sheet.u.breaks, u[shown]), _nearest(sheet.v.breaks, v[shown])
-    counted = np.zeros((len(sheet.v.breaks) - 1, len(sheet.u.breaks) - 1, _POINTS, _POINTS))
-    np.add.at(counted, (row, column, j, i), points.weight[shown])
-    if not counted.any():
-        raise ValueError(f"Invalid region '{points.name}'. Nothing of it is on the map.")
-    return counted / counted.sum()
-
-
-def _nearest(breaks: FloatArray, t: FloatArray) -> tuple[IntArray, IntArray]:
-    """The span in which each of t lies, and the nearest of its Gauss points."""
-    span = np.clip(np.searchsorted(breaks, t, side="right") - 1, 0, len(breaks) - 2)
-    nodes = np.polynomial.legendre.leggauss(_POINTS)[0]
-    share = 2.0 * (t - breaks[span]) / (breaks[span + 1] - breaks[span]) - 1.0
-    return span, np.searchsorted(0.5 * (nodes[1:] + nodes[:-1]), share)
+    function, refinements = _refined(wish, finest, progress)
+    projection = Projection(wish.name, wish.name, SPHERE, function)
+    return _measured(wish, projection, refinements, others)
 
 
 # ---- how it is found ------------------------------------------------------------------------
 
 
 def _refined(
-    design: _Design, finest: int, progress: Callable[[int, int], object] | None
+    wish: WorldWish, finest: int, progress: Callable[[int, int], object] | None
 ) -> tuple[SplineMap, tuple[Refinement, ...]]:
     """The best map on the finest mesh, in metres at the region's best scale; and all meshes on the way."""
-    if not design.weights(design.sheet(finest), 0.0).any():
+    if not wish.weights(wish.sheet(finest), 0.0).any():
         raise ValueError(
-            f"Invalid region '{design.area.name}'. It is too small for a map of the world of {finest} cells, "
+            f"Invalid region '{wish.area.name}'. It is too small for a map of the world of {finest} cells, "
             "or is not on it."
         )
     best: SplineMap | None = None
@@ -376,13 +274,13 @@ def _refined(
     for k, cells in enumerate(sizes):
         if progress is not None:
             progress(sum(one * one for one in sizes[:k]), sum(one * one for one in sizes))
-        sheet = design.sheet(cells)
-        elements = sheet.elements(design.weights(sheet, design.elsewhere))
-        solution = minimise_elements(design.energy, elements, _start(sheet, design.energy, elements, best))
+        sheet = wish.sheet(cells)
+        elements = sheet.elements(wish.weights(sheet, wish.elsewhere))
+        solution = minimise_elements(wish.energy, elements, _start(sheet, wish.energy, elements, best))
         best = sheet.map(solution.unknowns)
         found.append(_refinement(cells, elements, solution))
     assert best is not None
-    inside = sheet.elements(design.weights(sheet, 0.0)).weights.ravel()
+    inside = sheet.elements(wish.weights(sheet, 0.0)).weights.ravel()
     log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(solution.unknowns))))
     return _placed(best, SPHERE.a * np.exp(-0.5 * log_area)), tuple(found)
 
@@ -438,39 +336,39 @@ def _placed(found: SplineMap, scale: float) -> SplineMap:
 
 
 def _measured(
-    design: _Design, projection: Projection, refinements: tuple[Refinement, ...], others: list[Any]
+    wish: WorldWish, projection: Projection, refinements: tuple[Refinement, ...], others: list[Any]
 ) -> WorldMap:
     """The finished map beside others."""
-    own = summarize(projection, design.area, tolerance=_TOLERANCE)
+    own = summarize(projection, wish.area, tolerance=_TOLERANCE)
     return WorldMap(
         projection=projection,
-        region=design.area,
-        cut=design.cut,
-        elsewhere=1.0 if design.region is None else design.elsewhere,
-        until=design.until,
-        symmetric=design.symmetric,
-        exponent=design.energy.exponent,
+        region=wish.area,
+        cut=wish.cut,
+        elsewhere=1.0 if wish.region is None else wish.elsewhere,
+        until=wish.until,
+        symmetric=wish.symmetric,
+        exponent=wish.energy.exponent,
         airy_kavrayskiy=own.airy_kavrayskiy_scaled,
         error_estimate=own.error_estimate,
-        over_globe=_over_globe(projection, design, own.airy_kavrayskiy_scaled),
+        over_globe=_over_globe(projection, wish, own.airy_kavrayskiy_scaled),
         coverage=own.coverage,
         mirrored=own.mirrored,
         refinements=refinements,
-        standings=tuple(sorted((_standing(one, design) for one in others), key=lambda one: one.airy_kavrayskiy)),
+        standings=tuple(sorted((_standing(one, wish) for one in others), key=lambda one: one.airy_kavrayskiy)),
     )
 
 
-def _standing(given: ProjectionLike, design: _Design) -> Standing:
-    found = summarize(given, design.area, tolerance=_TOLERANCE)
+def _standing(given: ProjectionLike, wish: WorldWish) -> Standing:
+    found = summarize(given, wish.area, tolerance=_TOLERANCE)
     figure = found.airy_kavrayskiy_scaled
-    over_globe = _over_globe(found.projection, design, figure)
+    over_globe = _over_globe(found.projection, wish, figure)
     return Standing(found.projection.name, figure, found.error_estimate, over_globe, found.coverage)
 
 
-def _over_globe(projection: Projection, design: _Design, over_area: float) -> float:
+def _over_globe(projection: Projection, wish: WorldWish, over_area: float) -> float:
     """The error over all of the Earth; NaN for maps that do not show it."""
-    if design.until < 90.0:
+    if wish.until < 90.0:
         return float("nan")
-    if design.region is None:
+    if wish.region is None:
         return over_area
     return summarize(projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled
