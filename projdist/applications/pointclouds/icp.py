@@ -12,6 +12,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.applications.pointclouds.affine import fit_whitened, rank, whitened
 from projdist.applications.pointclouds.groupwise import consensus, kept_clouds
+from projdist.matrices import Affine
 
 __all__ = ["nearest_points"]
 
@@ -40,7 +41,7 @@ def nearest_points(clouds: list[FloatArray]) -> tuple[FloatArray, BoolArray]:
         if first not in kept or len(kept) < 2:
             break
         group = consensus(points[kept], seen[kept])
-        moved = [clouds[i] @ A.T + shift for i, A, shift in zip(kept, group.A, group.shift, strict=True)]
+        moved = [Affine(A, shift)(clouds[i]) for i, A, shift in zip(kept, group.A, group.shift, strict=True)]
         total = np.sum([cloud[partners[i]] * seen[i][:, None] for i, cloud in zip(kept, moved, strict=True)], axis=0)
         mean = total / seen[kept].sum(axis=0)[:, None]
         for i, cloud in zip(kept, moved, strict=True):

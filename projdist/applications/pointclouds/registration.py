@@ -21,7 +21,7 @@ from projdist.applications.pointclouds.placing import (
     squared_residuals,
     upright,
 )
-from projdist.matrices import mdt
+from projdist.matrices import Affine, mdt
 from projdist.support import Answer, listed
 
 __all__ = ["FRAMES", "LeftOut", "Registration", "register"]
@@ -83,7 +83,7 @@ class Registration(Answer):
     @property
     def aligned(self) -> list[FloatArray]:
         """All points of each registered cloud in the frame."""
-        return [y @ M.T + t for y, M, t in zip(self.points, self.matrices, self.shifts, strict=True)]
+        return [Affine(M, t)(y) for y, M, t in zip(self.points, self.matrices, self.shifts, strict=True)]
 
     @property
     def warnings(self) -> list[str]:
