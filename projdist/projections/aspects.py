@@ -24,8 +24,8 @@ _POINT = "It must be a latitude and a longitude in degrees, as @45,-100 or @45N,
 # Their own parameters bring a point to the centre: azimuthal maps, transverse cylinders, which lie along a meridian,
 # maps of regions, and cones, which keep their parallels.
 WITH_LATITUDE = frozenset(
-    """aeqd airy gnom laea nsper tpers ortho stere sterea rouss cass tmerc etmerc gstmerc tcea somerc lcca leac
-    aea eqdc euler lcc murd1 murd2 murd3 pconic tissot vitk1""".split()
+    """aeqd airy gnom laea nsper tpers ortho stere sterea rouss cass tmerc etmerc gstmerc tcea somerc col_urban lcca
+    leac aea eqdc euler lcc murd1 murd2 murd3 pconic tissot vitk1""".split()
 )
 
 

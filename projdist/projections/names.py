@@ -210,7 +210,7 @@ def has_centre(function: Function, lat: float, lon: float, origin: tuple[float, 
     x, y = function(np.array([lon, lon]), np.array([lat, lat + step]))
     x, y = x - origin[0], y - origin[1]
     slack = _ALMOST * abs(float(y[1]))
-    return bool(max(abs(x[0]), abs(x[1]), abs(y[0])) <= slack and np.sign(y[1]) == np.sign(step))
+    return bool(max(abs(x[0]), abs(x[1]), abs(y[0])) <= slack < np.inf and np.sign(y[1]) == np.sign(step))
 
 
 def _aspect(words: Words) -> str:

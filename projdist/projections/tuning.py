@@ -37,14 +37,14 @@ from projdist.projections.parameters import run_as
 from projdist.projections.projection import Projection, ProjectionLike
 from projdist.projections.projstrings import is_proj_string, operation_name
 from projdist.projections.worldmaps import WORLD_MAPS
-from projdist.support import close_words, did_you_mean, listed, shown
+from projdist.support import check_number, close_words, did_you_mean, listed, shown
 
 __all__ = ["Tunable", "tunable", "tuned"]
 
 Centre = tuple[float, float]
 
 _KEPT = 1024  # plans, each of a few kB
-_TRIED = (-50.0, 35.0)  # longitude and latitude at which it is tried whether a map can be centred
+_TRIED = ((-50.0, 35.0), (123.0, 68.0))  # longitudes and latitudes at which it is tried whether a map can be centred
 _WITH_LATITUDE = WITH_LATITUDE | {"omerc", "labrd"}
 _STRINGS = ("ob_tran", "utm")  # whose names are but PROJ strings
 _POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_lat_1", "o_lon_2", "o_lat_2")
@@ -83,7 +83,16 @@ def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centr
     if not values and centre is None:
         return plan.projection
     texts = {key: _value_text(plan.tunable, key, value) for key, value in values.items()}
-    return plan.made(texts, None if centre is None else _checked(plan.tunable, centre))
+    if centre is None:
+        return plan.made(texts, None)
+    lon, lat = _checked(plan.tunable, centre)
+    made = plan.made(texts, (lon, lat))
+    if plan.tunable.drags == "both" and not np.isfinite(made(lon, lat)).all():
+        raise ProjectionError(
+            f"Invalid centre '{lon:g}, {lat:g}' of '{shown(plan.tunable.definition)}'. It must be where the map is "
+            "defined."
+        )
+    return made
 
 
 @dataclass(frozen=True)
@@ -210,12 +219,16 @@ def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
 def _is_centred(plan: _Plan) -> bool:
     """Whether another centre comes to the origin, with north up, and the map's own changes nothing."""
     origin = tuple(degrees_of(plan.stated.get(key, "0")) for key in ("x_0", "y_0"))
-    lon, lat = _TRIED
     try:
-        there, here = plan.made({}, _TRIED), plan.made({}, plan.tunable.centre)
+        moved = [plan.made({}, centre) for centre in _TRIED]
+        here = plan.made({}, plan.tunable.centre)
     except ProjectionError:
         return False
-    return has_centre(there.function, lat, lon, (origin[0], origin[1])) and same_coordinates(plan.projection, here)
+    centred = (
+        has_centre(map_.function, lat, lon, (origin[0], origin[1]))
+        for map_, (lon, lat) in zip(moved, _TRIED, strict=True)
+    )
+    return all(centred) and same_coordinates(plan.projection, here)
 
 
 def _parameters(stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
@@ -313,18 +326,19 @@ def _value_text(found: Tunable, key: str, value: float) -> str:
         hint = did_you_mean(close_words(key, names))
         kind = f"{hint}It must be {listed(names, 'or')}" if names else "This map has none that can be set"
         raise ProjectionError(f"Invalid parameter '{shown(key)}' of '{shown(found.definition)}'. {kind}.")
-    return check_value(parameter, value, found.definition)
+    return check_value(parameter, check_number(key, value), found.definition)
 
 
 def _checked(found: Tunable, centre: Centre) -> Centre:
     """A longitude from -180 to 180 and a latitude; raises ProjectionError."""
     if found.drags == "none":
         raise ProjectionError(f"Invalid centre of '{shown(found.definition)}'. This map has none that can be moved.")
-    lon, lat = centre
-    if not (abs(lat) <= 90.0 and math.isfinite(lon)):
+    lon, lat = (check_number("centre", value) for value in centre)
+    low, high = next(((each.low, each.high) for each in found.parameters if each.name == "lat_0"), (-90.0, 90.0))
+    if not (low <= lat <= high and math.isfinite(lon)):
         raise ProjectionError(
             f"Invalid centre '{lon:g}, {lat:g}' of '{shown(found.definition)}'. It must be a longitude, and a latitude "
-            "of -90 to 90."
+            f"of {low:g} to {high:g}."
         )
     return _around(lon), lat
 

@@ -184,3 +184,14 @@ def test_a_file_is_read_again(tmp_path) -> None:
     for name in ("robin", "moll"):
         path.write_text(f"+proj={name} {R_TEXT}")
         assert tunable(str(path)).definition == f"+proj={name} {R_TEXT}"
+
+
+@pytest.mark.parametrize(
+    ("given", "centre"),
+    [("lcc+lat_1=30+lat_2=60", (33.0, -90.0)), ("labrd+lat_0=-18.9+azi=18.9", (1.0, 0.0)), ("somerc", (1.0, 90.0))],
+)
+def test_a_point_that_a_map_cannot_have_at_its_centre_is_told(given, centre) -> None:
+    """Poles and the equator of some maps of regions and cones."""
+    assert tunable(given).drags == "both"
+    with pytest.raises(ProjectionError, match=r"^Invalid .*\.$"):
+        tuned(given, {}, centre)
