@@ -142,7 +142,6 @@ REFUSED = {
     "polar-stereographic@45,10": r"write 'stere@45,10'",
     "briesemeister@0,10": r"It has no centre for a point with north up there",
     "werner@45,10": r"It has no centre for a point with north up there",
-    "sch+plat_0=30+plon_0=45+phdg_0=-12@5,7": r"It has no centre for a point with north up there",
     "gott-elliptical+lat_0=20": r"It must be lon_0 in degrees: PROJ has no such map",
     "EPSG:3035+lon_0=5": r"are for names, .* a CRS has its own",
     "EPSG:3857@45,10": r"are for names, .* a CRS has its own",

@@ -195,3 +195,8 @@ def test_a_point_that_a_map_cannot_have_at_its_centre_is_told(given, centre) -> 
     assert tunable(given).drags == "both"
     with pytest.raises(ProjectionError, match=r"^Invalid .*\.$"):
         tuned(given, {}, centre)
+
+
+def test_infinity_is_no_centre() -> None:
+    """Of the map about a peg point, turned, PROJ has no coordinates at the point that would be its centre."""
+    assert tunable("sch+plat_0=30+plon_0=45+phdg_0=-12").drags == "longitude"
