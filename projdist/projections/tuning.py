@@ -46,6 +46,7 @@ Centre = tuple[float, float]
 _KEPT = 1024  # plans, each of a few kB
 _TRIED = ((-50.0, 35.0), (123.0, 68.0))  # longitudes and latitudes at which it is tried whether a map can be centred
 _WITH_LATITUDE = WITH_LATITUDE | {"omerc", "labrd"}
+_LONGITUDES = ("lon_0", "lonc", "asc_lon", "path")  # of a map that is turned PROJ passes over these
 _STRINGS = ("ob_tran", "utm")  # whose names are but PROJ strings
 _POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_lat_1", "o_lon_2", "o_lat_2")
 
@@ -237,7 +238,7 @@ def _parameters(stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
     if stated["proj"] != "ob_tran":
         return found
     inner = parameters_in(stated["o_proj"], stated, sphere=sphere)
-    return (*found, *(each for each in inner if each.name != "lon_0"))
+    return (*found, *(each for each in inner if each.name not in _LONGITUDES))
 
 
 def _latitude(stated: Stated, *, sphere: bool) -> float | None:

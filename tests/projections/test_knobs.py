@@ -4,8 +4,6 @@ PROJ is asked directly: a default is right if it gives the map that PROJ has wit
 coordinates of two values differ by more than a shift of the plane.
 """
 
-import functools
-
 import numpy as np
 import pyproj.exceptions
 import pyproj.list
@@ -35,6 +33,8 @@ FORMS = [
     f"+proj=lcc +lat_1=40 {R}",
     "gstmerc+ellps=WGS84",
     f"+proj=ob_tran +o_proj=hammer +o_lat_p=45 +o_lon_p=20 {R}",
+    f"+proj=ob_tran +o_proj=omerc +lat_0=40 +alpha=30 +o_lat_p=50 +o_lon_p=20 {R}",
+    f"+proj=ob_tran +o_proj=lsat +lsat=5 +path=177 +o_lat_p=50 +o_lon_p=20 {R}",
     f"+proj=ob_tran +o_proj=moll +o_alpha=20 +o_lon_c=20 +o_lat_c=30 {R}",
     f"+proj=ob_tran +o_proj=moll +o_lon_1=20 +o_lat_1=30 +o_lon_2=50 +o_lat_2=10 {R}",
 ]
@@ -68,7 +68,6 @@ def samples(parameter) -> list[float]:
     return values.tolist()
 
 
-@functools.cache
 def knobs() -> list[tuple[str, str]]:
     return [(text, parameter.name) for text in MAPS for parameter in tunable(text).parameters]
 
