@@ -60,7 +60,7 @@ HOMES = {
         *("decisions.checking.outlines", "designs.overlaps"),
         *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),
-        *("gis.layers", "gis.points", "gis.conversion", "web.outlines"),
+        *("gis.layers", "gis.points", "gis.conversion", "web.outlines", "web.live"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.cartopy_projections", "plots.geoaxes"},
@@ -68,6 +68,9 @@ HOMES = {
     "cv2": {"applications.mosaics.libraries"},
     "typer": {"cli"},
     "rich": {"cli"},
+    "starlette": {"web.live.server"},
+    "uvicorn": {"web.live.server"},
+    "websockets": {"web.live.server"},
 }
 
 # What the package may import besides its homes' own: anything else is a new dependency.

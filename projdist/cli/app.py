@@ -25,6 +25,7 @@ COMMANDS = {
     "tissot": "draw",
     "heatmap": "draw",
     "morph": "morph",
+    "explore": "explore",
     "recommend": "recommend",
     "optimize": "optimize",
     "design": "design",

@@ -1,5 +1,6 @@
 from .arrays import factor_arrays, measure_arrays
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
+from .features import frame_of_geojson
 from .grids import GRIDS
 from .layers import LAYER_SUFFIXES, indicatrices, save_layer
 from .libraries import check_libraries
@@ -22,6 +23,7 @@ __all__ = [
     "convert_frame",
     "factor_arrays",
     "frame_of",
+    "frame_of_geojson",
     "georeference_of",
     "indicatrices",
     "measure_arrays",

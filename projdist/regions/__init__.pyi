@@ -3,6 +3,7 @@ from .boxes import GLOBE, Box, bounding_box
 from .caps import Cap
 from .cells import cells_of
 from .combined import combine, polygons_of
+from .countries import region_names
 from .defaults import region_for
 from .files import polygons_from_geojson
 from .language import HasGeometry, Place, RegionLike, get_region, weighted_points
@@ -41,6 +42,7 @@ __all__ = [
     "polygons_from_geojson",
     "polygons_of",
     "region_for",
+    "region_names",
     "region_title",
     "share_in",
     "weighted_points",

@@ -67,6 +67,18 @@ def _continent(name: str, resolution: str) -> Polygons:
     return Polygons(whole, _named(f"continent:{name}", resolution), resolution=resolution)
 
 
+def region_names() -> list[str]:
+    """The regions that have names, as `get_region` takes them: countries, then continents, after the largest."""
+    rows = natural_earth.country_keys()
+    countries = sorted(row["name"] for row in rows)
+    continents = sorted({row["continent"] for row in rows})
+    return [
+        *("globe", "land", "ocean"),
+        *(f"country:{name}" for name in countries),
+        *(f"continent:{name}" for name in continents),
+    ]
+
+
 def close_regions(text: str) -> list[str]:
     """The regions of this module that a text may have been meant for."""
     folded = _folded(text)

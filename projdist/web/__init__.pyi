@@ -1,4 +1,20 @@
+from .live.inputs import Doors
+from .live.server import Site, Start, check_server, open_socket, serve
 from .maps import MOST_MAPS, Maps, draw_maps
 from .page import Cell, Page, PageTable, page_html
 
-__all__ = ["MOST_MAPS", "Cell", "Maps", "Page", "PageTable", "draw_maps", "page_html"]
+__all__ = [
+    "MOST_MAPS",
+    "Cell",
+    "Doors",
+    "Maps",
+    "Page",
+    "PageTable",
+    "Site",
+    "Start",
+    "check_server",
+    "draw_maps",
+    "open_socket",
+    "page_html",
+    "serve",
+]

@@ -35,22 +35,43 @@ export class MapView {
     return [(px / this.zoom + this.view[0] - west) / step, (this.view[3] - py / this.zoom - south) / step];
   }
 
-  draw(scale, ellipses) {
-    const ratio = window.devicePixelRatio || 1;
+  // Width and height in pixels, and how many there are to one of the page's.
+  fit() {
+    const ratio = window.devicePixelRatio || 1, [west, east, south, north] = this.view;
     const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
-    const height = Math.max(1, Math.round((width * (this.view[3] - this.view[2])) / (this.view[1] - this.view[0])));
-    for (const canvas of [this.base, this.canvas]) [canvas.width, canvas.height] = [width, height];
-    this.zoom = width / (this.view[1] - this.view[0]);
+    this.zoom = width / (east - west);
+    return [width, Math.max(1, Math.round((width * (north - south)) / (east - west))), ratio];
+  }
+
+  draw(scale, ellipses, isolines = false) {
+    const [width, height, ratio] = this.fit();
+    for (const canvas of [this.base, this.canvas]) {
+      if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    }
     this.ratio = ratio;
     const style = getComputedStyle(this.canvas);
     this.colour = (name) => style.getPropertyValue(`--${name}`).trim();
     const context = this.base.getContext("2d");
+    context.clearRect(0, 0, width, height);
     context.lineJoin = context.lineCap = "round";
+    context.save();
+    this.framed(context);
     this.ground(context, width, height);
     this.field(context, width, height, scale);
+    if (isolines) this.isolines(context, scale);
     this.lines(context);
-    if (ellipses) this.ellipses(context);
+    if (ellipses) this.ellipses(context, ellipses.spacing);
+    context.restore();
     this.show();
+  }
+
+  // What is around a region is drawn in the frame of its picture, which may be less than the canvas.
+  framed(context) {
+    if (!this.frame.regional) return;
+    const [west, east, south, north] = this.frame.view;
+    context.beginPath();
+    context.rect((west - this.view[0]) * this.zoom, (this.view[3] - north) * this.zoom, (east - west) * this.zoom, (north - south) * this.zoom);
+    context.clip();
   }
 
   // Sea and land about a region.
@@ -65,7 +86,7 @@ export class MapView {
   path(name) {
     const path = new Path2D(), points = this.frame[name];
     let start = 0;
-    for (const size of this.frame[`${name}Sizes`]) {
+    for (const size of this.frame[`${name}Sizes`] ?? []) {
       path.moveTo(...this.pixels(points[2 * start], points[2 * start + 1]));
       for (let k = start + 1; k < start + size; k++) path.lineTo(...this.pixels(points[2 * k], points[2 * k + 1]));
       start += size;
@@ -133,11 +154,49 @@ export class MapView {
     const field = document.createElement("canvas");
     [field.width, field.height] = [width, height];
     field.getContext("2d").putImageData(image, 0, 0);
-    context.save();
     this.region = frame.regional ? this.path("region") : null;
+    this.within(context, () => context.drawImage(field, 0, 0));
+    Object.assign(this, { values, xs, ys });
+  }
+
+  // Draws within the region.
+  within(context, work) {
+    context.save();
     if (this.region) context.clip(this.region, "evenodd");
-    context.drawImage(field, 0, 0);
+    work();
     context.restore();
+  }
+
+  // The lines of the levels of the colour bar, triangle by triangle.
+  isolines(context, scale) {
+    const { values, xs, ys } = this, { triangles } = this.frame, position = positioner(scale), path = new Path2D();
+    const levels = scale.levels.map((level) => 255 * position(level));
+    const cross = (i, j, level) => {
+      const share = (level - values[i]) / (values[j] - values[i]);
+      return [xs[i] + share * (xs[j] - xs[i]), ys[i] + share * (ys[j] - ys[i])];
+    };
+    for (let t = 0; t < triangles.length; t += 3) {
+      const corners = [triangles[t], triangles[t + 1], triangles[t + 2]];
+      const [first, second, third] = corners.map((k) => values[k]);
+      const low = Math.min(first, second, third), high = Math.max(first, second, third);
+      for (const level of levels) {
+        if (!(low < level && level <= high)) continue;
+        const ends = [];
+        for (let k = 0; k < 3; k++) {
+          const [i, j] = [corners[k], corners[(k + 1) % 3]];
+          if (values[i] < level !== values[j] < level) ends.push(cross(i, j, level));
+        }
+        if (ends.length !== 2) continue;
+        path.moveTo(...ends[0]);
+        path.lineTo(...ends[1]);
+      }
+    }
+    context.strokeStyle = this.colour("isoline");
+    context.lineWidth = 0.9 * this.ratio;
+    // Round ends of short pieces would make beads of a line.
+    context.lineCap = "butt";
+    this.within(context, () => context.stroke(path));
+    context.lineCap = "round";
   }
 
   // The triangle at pixels; -1 outside of the region.
@@ -150,8 +209,8 @@ export class MapView {
   }
 
   // Indicatrices all over the map, about as far apart on it as they can be told.
-  ellipses(context) {
-    const frame = this.frame, spacing = 46 * this.ratio, radius = 0.36 * spacing;
+  ellipses(context, apart = 46) {
+    const frame = this.frame, spacing = apart * this.ratio, radius = 0.36 * spacing;
     const { width, height } = this.base, found = [];
     for (let y = spacing / 2; y < height; y += spacing) {
       for (let x = spacing / 2; x < width; x += spacing) {

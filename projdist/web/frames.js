@@ -10,14 +10,21 @@ export async function inflate(text) {
   return new Response(stream).arrayBuffer();
 }
 
-export function readFrame(buffer) {
+// The header of a block, with its arrays by their names.
+export function readBlock(buffer) {
   const length = new Uint32Array(buffer, 0, 1)[0];
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const frame = { ...header };
+  const block = { ...header };
   for (const [name, [type, offset, shape]] of Object.entries(header.arrays)) {
     const count = shape.reduce((one, other) => one * other, 1);
-    frame[name] = new TYPES[type](buffer, 4 + length + offset, count);
+    block[name] = new TYPES[type](buffer, 4 + length + offset, count);
   }
+  return block;
+}
+
+// The frame of a block: with its triangles.
+export function readFrame(block) {
+  const frame = block;
   frame.rows = frame.shape[0];
   frame.columns = frame.shape[1];
   frame.nodes = frame.rows * frame.columns;

@@ -73,6 +73,7 @@ def frame_of(surface: Surface, title: str) -> tuple[dict[str, Any], Arrays, Floa
         "view": list(surface.view),
         "grid": [grid.west, grid.south, grid.step],
         "regional": surface.ground is not None,
+        "radius": surface.domain.radius,
     }
     arrays: Arrays = {
         "u": surface.u[: surface.shape[1]],

@@ -1,6 +1,6 @@
 // A report: what its parts do.
 
-import { inflate, locate, probe, readFrame } from "./frames.js";
+import { inflate, locate, probe, readBlock, readFrame } from "./frames.js";
 import { MapView, drawScale } from "./drawing.js";
 import { told } from "./measures.js";
 import { makeCopier, makeSortable } from "./tables.js";
@@ -17,7 +17,7 @@ async function drawMaps() {
   const views = [];
   for (const canvas of document.querySelectorAll("canvas.map")) {
     const text = byId(canvas.id.replace("map", "frame")).textContent;
-    views.push(new MapView(canvas, readFrame(await inflate(text))));
+    views.push(new MapView(canvas, readFrame(readBlock(await inflate(text)))));
   }
   const menu = byId("measure"), ellipses = byId("ellipses"), bar = byId("scale");
   menu.append(...grouped(scales, measure));

@@ -113,7 +113,8 @@ def test_folded_lines() -> None:
 
 def test_there_is_a_line_of_every_command() -> None:
     """A new command is tested in terminals, too."""
-    assert {words[0] for words in LINES.values() if words} >= set(COMMANDS)
+    serving = {"explore"}  # it does not end by itself, and has tests of its own
+    assert {words[0] for words in LINES.values() if words} >= set(COMMANDS) - serving
 
 
 @pytest.mark.slow

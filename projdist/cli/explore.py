@@ -1,0 +1,59 @@
+"""The command `explore`."""
+
+from __future__ import annotations
+
+import sys
+import webbrowser
+from typing import Annotated
+
+import typer
+
+from projdist import web
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.options import RegionOption, number, region_given
+from projdist.cli.output import emit
+from projdist.matrices import get_measure
+from projdist.projections import Projection
+from projdist.regions import region_for
+
+_FIRST = "winkel-tripel"
+_MOST = 6
+_LAST_PORT = 65535
+
+
+def explore_command(
+    projections: Annotated[
+        list[str] | None, typer.Argument(metavar="[PROJECTION...]", help="As for compare; Winkel's if there is none.")
+    ] = None,
+    region: RegionOption = None,
+    measure: Annotated[
+        str, typer.Option("--measure", "-m", help="The measure shown first (see 'projdist list measures').")
+    ] = "fisher",
+    port: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Of the address; any free one if not given.")
+    ] = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
+) -> None:
+    """See maps live in a browser: drag them, turn their parameters, point at them, ask for better ones."""
+    given = projections or [_FIRST]
+    if len(given) > _MOST:
+        refuse(f"Invalid projections. A page has at most {_MOST}, and {len(given)} were given.")
+    with refusing():
+        maps = [Projection.from_user_input(text) for text in given]
+        chosen = get_measure(measure).name
+        place = region_for(region_given(region), maps)
+        web.check_server()
+        wanted = 0 if port is None else round(number("port", port, 0, _LAST_PORT))
+    try:
+        listening = web.open_socket(wanted)
+    except OSError as error:
+        refuse(f"Invalid port '{port}'. It cannot be listened on: {error.strerror or error}.", error)
+    text = region or place.name
+    start = web.Start(projections=tuple(given), region=text, measure=chosen)
+    site = web.Site(start, web.Doors(frozenset([*given, text])))
+    address = site.url(listening.getsockname()[1])
+    emit(f"{address}\n", None)
+    sys.stdout.flush()
+    if not no_browser:
+        webbrowser.open(address)
+    web.serve(site, listening)

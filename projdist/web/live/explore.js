@@ -1,0 +1,213 @@
+// The live page: its maps, what they have in common, and what is asked of all of them.
+
+import { drawScale } from "./drawing.js";
+import { locate } from "./frames.js";
+import { Card } from "./card.js";
+import { element } from "./elements.js";
+import { Link } from "./link.js";
+import { Panel } from "./panel.js";
+import { tools } from "./tools.js";
+
+const MOST = 6;
+const SETTLED = 300; // milliseconds
+
+export class Explorer {
+  constructor(root, carrier, start, remember) {
+    this.root = root;
+    this.link = new Link(carrier);
+    this.remember = remember;
+    this.cards = [];
+    Object.assign(this, {
+      region: start.region, measure: start.measure, ellipses: start.ellipses ?? false,
+      isolines: start.isolines ?? true, spacing: 46, names: start.names ?? [], countries: start.countries ?? [],
+    });
+    this.build();
+    for (const projection of start.projections) this.add(projection);
+    new ResizeObserver(() => this.redraw()).observe(this.grid);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
+  }
+
+  build() {
+    this.menu = element("select", { id: "measure" });
+    this.menu.addEventListener("change", () => {
+      this.measure = this.menu.value;
+      this.redraw();
+      this.remembered();
+    });
+    this.bar = element("canvas", { id: "scale" });
+    this.bar.setAttribute("role", "img");
+    this.place = element("input", { id: "region", value: this.region, spellcheck: false, autocomplete: "off", list: "regions" });
+    const places = element("form", { className: "place" }, [
+      element("label", { htmlFor: "region", textContent: "Region" }), this.place, element("button", { type: "submit", textContent: "Go" }),
+    ]);
+    places.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.setRegion(this.place.value);
+    });
+    this.place.addEventListener("change", () => this.setRegion(this.place.value));
+    this.status = element("p", { className: "said", id: "status" });
+    this.status.setAttribute("role", "status");
+    this.grid = element("section", { className: "maps" });
+    this.grid.setAttribute("aria-label", "Maps");
+    this.panel = new Panel(this);
+    const check = (name, text) => {
+      const box = element("input", { type: "checkbox", id: name, checked: this[name] });
+      box.addEventListener("change", () => {
+        this[name] = box.checked;
+        this.redraw();
+        this.remembered();
+      });
+      return element("label", {}, [box, ` ${text}`]);
+    };
+    const spacing = element("input", { type: "range", id: "spacing", min: 24, max: 120, value: this.spacing });
+    spacing.addEventListener("input", () => {
+      this.spacing = Number(spacing.value);
+      this.redraw();
+    });
+    const more = element("button", { type: "button", textContent: "Add a map" });
+    more.addEventListener("click", () => this.add(this.cards.at(-1)?.definition ?? "winkel-tripel"));
+    this.root.replaceChildren(
+      element("header", {}, [
+        element("h1", { textContent: "projdist explore" }), places,
+        element("div", { className: "measure" }, [
+          element("label", { htmlFor: "measure", textContent: "Measure" }), this.menu, this.bar,
+        ]),
+        element("div", { className: "switches" }, [
+          check("isolines", "Isolines"), check("ellipses", "Indicatrices"),
+          element("label", {}, ["Apart ", spacing]), more, ...tools(this),
+        ]),
+        this.status,
+      ]),
+      this.grid, this.panel.node,
+      element("p", { className: "help", textContent:
+        "Drag a map to turn it; with the keys, Alt and the arrows. Point at it, or move with the arrows (faster with " +
+        "Shift), for the distortion there: h and k are the scales along meridian and parallel, a and b the largest and " +
+        "the smallest. Figures after ~ are those of a preview, good to a few per cent." }),
+      element("datalist", { id: "projections" }, this.names.map((value) => element("option", { value }))),
+      element("datalist", { id: "regions" }, this.countries.map((value) => element("option", { value }))),
+    );
+  }
+
+  // ---- maps ---------------------------------------------------------------------------------
+
+  add(definition, beside) {
+    if (this.cards.length >= MOST) {
+      this.say(`At most ${MOST} maps are on the page. Remove one first.`);
+      return beside;
+    }
+    const card = new Card(this, definition);
+    const at = beside ? this.cards.indexOf(beside) + 1 : this.cards.length;
+    this.cards.splice(at, 0, card);
+    if (beside) beside.node.after(card.node);
+    else this.grid.append(card.node);
+    this.count();
+    return card;
+  }
+
+  remove(card) {
+    if (this.cards.length === 1) return this.say("One map stays on the page.");
+    this.cards.splice(this.cards.indexOf(card), 1);
+    card.node.remove();
+    this.count();
+    this.remembered();
+    this.cards[0].canvas.focus();
+  }
+
+  count() {
+    this.grid.dataset.count = this.cards.length;
+    this.redraw();
+  }
+
+  setRegion(text) {
+    if (text.trim() === "" || text === this.region) return;
+    this.region = this.place.value = text.trim();
+    for (const card of this.cards) card.resolved = null;
+    this.panel.forget();
+    this.say("");
+    for (const card of this.cards) card.changed(false);
+  }
+
+  say(text) {
+    this.status.textContent = text;
+  }
+
+  // The colours of all maps; those of previews stay as they are.
+  rescale({ scales, together }) {
+    if (!scales.length) return;
+    this.scales = scales;
+    const all = this.cards.map((card) => card.resolved).filter(Boolean);
+    // Pictures that were on their way at the same time do not know of each other.
+    if (all.some((one) => !together.includes(one)) && !this.scaling) {
+      this.scaling = true;
+      this.link.ask("scales", "page", { region: this.region, beside: all }, (block) => {
+        this.scaling = false;
+        if (!block.problem) this.rescale({ ...block, together: all });
+      });
+    }
+    if (this.menu.length !== scales.length) {
+      this.menu.replaceChildren(...scales.map((one) => new Option(one.label, one.name)));
+    }
+    const known = scales.some((one) => one.name === this.measure);
+    this.menu.value = known ? this.measure : scales[0].name;
+    this.measure = this.menu.value;
+    this.redraw();
+  }
+
+  redraw() {
+    this.scale = this.scales?.find((one) => one.name === this.measure);
+    if (!this.scale) return;
+    const [low, high] = this.scale.limits.map((end) => end.toPrecision(3));
+    this.bar.setAttribute("aria-label", `${this.scale.label}, ${low} to ${high}`);
+    drawScale(this.bar, this.scale);
+    cancelAnimationFrame(this.waiting);
+    this.waiting = requestAnimationFrame(() => this.cards.forEach((card) => card.draw()));
+  }
+
+  settled() {
+    this.panel.draw();
+    clearTimeout(this.settling);
+    this.settling = setTimeout(() => this.remembered(), SETTLED);
+  }
+
+  remembered() {
+    const { region, measure, ellipses, isolines } = this;
+    this.remember({ projections: this.cards.map((card) => card.definition), region, measure, ellipses, isolines });
+  }
+
+  // ---- one cursor for all maps --------------------------------------------------------------
+
+  look(card, here) {
+    for (const other of this.cards) {
+      if (!other.view) continue;
+      other.tell(other === card || here === null ? here : locate(other.view.frame, here.lon, here.lat));
+    }
+  }
+
+  leave() {
+    for (const card of this.cards) card.tell(null);
+  }
+
+  shapes(shapes) {
+    for (const card of this.cards) {
+      if (!card.view) continue;
+      card.view.shapes = shapes;
+      card.view.show(card.probed);
+    }
+  }
+
+  // ---- the way to the server ----------------------------------------------------------------
+
+  lost() {
+    this.link.forget();
+    this.scaling = false;
+    this.say("The server does not answer. This page goes on when it does.");
+  }
+
+  found() {
+    this.say("");
+    for (const card of this.cards) {
+      card.onItsWay = false;
+      card.changed(false);
+    }
+  }
+}

@@ -1,0 +1,93 @@
+"""What a page may name: projections and regions that need no file, for a page may be asked by anybody to open it.
+
+Files are read where they were named on the command line, which is what `Doors.opened` are.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from dataclasses import dataclass
+
+from projdist.projections import Projection, ProjectionError
+from projdist.regions import Place, get_region
+from projdist.support import shown
+
+_LONGEST = 20_000  # characters
+
+# Operations and parameters of PROJ that read files.
+_READING = re.compile(
+    r"(?:^|[\s+])(?:[xyzht]*_?\w*grids?|file|model|catalog\w*|datum_catalog\w*|init)\s*=|"
+    r"=\s*(?:\w*gridshift|tinshift|defmodel|deformation)\b",
+    re.IGNORECASE,
+)
+_INIT = re.compile(r"\+?init=\w+:\w+(\s+\+(no_defs|type=crs))*")
+_STRUCTURED = re.compile(
+    r"PARAMETERFILE|PROJ4_GRIDS|NTV|PROJ4\"|\"\w*grids?\"|\"(?:file|model|init|\w*catalog\w*)\"|gridshift|tinshift|defmodel",
+    re.IGNORECASE,
+)
+_NULL = "+nadgrids=@null"  # no file
+_SUFFIX = re.compile(r"\.(?:prj|wkt|json)$", re.IGNORECASE)
+_PATH = re.compile(r"[/\\~@]")
+_RATIO = re.compile(r"=\s*[\d.]+/[\d.]+(?=\s|$)")  # as in +to_meter=1200/3937
+_FILES = re.compile(r"\b(file|geodesic|points)\s*:", re.IGNORECASE)
+_CRS = re.compile(r"\bcrs\s*:(?!\s*\"?\w+:\w+)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Doors:
+    """The door to projections and regions; `opened` are the texts that the user gave where files may be named."""
+
+    opened: frozenset[str] = frozenset()
+
+    def projection(self, text: str) -> Projection:
+        """The projection of a text; raises ProjectionError."""
+        if text not in self.opened:
+            check_projection(text)
+        return _projection(text)
+
+    def region(self, text: str) -> Place:
+        """The region of a text; raises ValueError."""
+        if text not in self.opened:
+            check_region(text)
+        return _region(text)
+
+
+def check_projection(text: str) -> None:
+    """Refuse what names a file: allowed are names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError."""
+    if len(text) > _LONGEST:
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It must have at most {_LONGEST} characters.")
+    text = text.strip()
+    if re.match(r"\w+\s*[\[(]|\{", text):
+        reads = bool(_STRUCTURED.search(text))
+    elif re.search("(?:proj|init)=", text, re.IGNORECASE):
+        plain = _RATIO.sub("", text.replace(_NULL, ""))
+        reads = bool(_PATH.search(plain) or (_READING.search(plain) and not _INIT.fullmatch(plain)))
+    else:
+        reads = bool(_SUFFIX.search(text))
+    if reads:
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. On this page it must need no file: name files on the command line, "
+            "as in 'projdist explore FILE'."
+        )
+
+
+def check_region(text: str) -> None:
+    """Refuse what names a file; raises ValueError."""
+    if len(text) > _LONGEST:
+        raise ValueError(f"Invalid region '{shown(text)}'. It must have at most {_LONGEST} characters.")
+    if _FILES.search(text) or _CRS.search(text):
+        raise ValueError(
+            f"Invalid region '{shown(text)}'. On this page it must need no file: name files on the command line, as in "
+            "'projdist explore --region file:PATH'."
+        )
+
+
+@functools.lru_cache(maxsize=256)
+def _projection(text: str) -> Projection:
+    return Projection.from_user_input(text)
+
+
+@functools.lru_cache(maxsize=32)
+def _region(text: str) -> Place:
+    return get_region(text)

@@ -1,0 +1,306 @@
+"""Previews: frames that are made while the hand moves, of the images of a grid and of lines, by one call of the map.
+
+Derivatives are differences between neighbours on the grid, good to a per cent or so; cells that are torn are left out.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.projections import Projection
+from projdist.surfaces import normalised
+from projdist.web.frames import Arrays, four_numbers
+from projdist.web.live.sketches import Sketch, sketch_of
+
+_DIGITS = re.compile(r"[-+]?\d[\d.eE+-]*")
+_STEPS = 65535
+_MARGIN = 0.01  # of a map's larger side
+_ERROR = 15  # in tenths of a decimal exponent: three per cent
+_JUMP = 6.0  # times as long as a neighbour, an edge of a cell is torn
+_NEAR = 1e-2  # of that, the two sides of a cut are one line
+_LONGEST = 0.08  # of a map's size: longer steps of lines are torn
+_LARGE, _CORE, _FAR = 12.0, 0.9, 1.35  # as surfaces have it for maps that run off to infinity
+_AROUND, _NARROWEST = 0.05, 0.5
+
+
+@dataclass
+class Previewer:
+    """Makes previews; keeps what does not depend on the map, and which turn of the grid suits a kind of map."""
+
+    turns: dict[str, str] = field(default_factory=dict)
+
+    def frame(
+        self, projection: Projection, region: str, centre: tuple[float, float] | None
+    ) -> tuple[dict[str, Any], Arrays]:
+        """The header and the arrays of a preview; raises ValueError where nothing of the region is on the map."""
+        sketch = sketch_of(region)
+        lon, lat = centre or (0.0, 0.0)
+        if not sketch.whole:
+            return _Picture(projection, sketch, None, 0.0).frame()
+        kind = _DIGITS.sub("", projection.definition)
+        turns = [self.turns[kind]] if kind in self.turns else _TURNS
+        pictures = {turn: _Picture(projection, sketch, _axes(turn, lon, lat), lon) for turn in turns}
+        self.turns[kind] = min(pictures, key=lambda turn: pictures[turn].badness)
+        return pictures[self.turns[kind]].frame()
+
+
+# The first that is as good as any is taken.
+_TURNS = ("north", "centre", "pole")
+
+
+def _axes(turn: str, lon: float, lat: float) -> FloatArray | None:
+    """A turn of the globe: none, with the centre at longitude and latitude 0, or with the centre as its pole."""
+    if turn == "north":
+        return None
+    lam, phi = np.radians(lon), np.radians(lat)
+    ahead = np.array([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
+    east = np.array([-np.sin(lam), np.cos(lam), 0.0])
+    north = np.cross(ahead, east)
+    return np.column_stack([ahead, east, north] if turn == "centre" else [-north, east, ahead])
+
+
+class _Picture:
+    """One preview: where its grid and its lines come to lie, and the differences between them."""
+
+    def __init__(self, projection: Projection, sketch: Sketch, axes: FloatArray | None, middle: float) -> None:
+        self.projection, self.sketch, self.axes = projection, sketch, axes
+        self.u = sketch.u + middle if sketch.whole and axes is None else sketch.u
+        self.shape = sketch.v.size, self.u.size
+        u, v = np.meshgrid(self.u, sketch.v)
+        lon, lat, self.turned = _geographic(axes, u, v)
+        lines = sketch.lines
+        x, y = projection(
+            normalised(np.concatenate([lon.ravel(), lines.lon])), np.concatenate([lat.ravel(), lines.lat])
+        )
+        nodes = lon.size
+        self.x, self.y = x[:nodes].reshape(self.shape), y[:nodes].reshape(self.shape)
+        self.line_x, self.line_y = x[nodes:], y[nodes:]
+        self.v, self.lat = v, lat  # of the grid, and of the Earth
+        self._differ()
+        self.four, self.mirrored, self.shown = self._fields()
+
+    @property
+    def badness(self) -> float:
+        """Large where cells are torn, or spoilt by a seam: they tell of distortion where there is none."""
+        return self._about()["airy_kavrayskiy"] + 1.0 - float(self.whole.mean())
+
+    def _differ(self) -> None:
+        """Derivatives with respect to the grid's axes on a unit sphere, and the cells that are whole."""
+        z = self.x + 1j * self.y
+        steps_u, steps_v = np.radians(np.diff(self.u)), np.radians(np.diff(self.sketch.v))
+        across, up = np.diff(z, axis=1), np.diff(z, axis=0)
+        whole_u, whole_v = _untorn(np.abs(across)), _untorn(np.abs(up).T).T
+        self.along_u = _at_nodes(across / steps_u, whole_u) / np.cos(np.radians(self.v))
+        self.along_v = _at_nodes((up / steps_v[:, None]).T, whole_v.T).T
+        self.whole = whole_u[:-1] & whole_u[1:] & whole_v[:, :-1] & whole_v[:, 1:]
+
+    def frame(self) -> tuple[dict[str, Any], Arrays]:
+        """The header and the arrays."""
+        four, shown = self.four, self.shown
+        view = self._view(shown)
+        grid = _Grid.about(view)
+        lines = self._lines(grid, view)
+        whole = np.zeros(self.shape, dtype=bool)
+        whole[:-1, :-1] = self.whole & shown[:-1, :-1] & shown[1:, :-1] & shown[:-1, 1:] & shown[1:, 1:]
+        header = {
+            "title": self.projection.label,
+            "shape": list(self.shape),
+            "wraps": False,
+            "axes": None if self.axes is None else self.axes.ravel().tolist(),
+            "mirrored": self.mirrored,
+            "view": view,
+            "grid": [grid.west, grid.south, grid.step],
+            "regional": self.sketch.regional,
+            "radius": self.projection.ellipsoid.a,
+            "preview": True,
+            "about": None if self.sketch.partial else self._about(),
+        }
+        none = np.empty(0, dtype=np.float32)
+        arrays: Arrays = {
+            "u": self.u,
+            "v": self.sketch.v,
+            "fields": four.T.astype(np.float32),
+            "x": grid.steps(self.x.ravel(), grid.west),
+            "y": grid.steps(self.y.ravel(), grid.south),
+            "imageU": none,
+            "imageV": none,
+            "whole": np.packbits(whole),
+            "cubic": np.zeros((whole.size + 7) // 8, dtype=np.uint8),
+            "error": np.full(self.shape, _ERROR, dtype=np.uint8),
+            "cut": np.empty(0, dtype=np.uint32),
+            "cutSizes": np.empty(0, dtype=np.uint8),
+        }
+        return header, arrays | lines
+
+    def _fields(self) -> tuple[FloatArray, bool, BoolArray]:
+        """The four numbers at the nodes, whether the map mirrors, and which nodes are shown."""
+        lon_part, lat_part = self.along_u, self.along_v
+        if self.turned is not None:
+            east, north = self.turned
+            lon_part, lat_part = lon_part * east - lat_part * north, lon_part * north + lat_part * east
+        meridian, prime = self.projection.ellipsoid.radii(self.lat)
+        east_part, north_part = lon_part / prime, lat_part / meridian
+        # p and q of the frames are half the sum and half the difference of what east and north become.
+        J = np.stack(
+            [np.stack([east_part.real, north_part.real], -1), np.stack([east_part.imag, north_part.imag], -1)], -2
+        )
+        J[0], J[-1] = np.where(np.isfinite(J[0]), J[1], np.nan), np.where(np.isfinite(J[-1]), J[-2], np.nan)
+        valid = np.isfinite(J[..., 0, 0] + J[..., 1, 1])
+        if not self.sketch.regional:
+            valid &= self.sketch.weights > 0.0
+        determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+        mirrored = bool(np.nansum(np.sign(determinant) * self.sketch.weights) < 0.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            four = four_numbers(J.reshape(-1, 2, 2), mirrored)
+        return four, mirrored, self._near(four, valid)
+
+    def _near(self, four: FloatArray, valid: BoolArray) -> BoolArray:
+        """Which nodes are shown: those that do not run off to infinity."""
+        p, ratio = np.exp(four[:, 0]), np.hypot(four[:, 2], four[:, 3])
+        a = np.where(valid, (p * (1.0 + ratio)).reshape(self.shape), np.nan)
+        b = (p * np.abs(1.0 - ratio)).reshape(self.shape)
+        wanted = valid & (self.sketch.weights > 0.0)
+        if not wanted.any():
+            raise ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
+        limit = _LARGE * float(np.partition(a[wanted], wanted.sum() // 20)[wanted.sum() // 20])
+        small = wanted & (a <= limit)
+        x, y = self.x[small], self.y[small]
+        centre = 0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())
+        half = 0.5 * np.ptp(x), 0.5 * np.ptp(y)
+        away = np.maximum(np.abs(self.x - centre[0]) / half[0], np.abs(self.y - centre[1]) / half[1])
+        flat = b > 2.0 * float(np.median(b[small]))
+        return np.asarray(valid & ~((a > limit) & (away > _CORE) & (flat | (away > _FAR))))
+
+    def _view(self, shown: BoolArray) -> list[float]:
+        """The frame of the picture."""
+        if self.sketch.regional:
+            x, y = self._line("region", self.line_x), self._line("region", self.line_y)
+            good = np.isfinite(x)
+            if not good.any():
+                raise ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
+            return _frame_of_part(x[good], y[good])
+        x, y = self.x[shown], self.y[shown]
+        margin = _MARGIN * max(np.ptp(x), np.ptp(y))
+        return [float(value) for value in (x.min() - margin, x.max() + margin, y.min() - margin, y.max() + margin)]
+
+    def _line(self, name: str, values: FloatArray) -> FloatArray:
+        return values[self.sketch.lines.where[name]]
+
+    def _lines(self, grid: _Grid, view: list[float]) -> Arrays:
+        """All lines and areas in steps of the grid."""
+        longest = _LONGEST * max(view[1] - view[0], view[3] - view[2])
+        found: Arrays = {}
+        for name, part in self.sketch.lines.where.items():
+            x, y, line = self.line_x[part], self.line_y[part], self.sketch.lines.line[part]
+            points, sizes = _pieces(grid, x, y, line, longest, closed=name in self.sketch.lines.areas)
+            found |= {name: points, f"{name}Sizes": sizes}
+        outline = [] if self.sketch.regional else self._edges(longest)
+        empty = np.empty(0)
+        x, y = (np.concatenate([empty, *parts]) for parts in ([z.real for z in outline], [z.imag for z in outline]))
+        line = np.repeat(np.arange(len(outline)), [z.size for z in outline])
+        points, sizes = _pieces(grid, x, y, line, longest, closed=False)
+        return found | {"outline": points, "outlineSizes": sizes}
+
+    def _edges(self, longest: float) -> list[Any]:
+        """The sides of the grid that are sides of the map: its poles, and its cut where the two sides lie apart."""
+        z = np.where(self.shown, self.x + 1j * self.y, np.nan)
+        apart = np.abs(z[:, 0] - z[:, -1]) > _NEAR * longest
+        return [z[0], z[-1], np.where(apart, z[:, 0], np.nan), np.where(apart, z[:, -1], np.nan)]
+
+    def _about(self) -> dict[str, float]:
+        """The Airy-Kavrayskiy errors, roughly."""
+        four, shown = self.four, self.shown
+        ratio = np.minimum(np.hypot(four[:, 2], four[:, 3]), 1.0 - 1e-9)
+        a, b = four[:, 0] + np.log1p(ratio), four[:, 0] + np.log1p(-ratio)
+        weight = np.where(shown.ravel(), self.sketch.weights.ravel(), 0.0)
+        weight = np.where(np.isfinite(a + b), weight, 0.0)
+        square, area = np.nan_to_num(a * a + b * b), np.nan_to_num(a + b)
+        total = weight.sum()
+        raw, shift = float(square @ weight / total), float(area @ weight / total)
+        return {"airy_kavrayskiy": raw**0.5, "airy_kavrayskiy_scaled": max(raw - 0.5 * shift**2, 0.0) ** 0.5}
+
+
+def _geographic(
+    axes: FloatArray | None, u: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray] | None]:
+    """Longitude and latitude of grid coordinates, and the cosine and sine by which the grid's east is turned there."""
+    if axes is None:
+        return u, v, None
+    lam, phi = np.radians(u), np.radians(v)
+    point = np.stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)], axis=-1) @ axes.T
+    east = np.stack([-np.sin(lam), np.cos(lam), np.zeros(lam.shape)], axis=-1) @ axes.T
+    level = np.maximum(np.hypot(point[..., 0], point[..., 1]), 1e-12)
+    cos = (east[..., 1] * point[..., 0] - east[..., 0] * point[..., 1]) / level
+    sin = east[..., 2] / level
+    lon = np.degrees(np.arctan2(point[..., 1], point[..., 0]))
+    lat = np.degrees(np.arctan2(point[..., 2], level))
+    return lon, lat, (cos, sin)
+
+
+def _untorn(length: FloatArray) -> BoolArray:
+    """Which of the edges in rows (n, m) are whole: defined, and not many times as long as one beside them."""
+    padded = np.pad(np.nan_to_num(length, nan=np.inf), ((0, 0), (1, 1)), constant_values=np.inf)
+    beside = np.minimum(padded[:, :-2], padded[:, 2:])
+    return np.asarray(np.isfinite(length) & ~(length > _JUMP * beside))
+
+
+def _at_nodes(slopes: Any, whole: BoolArray) -> Any:
+    """Slopes of edges in rows as those of the nodes between them, where edges are whole; extrapolated at ends."""
+    rows, count = slopes.shape
+    padded = np.full((rows, count + 4), np.nan, dtype=complex)
+    padded[:, 2:-2] = np.where(whole, slopes, np.nan)
+    left, right = padded[:, 1:-2], padded[:, 2:-1]
+    more_left, more_right = padded[:, :-3], padded[:, 3:]
+    one_right = np.where(np.isnan(more_right), right, 1.5 * right - 0.5 * more_right)
+    one_left = np.where(np.isnan(more_left), left, 1.5 * left - 0.5 * more_left)
+    both = 0.5 * (left + right)
+    return np.where(np.isfinite(both), both, np.where(np.isnan(left), one_right, one_left))
+
+
+def _frame_of_part(x: FloatArray, y: FloatArray) -> list[float]:
+    """The frame about a region, as pictures have it."""
+    width, height = float(np.ptp(x)), float(np.ptp(y))
+    longest = max(width, height)
+    narrowest = _NARROWEST * (1.0 + 2.0 * _AROUND) * longest
+    half = [0.5 * max(side + 2.0 * _AROUND * longest, narrowest) for side in (width, height)]
+    middle = 0.5 * float(x.min() + x.max()), 0.5 * float(y.min() + y.max())
+    return [middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1]]
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Equal steps in x and y from a corner."""
+
+    west: float
+    south: float
+    step: float
+
+    @classmethod
+    def about(cls, view: list[float]) -> _Grid:
+        """The grid of a frame, and as much around it, where cells at its edge come to lie."""
+        west, east, south, north = view
+        size = max(east - west, north - south)
+        return cls(west - 0.5 * size, south - 0.5 * size, 2.0 * size / _STEPS)
+
+    def steps(self, values: FloatArray, start: float) -> Any:
+        """Coordinates in whole steps; those that are none are 0."""
+        return np.nan_to_num(np.clip(np.rint((values - start) / self.step), 0, _STEPS), nan=0.0).astype(np.uint16)
+
+
+def _pieces(grid: _Grid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool) -> tuple[Any, Any]:
+    """Lines as points one after the other and how many each has, parted where they are torn."""
+    good = np.isfinite(x)
+    if not good.any():
+        return np.empty((0, 2), dtype=np.uint16), np.empty(0, dtype=np.uint32)
+    x, y, line = x[good], y[good], line[good]
+    points = np.column_stack([grid.steps(x, grid.west), grid.steps(y, grid.south)])
+    new = line[1:] != line[:-1]
+    if not closed:
+        new |= np.hypot(np.diff(x), np.diff(y)) > longest
+    starts = np.flatnonzero(np.concatenate([[True], new]))
+    return points, np.diff(np.append(starts, line.size)).astype(np.uint32)

@@ -1,0 +1,238 @@
+"""The server of the live page: on this machine only, for who has the token of its address."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib.resources
+import json
+import secrets
+import socket
+from collections.abc import Awaitable, Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from projdist.projections import projection_names
+from projdist.regions import region_names
+from projdist.web.live.inputs import Doors
+from projdist.web.live.lanes import LIMITS, Lane
+from projdist.web.live.replies import failed
+from projdist.web.live.requests import LANES, LARGEST_FILE, LONGEST_MESSAGE, STOP, Request, RequestError, read_request
+
+HOST = "127.0.0.1"
+MODULES = ("frames.js", "measures.js", "drawing.js", "tables.js")
+_NAMES = ("127.0.0.1", "localhost", "[::1]")
+_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
+_PATIENCE = 10.0  # seconds for the first message
+_GRACE = 1  # second for pages to hear that the server ends
+_NO_TOKEN = 4401  # why a connection is closed
+
+Scope = dict[str, Any]
+Receive = Callable[[], Awaitable[dict[str, Any]]]
+Send = Callable[[Mapping[str, Any]], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """What a page shows first."""
+
+    projections: tuple[str, ...]
+    region: str
+    measure: str
+
+
+@dataclass
+class Site:
+    """Pages on one address, and the processes that work for them. Close it when it is not used any more."""
+
+    start: Start
+    doors: Doors
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+
+    def __post_init__(self) -> None:
+        self.lanes = {name: Lane(name, self.doors) for name in LIMITS}
+        self.pages = 0
+
+    def close(self) -> None:
+        """End the processes."""
+        for lane in self.lanes.values():
+            lane.close()
+
+    def url(self, port: int) -> str:
+        """The address of the page, with its token where no server sees it."""
+        return f"http://{HOST}:{port}/#token={self.token}"
+
+    def app(self, port: int) -> App:
+        """The page, its modules, and its one socket, as an ASGI application."""
+        from starlette.applications import Starlette
+        from starlette.responses import Response
+        from starlette.routing import Route, WebSocketRoute
+
+        files = _files()
+
+        async def file(request: Any) -> Response:
+            name = request.path_params.get("name", "explore.html")
+            if name not in files:
+                return Response("There is no such file.", status_code=404, media_type="text/plain")
+            return Response(files[name], media_type=_TYPES[f".{name.rpartition('.')[2]}"])
+
+        routes = [Route("/", file), Route("/static/{name}", file), WebSocketRoute("/socket", self._converse)]
+        return _guarded(Starlette(routes=routes), port)
+
+    async def _converse(self, socket: Any) -> None:
+        """A page from its first message, the token, until it is closed."""
+        from starlette.websockets import WebSocketDisconnect
+
+        await socket.accept()
+        try:
+            first = await asyncio.wait_for(socket.receive_text(), _PATIENCE)
+        except (TimeoutError, WebSocketDisconnect, KeyError):
+            return
+        if not secrets.compare_digest(first.encode(), json.dumps({"token": self.token}).encode()):
+            await socket.close(_NO_TOKEN)
+            return
+        self.pages += 1
+        page = self.pages
+        waiting: asyncio.Queue[bytes] = asyncio.Queue()
+        loop = asyncio.get_running_loop()
+
+        def told(block: bytes) -> None:
+            if not loop.is_closed():
+                loop.call_soon_threadsafe(waiting.put_nowait, block)
+
+        await socket.send_text(json.dumps(self._welcome()))
+        sender = asyncio.create_task(_send_all(socket, waiting))
+        try:
+            while True:
+                message = await socket.receive()
+                if message["type"] == "websocket.disconnect":
+                    return
+                self._take(page, message, told)
+        finally:
+            sender.cancel()
+            for lane in self.lanes.values():
+                lane.drop_all(lambda key: isinstance(key, tuple) and key[0] == page)
+
+    def _welcome(self) -> dict[str, Any]:
+        start = self.start
+        known = {"names": sorted(projection_names()), "countries": region_names()}
+        return {"projections": start.projections, "region": start.region, "measure": start.measure, **known}
+
+    def _take(self, page: int, message: Mapping[str, Any], told: Callable[[bytes], None]) -> None:
+        """Hand a request to its lane."""
+        try:
+            request = _request_of(message)
+        except RequestError as error:
+            told(failed(Request(id=0, kind="error"), str(error)))
+            return
+        if request.kind == STOP:
+            what = str(request.options.get("what"))
+            if what in LANES:
+                self.lanes[LANES[what]].drop((page, what, request.slot))
+            return
+        key: Hashable = (page, request.kind, request.slot)
+        self.lanes[LANES[request.kind]].ask(key, request, told)
+
+
+def _request_of(message: Mapping[str, Any]) -> Request:
+    """The request of a message: text, or the length of the text, the text and a file."""
+    text = message.get("text")
+    if text is not None:
+        return read_request(text)
+    block = message.get("bytes") or b""
+    length = int.from_bytes(block[:4], "little")
+    if len(block) < 4 or length > min(LONGEST_MESSAGE, len(block) - 4):
+        raise RequestError("Invalid message. It must be a length, a text and a file.")
+    return read_request(block[4 : 4 + length], bytes(block[4 + length :]))
+
+
+async def _send_all(socket: Any, waiting: asyncio.Queue[bytes]) -> None:
+    while True:
+        await socket.send_bytes(await waiting.get())
+
+
+def _files() -> dict[str, str]:
+    """The page's files by their names: its own, and those that it shares with reports."""
+    web = importlib.resources.files("projdist") / "web"
+    own = [file for file in (web / "live").iterdir() if f".{file.name.rpartition('.')[2]}" in _TYPES]
+    return {file.name: file.read_text(encoding="utf-8") for file in [*own, *(web / name for name in MODULES)]}
+
+
+def _guarded(app: App, port: int) -> App:
+    """An application that answers this machine's own browsers and pages only, and gives them no other address."""
+    hosts = {f"{name}:{port}" for name in _NAMES}
+    origins = {f"http://{host}" for host in hosts}
+    policy = (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+        f"connect-src 'self' {' '.join(f'ws://{host}' for host in sorted(hosts) if '[' not in host)}; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    added = [
+        (b"content-security-policy", policy.encode()),
+        (b"x-content-type-options", b"nosniff"),
+        (b"referrer-policy", b"no-referrer"),
+        (b"cross-origin-resource-policy", b"same-origin"),
+        (b"cache-control", b"no-store"),
+    ]
+
+    async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
+        headers = {name.lower(): value.decode("latin-1") for name, value in scope.get("headers", [])}
+        is_socket = scope["type"] == "websocket"
+        allowed = origins if is_socket else {None, *origins}
+        known = headers.get(b"host") in hosts
+        if not known or headers.get(b"origin") not in allowed:
+            await _refuse(send, is_socket, 403 if known else 400)
+            return
+
+        async def sending(message: Mapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                message = {**message, "headers": [*message.get("headers", []), *added]}
+            await send(message)
+
+        await app(scope, receive, sending)
+
+    return guarded
+
+
+async def _refuse(send: Send, is_socket: bool, status: int) -> None:
+    """Answer with a status and nothing else."""
+    kind = "websocket.http.response" if is_socket else "http.response"
+    await send({"type": f"{kind}.start", "status": status, "headers": [(b"content-length", b"0")]})
+    await send({"type": f"{kind}.body", "body": b""})
+
+
+def check_server() -> None:
+    """Import what a server needs; raises ImportError in one line."""
+    try:
+        import starlette  # noqa: F401
+        import uvicorn  # noqa: F401
+        import websockets  # noqa: F401
+    except ImportError as error:
+        name = "The live page needs Starlette, uvicorn and websockets: pip install 'projdist[explore]'."
+        raise ImportError(name, name=error.name) from error
+
+
+def open_socket(port: int = 0) -> socket.socket:
+    """A socket of this machine that listens, on any free port for 0; raises OSError."""
+    return socket.create_server((HOST, port))
+
+
+def serve(site: Site, listening: socket.socket) -> None:
+    """Answer pages until a signal ends it."""
+    import uvicorn
+
+    port = listening.getsockname()[1]
+    config = uvicorn.Config(
+        site.app(port),
+        ws="websockets-sansio",
+        ws_max_size=LARGEST_FILE + LONGEST_MESSAGE,
+        ws_per_message_deflate=False,
+        lifespan="off",
+        log_level="error",
+        access_log=False,
+        timeout_graceful_shutdown=_GRACE,
+    )
+    try:
+        uvicorn.Server(config).run(sockets=[listening])
+    finally:
+        site.close()

@@ -1,0 +1,201 @@
+"""What is said of maps: figures, parameters, advice, corrections, designs, checks of data, and files to save."""
+
+from __future__ import annotations
+
+import shlex
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from projdist.field import sample
+from projdist.projections import Projection, ProjectionError, crs_of, crs_wkt, tunable
+from projdist.regions import Place, region_title
+from projdist.support import check_choice, one_line
+from projdist.web.frames import Arrays
+from projdist.web.live.shapes import feature_lines
+
+Progress = Callable[[int, int], None]
+
+EXPORTS = ("png", "svg", "pdf", "html")
+_KINDS = ("any", "conformal", "equal-area")
+_TOLERANCE = 1e-4  # of Airy-Kavrayskiy errors
+_LISTED = 12  # CRSs
+_WORST = 20  # features
+_DOTS = 150.0  # an inch
+
+
+def figures_of(projection: Projection, region: Place) -> dict[str, Any]:
+    """The Airy-Kavrayskiy errors with their error, and their parts; or why there are none."""
+    try:
+        found = sample(projection, region, tolerance=_TOLERANCE)
+        errors, (angles, areas) = found.airy_kavrayskiy, found.angles_and_areas
+    except ProjectionError as error:
+        return {"reason": one_line(error)}
+    return {
+        "airy_kavrayskiy": _finite(errors.raw),
+        "airy_kavrayskiy_scaled": _finite(errors.scaled),
+        "airy_kavrayskiy_affine": _finite(errors.affine),
+        "error": _finite(errors.error),
+        "angles": _finite(angles),
+        "areas": _finite(areas),
+        "coverage": found.coverage,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if abs(value) < float("inf") else None
+
+
+def knobs(definition: str) -> dict[str, Any]:
+    """The parameters of a map that can be set, and how it can be dragged."""
+    found = tunable(definition)
+    return {
+        "tunable": found.definition,
+        "drags": found.drags,
+        "centre": found.centre,
+        "parameters": [
+            {name: getattr(one, name) for name in ("name", "label", "unit", "low", "high", "step", "value")}
+            for one in found.parameters
+        ],
+    }
+
+
+def recommended(region: Place, options: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """The best CRSs for a region; raises ValueError."""
+    from projdist.decisions import recommend
+
+    found = recommend(
+        region,
+        purpose=str(options.get("purpose", "any")),
+        criterion=str(options.get("criterion", "airy_kavrayskiy")),
+        limit=_LISTED,
+        progress=progress,
+    )
+    rows = [
+        {
+            "definition": one.code,
+            "name": one.name,
+            "value": one.value,
+            "error": one.distortion.error_estimate,
+            "largest": _plain(one.distortion.max_scale_error_ppm),
+            "omega": _plain(one.distortion.max_omega),
+            "keeps": list(one.keeps),
+            "share": one.share,
+            "national": one.national,
+            **_parts(one.code, region),
+        }
+        for one in found.results
+    ]
+    return {"rows": rows, "notes": list(found.notes), "candidates": found.candidates, "limit": found.limit}
+
+
+def _parts(code: str, region: Place) -> dict[str, Any]:
+    figures = figures_of(Projection.from_user_input(code), region)
+    return {name: figures.get(name) for name in ("angles", "areas")}
+
+
+def corrected(projection: Projection, region: Place) -> dict[str, Any]:
+    """The best linear correction of a map over a region; raises ValueError."""
+    from projdist.answers import correct
+
+    found = correct(projection, region)
+    definition = found.parameters or found.pipeline
+    if definition is None:
+        raise ProjectionError(f"'{projection.label}' corrected has no PROJ string.")
+    return {
+        "definition": definition,
+        "words": found.words,
+        "before": found.airy_kavrayskiy,
+        "after": found.airy_kavrayskiy_corrected,
+        "error": found.error_estimate,
+    }
+
+
+def designed(region: Place, options: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """The map made to measure for a region; raises ValueError."""
+    from projdist.designs import design
+
+    kind = check_choice("kind", str(options.get("kind", "any")), _KINDS)
+    found = design(region, kind=kind, progress=lambda text: progress(0, 0))
+    best = min((rival.value for rival in found.rivals), default=None)
+    return {
+        "definition": found.proj,
+        "words": f"Degree {found.degree} on {found.base.label}.",
+        "before": best,
+        "after": found.value,
+        "error": found.error,
+        "notes": list(found.notes),
+    }
+
+
+def checked(projection: Projection, file: bytes) -> tuple[dict[str, Any], Arrays]:
+    """The worst features of GeoJSON in a map, with their outlines; raises ValueError."""
+    from projdist.decisions import check
+    from projdist.gis import frame_of_geojson
+
+    frame = frame_of_geojson(file)
+    found = check(frame, projection, purpose=None)
+    errors = np.abs(found.features["area_error"])
+    lengths = np.abs(found.features["length_error"])
+    worst = np.argsort(-np.nan_to_num(np.fmax(errors, lengths), nan=-1.0))[:_WORST]
+    lines = feature_lines(frame.geometry.iloc[worst])
+    return {"rows": found.rows(worst.tolist()), "count": len(frame), "notes": list(found.notes)}, lines
+
+
+def texts(projection: Projection, region: Place) -> dict[str, Any]:
+    """A map in the forms that are copied."""
+    found = {"Command": shlex.join(["projdist", "heatmap", projection.definition, "--region", region.name])}
+    if projection.definition.startswith("+"):
+        found["PROJ"] = projection.definition
+    wkt = _wkt(projection)
+    if wkt:
+        found["WKT2"] = wkt
+        found["PROJJSON"] = crs_of(wkt).to_json(pretty=True)
+    return {"texts": found}
+
+
+def _wkt(projection: Projection) -> str | None:
+    """WKT2; None where there is none."""
+    if ":" in projection.definition and not projection.definition.startswith("+"):
+        return str(crs_of(projection.definition).to_wkt("WKT2_2019", pretty=True))
+    return crs_wkt(projection, projection.name)[0]
+
+
+def exported(projection: Projection, region: Place, options: Mapping[str, Any]) -> tuple[dict[str, Any], Arrays]:
+    """A picture or a page as a file; raises ValueError."""
+    suffix = check_choice("format", str(options.get("format", "png")), EXPORTS)
+    measure = str(options.get("measure", "fisher"))
+    if suffix == "html":
+        content = _page(projection, region, measure).encode()
+    else:
+        content = _picture(projection, region, measure, suffix, bool(options.get("ellipses")))
+    arrays: Arrays = {"file": np.frombuffer(content, dtype=np.uint8)}
+    return {"name": f"projdist.{suffix}"}, arrays
+
+
+def _page(projection: Projection, region: Place, measure: str) -> str:
+    from projdist.web.maps import draw_maps
+    from projdist.web.page import Page, page_html
+
+    maps = draw_maps([projection], titles=[projection.label], region=region, measure=measure)
+    copies = texts(projection, region)["texts"]
+    return page_html(Page(title=f"{projection.label}: {region_title(region)}", copies=copies, maps=maps))
+
+
+def _picture(projection: Projection, region: Place, measure: str, suffix: str, ellipses: bool) -> bytes:
+    from projdist import plots
+
+    if ellipses:
+        figure = plots.tissot_figure(projection, region=region)
+    else:
+        figure = plots.heatmap_figure(projection, region=region, measure=measure)
+    with tempfile.TemporaryDirectory() as folder:
+        path = plots.save(figure, Path(folder, f"map.{suffix}"), dpi=_DOTS)
+        return path.read_bytes()
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

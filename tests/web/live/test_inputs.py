@@ -1,0 +1,97 @@
+"""A page names no files, and its messages are what they must be."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from projdist.projections import ProjectionError
+from projdist.web.live.inputs import Doors
+from projdist.web.live.requests import LARGEST_FILE, LONGEST_MESSAGE, RequestError, read_request
+
+READING = [
+    *("map.prj", "/etc/passwd.wkt", "../x.json", "C:\\maps\\x.prj", "~/x.PRJ", " x.wkt "),
+    *("+proj=hgridshift +grids=x.gsb", "+proj=utm +zone=32 +nadgrids=x.gsb", "+proj=merc +geoidgrids=egm.gtx"),
+    *("+proj=utm +zone=32 +nadgrids=@x.gsb", "+proj=pipeline +step +proj=vgridshift +grids=a.tif +step +proj=merc"),
+    *("+proj=tinshift +file=x.json", "+proj=defmodel +model=x.json", "+proj=deformation +xy_grids=a +z_grids=b"),
+    *("+init=/tmp/x:1", "+init=../x:1", "init=./x:1", "+proj=merc +ellps=/etc/passwd"),
+    *("+proj=xyzgridshift +grids=x", "+proj=gridshift +grids=x", "+PROJ=hgridshift +GRIDS=x"),
+    *('{"proj": "hgridshift", "grids": "x"}', '{"proj": "tinshift", "file": "x.json"}', '{"init": "/x:1"}'),
+    'PROJCRS["x",METHOD["NTv2"],PARAMETERFILE["Latitude and longitude difference file","x.gsb"]]',
+    'PROJCS["x",GEOGCS["y",EXTENSION["PROJ4_GRIDS","x.gsb"]]]',
+]
+OPEN = [
+    *("robinson", "robinson+lon_0=150", "mollweide@45,-100", "EPSG:3035", "ESRI:54030", "WGS 84 / UTM zone 32N"),
+    *("+proj=merc +nadgrids=@null", "+proj=utm +zone=32 +to_meter=1200/3937", "+init=epsg:32632 +no_defs"),
+    "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=merc",
+]
+
+
+@pytest.mark.parametrize("text", READING)
+def test_projections_that_need_files_are_refused(text: str) -> None:
+    """Before anything reads them."""
+    with pytest.raises(ProjectionError, match="must need no file"):
+        Doors().projection(text)
+
+
+@pytest.mark.parametrize("text", OPEN)
+def test_other_projections_are_open(text: str) -> None:
+    """Names, strings, codes."""
+    assert Doors().projection(text).name
+
+
+@pytest.mark.parametrize(
+    "text", ["file:x.geojson", "land & file:x", "(geodesic:x)", "points:a.csv", "FILE:x", "file :x", "crs:x.prj"]
+)
+def test_regions_that_need_files_are_refused(text: str) -> None:
+    """In any place of an expression."""
+    with pytest.raises(ValueError, match="must need no file"):
+        Doors().region(text)
+
+
+def test_files_of_the_command_line_are_open(tmp_path: Path) -> None:
+    """Those, and no others."""
+    path = tmp_path / "a.geojson"
+    path.write_text('{"type": "Polygon", "coordinates": [[[0, 0], [10, 0], [10, 10], [0, 0]]]}')
+    text = f"file:{path}"
+    assert Doors(frozenset([text])).region(text).bounds == pytest.approx((0, 0, 10, 10))
+    with pytest.raises(ValueError, match="must need no file"):
+        Doors(frozenset([text])).region(f"{text} - globe")
+
+
+GOOD = {"id": 1, "kind": "preview", "projection": "robinson", "centre": [10, 20], "values": {"lon_0": 3}}
+
+
+def test_requests_are_read() -> None:
+    """Field by field."""
+    request = read_request(json.dumps(GOOD))
+    assert (request.id, request.kind, request.projection) == (1, "preview", "robinson")
+    assert (request.centre, request.values, request.region) == ((10.0, 20.0), {"lon_0": 3.0}, "globe")
+
+
+BAD = [
+    *({"id": -1}, {"id": "1"}, {"id": True}, {"id": 2**60}, {"kind": "other"}, {"kind": 3}, {"extra": 1}),
+    *({"projection": 3}, {"projection": "x" * 30_000}, {"projection": "a\0b"}, {"centre": [1]}, {"centre": "x"}),
+    *({"centre": [1, 91]}, {"centre": [1, None]}, {"values": [1]}, {"values": {"a": "b"}}, {"values": {"a": True}}),
+    *({"values": {str(k): 1 for k in range(100)}}, {"beside": ["x"] * 100}, {"beside": [1]}, {"beside": "x"}),
+    *({"options": {"a": [1]}}, {"options": 3}, {"region": None}, {"slot": 1}),
+]
+
+
+@pytest.mark.parametrize("changed", BAD, ids=lambda changed: str(changed)[:40])
+def test_other_messages_are_refused(changed: dict[str, object]) -> None:
+    """In one line."""
+    with pytest.raises(RequestError) as caught:
+        read_request(json.dumps(GOOD | changed))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "no", "[]", "3", "{" * 50_000, '{"id": NaN}', "x" * (LONGEST_MESSAGE + 1)], ids=str.__len__
+)
+def test_what_is_no_request_is_refused(text: str) -> None:
+    """And so is a file that is too large."""
+    with pytest.raises(RequestError):
+        read_request(text)
+    with pytest.raises(RequestError, match="too long"):
+        read_request(json.dumps(GOOD), b"x" * (LARGEST_FILE + 1))

@@ -1,0 +1,72 @@
+"""Previews are good to some per cent, on every kind of map and of region, and have what a page draws."""
+
+import numpy as np
+import pytest
+
+import projdist
+from projdist.projections import Projection, tunable
+from projdist.web.live.previews import Previewer
+
+CASES = [
+    *(("robinson", "globe"), ("mollweide@45,-100", "globe"), ("+proj=laea +lat_0=40 +lon_0=20 +R=6371000", "globe")),
+    *(("EPSG:3857", "box:-60,-60,60,60"), ("EPSG:3035", "country:DE"), ("EPSG:2193", "country:NZ")),
+    *(("+proj=ortho +lat_0=30 +R=6371000", "globe"), ("igh", "globe"), ("EPSG:3031", "cap:0,-90,2000")),
+    *(("+proj=lcc +lat_1=30 +lat_2=60", "continent:Europe"), ("EPSG:32633", "cap:15,50,20")),
+]
+_WITHIN = 0.03  # of ln of scales: second differences of cells of 2.5 degrees
+_OFTEN = 0.9  # of the nodes; beside tears and where a map ends, differences are of one side
+
+
+@pytest.mark.parametrize(("given", "region"), CASES)
+def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None:
+    """At the nodes that are shown, against the exact factors."""
+    projection = Projection.from_user_input(given)
+    header, arrays = Previewer().frame(projection, region, tunable(given).centre)
+    rows, columns = header["shape"]
+    lon, lat = np.meshgrid(arrays["u"], arrays["v"])
+    if header["axes"] is not None:
+        axes = np.array(header["axes"]).reshape(3, 3)
+        lam, phi = np.radians(lon), np.radians(lat)
+        x, y, z = np.moveaxis(
+            np.stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)], axis=-1) @ axes.T, -1, 0
+        )
+        lon, lat = np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, np.hypot(x, y)))
+    whole = np.unpackbits(arrays["whole"])[: rows * columns].astype(bool)
+    chosen = np.random.default_rng(1).choice(np.flatnonzero(whole), 300)
+    log, _, re, im = arrays["fields"].astype(float)[:, chosen]
+    lon = (lon.ravel()[chosen] + 180.0) % 360.0 - 180.0
+    true = projdist.factors(projection, lon, lat.ravel()[chosen])
+    ratio = np.hypot(re, im)
+    a, b = np.exp(log) * (1 + ratio), np.exp(log) * np.abs(1 - ratio)
+    within = (np.abs(np.log(a / true.a)) < _WITHIN) & (np.abs(b - true.b) < _WITHIN * true.a)
+    assert whole.mean() > 0.2
+    assert within.mean() > _OFTEN
+
+
+@pytest.mark.parametrize(("given", "region"), CASES[:5])
+def test_the_figure_is_about_right(given: str, region: str) -> None:
+    """To a tenth, where the whole region is shown."""
+    header, _ = Previewer().frame(Projection.from_user_input(given), region, tunable(given).centre)
+    true = projdist.sample(given, region, tolerance=1e-3).airy_kavrayskiy
+    assert header["about"]["airy_kavrayskiy"] == pytest.approx(true.raw, rel=0.1)
+
+
+def test_parts_far_away_have_no_preview_of_the_figure() -> None:
+    """New Zealand's is of all its islands, of which the picture shows the main ones."""
+    header, _ = Previewer().frame(Projection.from_user_input("EPSG:2193"), "country:NZ", None)
+    assert header["about"] is None
+
+
+def test_lines_add_up() -> None:
+    """Points of lines are as many as their sizes say, within the steps of the frame."""
+    header, arrays = Previewer().frame(Projection.from_user_input("EPSG:3035"), "country:DE", None)
+    for name in ("graticule", "coast", "borders", "border", "region", "land", "outline"):
+        assert arrays[f"{name}Sizes"].sum() == len(arrays[name])
+    assert header["regional"]
+    assert header["view"][0] < 4_321_000 < header["view"][1]
+
+
+def test_nothing_of_a_region_is_said() -> None:
+    """A map that has none of the region."""
+    with pytest.raises(ValueError, match="No part of it can be projected"):
+        Previewer().frame(Projection.from_user_input("+proj=ortho +lat_0=90 +R=6371000"), "cap:0,-80,500", None)
