@@ -34,6 +34,16 @@ app.app = lambda: write("", files.Path(sys.argv[1]), True)
 app.main()
 """
 LOADED = "import projdist, signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+INTERRUPTED = """
+import signal, sys
+
+class Interrupter:
+    def find_spec(self, name, *_):
+        if name == "projdist.cli.app":
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupter())
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -93,9 +103,11 @@ def test_a_program_keeps_its_signals() -> None:
     assert subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True).stdout == "True\n"
 
 
-def test_ctrl_c_while_it_is_loaded() -> None:
+def test_ctrl_c_while_it_is_loaded(tmp_path: Path) -> None:
     """In the first second nothing is said."""
-    screen = in_terminal("--version", kill=(0.3, signal.SIGINT))
+    (tmp_path / "sitecustomize.py").write_text(INTERRUPTED)
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    screen = in_terminal("--version", PYTHONPATH=path)
     assert (screen.code, screen.text) == (128 + signal.SIGINT, "")
 
 
