@@ -208,8 +208,19 @@ def test_usage_errors(words: str) -> None:
     assert re.search(USAGE[words], refused(*words.split(" ")))
 
 
-@pytest.mark.parametrize("option", ["--formt", "--region-x", "-x", "--", "---", "-q5", "--formt=json"])
-@pytest.mark.parametrize("command", COMMANDS)
+UNKNOWN = ["--formt", "--region-x", "-x", "--", "---", "-q5", "--formt=json"]
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        (command, option)
+        if command == "compare" or option == "--formt"
+        else pytest.param(command, option, marks=pytest.mark.slow)
+        for command in COMMANDS
+        for option in UNKNOWN
+    ],
+)
 @pytest.mark.parametrize("position", ["first", "last"])
 def test_unknown_options(command: str, option: str, position: str) -> None:
     """An option that there is not is refused in every command, wherever it stands."""
