@@ -46,7 +46,11 @@ def test_what_is_no_data_is_refused() -> None:
 
 @pytest.mark.parametrize(
     ("imports", "has"),
-    [("geopandas, projdist.gis", True), ("projdist.gis, pandas", False), ("projdist.gis.accessors, geopandas", True)],
+    [
+        ("geopandas, projdist.gis", True),
+        ("projdist.gis, pandas", False),
+        pytest.param("projdist.gis.accessors, geopandas", True, marks=pytest.mark.slow),
+    ],
 )
 def test_it_is_registered_with_pandas(imports: str, has: bool) -> None:
     """Importing projdist.gis alone loads no pandas, and registers nothing."""
