@@ -16,7 +16,9 @@ R = 6371000.0
 
 @functools.cache
 def blend(first: str, second: str, region: str = "globe") -> Blend:
-    return blend_of(*map(Projection.from_user_input, (first, second)), get_region(region))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("projdist.surfaces.surface._GLOBE_STEP", 1.5)  # a sixth of the cells
+        return blend_of(*map(Projection.from_user_input, (first, second)), get_region(region))
 
 
 def areas(found: Blend, share: float) -> np.ndarray:
