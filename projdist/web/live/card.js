@@ -179,7 +179,7 @@ export class Card {
     const value = (figure) => (figure === null ? "infinite" : certainly(figure, figures.error));
     const covered = figures.coverage < 0.9995 ? ` It shows ${(100 * figures.coverage).toFixed(1)} % of it.` : "";
     this.about.textContent =
-      `Airy-Kavrayskiy error over ${region}: ${value(figures.airy_kavrayskiy)}; at the best scale ` +
+      `Airy-Kavrayskiy error over ${region === "globe" ? "the globe" : region}: ${value(figures.airy_kavrayskiy)}; at the best scale ` +
       `${value(figures.airy_kavrayskiy_scaled)}, of which angles ${value(figures.angles)}, areas ${value(figures.areas)}; ` +
       `after the best linear correction ${value(figures.airy_kavrayskiy_affine)} ` +
       `(each ± ${figures.error === null ? "?" : figures.error.toPrecision(1)}).${covered}`;
