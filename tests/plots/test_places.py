@@ -25,7 +25,7 @@ PICTURES = [
 
 
 @pytest.mark.parametrize(("projection", "region"), PICTURES)
-@pytest.mark.parametrize("kind", [plots.heatmap_figure, plots.tissot_figure])
+@pytest.mark.parametrize("kind", [plots.heatmap_figure, pytest.param(plots.tissot_figure, marks=pytest.mark.slow)])
 def test_texts_are_apart_and_within_the_figure(projection, region, kind) -> None:
     """Labels of the graticule, cities, the scale bar and the titles: no boxes overlap, none leaves the figure."""
     figure = kind(projection, region=region)
