@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,13 +27,16 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import drawing, present
 from projdist.cli.progress import progress_bar
-from projdist.cli.report import Column, Report, Table
+from projdist.cli.report import Column, Mapped, Report, Table
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
+from projdist.regions import Box, Place
 
 ABOVE = 3
 """The exit code where an error is above the limit."""
 
 _UNITS = {"": 1.0, "%": 1e-2, "ppm": 1e-6}
+_MARKED = 9  # features on maps
+_MARGIN, _LEAST_MARGIN = 0.05, 1e-3  # about the data: of their extent, and degrees
 _NAMED = 5  # features that cannot be drawn, by name
 
 
@@ -96,7 +100,8 @@ def check_command(
         result = check(frame, crs, column=id, purpose=None if no_recommend else purpose, **options)
     if path is not None:
         _save(result, frame, path, overwrite)
-    present(check_report(result, data, count, path), form, page, overwrite)
+    report = check_report(result, data, count, path)
+    present(replace(report, maps=_mapped(result, frame, count)), form, page, overwrite)
     if result.above(limit, bearing=turn, on=fail_on):
         fail(_reason(result, fail_on, fail_above, fail_above_bearing))
         raise typer.Exit(ABOVE)
@@ -130,6 +135,35 @@ def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
         refuse(f"Invalid data for '{path}'. They have a column '{taken[0]}' already; rename it.")
     with drawing(path):
         gis.save_layer(frame.drop(columns=taken).assign(**columns), path, overwrite=overwrite)
+
+
+def _mapped(result: Check, frame: Any, count: int) -> Mapped | None:
+    """The map, and that of the recommended CRS, about the data, with the worst features."""
+    if result.region is None:
+        return None
+    maps = (
+        [result.projection]
+        if _is_best(result) or result.recommended is None
+        else [result.projection, result.recommended.projection]
+    )
+    worst = result.worst(min(count, _MARKED))
+    shapes = frame.geometry.iloc[worst].to_crs(frame.crs.geodetic_crs)
+    rows = result.rows(worst)
+    marks = {
+        f"{k}. {row['name'] or row['index']}": shape for k, (row, shape) in enumerate(zip(rows, shapes, strict=True), 1)
+    }
+    return Mapped(maps, [one.label for one in maps], _about(result.region), marks=marks)
+
+
+def _about(box: Place) -> Box:
+    """A box with a margin, and of some size."""
+    west, south, east, north = box.bounds
+    margin = max(_MARGIN * max(east - west, north - south), _LEAST_MARGIN)
+    if east - west + 2.0 * margin >= 360.0:
+        west, east = -180.0, 180.0
+    else:
+        west, east = west - margin, east + margin
+    return Box(west, max(south - margin, -90.0), east, min(north + margin, 90.0))
 
 
 # ---- the report -----------------------------------------------------------------------------

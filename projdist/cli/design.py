@@ -137,7 +137,7 @@ def _place(text: str) -> tuple[float, float]:
 
 def _draw(found: Design, picture: PictureFile) -> None:
     """Heat maps of the made map and its first rival that is a CRS, on one scale."""
-    maps, titles, region, measure = _mapped(found)
+    maps, titles, region, measure, *_ = _mapped(found)
     picture.save(functools.partial(plots.heatmap_figure, maps, measure=measure, region=region, titles=titles))
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from projdist import plots
@@ -26,10 +27,10 @@ from projdist.cli.options import (
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.progress import working
-from projdist.cli.report import Column, Copy, Report, Row, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Row, Table
 from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
-from projdist.projections import number_text
-from projdist.regions import PointSet
+from projdist.projections import ProjectionLike, number_text
+from projdist.regions import Box, PointSet
 
 _FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
 
@@ -99,7 +100,7 @@ def ldp_command(
         found = ldp(area, **options)
     if picture is not None:
         _draw(found, picture)
-    present(_report(found, picture), form, page, overwrite)
+    present(_report(found, picture, against or []), form, page, overwrite)
 
 
 def _draw(found: LDP, picture: PictureFile) -> None:
@@ -123,7 +124,7 @@ def _angle(text: str) -> float:
 _ANGLES = ("lat_0", "lat_1", "lon_0", "lonc", "alpha")
 
 
-def _report(found: LDP, picture: PictureFile | None) -> Report:
+def _report(found: LDP, picture: PictureFile | None, against: Sequence[str]) -> Report:
     name, region = found.projection.name, found.region
     return Report(
         title=f"{name} for {region.name} ({region.area_km2:,.0f} km2), by {found.criterion}",
@@ -141,7 +142,19 @@ def _report(found: LDP, picture: PictureFile | None) -> Report:
         },
         about=name,
         written=[picture.path if picture else None],
+        maps=_mapped(found, against),
     )
+
+
+def _mapped(found: LDP, against: Sequence[str]) -> Mapped:
+    """The map and those that it is compared with, with scales on the ground at the mean height."""
+    height = float(np.average(found.height, weights=found.weight))
+    at = f"at {height:,.0f} m" if np.ptp(found.height) < 0.5 else f"at the mean height, {height:,.0f} m"
+    labels = [found.family, *(label for label, _ in found.baselines)]
+    maps: list[ProjectionLike] = [found.projection, *against]
+    titles = [f"{label}, on the ground {at}" for label, _ in zip(labels, maps, strict=False)]
+    region = Box(*found.region.bounds) if isinstance(found.region, PointSet) else found.region
+    return Mapped(maps, titles, region, "scale_error_ppm", height)
 
 
 def _maps(found: LDP) -> Table:

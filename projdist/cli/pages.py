@@ -40,7 +40,8 @@ def page_text(report: Report) -> str:
 
 def _maps(mapped: Mapped) -> Maps:
     with working("Drawing"):
-        return draw_maps(mapped.projections, titles=mapped.titles, region=mapped.region, measure=mapped.measure)
+        options = mapped._asdict()
+        return draw_maps(options.pop("projections"), **options)
 
 
 def _table(table: Table) -> PageTable:

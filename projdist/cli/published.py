@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -12,7 +13,7 @@ from projdist.cli.errors import refusing
 from projdist.cli.options import FileFormatOption, OutputOption, OverwriteOption, format_for, printed_or_file
 from projdist.cli.output import present
 from projdist.cli.progress import working
-from projdist.cli.report import Column, Report, Row, Table, listing
+from projdist.cli.report import Column, Mapped, Report, Row, Table, listing
 
 
 def tables_command(
@@ -64,7 +65,14 @@ def _report(found: dict[str, Any]) -> Report:
         tables=[Table(rows, columns, keys=2 + len(places))],
         notes=notes,
         data=lambda: found,
+        maps=_maps(rows),
     )
+
+
+def _maps(rows: Sequence[Row]) -> Mapped | None:
+    """The maps of which figures of the whole are printed."""
+    maps = {row["definition"]: row["projection"] for row in rows if row["lat"] is None}
+    return Mapped([*maps], [*maps.values()], "globe") if maps else None
 
 
 def _shown(key: str, row: Row, sign: str = "") -> str:

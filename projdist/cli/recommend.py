@@ -140,7 +140,7 @@ def _executor(text: str | None) -> Iterator[Executor | None]:
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:
     """Heat maps of the best, with one colour bar."""
-    maps, titles, region, measure = _mapped(result)
+    maps, titles, region, measure, *_ = _mapped(result)
     distortions = [*(one.distortion for one in _drawn(result)), *(one.distortion for one in result.custom[:1])]
     picture.save(
         functools.partial(

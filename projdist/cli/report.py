@@ -90,12 +90,18 @@ class Copy(NamedTuple):
 
 
 class Mapped(NamedTuple):
-    """Projections whose maps a page shows, by what they are called, over a region, and the measure shown first."""
+    """Projections whose maps a page shows, by what they are called, over a region, and the measure shown first.
+
+    Scales are those on the ground at an ellipsoidal height in metres. `marks` are geometries in longitude and latitude,
+    by their names.
+    """
 
     projections: Sequence[ProjectionLike]
     titles: Sequence[str]
     region: RegionLike | None
     measure: str = "fisher"
+    height: float = 0.0
+    marks: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

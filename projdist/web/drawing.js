@@ -111,6 +111,32 @@ export class MapView {
     if (this.frame.borders) stroke("borders", "coast", 0.5, true);
     stroke("border", "coast", 1.2, true);
     stroke("outline", "outline", 1);
+    if (this.frame.marks) {
+      stroke("marks", "mark", 1.5, true);
+      this.names(context);
+    }
+  }
+
+  // The names of what is marked, those that have room.
+  names(context) {
+    const size = 12 * this.ratio, taken = [];
+    context.font = `600 ${size}px ${getComputedStyle(this.canvas).fontFamily}`;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    for (const [name, stepX, stepY] of this.frame.names) {
+      const half = context.measureText(name).width / 2 + 2 * this.ratio, [px, py] = this.pixels(stepX, stepY);
+      const x = Math.max(half, Math.min(this.canvas.width - half, px));
+      const free = (y) =>
+        !taken.some(([left, right, line]) => x - half < right && x + half > left && Math.abs(y - line) < size);
+      const y = [0, -1, 1, -2, 2].map((lines) => py + lines * size).find(free);
+      if (y === undefined) continue;
+      taken.push([x - half, x + half, y]);
+      context.strokeStyle = this.colour("paper");
+      context.lineWidth = 3 * this.ratio;
+      context.strokeText(name, x, y);
+      context.fillStyle = this.colour("mark");
+      context.fillText(name, x, y);
+    }
   }
 
   // Colours in the triangles, and which triangle each pixel is of.

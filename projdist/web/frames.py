@@ -23,9 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.answers import elevation_factor
 from projdist.field import jacobian
 from projdist.surfaces import Surface, filled, jacobians, normalised
-from projdist.web.outlines import Grid, map_lines
+from projdist.web.outlines import Grid, map_lines, mark_lines
 
 _SAFETY = 2.0  # the error is that of three points in a cell
 _FLOOR = 2e-7  # of float32
@@ -56,8 +57,14 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> byt
     return np.uint32(len(text)).tobytes() + text + b"".join(blocks)
 
 
-def frame_of(surface: Surface, title: str) -> tuple[dict[str, Any], Arrays, FloatArray]:
-    """The header and the arrays of a surface's frame, and the Jacobians at its nodes."""
+def frame_of(
+    surface: Surface, title: str, *, height: float = 0.0, marks: Mapping[str, Any] | None = None
+) -> tuple[dict[str, Any], Arrays, FloatArray]:
+    """The header and the arrays of a surface's frame, and the Jacobians at its nodes.
+
+    Scales are over distances on the ground at an ellipsoidal height in metres. `marks` are geometries in longitude and
+    latitude by their names, which are drawn.
+    """
     J = jacobians(surface)
     whole = _whole(surface)
     fields, mirrored = _fields(surface, J)
@@ -90,9 +97,23 @@ def frame_of(surface: Surface, title: str) -> tuple[dict[str, Any], Arrays, Floa
         "cutError": _cut_errors(surface, fields, mirrored),
         "cutSizes": np.array([len(polygon) for polygon in surface.cut], dtype=np.uint8),
     }
-    for name, (points, sizes) in map_lines(surface, grid).items():
+    lines = map_lines(surface, grid)
+    if marks:
+        marked, header["names"] = mark_lines(surface, grid, marks)
+        lines |= marked
+    for name, (points, sizes) in lines.items():
         arrays |= {name: points, f"{name}Sizes": sizes}
+    if height:
+        on_ground = _on_ground(surface, height)
+        arrays["fields"][0] += np.log(on_ground)
+        J = J * on_ground[:, None, None]
     return header, arrays, J[: surface.nodes]
+
+
+def _on_ground(surface: Surface, height: float) -> FloatArray:
+    """By what scales on the ground at a height are less than on the ellipsoid, at each vertex."""
+    _, lat = surface.frame.geographic(surface.u, surface.v)
+    return elevation_factor(np.clip(np.nan_to_num(lat), -90.0, 90.0), height, surface.domain.projection.ellipsoid)
 
 
 def _wraps(surface: Surface) -> bool:

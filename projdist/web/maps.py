@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,11 +51,14 @@ def draw_maps(
     titles: Sequence[str],
     region: RegionLike | None = None,
     measure: str = "fisher",
+    height: float = 0.0,
+    marks: Mapping[str, Any] | None = None,
 ) -> Maps:
     """The first `MOST_MAPS` projections as maps of a region, None for the area of use or the globe.
 
     `measure` is shown first, or else Fisher's, if the page has it not. A projection that shows nothing of the region is
-    told in the notes.
+    told in the notes. Scales are over distances at an ellipsoidal height in metres; `marks` are geometries in longitude
+    and latitude by their names, which are drawn.
     """
     name = get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
@@ -69,7 +72,7 @@ def draw_maps(
         except ValueError as error:
             notes.append(str(error))
             continue
-        header, arrays, J = frame_of(surface, title)
+        header, arrays, J = frame_of(surface, title, height=height, marks=marks)
         drawn.append((title, encoded(packed(header, arrays))))
         values.append(J)
         weights.append(surface.weights)

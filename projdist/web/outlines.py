@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import shapely
@@ -26,6 +27,9 @@ from projdist.surfaces import (
 
 _STEPS = 65535
 _SEEN = 16.0  # steps: a quarter of a pixel of a picture of 1000
+_MARK_CELLS = 2000.0  # in the region's width: no mark is drawn finer
+_MARK_STEPS = 60.0  # of these at most between two points of a mark, as longer steps are taken for cuts
+_LINES, _POLYGON, _MULTI = (1, 2), 3, 4  # shapely's types; those of several parts follow
 _SMALL = 300.0  # square steps, less than a pixel
 
 Points = tuple[NDArray[np.uint16], NDArray[np.uint32]]
@@ -56,6 +60,38 @@ class Grid:
     def exact(self, xy: FloatArray) -> FloatArray:
         """Places in steps."""
         return np.asarray((xy - [self.west, self.south]) / self.step)
+
+
+@GEOS_ARITHMETIC
+def mark_lines(surface: Surface, grid: Grid, marks: Mapping[str, Any]) -> tuple[dict[str, Points], list[list[Any]]]:
+    """The outlines of geometries in longitude and latitude, and their names with their places in steps."""
+    drawn = surface if surface.ground is None else surface.ground
+    west, east, south, north = surface.view
+    size = max(east - west, north - south)
+    spacing = max(ground_size(drawn.domain.box.bounds)) / _MARK_CELLS
+    names, lines = [], []
+    for name, geometry in marks.items():
+        geometry = shapely.segmentize(shapely.simplify(geometry, spacing), _MARK_STEPS * spacing)
+        parts = [shapely.get_coordinates(part) for part in _outlines_of(geometry)]
+        images = project_lines(drawn.domain, parts, size)
+        if images:
+            longest = max(images, key=lambda line: shapely.length(shapely.linestrings(line)))
+            middle = grid.steps(0.5 * (longest.min(axis=0) + longest.max(axis=0)))
+            names.append([name, *middle.tolist()])
+            lines += images
+    corners = np.array([[west, south], [east, north]])
+    return {"marks": _packed(_simplified(lines, grid, shapely.box(*grid.exact(corners).ravel())))}, names
+
+
+def _outlines_of(geometry: Any) -> Iterator[Any]:
+    """The rings and lines of a geometry."""
+    for part in np.atleast_1d(shapely.get_parts(geometry)):
+        if shapely.get_type_id(part) >= _MULTI:
+            yield from _outlines_of(part)
+        elif shapely.get_type_id(part) == _POLYGON:
+            yield from shapely.get_rings(part)
+        elif shapely.get_type_id(part) in _LINES:
+            yield part
 
 
 @GEOS_ARITHMETIC

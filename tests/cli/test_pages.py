@@ -1,5 +1,7 @@
 """Reports as web pages: `-o FILE.html` and `--format html`."""
 
+import base64
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -113,11 +115,34 @@ def test_commands_with_maps(command: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_low_distortion_projection_has_its_table(tmp_path: Path) -> None:
-    """The scale on the ground is not that of the page's maps, so that it has none."""
-    found = page(tmp_path / "x.html", "ldp", "box:-104.2,38.9,-103.9,39.1", "--height", "1610")
-    assert "canvas" not in found
-    assert found["table"]
+def test_a_low_distortion_projection_has_scales_on_the_ground(tmp_path: Path) -> None:
+    """At the height that is given, as the titles say; beside the map that it is compared with."""
+    words = ["ldp", "box:-104.2,38.9,-103.9,39.1", "--height", "1610", "--against", "EPSG:32613"]
+    found = page(tmp_path / "x.html", *words)
+    titles = [title.strip() for title in found["figcaption"]]
+    assert titles == ["lcc, on the ground at 1,610 m", "EPSG:32613, on the ground at 1,610 m"]
+    assert '"measure": "scale_error_ppm"' in (tmp_path / "x.html").read_text(encoding="utf-8")
+
+
+def test_published_tables_have_the_maps_of_their_rows() -> None:
+    """Where figures are of the whole map, not of points."""
+    maps = Texts(run_ok("tables", "canters-decleir", "-f", "html")).found["figcaption"]
+    assert maps == ["Kavraiskiy VII", "Natural Earth", "Winkel Tripel", "Plate Carree"]
+    assert "canvas" not in Texts(run_ok("tables", "snyder", "-f", "html")).found
+
+
+def test_checked_data_are_marked(tmp_path: Path) -> None:
+    """The worst features by their ranks and names, on the map about the data."""
+    geopandas, shapely = pytest.importorskip("geopandas"), pytest.importorskip("shapely")
+    boxes = [shapely.box(9, 50 + k, 9.5, 50.4 + k) for k in range(3)]
+    data = geopandas.GeoDataFrame({"name": ["a", "b", "c"]}, geometry=boxes, crs=4326).to_crs(3857)
+    data.to_file(tmp_path / "x.gpkg")
+    words = ["check", str(tmp_path / "x.gpkg"), "--no-recommend", "--worst", "2", "-f", "html"]
+    frames = Texts(run_ok(*words)).found["script"]
+    header = zlib.decompress(base64.b64decode(frames[1]))
+    assert b'"names": [["1. c", ' in header
+    assert b'["2. b", ' in header
+    assert b"3. a" not in header
 
 
 def test_a_page_is_refused_where_it_cannot_be(tmp_path: Path) -> None:

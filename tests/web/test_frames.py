@@ -171,6 +171,40 @@ def test_places_are_those_of_the_map(given: str) -> None:
     assert np.abs(south + step * frame.arrays["y"][node] - y).max() <= 0.51 * step
 
 
+def test_scales_are_on_the_ground() -> None:
+    """By the elevation factor R / (R + h) of a sphere, which is 1 / 1.0001 at a ten-thousandth of its radius."""
+    given = "+proj=merc +R=6000000"
+    fields = [
+        Decoded(draw_maps([given], titles=["A"], region="box:0,0,9,9", height=height).frames[0]).arrays["fields"]
+        for height in (0.0, 600.0)
+    ]
+    assert np.allclose(fields[1][0] - fields[0][0], -np.log(1.0001), atol=2e-7)
+    assert np.array_equal(fields[1][1:], fields[0][1:])
+
+
+def test_marks_are_where_they_are() -> None:
+    """Rings and lines of geometries, in collections, too, with a name in the middle of the longest."""
+    shapely = pytest.importorskip("shapely")
+    square, line = shapely.box(2, 2, 6, 6), shapely.LineString([(1, 1), (1, 3)])
+    frame = Decoded(
+        draw_maps(
+            ["+proj=eqc +R=6371000"],
+            titles=["A"],
+            region="box:0,0,9,9",
+            marks={"A": shapely.GeometryCollection([shapely.MultiPolygon([square]), line])},
+        ).frames[0]
+    )
+    west, south, step = frame.header["grid"]
+    degrees = np.degrees((np.array([west, south]) + step * frame.arrays["marks"]) / 6371000.0)
+    assert sorted(frame.arrays["marksSizes"]) == [2, 5]
+    for corner in ((2, 2), (6, 2), (6, 6), (2, 6), (1, 1), (1, 3)):
+        assert np.abs(degrees - corner).max(axis=1).min() < 1e-3
+    ((name, x, y),) = frame.header["names"]
+    middle = np.degrees((np.array([west, south]) + step * np.array([x, y])) / 6371000.0)
+    assert name == "A"
+    assert np.allclose(middle, 4.0, atol=1e-3)
+
+
 def test_conformal_maps_have_no_other_part() -> None:
     """q / p vanishes, so that omega is 0 wherever one points."""
     frame = drawn("mercator", "globe")

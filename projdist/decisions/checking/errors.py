@@ -8,7 +8,7 @@ they are the same curves, so that an error is the map's alone, however far apart
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -70,7 +70,8 @@ class Check(Answer):
     `features` has `index` (the frame's), `name`, `area_km2` and `length_km` (perimeters and lines) on the
     ground, the same on the map, the errors map / ground - 1, `bearing_error` (RMS of grid less true
     bearing along the edges, in degrees), `largest_bearing_error` and a `note`; NaN where there is
-    nothing to measure. `recommended` is the check of the recommended CRS; `notes` tell why there is none.
+    nothing to measure. `recommended` is the check of the recommended CRS; `notes` tell why there is none. `region` is
+    the narrowest box about the data, None where they have no place.
     """
 
     projection: Projection
@@ -79,6 +80,7 @@ class Check(Answer):
     overall: Totals
     recommended: Check | None = None
     notes: tuple[str, ...] = ()
+    region: Box | None = field(default=None, repr=False, compare=False)
 
     def _line(self) -> str:
         return f"{len(self.features['index'])} features in {self.projection.name}"
@@ -216,10 +218,11 @@ def check(
     names, note_on_names = _names(data, column)
     index = [value if isinstance(value, int | str) else str(value) for value in data.index.tolist()]
     labels: dict[str, AnyArray] = {"index": np.array(index, dtype=object), "name": names}
-    result = replace(_measured(projection, source, drawn, labels), notes=note_on_names)
+    extent = _extent(source, drawn.edges)
+    result = replace(_measured(projection, source, drawn, labels), notes=note_on_names, region=extent)
     if purpose is None:
         return result
-    best, notes = _recommended(projection, source, data.crs, drawn.edges, purpose, options)
+    best, notes = _recommended(projection, source, data.crs, drawn.edges, extent, purpose, options)
     result = replace(result, notes=(*result.notes, *notes))
     if best is None:
         return result
@@ -256,10 +259,15 @@ def _only_texts(data: Any, columns: Sequence[str]) -> str | None:
 
 
 def _recommended(
-    projection: Projection, source: Source, crs: Any, edges: FloatArray, purpose: str, options: dict[str, Any]
+    projection: Projection,
+    source: Source,
+    crs: Any,
+    edges: FloatArray,
+    region: Box | None,
+    purpose: str,
+    options: dict[str, Any],
 ) -> tuple[Projection | None, tuple[str, ...]]:
     """The best CRS for data of edges, and what is to be said of it, or why there is none."""
-    region = _extent(source, edges)
     if region is None:
         return None, ("No CRS is recommended: the data have no place on the Earth.",)
     if abs(projection.ellipsoid.a / MEAN_EARTH_RADIUS - 1.0) > _EARTHLY:
