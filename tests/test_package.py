@@ -19,7 +19,7 @@ PACKAGE = Path(projdist.__file__).parent
 LIBRARY = sorted(path for path in PACKAGE.rglob("*.py") if "cli" not in path.relative_to(PACKAGE).parts)
 
 LONGEST_DOCSTRING = 70  # with the sections of numpydoc
-EXTRAS = ["gis", "dask", "mosaic", "cartopy", "live"]  # what users install; the others are the developers'
+EXTRAS = ["gis", "dask", "mosaic", "cartopy", "explore"]  # what users install; the others are the developers'
 
 
 def index_imports() -> list[str]:
