@@ -1,6 +1,6 @@
 // Maps on canvases: the colours of a measure, lines above them, and indicatrices.
 
-import { MEASURES, factorsOf, indicatrix } from "./measures.js";
+import { indicatrix, valuesOf } from "./measures.js";
 
 // Where a value lies on a scale, 0 to 1 between its limits.
 export function positioner({ kind, limits: [low, high] }) {
@@ -13,21 +13,36 @@ export function coloursOf(scale) {
   return Uint8Array.from(atob(scale.colours), (letter) => letter.charCodeAt(0));
 }
 
+// Its 256 colours as pixels.
+function tableOf(scale) {
+  const colours = coloursOf(scale);
+  return Uint32Array.from({ length: 256 }, (_, k) => (
+    (255 << 24) | (colours[3 * k + 2] << 16) | (colours[3 * k + 1] << 8) | colours[3 * k]
+  ));
+}
+
 export class MapView {
   constructor(canvas, frame) {
     this.canvas = canvas;
     this.frame = frame;
     this.base = document.createElement("canvas");
+    this.layer = document.createElement("canvas");
     this.view = frame.view;
     const [west, east, south, north] = this.view;
     canvas.style.aspectRatio = `${east - west} / ${north - south}`;
     canvas.style.maxWidth = `${(80 * (east - west)) / (north - south)}vh`;
   }
 
+  // Pixels of the frame's corner, and of a step from there to the right and up.
+  fromSteps() {
+    const [west, south, step] = this.frame.grid;
+    return [(west - this.view[0]) * this.zoom, (this.view[3] - south) * this.zoom, step * this.zoom];
+  }
+
   // Pixels of a place in steps of the frame.
   pixels(x, y) {
-    const [west, south, step] = this.frame.grid;
-    return [(west + x * step - this.view[0]) * this.zoom, (this.view[3] - south - y * step) * this.zoom];
+    const [left, top, step] = this.fromSteps();
+    return [left + x * step, top - y * step];
   }
 
   steps(px, py) {
@@ -84,12 +99,14 @@ export class MapView {
   }
 
   path(name) {
-    const path = new Path2D(), points = this.frame[name];
-    let start = 0;
+    const path = new Path2D(), points = this.frame[name], [left, top, step] = this.fromSteps();
+    let k = 0;
     for (const size of this.frame[`${name}Sizes`] ?? []) {
-      path.moveTo(...this.pixels(points[2 * start], points[2 * start + 1]));
-      for (let k = start + 1; k < start + size; k++) path.lineTo(...this.pixels(points[2 * k], points[2 * k + 1]));
-      start += size;
+      for (const end = k + 2 * size, start = k; k < end; k += 2) {
+        const x = left + points[k] * step, y = top - points[k + 1] * step;
+        if (k === start) path.moveTo(x, y);
+        else path.lineTo(x, y);
+      }
     }
     return path;
   }
@@ -141,48 +158,59 @@ export class MapView {
 
   // Colours in the triangles, and which triangle each pixel is of.
   field(context, width, height, scale) {
-    const frame = this.frame, { fields, count, triangles } = frame;
-    const measure = MEASURES[scale.name], position = positioner(scale), colours = coloursOf(scale);
-    const values = new Float32Array(count), xs = new Float32Array(count), ys = new Float32Array(count);
-    for (let k = 0; k < count; k++) {
-      const four = [fields[k], fields[count + k], fields[2 * count + k], fields[3 * count + k]];
-      values[k] = 255 * position(measure(factorsOf(...four, frame.mirrored)));
-      [xs[k], ys[k]] = this.pixels(frame.x[k], frame.y[k]);
-    }
-    const image = new ImageData(width, height), data = new Uint32Array(image.data.buffer);
-    const table = new Uint32Array(256);
-    for (let k = 0; k < 256; k++) {
-      table[k] = (255 << 24) | (colours[3 * k + 2] << 16) | (colours[3 * k + 1] << 8) | colours[3 * k];
-    }
-    this.pick = new Int32Array(width * height).fill(-1);
-    for (let t = 0; t < triangles.length / 3; t++) {
-      const [i, j, k] = [triangles[3 * t], triangles[3 * t + 1], triangles[3 * t + 2]];
+    this.place(scale);
+    const { triangles } = this.frame, { values, xs, ys } = this, { image, pick } = this.pixelsOf(width, height);
+    const data = new Uint32Array(image.data.buffer), table = tableOf(scale);
+    data.fill(0);
+    pick.fill(-1);
+    for (let t = 0, corner = 0; corner < triangles.length; t++, corner += 3) {
+      const i = triangles[corner], j = triangles[corner + 1], k = triangles[corner + 2];
       const ax = xs[i], ay = ys[i], bx = xs[j] - ax, by = ys[j] - ay, cx = xs[k] - ax, cy = ys[k] - ay;
-      const whole = bx * cy - by * cx;
-      if (whole === 0 || Number.isNaN(values[i] + values[j] + values[k])) continue;
+      const whole = bx * cy - by * cx, first = values[i], toSecond = values[j] - first, toThird = values[k] - first;
+      if (whole === 0 || Number.isNaN(first + toSecond + toThird)) continue;
       const top = Math.max(0, Math.ceil(ay + Math.min(0, by, cy) - 0.5));
       const bottom = Math.min(height - 1, Math.floor(ay + Math.max(0, by, cy) - 0.5));
       const left = Math.max(0, Math.ceil(ax + Math.min(0, bx, cx) - 0.5));
       const right = Math.min(width - 1, Math.floor(ax + Math.max(0, bx, cx) - 0.5));
+      // The shares of the second and the third corner grow evenly along a row.
+      const moreOfSecond = cy / whole, moreOfThird = -by / whole;
       for (let row = top; row <= bottom; row++) {
-        const y = row + 0.5 - ay;
-        for (let column = left; column <= right; column++) {
-          const x = column + 0.5 - ax;
-          const second = (x * cy - y * cx) / whole, third = (bx * y - by * x) / whole;
+        const x = left + 0.5 - ax, y = row + 0.5 - ay, end = row * width + right;
+        let second = (x * cy - y * cx) / whole, third = (bx * y - by * x) / whole;
+        for (let pixel = row * width + left; pixel <= end; pixel++, second += moreOfSecond, third += moreOfThird) {
           // A little beyond an edge is still within, so that no line is left between neighbours.
           if (second < -1e-4 || third < -1e-4 || second + third > 1.0001) continue;
-          const value = values[i] + second * (values[j] - values[i]) + third * (values[k] - values[i]);
-          data[row * width + column] = table[Math.max(0, Math.min(255, Math.round(value)))];
-          this.pick[row * width + column] = t;
+          const value = first + second * toSecond + third * toThird;
+          data[pixel] = table[value < 0 ? 0 : value > 255 ? 255 : (value + 0.5) | 0];
+          pick[pixel] = t;
         }
       }
     }
-    const field = document.createElement("canvas");
-    [field.width, field.height] = [width, height];
-    field.getContext("2d").putImageData(image, 0, 0);
-    this.region = frame.regional ? this.path("region") : null;
-    this.within(context, () => context.drawImage(field, 0, 0));
-    Object.assign(this, { values, xs, ys });
+    this.layer.getContext("2d").putImageData(image, 0, 0);
+    this.region = this.frame.regional ? this.path("region") : null;
+    this.within(context, () => context.drawImage(this.layer, 0, 0));
+  }
+
+  // Vertices in pixels, with their values between 0 and 255 of a scale.
+  place(scale) {
+    const { count, x, y } = this.frame, [left, top, step] = this.fromSteps(), position = positioner(scale);
+    this.values = valuesOf(this.frame, scale.name);
+    [this.xs, this.ys] = [new Float32Array(count), new Float32Array(count)];
+    for (let k = 0; k < count; k++) {
+      this.values[k] = 255 * position(this.values[k]);
+      this.xs[k] = left + x[k] * step;
+      this.ys[k] = top - y[k] * step;
+    }
+  }
+
+  // What is filled pixel by pixel; kept while the canvas has one size.
+  pixelsOf(width, height) {
+    if (this.image?.width !== width || this.image.height !== height) {
+      this.image = new ImageData(width, height);
+      this.pick = new Int32Array(width * height);
+      [this.layer.width, this.layer.height] = [width, height];
+    }
+    return this;
   }
 
   // Draws within the region.
@@ -197,24 +225,20 @@ export class MapView {
   isolines(context, scale) {
     const { values, xs, ys } = this, { triangles } = this.frame, position = positioner(scale), path = new Path2D();
     const levels = scale.levels.map((level) => 255 * position(level));
-    const cross = (i, j, level) => {
+    const end = (i, j, level, work) => {
       const share = (level - values[i]) / (values[j] - values[i]);
-      return [xs[i] + share * (xs[j] - xs[i]), ys[i] + share * (ys[j] - ys[i])];
+      path[work](xs[i] + share * (xs[j] - xs[i]), ys[i] + share * (ys[j] - ys[i]));
     };
     for (let t = 0; t < triangles.length; t += 3) {
-      const corners = [triangles[t], triangles[t + 1], triangles[t + 2]];
-      const [first, second, third] = corners.map((k) => values[k]);
+      const i = triangles[t], j = triangles[t + 1], k = triangles[t + 2];
+      const first = values[i], second = values[j], third = values[k];
       const low = Math.min(first, second, third), high = Math.max(first, second, third);
       for (const level of levels) {
         if (!(low < level && level <= high)) continue;
-        const ends = [];
-        for (let k = 0; k < 3; k++) {
-          const [i, j] = [corners[k], corners[(k + 1) % 3]];
-          if (values[i] < level !== values[j] < level) ends.push(cross(i, j, level));
-        }
-        if (ends.length !== 2) continue;
-        path.moveTo(...ends[0]);
-        path.lineTo(...ends[1]);
+        // The corner that is alone on its side of the level, and the two others.
+        const alone = first < level === second < level ? [k, i, j] : first < level === third < level ? [j, k, i] : [i, j, k];
+        end(alone[0], alone[1], level, "moveTo");
+        end(alone[0], alone[2], level, "lineTo");
       }
     }
     context.strokeStyle = this.colour("isoline");

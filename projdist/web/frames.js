@@ -37,24 +37,32 @@ const bit = (bits, index) => (bits[index >> 3] >> (7 - (index & 7))) & 1;
 
 // Triangles as three vertices each; `cells` has the node of a whole cell, or -1 for a part of a torn one.
 function addTriangles(frame) {
-  const corners = [], cells = [];
-  for (let node = 0; node < frame.nodes; node++) {
-    if (!bit(frame.whole, node)) continue;
-    const right = node % frame.columns === frame.columns - 1 ? node + 1 - frame.columns : node + 1;
-    corners.push(node, right, right + frame.columns, node, right + frame.columns, node + frame.columns);
-    cells.push(node, node);
+  const { columns, nodes, whole, cut, cutSizes } = frame;
+  let count = 0;
+  for (let node = 0; node < nodes; node++) count += 2 * bit(whole, node);
+  frame.firstCut = count;
+  for (const size of cutSizes) count += Math.max(0, size - 2);
+  frame.triangles = new Uint32Array(3 * count);
+  frame.cells = new Int32Array(count);
+  let next = 0;
+  const add = (cell, i, j, k) => {
+    frame.cells[next] = cell;
+    frame.triangles[3 * next] = i;
+    frame.triangles[3 * next + 1] = j;
+    frame.triangles[3 * next + 2] = k;
+    next++;
+  };
+  for (let node = 0; node < nodes; node++) {
+    if (!bit(whole, node)) continue;
+    const right = node % columns === columns - 1 ? node + 1 - columns : node + 1;
+    add(node, node, right, right + columns);
+    add(node, node, right + columns, node + columns);
   }
-  frame.firstCut = cells.length;
   let start = 0;
-  for (const size of frame.cutSizes) {
-    for (let k = 1; k < size - 1; k++) {
-      corners.push(frame.cut[start], frame.cut[start + k], frame.cut[start + k + 1]);
-      cells.push(-1);
-    }
+  for (const size of cutSizes) {
+    for (let k = 1; k < size - 1; k++) add(-1, cut[start], cut[start + k], cut[start + k + 1]);
     start += size;
   }
-  frame.triangles = Uint32Array.from(corners);
-  frame.cells = Int32Array.from(cells);
 }
 
 const vertexU = (frame, k) => (k < frame.nodes ? frame.u[k % frame.columns] : frame.imageU[k - frame.nodes]);

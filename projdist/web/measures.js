@@ -2,10 +2,13 @@
 
 const DEGREE = 180 / Math.PI;
 
+// As Math.hypot, in a tenth of its time.
+const norm = (x, y) => Math.sqrt(x * x + y * y);
+
 export const MEASURES = {
-  fisher: (f) => Math.hypot(Math.log(f.a), Math.log(f.b)),
+  fisher: (f) => norm(Math.log(f.a), Math.log(f.b)),
   kavrayskiy: (f) => MEASURES.fisher(f) / Math.SQRT2,
-  airy: (f) => Math.hypot(f.a - 1, f.b - 1) / Math.SQRT2,
+  airy: (f) => norm(f.a - 1, f.b - 1) / Math.SQRT2,
   jordan: (f) => {
     const c = (f.a + f.b) / 2;
     return Math.sqrt(Math.max(0, (c - 1) ** 2 + c * (c * f.n * f.n - 2 * perimeterExcess(f.n * f.n))));
@@ -44,23 +47,45 @@ function dilogarithm(x) {
   return sum;
 }
 
-export function factorsOf(log, turn, re, im, mirrored) {
-  const size = Math.exp(log), ratio = Math.hypot(re, im);
-  const less = Math.min(ratio, 1 / ratio);
+// What the books call by letters, each worked out when it is asked for: measures need a few, at many nodes.
+class Factors {
+  set(log, turn, re, im) {
+    this.size = Math.exp(log);
+    this.turn = turn;
+    this.re = re;
+    this.im = im;
+    this.ratio = norm(re, im);
+    return this;
+  }
+
+  get a() { return this.size * (1 + this.ratio); }
+  get b() { return this.size * Math.abs(1 - this.ratio); }
+  get s() { return this.size * this.size * Math.abs(1 - this.ratio * this.ratio); }
+  get h() { return this.size * norm(1 - this.re, this.im); }
+  get k() { return this.size * norm(1 + this.re, this.im); }
+  get n() { return Math.min(this.ratio, 1 / this.ratio, 1); }
+  get omega() { return 2 * DEGREE * Math.asin(this.n); }
+  get theta() { return DEGREE * Math.atan2(Math.abs(1 - this.ratio * this.ratio), Math.abs(2 * this.im)); }
+
   // The image of north is i p (1 - q / p).
-  const north = turn + Math.atan2(-im, 1 - re) + Math.PI / 2;
-  const x = (mirrored ? -1 : 1) * Math.cos(north), y = Math.sin(north);
-  return {
-    a: size * (1 + ratio),
-    b: size * Math.abs(1 - ratio),
-    s: size * size * Math.abs(1 - ratio * ratio),
-    h: size * Math.hypot(1 - re, im),
-    k: size * Math.hypot(1 + re, im),
-    n: Math.min(less, 1),
-    omega: 2 * DEGREE * Math.asin(Math.min(less, 1)),
-    theta: DEGREE * Math.atan2(Math.abs(1 - ratio * ratio), Math.abs(2 * im)),
-    convergence: DEGREE * Math.atan2(-x, y),
-  };
+  get convergence() {
+    const north = this.turn + Math.atan2(-this.im, 1 - this.re) + Math.PI / 2;
+    return DEGREE * Math.atan2((this.mirrored ? 1 : -1) * Math.cos(north), Math.sin(north));
+  }
+}
+
+export function factorsOf(log, turn, re, im, mirrored) {
+  return Object.assign(new Factors(), { mirrored }).set(log, turn, re, im);
+}
+
+// A measure at all vertices of a frame.
+export function valuesOf(frame, name) {
+  const { fields, count } = frame, measure = MEASURES[name], values = new Float32Array(count);
+  const factors = Object.assign(new Factors(), { mirrored: frame.mirrored });
+  for (let k = 0; k < count; k++) {
+    values[k] = measure(factors.set(fields[k], fields[count + k], fields[2 * count + k], fields[3 * count + k]));
+  }
+  return values;
 }
 
 // The image of a small circle, as points about the origin; y is up.

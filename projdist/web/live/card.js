@@ -33,7 +33,7 @@ export class Card {
 
   // What the map is has changed: a preview at once, and the picture when nothing changes any more.
   changed(moving = true) {
-    this.version++;
+    this.node.dataset.version = ++this.version;
     this.figures = null;
     this.node.setAttribute("aria-busy", "true");
     if (moving) this.preview();
@@ -56,8 +56,7 @@ export class Card {
       }
       if (block.problem) return this.say(block.problem);
       if (this.shown > asked) return;
-      this.shown = asked;
-      this.put(block);
+      this.put(block, asked);
       this.tellAbout(block.about);
     });
   }
@@ -70,7 +69,6 @@ export class Card {
       this.node.setAttribute("aria-busy", "false");
       this.node.dataset.wait = Math.round(wait);
       if (block.problem) return this.say(block.problem);
-      this.shown = asked + 0.5;
       this.definition = block.definition;
       this.resolved = block.resolved;
       this.values = {};
@@ -80,7 +78,7 @@ export class Card {
       this.measure(asked, block.region_title);
       this.say(block.notes.join(" "));
       this.page.rescale(block);
-      this.put(block);
+      this.put(block, asked + 0.5);
       this.page.settled();
     });
   }
@@ -94,7 +92,9 @@ export class Card {
     });
   }
 
-  put(block) {
+  // Versions are told to who watches the page; the exact picture of one comes half a version later.
+  put(block, version) {
+    this.node.dataset.shown = this.shown = version;
     const frame = readFrame(block);
     if (this.view) this.view.put(frame);
     else this.view = new LiveView(this.canvas, frame);
