@@ -32,6 +32,7 @@ _SAFETY = 2.0  # the error is that of three points in a cell
 _FLOOR = 2e-7  # of float32
 _TENTHS = 10.0  # errors are kept as tenths of their decimal exponent
 _NONE = 255
+_ROUNDING = 1 / 64  # of the error
 _LEAST = 1e-300  # of a scale
 _FLAT = 1e-3  # of 1 - |q / p|, below which a map has no figures
 
@@ -71,6 +72,7 @@ def frame_of(
     cubic = _cubic(surface, whole, np.isfinite(J[: surface.nodes, 0, 0]))
     grid = Grid.of(surface)
     x, y = grid.steps(np.column_stack([surface.x, surface.y])).T
+    error, cut_error = _errors(surface, fields, whole, cubic, mirrored), _cut_errors(surface, fields, mirrored)
     header = {
         "title": title,
         "shape": list(surface.shape),
@@ -85,16 +87,15 @@ def frame_of(
     arrays: Arrays = {
         "u": surface.u[: surface.shape[1]],
         "v": surface.v[: surface.nodes : surface.shape[1]],
-        "fields": fields.T.astype(np.float32),
         "x": x,
         "y": y,
         "imageU": surface.u[surface.nodes :].astype(np.float32),
         "imageV": surface.v[surface.nodes :].astype(np.float32),
         "whole": np.packbits(whole),
         "cubic": np.packbits(cubic),
-        "error": _errors(surface, fields, whole, cubic, mirrored),
+        "error": error,
         "cut": np.concatenate([np.empty(0, dtype=int), *surface.cut]).astype(np.uint32),
-        "cutError": _cut_errors(surface, fields, mirrored),
+        "cutError": cut_error,
         "cutSizes": np.array([len(polygon) for polygon in surface.cut], dtype=np.uint8),
     }
     lines = map_lines(surface, grid)
@@ -105,9 +106,35 @@ def frame_of(
         arrays |= {name: points, f"{name}Sizes": sizes}
     if height:
         on_ground = _on_ground(surface, height)
-        arrays["fields"][0] += np.log(on_ground)
+        fields[:, 0] += np.log(on_ground)
         J = J * on_ground[:, None, None]
+    arrays["fields"] = _rounded(fields, _least_errors(surface, fields, error, cut_error)).T.astype(np.float32)
     return header, arrays, J[: surface.nodes]
+
+
+def _rounded(fields: FloatArray, errors: FloatArray) -> FloatArray:
+    """Fields in steps of a small part of the errors of vertices: digits that mean nothing take half of a page."""
+    steps = 2.0 ** np.floor(np.log2(_ROUNDING * errors))[:, None]
+    return np.asarray(steps * np.rint(fields / steps))
+
+
+def _least_errors(
+    surface: Surface, fields: FloatArray, error: NDArray[np.uint8], cut_error: NDArray[np.uint8]
+) -> FloatArray:
+    """The least error of the four numbers (n,) in all cells and triangles that take a vertex into account."""
+    lesser = np.clip(np.nan_to_num(_lesser(fields), nan=1.0), _FLAT, 1.0)  # errors of ratios are over it
+    cells = np.where(error == _NONE, 1.0, 10.0 ** (-error.astype(float) / _TENTHS))
+    cells *= _corners(lesser[: surface.nodes].reshape(surface.shape)).min(axis=0)
+    # A cubic takes the nodes of all cells around; those of a node are to the left of it and below, too.
+    wide = np.pad(np.pad(cells, ((2, 1), (0, 0)), constant_values=1.0), ((0, 0), (2, 1)), mode="wrap")
+    rows, columns = surface.shape
+    around = [wide[j : j + rows, i : i + columns] for j in range(4) for i in range(4)]
+    found = np.ones(len(fields))
+    found[: surface.nodes] = np.min(around, axis=0).ravel()
+    triangles = _triangles(surface)
+    beside_cuts = 10.0 ** (-cut_error.astype(float) / _TENTHS) * lesser[triangles].min(axis=1)
+    np.minimum.at(found, triangles, beside_cuts[:, None])
+    return found
 
 
 def _on_ground(surface: Surface, height: float) -> FloatArray:
@@ -191,8 +218,7 @@ def _errors(surface: Surface, fields: FloatArray, whole: BoolArray, cubic: BoolA
 
 def _cut_errors(surface: Surface, fields: FloatArray, mirrored: bool) -> Any:
     """Errors between the corners of each triangle of torn cells, as bytes like those of cells."""
-    corners = [polygon[[0, k, k + 1]] for polygon in surface.cut for k in range(1, len(polygon) - 1)]
-    triangles = np.array(corners, dtype=int).reshape(-1, 3)
+    triangles = _triangles(surface)
     least = np.fmin.reduce(_lesser(fields)[triangles], axis=1)
     worst = np.zeros(len(triangles))
     values = fields.astype(np.float32).astype(float)[triangles]
@@ -202,6 +228,12 @@ def _cut_errors(surface: Surface, fields: FloatArray, mirrored: bool) -> Any:
         found = np.einsum("j,njk->nk", shares, values)
         worst = np.maximum(worst, _off(surface, us @ shares, vs @ shares, found, least, mirrored))
     return _as_bytes(worst)
+
+
+def _triangles(surface: Surface) -> NDArray[Any]:
+    """The corners (n, 3) of the triangles of torn cells, as a page makes them."""
+    corners = [polygon[[0, k, k + 1]] for polygon in surface.cut for k in range(1, len(polygon) - 1)]
+    return np.array(corners, dtype=int).reshape(-1, 3)
 
 
 def _beside(values: FloatArray, turn: float) -> FloatArray:
