@@ -32,7 +32,7 @@ from projdist.cli.options import (
     region_given,
 )
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile
+from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
@@ -46,6 +46,7 @@ _LAST_OF_INDICES = 1e-5
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 
 
+@functools.partial(with_looks, less=GRAPHS)
 def compare_command(
     projections: Projections,
     region: RegionOption = None,
@@ -78,9 +79,10 @@ def compare_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Compare projections over a region: Airy-Kavrayskiy errors, statistics of measures, published indices."""
-    picture = _picture(plot, output, size=size, dpi=dpi, overwrite=overwrite)
+    picture = _picture(plot, output, size=size, dpi=dpi, overwrite=overwrite, look=look)
     path = None if picture else printed_or_file(output, overwrite)
     names, form = measure_names(measure), format_for(format, path)
     # Rounding alone is of the order of 1e-15.
@@ -109,18 +111,24 @@ def compare_command(
 
 
 def _picture(
-    plot: str | None, output: str | None, *, size: str | None, dpi: str | None, overwrite: bool
+    plot: str | None,
+    output: str | None,
+    *,
+    size: str | None,
+    dpi: str | None,
+    overwrite: bool,
+    look: LookWords | None,
 ) -> PictureFile | None:
     """The picture that is asked for, which then is what is written."""
     if plot is None:
-        for name, value in (("size", size), ("dpi", dpi)):
+        for name, value in ({"--size": size, "--dpi": dpi} | look_options(look)).items():
             if value is not None:
-                refuse(f"Invalid option '--{name}'. It needs a picture to draw: --plot {'|'.join(DISTRIBUTIONS)}.")
+                refuse(f"Invalid option '{name}'. It needs a picture to draw: --plot {'|'.join(DISTRIBUTIONS)}.")
         return None
     choice("plot", plot, list(DISTRIBUTIONS))
     if output is None:
         refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
-    return PictureFile(output, size=size, dpi=dpi, overwrite=overwrite)
+    return PictureFile(output, size=size, dpi=dpi, overwrite=overwrite, look=look)
 
 
 def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFile) -> None:

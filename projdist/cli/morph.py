@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Annotated
 
 import typer
@@ -20,10 +21,12 @@ from projdist.cli.options import (
     whole_number,
 )
 from projdist.cli.output import drawing, tell_written
+from projdist.cli.pictures import FILMS, LookWords, look_of_words, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.projections import Projection
 
 
+@functools.partial(with_looks, less=FILMS)
 def morph_command(
     first: Annotated[str, typer.Argument(metavar="PROJECTION", help="Where the film begins, as for compare.")],
     second: Annotated[str, typer.Argument(metavar="PROJECTION", help="What it flows into, and back from.")],
@@ -40,6 +43,7 @@ def morph_command(
     size: Annotated[str, typer.Option(help="Width and height in inches.")] = "7,4.6",
     dpi: Annotated[str, typer.Option(metavar="NUMBER", help="Dots per inch.")] = "100",
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Make a film of one map that flows into another, in the colours of a measure."""
     path = file_of_kind(output, plots.FILM_SUFFIXES, overwrite, "film")
@@ -49,6 +53,7 @@ def morph_command(
     count, length = whole_number("frames", frames, 2, 500), number("seconds", seconds, 0.1, 600)
     dots = dots_of(dpi)
     room, area = size_of(size, dots), region_given(region)
+    shown = look_of_words(look or {})
     with refusing():
         maps = Projection.from_user_input(first), Projection.from_user_input(second)
     with drawing(path), progress_bar("frames") as progress:
@@ -63,5 +68,6 @@ def morph_command(
             dpi=dots,
             overwrite=overwrite,
             progress=progress,
+            look=shown,
         )
     tell_written(path)

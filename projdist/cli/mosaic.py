@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -26,9 +27,19 @@ from projdist.applications.mosaics import (
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.formats import JSON, json_text
 from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, picture_notes
-from projdist.cli.options import FormatOption, OverwriteOption, choice, format_for, format_of, number, printed_or_file
+from projdist.cli.options import (
+    DpiOption,
+    FormatOption,
+    OverwriteOption,
+    SizeOption,
+    choice,
+    format_for,
+    format_of,
+    number,
+    printed_or_file,
+)
 from projdist.cli.output import present, put
-from projdist.cli.pictures import PictureFile
+from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
 from projdist.cli.progress import working
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
@@ -39,6 +50,7 @@ _FIGURES = {
 }
 
 
+@functools.partial(with_looks, less=GRAPHS)
 def mosaic_command(
     images: Annotated[
         list[str] | None,
@@ -94,10 +106,16 @@ def mosaic_command(
     ] = None,
     format: FormatOption = "table",
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Report to write, JSON.")] = None,
+    size: SizeOption = None,
+    dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Bring overlapping images or map sheets into the common frame that distorts them least."""
     form = format_of(format)
+    for name, value in ({"--size": size, "--dpi": dpi} | look_options(look)).items():
+        if value is not None and compare is None:
+            refuse(f"Invalid option '{name}'. It needs a figure to draw: --compare FILE.")
     options: dict[str, Any] = {
         "model": choice("model", model, list(MODELS)),
         "rotation": choice("rotation", rotation, list(ROTATIONS)),
@@ -122,7 +140,7 @@ def mosaic_command(
     if output is not None:
         words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0]}
         target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
-    figure = None if compare is None else PictureFile(compare, size=None, dpi=None, overwrite=overwrite)
+    figure = None if compare is None else PictureFile(compare, size=size, dpi=dpi, overwrite=overwrite, look=look)
     try:
         with working("Matching" if given is None else "Adjusting"):
             found = mosaic(match(pictures) if given is None else given, **options)

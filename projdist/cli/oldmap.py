@@ -14,7 +14,7 @@ from projdist.cli.cells import fixed
 from projdist.cli.errors import refusing
 from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, choice, format_of, number
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.report import Column, Report, Table
 
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
@@ -22,6 +22,7 @@ DRAWN_MEASURES = ("fisher", "areal_scale")
 _SHOWN = 20  # names in a line
 
 
+@with_looks
 def oldmap_command(
     points: Annotated[
         str,
@@ -61,6 +62,7 @@ def oldmap_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Measure the distortion of an old map by control points."""
     form = format_of(format)
@@ -68,7 +70,7 @@ def oldmap_command(
     choice("measure", measure, list(DRAWN_MEASURES))
     panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
     drawn: dict[str, Any] = {"image": image, "draw": draw, "measure": None if measure == "fisher" else measure}
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, **drawn)
+    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, **drawn)
     with refusing():
         found = old_map(
             read_control_points(points, crs=crs),

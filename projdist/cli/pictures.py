@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -43,18 +43,24 @@ _LOOKS: dict[str, tuple[Any, Any]] = {
 }
 
 
-def with_looks(command: Callable[..., None]) -> Callable[..., None]:
-    """A command with the options of looks, whose words it takes as `look`."""
+GRAPHS, FILMS = ("no_colourbar",), ("transparent",)
+"""The looks that graphs and films do not have."""
+
+
+def with_looks(command: Callable[..., None], *, less: Sequence[str] = ()) -> Callable[..., None]:
+    """A command with the options of looks, `less` some, whose words it takes as `look`."""
     signature = inspect.signature(command, eval_str=True)
     own = [parameter for name, parameter in signature.parameters.items() if name != "look"]
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
     looks = [
-        inspect.Parameter(name, kind, default=default, annotation=hint) for name, (hint, default) in _LOOKS.items()
+        inspect.Parameter(name, kind, default=default, annotation=hint)
+        for name, (hint, default) in _LOOKS.items()
+        if name not in less
     ]
 
     @functools.wraps(command)
     def wrapped(**words: Any) -> None:
-        look = {name: word for name in _LOOKS if (word := words.pop(name)) is not None and word is not False}
+        look = {name: word for name in _LOOKS if (word := words.pop(name, None)) is not None and word is not False}
         command(**words, look=look)
 
     wrapped.__signature__ = signature.replace(parameters=[*own, *looks])  # type: ignore[attr-defined]
@@ -85,7 +91,7 @@ class PictureFile:
         self.path: Path = file_of_kind(output, (*plots.SUFFIXES, *beside), overwrite, kind)
         self.dots, self.step = dots_of(dpi), step_of(step)
         self.size, self.overwrite = size_of(size, self.dots), overwrite
-        self.look = {} if look is None else {"look": _look(look)}
+        self.look = {} if look is None else {"look": look_of_words(look)}
 
     def save(self, draw: Callable[..., Any]) -> None:
         """Write the figure that `draw` makes with `size`, `dpi` and `look`; what cannot be drawn ends the command."""
@@ -94,7 +100,7 @@ class PictureFile:
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
 
 
-def _look(words: LookWords) -> plots.Look:
+def look_of_words(words: LookWords) -> plots.Look:
     """The look of words."""
     if "title" in words and "no_title" in words:
         refuse("Invalid option '--no-title'. It cannot stand with --title.")

@@ -25,7 +25,7 @@ from projdist.cli.options import (
     printed_or_file,
 )
 from projdist.cli.output import present
-from projdist.cli.pictures import PictureFile, picture_of
+from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.report import Column, Report, Table
 from projdist.support import is_stream
 
@@ -33,6 +33,7 @@ _DECIMALS = {"x": 3, "y": 3, "azimuth": 4, "height": 3, "omega": 6, "theta": 6, 
 _MOST_DECIMALS = 8
 
 
+@functools.partial(with_looks, less=GRAPHS)
 def profile_command(
     projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
     line: Annotated[
@@ -60,10 +61,11 @@ def profile_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    look: LookWords | None = None,
 ) -> None:
     """Scale, convergence and other measures along a line, and the combined factor at heights."""
     drawn = output is not None and Path(output).suffix.lower() in plots.SUFFIXES
-    picture = picture_of(output if drawn else None, size=size, dpi=dpi, overwrite=overwrite)
+    picture = picture_of(output if drawn else None, size=size, dpi=dpi, overwrite=overwrite, look=look)
     path = None if drawn else printed_or_file(output, overwrite)
     form = format_for(format, path, others=plots.SUFFIXES)
     names = measure_names(measure) or ["convergence"]

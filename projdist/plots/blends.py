@@ -17,6 +17,7 @@ from projdist.surfaces import Surface, coast, graticule, graticule_steps, ground
 _INWARD = 0.01  # of the way from a seam to the node behind it: there the side is certain
 _POLE = 89.9  # degrees: nearer to a pole maps may be singular
 _STRAIGHT = np.radians(2.0)  # a turn that is less is none
+_SHRUNK = 0.02  # of the longest edge: shorter ones are of a line that becomes a pole
 _CLOSED = 0.4  # of an edge: sides of a cut as near to each other as that
 _SPANNING = 0.1  # of the width of a map
 _COARSE = 40  # points a side
@@ -168,7 +169,7 @@ def open_edges(xy: FloatArray, edges: IntArray) -> IntArray:
     """The edges at the rim of the map, without those of a cut that has closed: both its sides are at one place."""
     ends = xy[edges]
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-    near = _CLOSED * float(np.median(lengths))
+    near = _CLOSED * float(np.median(lengths[lengths >= _SHRUNK * lengths.max()]))
     # Points along all edges, and the edges that they are of: an edge is closed where another, that shares no end with
     # it, has a point beside its middle.
     count = np.maximum(1, np.ceil(2.0 * lengths / near)).astype(int)

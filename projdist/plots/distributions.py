@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
@@ -19,6 +18,7 @@ from projdist.numerics import quantile
 from projdist.plots.colours import colour_scale, level_labels
 from projdist.plots.label_places import place_labels
 from projdist.plots.layouts import check_dpi, check_size
+from projdist.plots.looks import Look, LookedFigure, look_for, look_of, scale_for, scale_of
 from projdist.plots.pictures import AnyMeasure
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for
@@ -27,14 +27,21 @@ from projdist.support import check_choice
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")
 
 _SIZES = {"histogram": (7.5, 4.4), "cumulative": (7.5, 4.4), "pareto": (7.0, 6.4)}
-_INK, _PALE, _GRID, _FRONT = "#222222", "#777777", "#e3e6ea", "#b2402a"
-# Okabe & Ito 2008, which the colour-blind tell apart; yellow is too pale for lines.
-_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222", "#8c564b")
-_STYLES = ("-", (0, (5, 2)), (0, (1.5, 1.5)))
-_MOST = len(_COLOURS) * len(_STYLES)
+_STYLES: tuple[Any, ...] = (
+    "-",
+    (0, (5, 2)),
+    (0, (1.5, 1.5)),
+    (0, (6, 2, 1.5, 2)),
+    (0, (9, 2)),
+    (0, (3, 1.5, 3, 4)),
+    (0, (6, 2, 1.5, 2, 1.5, 2)),
+    (0, (1.5, 4)),
+)
+_MOST = 24
 _TAIL = 0.01  # of the area at an end may be off the axis, where values run off
 _ROOM = 0.015  # of an axis, at its ends
 _BINS = 60
+_HEADING = 11.0  # points
 _STEPS = 1500  # of a cumulative curve
 _TOLERANCE = 1e-5  # pictures show no more
 _LONGEST = 60
@@ -51,6 +58,7 @@ def distribution_figure(
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
     titles: Sequence[str | None] | None = None,
+    look: Look | str | None = None,
 ) -> Figure:
     """How much of the ground has how much distortion, or how maps trade areas for angles.
 
@@ -72,6 +80,8 @@ def distribution_figure(
         Dots per inch.
     titles : sequence of str or None, optional
         Names of the maps, None for their own.
+    look : Look or str, optional
+        How it looks, or the name of a theme; its title is a heading.
 
     Returns
     -------
@@ -109,15 +119,19 @@ def distribution_figure(
         names = [name if title is None else str(title) for name, title in zip(names, titles, strict=True)]
     measures: list[Any] = [] if kind == "pareto" else [chosen]
     fields = [sample(one, place, measures=measures, tolerance=_TOLERANCE) for one in maps]
-    figure = Figure(figsize=check_size(size) or _SIZES[kind], dpi=check_dpi(dpi), layout="constrained")
-    FigureCanvasAgg(figure)
-    ax = figure.add_subplot()
+    look, room = look_for(look), check_size(size)
     name = "" if place == GLOBE else place.name[:_LONGEST]
-    over = f" of {name}" if name else ""
-    if kind == "pareto":
-        _draw_pareto(figure, ax, fields, names, f", over {name}" if name else "", is_free=size is None)
-    else:
-        _draw_distribution(ax, fields, names, chosen, kind, over)
+    with look.applied():
+        figure = LookedFigure(
+            look, scale_for(look, room), figsize=room or _SIZES[kind], dpi=check_dpi(dpi), layout="constrained"
+        )
+        ax = figure.add_subplot(facecolor="none" if look.transparent else look.colours.background)
+        if look.title:
+            figure.suptitle(look.title, fontsize=figure.scale * _HEADING, color=look.colours.text)
+        if kind == "pareto":
+            _draw_pareto(figure, ax, fields, names, f", over {name}" if name else "", is_free=size is None)
+        else:
+            _draw_distribution(ax, fields, names, chosen, kind, f" of {name}" if name else "")
     return figure
 
 
@@ -125,6 +139,7 @@ def distribution_figure(
 
 
 def _draw_distribution(ax: Axes, fields: list[Field], names: list[str], measure: Measure, kind: str, over: str) -> None:
+    curves, letters = look_of(ax).colours.curves, scale_of(ax)
     many = [_sorted(*field.many(measure)) for field in fields]
     low, high = _range(measure, many)
     logarithmic = measure.kind == "ratio" and high > 1.6 * low
@@ -133,7 +148,7 @@ def _draw_distribution(ax: Axes, fields: list[Field], names: list[str], measure:
     for k, (name, (values, weights)) in enumerate(zip(names, many, strict=True)):
         beyond = float(weights[(values < edges[0]) | (values > edges[-1])].sum())
         label = name if beyond < 5e-4 else f"{name} ({100.0 * beyond:.2g} % beyond)"
-        colour, style = _COLOURS[k % len(_COLOURS)], _STYLES[k // len(_COLOURS)]
+        colour, style = curves[k % len(curves)], _STYLES[k // len(curves)]
         if kind == "histogram":
             shares = 100.0 * np.histogram(values, edges, weights=weights)[0]
             ax.stairs(shares, edges, color=colour, linewidth=1.3, linestyle=style, label=label, zorder=3.0)
@@ -148,8 +163,15 @@ def _draw_distribution(ax: Axes, fields: list[Field], names: list[str], measure:
     _dress(ax, measure, low, high)
     ax.set_ylim(0.0, 103.0 if kind == "cumulative" else None)
     share = "Share of the area" if kind == "histogram" else "Share of the area with no more"
-    ax.set_ylabel(f"{share}{over} (%)", fontsize=9, color=_INK)
-    ax.legend(fontsize=8, frameon=True, framealpha=0.9, edgecolor="#ffffff")
+    ax.set_ylabel(f"{share}{over} (%)", fontsize=letters * 9, color=look_of(ax).colours.text)
+    ground = look_of(ax).colours.background
+    ax.legend(
+        fontsize=letters * 8,
+        framealpha=0.9,
+        facecolor=ground,
+        edgecolor=ground,
+        labelcolor=look_of(ax).colours.text,
+    )
 
 
 def _sorted(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -186,16 +208,17 @@ def _dress(ax: Axes, measure: Measure, low: float, high: float) -> None:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xticks(levels, level_labels(levels))
     ax.yaxis.set_major_locator(MaxNLocator(6))
-    ax.set_xlabel(scale.label, fontsize=9, color=_INK)
+    ax.set_xlabel(scale.label, fontsize=scale_of(ax) * 9, color=look_of(ax).colours.text)
     _frame(ax)
 
 
 def _frame(ax: Axes) -> None:
-    ax.tick_params(labelsize=8, colors=_INK, length=3, width=0.7)
-    ax.grid(color=_GRID, linewidth=0.6)
+    colours = look_of(ax).colours
+    ax.tick_params(labelsize=scale_of(ax) * 8, colors=colours.text, length=3, width=0.7)
+    ax.grid(color=colours.graticule, alpha=0.4, linewidth=0.6)
     ax.set_axisbelow(True)
     for side in ax.spines.values():
-        side.set_color("#9aa3ad")
+        side.set_color(colours.graticule)
         side.set_linewidth(0.7)
 
 
@@ -208,6 +231,7 @@ def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str]
     if not finite.any():
         raise ValueError("Invalid maps. None has finite errors of areas and angles there.")
     shown, labels = points[finite], [name for name, known in zip(names, finite, strict=True) if known]
+    colours, letters = look_of(ax).colours, scale_of(ax)
     reach = float(shown.max())
     first = _front(shown, _SAME * reach)
     right, top = (max(float(one), _LEAST * reach) for one in shown.max(axis=0))
@@ -221,21 +245,21 @@ def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str]
     for axis, most in ((ax.xaxis, ax.get_xlim()[1]), (ax.yaxis, ax.get_ylim()[1])):
         axis.set_major_locator(FixedLocator(ticks[(ticks >= 0) & (ticks <= most)].tolist()))
     for radius in ticks[ticks > 0]:
-        ax.add_patch(Circle((0.0, 0.0), radius, fill=False, edgecolor="#c9d1da", linewidth=0.6, zorder=1.0))
-    ax.plot(*shown[first].T, color=_FRONT, linewidth=1.0, zorder=2.0)
-    ax.scatter(shown[:, 0], shown[:, 1], s=20, color=_COLOURS[0], zorder=3.0)
-    ax.scatter(shown[first, 0], shown[first, 1], s=26, color=_FRONT, zorder=3.1)
-    ax.set_xlabel("Angular error, RMS of ln(a/b) / √2", fontsize=9, color=_INK)
-    ax.set_ylabel("Areal error, RMS of ln(ab) / √2 at the best scale", fontsize=9, color=_INK)
+        ax.add_patch(Circle((0.0, 0.0), radius, fill=False, edgecolor=colours.graticule, linewidth=0.6, zorder=1.0))
+    ax.plot(*shown[first].T, color=colours.curves[1], linewidth=1.0, zorder=2.0)
+    ax.scatter(shown[:, 0], shown[:, 1], s=20, color=colours.curves[0], zorder=3.0)
+    ax.scatter(shown[first, 0], shown[first, 1], s=26, color=colours.curves[1], zorder=3.1)
+    ax.set_xlabel("Angular error, RMS of ln(a/b) / √2", fontsize=letters * 9, color=colours.text)
+    ax.set_ylabel("Areal error, RMS of ln(ab) / √2 at the best scale", fontsize=letters * 9, color=colours.text)
     lost = [name for name, known in zip(names, finite, strict=True) if not known]
-    said = f"Arcs: equal Airy–Kavrayskiy error{over}. Red: no other map has less of both."
+    said = f"Arcs: equal Airy–Kavrayskiy error{over}. Joined: no other map has less of both."
     if lost:
         said += f"\nOne error is infinite, and not shown, of {', '.join(lost)}."
-    ax.set_title(said, fontsize=8, color="#555555", wrap=True)
+    ax.set_title(said, fontsize=letters * 8, color=colours.quiet, wrap=True)
     _frame(ax)
     ax.grid(False)
     figure.draw_without_rendering()  # so that the layout stands before the labels are placed
-    place_labels(ax, shown, labels, size=7.5, colour=_INK, line=shown[first])
+    place_labels(ax, shown, labels, size=letters * 7.5, colour=colours.text, line=shown[first])
 
 
 def _front(points: FloatArray, same: float) -> list[int]:

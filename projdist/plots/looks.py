@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import matplotlib
 import matplotlib.style
@@ -159,8 +159,10 @@ class LookedFigure(Figure):
         dpi: float,
         is_tight: bool = False,
         is_one_line: bool = False,
+        layout: Literal["constrained"] | None = None,
     ) -> None:
-        super().__init__(figsize=figsize, dpi=dpi, facecolor="none" if look.transparent else look.colours.background)
+        background = "none" if look.transparent else look.colours.background
+        super().__init__(figsize=figsize, dpi=dpi, facecolor=background, layout=layout)
         self.look, self.scale, self.is_tight, self.is_one_line = look, scale, is_tight, is_one_line
         FigureCanvasAgg(self)
 

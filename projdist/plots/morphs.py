@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from PIL import Image
 
@@ -22,6 +21,7 @@ from projdist.matrices import Measure, get_measure
 from projdist.plots.blends import Blend, blend_of, open_edges
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.layouts import check_dpi, check_size
+from projdist.plots.looks import Look, LookedFigure, look_for, scale_for
 from projdist.plots.pictures import AnyMeasure, draw_colourbar
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, RegionLike, region_for
@@ -31,10 +31,11 @@ FILM_SUFFIXES = (".gif", ".mp4")
 
 _SIZE, _DPI = (7.0, 4.6), 100.0
 _TOP, _FOOT, _SIDE = 0.42, 0.62, 0.1  # inches
+_HEADING = 0.34
 _HOLD = 0.8  # seconds at either end
 _COLOURS, _DARKER, _GREYS = 120, 40, 24  # of a GIF, which has room for 256
 _MOST_FRAMES, _LONGEST = 500, 600.0
-_INK, _PALE, _DOT = "#222222", "#9aa3ad", "#b2402a"
+_DOT = "#b2402a"
 
 Progress = Callable[[int, int], Any]
 
@@ -52,6 +53,7 @@ def morph(
     dpi: float = _DPI,
     overwrite: bool = True,
     progress: Progress | None = None,
+    look: Look | str | None = None,
 ) -> Path:
     """Write a film in which a map flows into another and back, with a measure of what it is on the way.
 
@@ -81,6 +83,8 @@ def morph(
         Whether a file may be replaced.
     progress : callable, optional
         Called with how many frames are drawn, and of how many.
+    look : Look or str, optional
+        How it looks, or the name of a theme; its title is a heading, "" for no names of maps either. Films are opaque.
 
     Returns
     -------
@@ -124,11 +128,13 @@ def morph(
     maps = Projection.from_user_input(first), Projection.from_user_input(second)
     blend = blend_of(*maps, region_for(region, list(maps)))
     with replacing(path, overwrite=overwrite) as new:
-        stage = _Stage(blend, chosen, room, check_dpi(dpi))
-        if path.suffix.lower() == ".gif":
-            _write_gif(new, stage.pictures(count, progress), _palette(stage.scale), length)
-        else:
-            _write_mp4(new, stage, count, length, progress)
+        look = replace(look_for(look), transparent=False)
+        with look.applied():
+            stage = _Stage(blend, chosen, room, check_dpi(dpi), look)
+            if path.suffix.lower() == ".gif":
+                _write_gif(new, stage.pictures(count, progress), _palette(stage.scale, look), length)
+            else:
+                _write_mp4(new, stage, count, length, progress)
     return path
 
 
@@ -149,51 +155,66 @@ def eased(count: int) -> FloatArray:
 class _Stage:
     """A figure that shows a blend at any share of the way."""
 
-    def __init__(self, blend: Blend, measure: Measure, size: tuple[float, float], dpi: float) -> None:
+    def __init__(self, blend: Blend, measure: Measure, size: tuple[float, float], dpi: float, look: Look) -> None:
         self.blend, self.measure = blend, measure
-        self.scale = _scale(blend, measure)
-        self.figure = Figure(figsize=size, dpi=dpi)
-        self.canvas: Any = FigureCanvasAgg(self.figure)
+        self.scale = _scale(blend, measure, look)
+        self.look, self.letters = look, scale_for(look, size)
+        self.figure = LookedFigure(look, self.letters, figsize=size, dpi=dpi)
+        self.canvas: Any = self.figure.canvas
         width, height = size
+        self.heading = self.letters * _HEADING if look.title else 0.0
+        top = self.heading + (self.letters * _TOP if look.has_titles else _SIDE)
+        foot = self.letters * _FOOT if look.colourbar else _SIDE
         self.ax: Axes = self.figure.add_axes(
-            (_SIDE / width, _FOOT / height, 1.0 - 2.0 * _SIDE / width, (height - _TOP - _FOOT) / height)
+            (_SIDE / width, foot / height, 1.0 - 2.0 * _SIDE / width, (height - top - foot) / height)
         )
         self.ax.set_axis_off()
         self.shape = self.ax.get_position().width * width / (self.ax.get_position().height * height)
-        styles = (("#00000040", 0.4, 1.0), ("#222222", 0.6, 1.2), ("#333333", 0.8, 3.0))
+        colours = look.colours
+        styles = ((colours.over_graticule, 0.4, 1.0), (colours.over_coast, 0.6, 1.2), (colours.outline, 0.8, 3.0))
         self.lines = [
             LineCollection([], colors=colour, linewidths=line, zorder=order) for colour, line, order in styles
         ]
         for lines in self.lines:
             self.ax.add_collection(lines, autolim=False)
         self.field: Any = None
-        self._title(width, height)
+        self.dot: Any = None
+        if look.title:
+            self.figure.head(look.title)
+        if look.has_titles:
+            self._title(width, height)
+        if look.colourbar:
+            self._draw_bar(width, height)
+
+    def _draw_bar(self, width: float, height: float) -> None:
+        blend, letters = self.blend, self.letters
         bar = min(0.6 * width, 4.5)
-        place = (0.5 - 0.5 * bar / width, 0.42 / height, bar / width, 0.11 / height)
+        place = (0.5 - 0.5 * bar / width, letters * 0.42 / height, bar / width, letters * 0.11 / height)
         over = "" if blend.region == GLOBE else f", over {blend.region.name[:50]}"
         draw_colourbar(self.figure, self.scale, cax=self.figure.add_axes(place)).set_label(
-            f"{self.scale.label}{over}", fontsize=8
+            f"{self.scale.label}{over}", fontsize=letters * 8
         )
 
     def _title(self, width: float, height: float) -> None:
         """The names of both maps, and a dot on the way between them."""
-        y = 1.0 - 0.2 / height
+        y = 1.0 - (self.heading + self.letters * 0.2) / height
+        size, colours = self.letters * 10.0, self.look.colours
         left, right = self.blend.maps
         names = [
-            self.figure.text(x, y, one.name, ha=side, va="center", fontsize=10.0, color=_INK)
+            self.figure.text(x, y, one.name, ha=side, va="center", fontsize=size, color=colours.text)
             for x, one, side in ((0.15 / width, left, "left"), (1.0 - 0.15 / width, right, "right"))
         ]
         widest = 0.40 * width * self.figure.dpi
         wider = max(name.get_window_extent().width for name in names)
         for name in names:
-            name.set_fontsize(10.0 * min(1.0, widest / max(wider, 1.0)))
+            name.set_fontsize(size * min(1.0, widest / max(wider, 1.0)))
         ends = [name.get_window_extent().width / self.figure.bbox.width for name in names]
         self.way = 0.3 / width + ends[0], 1.0 - 0.3 / width - ends[1]
         strip = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=5)
         strip.set_axis_off()
         strip.patch.set_alpha(0.0)
         strip.set(xlim=(0, 1), ylim=(0, 1))
-        strip.plot(self.way, (y, y), color=_PALE, linewidth=1.0)
+        strip.plot(self.way, (y, y), color=colours.graticule, linewidth=1.0)
         (self.dot,) = strip.plot([], [], "o", color=_DOT, markersize=5.0)
         self.height = y
 
@@ -223,7 +244,8 @@ class _Stage:
         shore.set_segments([blend.at(share, track) for track in blend.coast])
         outline.set_segments(list(xy[open_edges(xy, blend.edges)]))
         self._look_at(xy[used])
-        self.dot.set_data([self.way[0] + share * (self.way[1] - self.way[0])], [self.height])
+        if self.dot is not None:
+            self.dot.set_data([self.way[0] + share * (self.way[1] - self.way[0])], [self.height])
 
     def _look_at(self, xy: FloatArray) -> None:
         """All of the map in the middle of the axes, a metre the same in x and y."""
@@ -243,18 +265,19 @@ class _Stage:
                 progress(number, count)
 
 
-def _scale(blend: Blend, measure: Measure) -> ColourScale:
+def _scale(blend: Blend, measure: Measure, look: Look) -> ColourScale:
     """Colours for all of the way."""
     values = [blend.values(share, measure) for share in (0.0, 0.5, 1.0)]
-    return colour_scale(measure, values, [blend.weights] * len(values))
+    return colour_scale(measure, values, [blend.weights] * len(values), colours=look.colours)
 
 
-def _palette(scale: ColourScale) -> Image.Image:
-    """The colours of the scale, under lines, too, greys, and that of the dot."""
+def _palette(scale: ColourScale, look: Look) -> Image.Image:
+    """The colours of the scale, under lines, too, from those of the ground to those of letters, and of the dot."""
     bright = scale.colours(np.linspace(0.0, 1.0, _COLOURS))[:, :3]
     dark = 0.75 * scale.colours(np.linspace(0.0, 1.0, _DARKER))[:, :3]
-    grey = np.linspace(0.0, 1.0, _GREYS)[:, None] * np.ones(3)
-    pixels = np.concatenate([bright, dark, grey, [to_rgb(_DOT)], 0.5 + 0.5 * np.array([to_rgb(_DOT)])])
+    ends = (to_rgb(look.colours.background), to_rgb(look.colours.text))
+    grey = np.linspace(*ends, _GREYS)
+    pixels = np.concatenate([bright, dark, grey, [to_rgb(_DOT)], 0.5 * np.array([to_rgb(_DOT)]) + 0.5 * grey[:1]])
     image = Image.new("P", (1, 1))
     image.putpalette((255.0 * pixels).round().astype(np.uint8).ravel().tolist())
     return image

@@ -14,6 +14,7 @@ from projdist._typing import FloatArray
 from projdist.applications.mosaics import Canvas, Mosaic, Picture, Rendered, corners, places, render
 from projdist.plots.basemap import draw_title, fit_titles
 from projdist.plots.layouts import arranged
+from projdist.plots.looks import Look, look_for, look_of, scale_of
 from projdist.support import check_instance
 
 _FOOT = 0.2  # inches
@@ -32,11 +33,13 @@ def mosaic_figure(
     frames: Sequence[str] = ("first", "last", "central", "best", "mdt"),
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
+    look: Look | str | None = None,
 ) -> Figure:
     """A mosaic in several frames, each with its figure of distortion, each as large as it can be.
 
     With `pictures` it is drawn, with the images' rims; without them only these are. A frame in which an image reaches
-    infinity has only a title. Raises ValueError, and ImportError where pictures are to be drawn without OpenCV.
+    infinity has only a title. A `look`, or the name of a theme, says how it looks; its title is a heading. Raises
+    ValueError, and ImportError where pictures are to be drawn without OpenCV.
     """
     check_instance("mosaic", found, Mosaic, "a Mosaic")
     if not frames or any(name not in found.frames for name in frames):
@@ -45,13 +48,17 @@ def mosaic_figure(
     sides = [_FLAT if panel is None else (_canvas(panel).width, _canvas(panel).height) for panel in panels]
     shapes = np.array(sides, dtype=float)
     words = [_words(found, name) for name in frames]
-    figure, axes, room = arranged(shapes / shapes.max(axis=1, keepdims=True), size, dpi, foot=_FOOT, words=words)
-    for ax, panel, (title, below) in zip(axes, panels, words, strict=True):
-        ax.set_axis_off()
-        if panel is not None:
-            _draw(ax, found, panel)
-        draw_title(ax, title, below)
-    fit_titles(axes, room)
+    look, shapes = look_for(look), shapes / shapes.max(axis=1, keepdims=True)
+    if len(words) == 1 and look.title:
+        words = [(look.title, words[0][1])]
+    with look.applied():
+        figure, axes, room = arranged(shapes, size, dpi, foot=_FOOT, words=words, look=look)
+        for ax, panel, (title, below) in zip(axes, panels, words, strict=True):
+            ax.set_axis_off()
+            if panel is not None:
+                _draw(ax, found, panel)
+            draw_title(ax, title, below)
+        fit_titles(axes, room)
     return figure
 
 
@@ -79,7 +86,8 @@ def _draw(ax: Axes, found: Mosaic, panel: Rendered | Canvas) -> None:
         ax.add_collection(LineCollection(list(closed), colors=_RIM, linewidths=0.5, zorder=1.0), autolim=False)
     else:
         ax.add_collection(
-            PolyCollection(list(rims), facecolors=_FACE, edgecolors=_EDGE, linewidths=0.6, zorder=1.0), autolim=False
+            PolyCollection(list(rims), facecolors=_FACE, edgecolors=_edge(ax), linewidths=0.6, zorder=1.0),
+            autolim=False,
         )
         _draw_numbers(ax, found, rims)
 
@@ -87,7 +95,13 @@ def _draw(ax: Axes, found: Mosaic, panel: Rendered | Canvas) -> None:
 def _draw_numbers(ax: Axes, found: Mosaic, rims: FloatArray) -> None:
     if len(rims) <= _NUMBERS:
         for image, (x, y) in zip(found.images, rims.mean(axis=1), strict=True):
-            ax.text(x, y, str(image), ha="center", va="center", fontsize=7, color=_EDGE)
+            ax.text(x, y, str(image), ha="center", va="center", fontsize=scale_of(ax) * 7, color=_edge(ax))
+
+
+def _edge(ax: Axes) -> str:
+    """The usual blue on a light ground."""
+    look = look_of(ax)
+    return _EDGE if look.theme is None else look.colours.text
 
 
 def _words(found: Mosaic, name: str) -> tuple[str, str]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
@@ -21,7 +20,7 @@ from projdist.plots.basemap import draw_title
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.labels import label_isolines
 from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.looks import look_of
+from projdist.plots.looks import Look, LookedFigure, look_for, look_of, scale_for, scale_of
 from projdist.plots.pictures import draw_colourbar
 from projdist.plots.scans import Scan, read_scan
 from projdist.support import check_instance, check_text, listed_values
@@ -39,6 +38,7 @@ _PIXELS = 1200  # across, of colours on a scan
 _DARKEST = 0.25  # of a colour's brightness, where the scan is black
 _POINT, _OUTLIER, _FOLD = "#1f3b57", "#b3002d", "#d81b60"
 _GAP, _TITLE, _FOOT, _BAR = 0.2, 0.55, 0.15, 0.75  # inches
+_HEADING = 0.36  # inches above all
 _NARROWEST, _TEXT = 0.5, 3.6  # inches: of a map, and of a column, for the lines below the titles
 _MOST_NAMES = 12
 
@@ -78,12 +78,14 @@ def old_map_figure(
     image: str | os.PathLike[str] | None = None,
     size: tuple[float, float] | None = None,
     dpi: float = 150.0,
+    look: Look | str | None = None,
 ) -> Figure:
     """An old map with one or several panels of `draw`: "tissot", "heatmap" (of "fisher" or "areal_scale"), "rotation",
     "scale" and "grid".
 
     `image` is the scan, in whose pixels the points are: their y downwards from its top, or, of points that are not
-    mirrored, upwards from its bottom, or negative downwards. Raises ValueError.
+    mirrored, upwards from its bottom, or negative downwards. A `look`, or the name of a theme, says how it looks; its
+    title is a heading. Raises ValueError.
     """
     check_instance("old map", found, OldMap, "an OldMap")
     draw = [check_text("panel", panel) for panel in listed_values(draw)]
@@ -93,10 +95,12 @@ def old_map_figure(
         raise ValueError(f"Invalid measure '{measure}' of an old map. It must be {' or '.join(OLD_MAP_MEASURES)}.")
     size, dpi = check_size(size), check_dpi(dpi)
     sheet = _sheet(found, None if image is None else read_scan(image, found))
-    figure, places = _layout(sheet, draw, size, dpi)
-    for panel, (ax, bar) in zip(draw, places, strict=True):
-        _set_view(ax, sheet)
-        OLD_MAP_PANELS[panel](ax, bar, sheet, measure)
+    look = look_for(look)
+    with look.applied():
+        figure, places = _layout(sheet, draw, size, dpi, look)
+        for panel, (ax, bar) in zip(draw, places, strict=True):
+            _set_view(ax, sheet)
+            OLD_MAP_PANELS[panel](ax, bar, sheet, measure)
     return figure
 
 
@@ -223,7 +227,15 @@ def _grid(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
         ax.scatter(x, y, s=size, c=colour, linewidths=0, zorder=2.2)
     for name in found.outliers[:_MOST_NAMES]:
         place = found.points.old[found.points.names.index(name)]
-        ax.annotate(name, place, xytext=(3, 3), textcoords="offset points", fontsize=6.5, color=_OUTLIER, zorder=2.5)
+        ax.annotate(
+            name,
+            place,
+            xytext=(3, 3),
+            textcoords="offset points",
+            fontsize=scale_of(ax) * 6.5,
+            color=_OUTLIER,
+            zorder=2.5,
+        )
     below = "Lines lead to where the MDT has the points" + ("; red: outliers" if far.any() else "")
     _draw_title(ax, sheet, f"True grid, {_length(step)}", below)
 
@@ -291,7 +303,9 @@ def _draw_field(ax: Axes, sheet: Sheet, name: str, denominator: float | None = N
     folded = sheet.folded
     values = LOCAL_MEASURES[name](sheet.J)
     present = values[~folded]
-    scale = colour_scale(LOCAL_MEASURES[name], [present], [np.full(present.size, 1.0 / present.size)])
+    scale = colour_scale(
+        LOCAL_MEASURES[name], [present], [np.full(present.size, 1.0 / present.size)], colours=look_of(ax).colours
+    )
     if denominator is not None:
         scale = _with_round_denominators(scale, denominator)
     mesh = Triangulation(sheet.mesh.x, sheet.mesh.y, sheet.mesh.triangles)
@@ -305,7 +319,7 @@ def _draw_field(ax: Axes, sheet: Sheet, name: str, denominator: float | None = N
     inside = scale.levels[(scale.levels > present.min()) & (scale.levels < present.max())]
     if inside.size and shows_isolines(scale, present):
         lines = ax.tricontour(
-            mesh, filled, levels=inside, colors="#111111", linewidths=0.6, linestyles="solid", zorder=2.0
+            mesh, filled, levels=inside, colors=look_of(ax).colours.ink, linewidths=0.6, linestyles="solid", zorder=2.0
         )
         texts = level_labels(inside) if denominator is None else [f"{denominator / one:,.0f}" for one in inside]
         rim = np.stack([sheet.hull[:-1], sheet.hull[1:]], axis=1)
@@ -337,12 +351,14 @@ def _with_round_denominators(scale: ColourScale, denominator: float) -> ColourSc
 
 
 def _draw_colourbar(bar: Axes, scale: ColourScale, denominator: float | None) -> None:
+    if not look_of(bar).colourbar:
+        return
     bar.set_axis_on()
     drawn = draw_colourbar(bar.figure, scale, cax=bar)
     if denominator is not None:
         ticks = [float(tick) for tick in drawn.get_ticks()]
         drawn.set_ticks(ticks, labels=[f"{denominator / one:,.0f}" for one in ticks])
-        drawn.set_label("Scale 1 : N", fontsize=9)
+        drawn.set_label("Scale 1 : N", fontsize=scale_of(bar) * 9)
 
 
 def _round_down(length: float) -> float:
@@ -356,33 +372,41 @@ def _length(metres: float) -> str:
 
 
 def _layout(
-    sheet: Sheet, panels: Sequence[str], size: tuple[float, float] | None, dpi: float
+    sheet: Sheet, panels: Sequence[str], size: tuple[float, float] | None, dpi: float, look: Look
 ) -> tuple[Figure, list[tuple[Axes, Axes]]]:
     """A figure with axes for each panel, and below them axes for its colour bar."""
     left, right, bottom, top = sheet.view
     shape, count = abs(top - bottom) / (right - left), len(panels)
     columns = 1 if count == 1 or (count == 2 and shape < 0.4) else 2
     in_rows = [panels[first : first + columns] for first in range(0, count, columns)]
-    feet = [_BAR if set(row) & set(_WITH_BAR) else _FOOT for row in in_rows]
-    fixed = sum(feet) + len(in_rows) * _TITLE
+    letters = scale_for(look, None if size is None else (size[0] / columns, size[1] / len(in_rows)))
+    title, heading = letters * _TITLE if look.has_titles else _FOOT, letters * _HEADING if look.title else 0.0
+    feet = [letters * _BAR if look.colourbar and set(row) & set(_WITH_BAR) else _FOOT for row in in_rows]
+    fixed = sum(feet) + len(in_rows) * title + heading
     width, height = size if size is not None else (7.0 if columns == 1 else 11.0, 9.0 if len(in_rows) == 1 else 12.0)
     w = min((width - _GAP) / columns - _GAP, (height - fixed) / len(in_rows) / shape)
     if not w > _NARROWEST:
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {count} panels.")
     if size is None:
-        width, height = columns * max(w + _GAP, _TEXT) + _GAP, len(in_rows) * w * shape + fixed
+        width, height = columns * max(w + _GAP, letters * _TEXT) + _GAP, len(in_rows) * w * shape + fixed
     spare = (height - fixed - len(in_rows) * w * shape) / len(in_rows)
-    figure = Figure(figsize=(width, height), dpi=dpi)
-    FigureCanvasAgg(figure)
+    figure = LookedFigure(look, letters, figsize=(width, height), dpi=dpi)
+    if look.title:
+        figure.head(look.title)
     length = min(max(0.8 * w, 0.6 * (width - _GAP) / columns), 5.0)
-    places, upper = [], height
+    places, upper = [], height - heading
     for row, foot in zip(in_rows, feet, strict=True):
-        lower = upper - _TITLE - 0.5 * spare - w * shape
+        lower = upper - title - 0.5 * spare - w * shape
         for column in range(len(row)):
             middle = 0.5 * width + (column - 0.5 * (len(row) - 1)) * (width - _GAP) / columns
             ax = figure.add_axes(((middle - 0.5 * w) / width, lower / height, w / width, w * shape / height))
             bar = figure.add_axes(
-                ((middle - 0.5 * length) / width, (lower - 0.22) / height, length / width, 0.12 / height)
+                (
+                    (middle - 0.5 * length) / width,
+                    (lower - letters * 0.22) / height,
+                    length / width,
+                    letters * 0.12 / height,
+                )
             )
             bar.set_axis_off()
             places.append((ax, bar))

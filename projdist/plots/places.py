@@ -14,7 +14,7 @@ from projdist.earth import cities
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
 from projdist.plots.areas import draw_surface
-from projdist.plots.looks import look_of
+from projdist.plots.looks import look_of, scale_of
 from projdist.projections import Projection
 from projdist.surfaces import Surface, ground_size, normalised, surface_of_globe
 
@@ -39,11 +39,17 @@ _APART = 0.12  # of the smaller side: cities are no closer
 
 @dataclass
 class _Texts:
-    """Boxes in points that are taken, and the frame's size."""
+    """Boxes in points that are taken, the frame's size, and the size of letters relative to the usual one."""
 
     width: float
     height: float
     boxes: list[tuple[float, float, float, float]]
+    letters: float
+
+    @property
+    def size(self) -> float:
+        """The size of letters in points."""
+        return self.letters * _TEXT
 
     def take(self, x: float, y: float, width: float, height: float) -> bool:
         """Take a box with its lower left corner at x, y, if it is free and within the frame."""
@@ -65,7 +71,7 @@ def draw_places(ax: Axes, surface: Surface) -> None:
     ax.apply_aspect()
     box = ax.get_window_extent()
     points = 72.0 / ax.figure.dpi
-    texts = _Texts(box.width * points, box.height * points, [])
+    texts = _Texts(box.width * points, box.height * points, [], scale_of(ax))
     _take_labels(ax, texts)
     is_small = max(ground_size(surface.domain.region.bounds)) < _PLACED_AT_ONCE
     if is_small and min(texts.width, texts.height) > _LEAST_FOR_LOCATOR:
@@ -142,7 +148,8 @@ def _draw_scale_bar(ax: Axes, surface: Surface, texts: _Texts) -> None:
     metres = max(length for length in _ROUND if length <= _BAR * (east - west))
     bar = metres / (east - west) * texts.width
     text = f"{metres / 1000.0:g} km" if metres >= 1000.0 else f"{metres:g} m"
-    width, height = max(bar, len(text) * _LETTER * _TEXT) + 12.0, 22.0
+    letters = texts.letters
+    width, height = max(bar, len(text) * _LETTER * texts.size) + 12.0, 10.0 + letters * 12.0
     for x, y in _corners(surface, width / texts.width, height / texts.height):
         if texts.take(x * (texts.width - 8.0) + 4.0, y * (texts.height - 8.0) + 4.0, width, height):
             break
@@ -163,7 +170,7 @@ def _draw_scale_bar(ax: Axes, surface: Surface, texts: _Texts) -> None:
         )
         half.set_path_effects([withStroke(linewidth=2.0, foreground=f"{look_of(ax).colours.background}d0")])
         ax.add_patch(half)
-    _write(ax, texts, text, 0.5 * (start + stop), bottom + 13.5, "center", "scale bar")
+    _write(ax, texts, text, 0.5 * (start + stop), bottom + 7.0 + letters * 6.5, "center", "scale bar")
 
 
 def _write(ax: Axes, texts: _Texts, text: str, x: float, y: float, ha: str, label: str) -> None:
@@ -174,7 +181,7 @@ def _write(ax: Axes, texts: _Texts, text: str, x: float, y: float, ha: str, labe
         transform=ax.transAxes,
         ha=ha,
         va="center",
-        fontsize=_TEXT,
+        fontsize=texts.size,
         color=look_of(ax).colours.text,
         zorder=6.0,
         label=label,
@@ -191,7 +198,7 @@ def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
     xy = _seen(surface, known.lon, known.lat)
     near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
     inside = np.logical_or.reduce(near)
-    most = int(_CITIES_PER_INCH * (texts.width + texts.height) / 72.0)
+    most = int(_CITIES_PER_INCH * (texts.width + texts.height) / 72.0 / texts.letters)
     apart = _APART * min(texts.width, texts.height)
     drawn: list[FloatArray] = []
     for k in _in_order(np.isfinite(xy[:, 0]), inside):
@@ -233,7 +240,7 @@ def _seen(surface: Surface, lon: FloatArray, lat: FloatArray) -> FloatArray:
 
 def _name(ax: Axes, texts: _Texts, name: str, place: FloatArray) -> bool:
     """Write a city's name beside its dot, to the right if there is room, else to the left, above or below."""
-    width, height = len(name) * _LETTER * _TEXT, _LINE * _TEXT
+    width, height = len(name) * _LETTER * texts.size, _LINE * texts.size
     x, y = place
     if not texts.is_free(x - 1.5, y - 1.5, 3.0, 3.0):
         return False

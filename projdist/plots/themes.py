@@ -14,8 +14,8 @@ class Theme:
     """The colours of a picture, as matplotlib takes them, and its colour maps.
 
     `ink` is for isolines, `halo` what parts lines and letters from colours beneath; `over_graticule` and `over_coast`
-    are lines on a field of colours. `rising` is a colour map that is light at its lower end, `falling` at its upper
-    one, `diverging` in its middle.
+    are lines on a field of colours; `curves` are those of graphs. `rising` is a colour map that is light at its
+    lower end, `falling` at its upper one, `diverging` in its middle.
     """
 
     background: str
@@ -34,10 +34,14 @@ class Theme:
     halo: str
     over_graticule: str
     over_coast: str
+    curves: tuple[str, ...]
     rising: str | Colormap
     falling: str | Colormap
     diverging: str | Colormap
 
+
+# Okabe & Ito 2008, which the colour-blind tell apart; yellow is too pale for lines.
+_OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222", "#8c564b")
 
 # Perceptually ordered and safe for the colour-blind; light where the distortion is least.
 _LIGHT = Theme(
@@ -57,6 +61,7 @@ _LIGHT = Theme(
     halo="#ffffffb0",
     over_graticule="#00000040",
     over_coast="#222222",
+    curves=_OKABE_ITO,
     rising="viridis_r",
     falling="viridis",
     diverging="RdBu_r",
@@ -78,6 +83,7 @@ _DARK = Theme(
     halo="#ffffffb0",
     over_graticule="#00000040",
     over_coast="#222222",
+    curves=("#56b4e9", "#e69f00", "#2fbf97", "#e3a0c6", "#f0e442", "#ff7f45", "#f0f2f4", "#b98a80"),
     rising="viridis_r",
     falling="viridis",
     diverging="RdBu_r",
@@ -101,6 +107,7 @@ _PRINT = Theme(
     halo="#ffffffd0",
     over_graticule="#00000050",
     over_coast="#333333",
+    curves=("#000000", "#a8a8a8", "#666666"),
     rising=_GREYS,
     falling=_GREYS.reversed(),
     diverging=_GREYS,

@@ -6,13 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from commands import run, run_ok
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from mosaic_sets import affine_maps, common_points
 
-from projdist import plots
+from projdist import plots, profile
+from projdist.applications.mosaics import mosaic
+from projdist.applications.oldmaps import ControlPoints, old_map
 from projdist.plots.themes import THEMES
 
 EUROPE = "box:-10,35,40,70"
@@ -172,3 +176,75 @@ def test_options_of_the_command(tmp_path: Path) -> None:
     assert "--theme" in layer.stderr
     alone = run("correct", "robin", "--theme", "dark")
     assert "Invalid option '--theme'. It needs a picture to draw to: -o FILE." in alone.stderr
+
+
+def other_figures(look: plots.Look) -> dict[str, Figure]:
+    """Figures that are no maps of the Earth."""
+    rows = np.random.default_rng(1).uniform(0.0, 100.0, (30, 2))
+    sheet = old_map(ControlPoints(rows, rows @ [[9.0, 1.0], [-1.0, 9.0]] + 0.02 * rows**2), model="polynomial2")
+    images = mosaic(common_points(affine_maps(np.random.default_rng(1))))
+    return {
+        "profile": plots.profile_figure(profile("EPSG:32632", "7,47,9,49,12,50"), look=look),
+        "histogram": plots.distribution_figure(FOUR[:2], region=EUROPE, look=look),
+        "pareto": plots.distribution_figure(FOUR, "pareto", region=EUROPE, look=look),
+        "old map": plots.old_map_figure(sheet, draw=["grid", "scale"], look=look),
+        "mosaic": plots.mosaic_figure(images, look=look),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theme", THEMES)
+def test_looks_of_other_figures(theme: str) -> None:
+    """Graphs, old maps and mosaics have a theme's ground and letters, a heading, and all of it inside."""
+    colours = THEMES[theme]
+    for name, figure in other_figures(plots.Look(theme=theme, title="A heading", font_size=10)).items():
+        texts = [text for text in figure.findobj(Text) if text.get_text().strip() and text.get_visible()]
+        figure.canvas.draw()
+        width, height = figure.canvas.get_width_height()
+        assert to_rgb(figure.get_facecolor()) == to_rgb(colours.background), name
+        assert [text.get_text() for text in texts].count("A heading") == 1, name
+        for text in [
+            *figure.texts,
+            *(text for ax in figure.axes for text in (ax.title, ax.xaxis.label, ax.yaxis.label)),
+        ]:
+            assert abs(luminance(text.get_color()) - luminance(colours.background)) > 0.3, (name, text)
+            box = text.get_window_extent()
+            assert -1.0 <= box.x0 <= box.x1 <= width + 1.0, (name, text)
+            assert -1.0 <= box.y0 <= box.y1 <= height + 1.0, (name, text)
+
+
+@pytest.mark.slow
+def test_other_figures_without_titles() -> None:
+    """Nothing stands above panels."""
+    for name, figure in other_figures(plots.Look(title="")).items():
+        above = [ax.get_title() for ax in figure.axes if not ax.get_title().startswith("Arcs")]
+        assert not any(above), name
+
+
+@pytest.mark.slow
+def test_cities_and_scale_bars_follow_the_letters() -> None:
+    """Names and the bar's number are as large as all letters are."""
+    for points in (5.0, 9.0, 14.0):
+        figure = plots.figure("EPSG:3035", region="country:DE", look=plots.Look(font_size=points))
+        sizes = [text.get_fontsize() for text in figure.axes[0].texts if text.get_label() in ("city", "scale bar")]
+        assert sizes == pytest.approx([6.5 * points / 9.0] * len(sizes))
+        assert len(sizes) > 3
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("compare", "robin", "--theme", "dark"), "Invalid option '--theme'. It needs a picture to draw: --plot"),
+        (("mosaic", "--dpi", "50"), "Invalid option '--dpi'. It needs a figure to draw: --compare FILE."),
+        (("profile", "robin", "--line", "1,2,3,4", "--no-title"), "Invalid option '--no-title'. It needs a picture"),
+        (("profile", "robin", "--line", "1,2,3,4", "--no-colourbar"), "No such option: --no-colourbar"),
+        (("morph", "robin", "moll", "--transparent"), "No such option: --transparent"),
+        (("morph", "robin", "moll", "--theme", "pink"), "Invalid theme 'pink'"),
+    ],
+)
+def test_looks_that_a_command_has_not(words: tuple[str, ...], said: str) -> None:
+    """One line says so."""
+    result = run(*words)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"projdist: {said}")
+    assert result.stderr.count("\n") == 1

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
 from projdist import Projection, factors, get_measure, get_region, plots
@@ -104,6 +105,27 @@ def test_a_film(tmp_path: Path) -> None:
     assert np.abs(frames[3] - frames[0]).max() > 50
     with pytest.raises(FileExistsError):
         plots.morph("robin", "moll", path, region="box:0,0,60,60", frames=2, overwrite=False)
+
+
+@pytest.mark.usefixtures("few_cells")
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
+def test_a_film_by_ffmpeg(tmp_path: Path) -> None:
+    """A file of MPEG-4 with H.264, of even sizes, as players want it."""
+    path = plots.morph("robin", "moll", tmp_path / "a.mp4", region="box:0,0,60,60", frames=3, size=(3.03, 3.05), dpi=50)
+    content = path.read_bytes()
+    assert content[4:8] == b"ftyp"
+    assert b"avc1" in content
+
+
+@pytest.mark.usefixtures("few_cells")
+def test_poles_that_become_points() -> None:
+    """Where a line shrinks to a point, its edges are no measure of gaps, and the rim is the rim, at once."""
+    found = blend("robin", "moll")
+    xy = found.at(1.0, found.vertices)
+    rim = xy[open_edges(xy, found.edges)]
+    # An ellipse with half axes of 2 and 1 has a circumference of 9.68845; Mollweide's is sqrt(2) R times as large.
+    length = float(np.hypot(*(rim[:, 1] - rim[:, 0]).T).sum())
+    assert length == pytest.approx(9.68845 * np.sqrt(2.0) * 6378137.0, rel=0.02)
 
 
 def test_films_begin_and_end_slowly() -> None:
