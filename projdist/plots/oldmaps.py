@@ -218,11 +218,12 @@ def _grid(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     meant = found.rectifications["mdt"].affine.inverse()(found.points.new)
     lines = np.stack([found.points.old, meant], axis=1)
     ax.add_collection(
-        LineCollection(list(lines), colors=_POINT, linewidths=0.6, zorder=2.0, label="displacements"), autolim=False
+        LineCollection(list(lines), colors=_point(ax, sheet), linewidths=0.6, zorder=2.0, label="displacements"),
+        autolim=False,
     )
     far = np.isin(found.points.names, found.outliers)
     size = float(np.clip(3e3 / len(far), 3.0, 16.0))
-    for chosen, colour in ((~far, _POINT), (far, _OUTLIER)):
+    for chosen, colour in ((~far, _point(ax, sheet)), (far, _OUTLIER)):
         x, y = found.points.old[chosen].T
         ax.scatter(x, y, s=size, c=colour, linewidths=0, zorder=2.2)
     for name in found.outliers[:_MOST_NAMES]:
@@ -238,6 +239,12 @@ def _grid(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
         )
     below = "Lines lead to where the MDT has the points" + ("; red: outliers" if far.any() else "")
     _draw_title(ax, sheet, f"True grid, {_length(step)}", below)
+
+
+def _point(ax: Axes, sheet: Sheet) -> str:
+    """The usual blue on paper."""
+    look = look_of(ax)
+    return _POINT if look.theme is None or sheet.scan is not None else look.colours.text
 
 
 OLD_MAP_PANELS: dict[str, Callable[[Axes, Axes, Sheet, str], None]] = {
@@ -290,7 +297,8 @@ def _draw_title(ax: Axes, sheet: Sheet, title: str, below: str) -> None:
 def _draw_grid(ax: Axes, sheet: Sheet, strong: bool = False) -> float:
     """Lines of equal true x and y at round distances; returns the distance in metres."""
     step = _round_down(float(np.ptp(sheet.truth, axis=0).max()) / _LINES)
-    colour = "#00000066" if strong or sheet.scan is not None else look_of(ax).colours.graticule
+    colours = look_of(ax).colours
+    colour = "#00000066" if sheet.scan is not None else f"{colours.text}66" if strong else colours.graticule
     for values in sheet.truth.T:
         levels = step * np.arange(np.ceil(values.min() / step), np.floor(values.max() / step) + 1.0)
         if levels.size:
