@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 from projdist.web.maps import Maps
 
 # In this order: a module takes names only from those before it.
-_SCRIPTS = ("frames.js", "measures.js", "drawing.js", "tables.js", "page.js")
+_MAP_SCRIPTS = ("frames.js", "measures.js", "drawing.js", "maps.js")
+_SCRIPTS = ("tables.js", "page.js")
 _FEW_LINES = 8
 
 
@@ -52,7 +53,8 @@ def page_html(page: Page) -> str:
 
     Its policy allows its own style and script by their hashes, and no address at all.
     """
-    style, script = _file("page.css"), _script()
+    has_maps = page.maps is not None and bool(page.maps.frames)
+    style, script = _file("page.css"), _script((*_MAP_SCRIPTS, *_SCRIPTS) if has_maps else _SCRIPTS)
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
         "base-uri 'none'; form-action 'none'"
@@ -85,9 +87,9 @@ def _file(name: str) -> str:
     return (importlib.resources.files("projdist") / "web" / name).read_text(encoding="utf-8")
 
 
-def _script() -> str:
-    """The modules of the page as one, without what they import from and export to each other."""
-    text = "\n".join(_file(name) for name in _SCRIPTS)
+def _script(names: Sequence[str]) -> str:
+    """Modules as one, without what they import from and export to each other."""
+    text = "\n".join(map(_file, names))
     text = re.sub(r"^import .*?;\n", "", text, flags=re.MULTILINE | re.DOTALL)
     return re.sub(r"^export ", "", text, flags=re.MULTILINE)
 
