@@ -21,7 +21,7 @@ from projdist.plots.basemap import airy_kavrayskiy_line, draw_lines, draw_title,
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.labels import label_isolines
 from projdist.plots.looks import USUAL, LookedFigure, look_of, text_width
-from projdist.plots.places import draw_places
+from projdist.plots.places import draw_places, main_city, shows_places
 from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
@@ -146,7 +146,7 @@ def _draw_axes(ax: Axes, panel: Indicatrices, radius: float) -> None:
 
 
 def _draw_places(ax: Axes, surface: Surface, context: str) -> None:
-    if context == "full" and surface.is_local and not surface.domain.projection.is_of_another_body:
+    if context == "full" and shows_places(surface):
         draw_places(ax, surface)
 
 
@@ -210,15 +210,21 @@ def draw_heatmap(
     set_view(ax, surface)
     draw_surroundings(ax, surface, context)
     draw_lines(ax, surface, step, over_colours=True, context=context)
-    draw_field(ax, surface, values, scale, values_at)
+    kept = main_city(ax, surface) if context == "full" else None
+    draw_field(ax, surface, values, scale, values_at, kept)
     _draw_places(ax, surface, context)
     draw_title(ax, title_of(surface.domain.projection) if title is None else title, below)
 
 
 def draw_field(
-    ax: Axes, surface: Surface, values: FloatArray, scale: ColourScale, values_at: ValuesAt | None = None
+    ax: Axes,
+    surface: Surface,
+    values: FloatArray,
+    scale: ColourScale,
+    values_at: ValuesAt | None = None,
+    kept: FloatArray | None = None,
 ) -> None:
-    """Draw prepared values as colours and isolines only."""
+    """Draw prepared values as colours and isolines only, whose labels keep clear of some points (n, 2)."""
     mapped, used = triangulation(surface)
     whole, values = values, values[used]
     if scale.measure.name == "meridian_convergence":
@@ -256,7 +262,10 @@ def draw_field(
         if clip is not None:
             lines.set_clip_path(clip)
         labels = dict(zip(inside.tolist(), level_labels(inside), strict=True))
-        label_isolines(ax, lines, labels, (surface.ground or surface).outline)
+        edges = (surface.ground or surface).outline
+        if kept is not None:
+            edges = np.concatenate([edges, np.repeat(kept[:, None], 2, axis=1)])
+        label_isolines(ax, lines, labels, edges)
 
 
 def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import FloatArray, IntArray
 from projdist.earth import cities
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
@@ -34,6 +34,7 @@ _MARK = "#d7301f"
 
 _CITIES_PER_INCH = 1.1  # of the sum of a picture's sides
 _ABOUT = [(0.0, 0.0), *((0.1 * east, 0.1 * north) for east in (-1, 1) for north in (-1, 1))]  # coarse coasts miss some
+_ALONG = 8  # points along a name
 _APART = 0.12  # of the smaller side: cities are no closer
 
 
@@ -64,6 +65,11 @@ class _Texts:
         if x < 2.0 or y < 2.0 or right > self.width - 2.0 or top > self.height - 2.0:
             return False
         return not any(x < b[2] and b[0] < right and y < b[3] and b[1] < top for b in self.boxes)
+
+
+def shows_places(surface: Surface) -> bool:
+    """Whether a picture has places: one of a part of the Earth."""
+    return surface.is_local and not surface.domain.projection.is_of_another_body
 
 
 def draw_places(ax: Axes, surface: Surface) -> None:
@@ -195,13 +201,11 @@ def _write(ax: Axes, texts: _Texts, text: str, x: float, y: float, ha: str, labe
 def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
     """Dots and names of the best known cities in the frame, first those of the region."""
     known = cities()
-    xy = _seen(surface, known.lon, known.lat)
-    near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
-    inside = np.logical_or.reduce(near)
+    xy, order = _in_order(surface)
     most = int(_CITIES_PER_INCH * (texts.width + texts.height) / 72.0 / texts.letters)
     apart = _APART * min(texts.width, texts.height)
     drawn: list[FloatArray] = []
-    for k in _in_order(np.isfinite(xy[:, 0]), inside):
+    for k in order:
         if len(drawn) == most:
             break
         place = xy[k] * [texts.width, texts.height]
@@ -222,9 +226,26 @@ def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
         )
 
 
-def _in_order(seen: BoolArray, inside: BoolArray) -> IntArray:
-    """The numbers of cities in the frame, those of the region first, as they are known."""
-    return np.concatenate([np.flatnonzero(seen & inside), np.flatnonzero(seen & ~inside)])
+def main_city(ax: Axes, surface: Surface) -> FloatArray:
+    """Points (n, 2) of the map along the best known city of a region and its name, for labels to keep clear of."""
+    xy, order = _in_order(surface) if shows_places(surface) else (np.empty((0, 2)), np.empty(0, dtype=int))
+    if not order.size:
+        return np.empty((0, 2))
+    west, east, south, north = surface.view
+    ax.apply_aspect()
+    length = len(cities().name[order[0]]) * _LETTER * _TEXT * scale_of(ax)
+    share = length * ax.figure.dpi / 72.0 / ax.get_window_extent().width
+    places = xy[order[:1]] + np.linspace(0.0, share, _ALONG)[:, None] * [1.0, 0.0]
+    return np.asarray([west, south] + places * [east - west, north - south])
+
+
+def _in_order(surface: Surface) -> tuple[FloatArray, IntArray]:
+    """Places (n, 2) of all cities as shares of the frame, and the numbers of those in it, the region's first."""
+    known = cities()
+    xy = _seen(surface, known.lon, known.lat)
+    near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
+    inside, seen = np.logical_or.reduce(near), np.isfinite(xy[:, 0])
+    return xy, np.concatenate([np.flatnonzero(seen & inside), np.flatnonzero(seen & ~inside)])
 
 
 def _seen(surface: Surface, lon: FloatArray, lat: FloatArray) -> FloatArray:

@@ -105,3 +105,11 @@ def test_cities_of_a_panel_without_room() -> None:
     """A picture of a square centimetre has none, and is drawn."""
     figure = plots.tissot_figure("EPSG:2056", size=(1.4, 1.4))
     assert len(labelled(figure, "city")) < 4
+
+
+def test_labels_of_isolines_give_way_to_the_city_of_a_picture() -> None:
+    """San Francisco, in its own circle, stands on an isoline's middle."""
+    figure = plots.figure("EPSG:7131", region="cap:-122.42,37.77,40")
+    texts = [text for text in figure.axes[0].texts if text.get_text()]
+    (city,) = (text for text in texts if text.get_text() == "San Francisco")
+    assert not any(city.get_window_extent().overlaps(text.get_window_extent()) for text in texts if text is not city)
