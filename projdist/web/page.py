@@ -153,8 +153,10 @@ def _table(table: PageTable) -> str:
         f'<th scope="col"{kind}>{html.escape(text)}</th>' for (text, _), kind in zip(table.columns, kinds, strict=True)
     )
     rows = "\n".join(f"<tr>{''.join(_cells(row, kinds))}</tr>" for row in table.rows)
+    name = html.escape(table.title) or "Table"
     return (
-        f'<div class="table"><table>\n{caption}<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n'
+        f'<div class="table" tabindex="0" role="group" aria-label="{name}">'
+        f"<table>\n{caption}<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n"
         "</table></div>"
     )
 

@@ -229,6 +229,20 @@ def test_nothing_hinders_readers(page: Any, axe: Callable[[Any], list[str]]) -> 
     assert axe(page) == []
 
 
+def test_wide_tables_of_one_row_are_reached(open_page: Any, axe: Callable[[Any], list[str]], tmp_path: Path) -> None:
+    """By the keyboard, though their heads sort nothing."""
+    cells = [Cell("a long text without end"), *(Cell(f"{k}.000", float(k)) for k in range(20))]
+    table = PageTable(columns=[("map", True), *((f"figure {k}", False) for k in range(20))], rows=[cells])
+    path = tmp_path / "x.html"
+    path.write_text(page_html(Page(title="One row", tables=[table])))
+    opened = open_page(path.as_uri(), viewport={"width": 390, "height": 800})
+    opened.wait_for_selector("html[data-ready]")
+    assert axe(opened) == []
+    opened.keyboard.press("Tab")
+    opened.keyboard.press("ArrowRight")
+    assert opened.evaluate("document.activeElement.className") == "table"
+
+
 def test_without_scripts_the_text_is_there(open_page: Any, file: Path) -> None:
     """And what cannot be, is said."""
     opened = open_page(file.as_uri(), java_script_enabled=False)
