@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+import threading
 import webbrowser
 from typing import Annotated
 
@@ -10,7 +12,7 @@ import typer
 
 from projdist import web
 from projdist.cli.errors import refuse, refusing
-from projdist.cli.options import RegionOption, number, region_given
+from projdist.cli.options import RegionOption, region_given, whole_number
 from projdist.cli.output import emit
 from projdist.matrices import get_measure
 from projdist.projections import Projection
@@ -43,17 +45,17 @@ def explore_command(
         chosen = get_measure(measure).name
         place = region_for(region_given(region), maps)
         web.check_server()
-        wanted = 0 if port is None else round(number("port", port, 0, _LAST_PORT))
+        wanted = 0 if port is None else whole_number("port", port, 0, _LAST_PORT)
     try:
         listening = web.open_socket(wanted)
     except OSError as error:
         refuse(f"Invalid port '{port}'. It cannot be listened on: {error.strerror or error}.", error)
     text = region or place.name
     start = web.Start(projections=tuple(given), region=text, measure=chosen)
-    site = web.Site(start, web.Doors(frozenset([*given, text])))
-    address = site.url(listening.getsockname()[1])
-    emit(f"{address}\n", None)
-    sys.stdout.flush()
-    if not no_browser:
-        webbrowser.open(address)
-    web.serve(site, listening)
+    with contextlib.closing(web.Site(start, web.Doors(frozenset([*given, text])))) as site:
+        address = site.url(listening.getsockname()[1])
+        emit(f"{address}\n", None)
+        sys.stdout.flush()
+        if not no_browser:  # one in the terminal does not return before it is closed
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        web.serve(site, listening)

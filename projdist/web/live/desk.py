@@ -77,6 +77,8 @@ class Desk:
 
 
 def _middle(request: Request) -> tuple[float, float] | None:
-    """Longitude and latitude at the middle of a map."""
-    middle = request.centre or tunable(request.projection).centre
+    """Longitude and latitude at the middle of a map; what is dragged there goes before parameters."""
+    if request.centre is not None:
+        return request.centre
+    middle = tunable(request.projection).centre
     return middle and (request.values.get("lon_0", middle[0]), request.values.get("lat_0", middle[1]))

@@ -6,6 +6,7 @@ Files are read where they were named on the command line, which is what `Doors.o
 from __future__ import annotations
 
 import functools
+import json
 import re
 from dataclasses import dataclass
 
@@ -21,12 +22,10 @@ _READING = re.compile(
     r"=\s*(?:\w*gridshift|tinshift|defmodel|deformation)\b",
     re.IGNORECASE,
 )
-_INIT = re.compile(r"\+?init=\w+:\w+(\s+\+(no_defs|type=crs))*")
-_STRUCTURED = re.compile(
-    r"PARAMETERFILE|PROJ4_GRIDS|NTV|PROJ4\"|\"\w*grids?\"|\"(?:file|model|init|\w*catalog\w*)\"|gridshift|tinshift|defmodel",
-    re.IGNORECASE,
-)
-_NULL = "+nadgrids=@null"  # no file
+_INIT = re.compile(r"\+?init=epsg:\w+(\s+\+(no_defs|type=crs))*", re.IGNORECASE)
+# What WKT and PROJJSON have of files: EPSG's names of parameters that are files end with that word.
+_STRUCTURED = re.compile(r"PARAMETERFILE|PROJ4_GRIDS|NTV|\bfile\b", re.IGNORECASE)
+_NULL = re.compile(r"\+nadgrids=@null(?=[\s\"]|$)")  # no file
 _SUFFIX = re.compile(r"\.(?:prj|wkt|json)$", re.IGNORECASE)
 _PATH = re.compile(r"[/\\~@]")
 _RATIO = re.compile(r"=\s*[\d.]+/[\d.]+(?=\s|$)")  # as in +to_meter=1200/3937
@@ -57,19 +56,35 @@ def check_projection(text: str) -> None:
     """Refuse what names a file: allowed are names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError."""
     if len(text) > _LONGEST:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It must have at most {_LONGEST} characters.")
-    text = text.strip()
-    if re.match(r"\w+\s*[\[(]|\{", text):
-        reads = bool(_STRUCTURED.search(text))
-    elif re.search("(?:proj|init)=", text, re.IGNORECASE):
-        plain = _RATIO.sub("", text.replace(_NULL, ""))
-        reads = bool(_PATH.search(plain) or (_READING.search(plain) and not _INIT.fullmatch(plain)))
-    else:
-        reads = bool(_SUFFIX.search(text))
-    if reads:
+    if _reads(text.strip()):
         raise ProjectionError(
             f"Invalid projection '{shown(text)}'. On this page it must need no file: name files on the command line, "
             "as in 'projdist explore FILE'."
         )
+
+
+def _reads(text: str) -> bool:
+    """Whether a projection needs a file, or may need one."""
+    if text.startswith("{"):
+        return _json_reads(text)
+    if re.match(r"\w+\s*[\[(]", text):
+        return bool(_STRUCTURED.search(text) or _READING.search(_NULL.sub("", text)))
+    plain = _RATIO.sub("", _NULL.sub("", text))
+    if _SUFFIX.search(text) or (_READING.search(plain) and not _INIT.fullmatch(plain)):
+        return True
+    return bool(re.search(r"(?:proj|init)\s*=", text, re.IGNORECASE) and _PATH.search(plain))
+
+
+def _json_reads(text: str) -> bool:
+    """Whether PROJJSON, or the parameters of a PROJ string in JSON, need a file, however they are spelt."""
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
+        return False  # it is no projection either
+    if "proj" in value or "init" in value:
+        return _reads(" ".join(f"+{key}={word}" for key, word in value.items()))
+    plain = json.dumps(value, ensure_ascii=False)
+    return bool(_STRUCTURED.search(plain) or _READING.search(_NULL.sub("", plain)))
 
 
 def check_region(text: str) -> None:

@@ -6,15 +6,19 @@ ended with its process, and another one is started.
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from types import TracebackType
 from typing import Any
 
 from projdist.web.live.inputs import Doors
@@ -28,6 +32,8 @@ LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
 
 _POLL, _WATCH = 0.2, 1.0  # seconds
 _TRIES = 2  # a process may be killed from outside
+_PATIENCE = 30.0  # seconds for a process to start, which are not counted
+_READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # what comes from it
 
 Told = Callable[[bytes], None]
 
@@ -51,18 +57,17 @@ class Lane:
         self._running: tuple[Hashable, _Task] | None = None
         self._changed = threading.Condition()
         self._closed = False
-        self._process: BaseProcess | None = None
-        self._connection: Connection | None = None
+        self._worker: tuple[BaseProcess, Connection] | None = None
+        self._ready = False  # whether the process has started
         self._thread = threading.Thread(target=self._run, name=f"projdist {name}", daemon=True)
         self._thread.start()
 
     def ask(self, key: Hashable, request: Request, told: Told) -> None:
-        """Answer a request in its turn, in place of one of the same key that still waits.
+        """Answer a request in its turn, or in that of one of the same key that still waits.
 
         `told` hears of it from another thread, of progress first.
         """
         with self._changed:
-            self._waiting.pop(key, None)
             self._waiting[key] = _Task(request, told)
             self._changed.notify_all()
 
@@ -88,12 +93,13 @@ class Lane:
                 self._running[1].dropped.set()
             self._changed.notify_all()
         self._thread.join(timeout=5.0)
-        self._end()
+        if self._worker is not None and self._worker[0].is_alive():
+            self._end()
 
     @property
     def pid(self) -> int | None:
-        """The number of the process, None where there is none yet."""
-        return self._process.pid if self._process is not None else None
+        """The number of the process, None where there is none."""
+        return None if self._worker is None else self._worker[0].pid
 
     def _run(self) -> None:
         self._start()
@@ -110,72 +116,77 @@ class Lane:
                 self._running = None
 
     def _answer(self, task: _Task) -> None:
-        """Have a task done, once more if its process dies."""
-        for _ in range(_TRIES):
-            reply = self._done(task)
-            if reply is not None:
-                if not task.dropped.is_set():
-                    task.told(reply)
-                return
-        task.told(failed(task.request, "The process that works on this ended twice. Try another map or a larger area."))
+        """Have a task done, once more if its process is killed."""
+        reply, tries = None, 0
+        while reply is None and tries < _TRIES and not task.dropped.is_set():
+            reply, tries = self._done(task), tries + 1
+        if not task.dropped.is_set():
+            task.told(reply or failed(task.request, "The process that works on this ended twice. Try another map."))
 
     def _done(self, task: _Task) -> bytes | None:
-        """The reply to a task, None where its process died."""
-        connection, until = self._start(), time.monotonic() + self._limit
+        """The reply to a task, None where its process was killed, or nobody waits for it."""
+        process, connection = self._start()
+        until = time.monotonic() + self._limit + (0.0 if self._ready else _PATIENCE)
         try:
             connection.send(task.request)
             while True:
                 if connection.poll(_POLL):
                     kind, *content = connection.recv()
-                    if kind == "reply":
+                    if kind == _REPLY:
                         return bytes(content[0])
-                    task.told(progressed(task.request, *content))
-                elif task.dropped.is_set():
-                    self._end()
-                    return b""
-                elif time.monotonic() > until:
+                    if kind == _CRASH:
+                        return self._crashed(task.request, content[0])
+                    if kind == _READY:
+                        self._ready, until = True, time.monotonic() + self._limit
+                    elif not task.dropped.is_set():
+                        task.told(progressed(task.request, *content))
+                elif not process.is_alive():  # those it has started may hold its end of the connection
+                    break
+                if task.dropped.is_set():
+                    break
+                if time.monotonic() > until:
                     self._end()
                     return failed(task.request, f"This took more than {self._limit:g} seconds and was stopped.")
         except (EOFError, OSError):
-            self._end()
-            return None
+            pass  # it was killed
+        self._end()
+        return None
 
-    def _start(self) -> Connection:
-        """The connection to the process, which is started where there is none."""
-        if self._process is not None and self._connection is not None and self._process.is_alive():
-            return self._connection
+    def _crashed(self, request: Request, trace: str) -> bytes:
+        """What the page hears of an exception that nobody foresaw, whose trace is for the terminal."""
+        self._end()
+        sys.stderr.write(trace)
+        return failed(request, "This failed, and should not have: the terminal where the page was started tells why.")
+
+    def _start(self) -> tuple[BaseProcess, Connection]:
+        """The process and the connection to it, which are made where there are none."""
+        if self._worker is not None and self._worker[0].is_alive():
+            return self._worker
+        if self._worker is not None:  # it was killed while it had nothing to do
+            self._worker[1].close()
         context = multiprocessing.get_context("spawn")
-        self._connection, other = context.Pipe()
+        connection, other = context.Pipe()
         # Not a daemon: it may have processes of its own.
-        self._process = context.Process(
+        process = context.Process(
             target=serve_requests, args=(other, self._doors, os.getpid()), name=f"projdist {self._name}", daemon=False
         )
-        self._process.start()
+        process.start()
         other.close()
-        return self._connection
+        self._worker, self._ready = (process, connection), False
+        return self._worker
 
     def _end(self) -> None:
-        """End the process with all that it has started."""
-        process, connection = self._process, self._connection
-        self._process = self._connection = None
-        if connection is not None:
-            connection.close()
-        if process is None:
+        """End the process, if there is one, with all that it has started, which may have outlived it."""
+        if self._worker is None:
             return
-        if process.is_alive() and process.pid is not None:
-            end_group(process.pid)
-            process.kill()
+        process, connection = self._worker
+        self._worker = None
+        if process.pid is not None and hasattr(os, "killpg"):
+            with contextlib.suppress(ProcessLookupError):  # it has no group of its own yet, or none any more
+                os.killpg(process.pid, signal.SIGKILL)
+        process.kill()
         process.join(timeout=5.0)
-
-
-def end_group(pid: int) -> None:
-    """End a process and those that it has started, where it leads a group."""
-    if hasattr(os, "killpg"):
-        try:
-            if os.getpgid(pid) == pid:
-                os.killpg(pid, signal.SIGKILL)
-        except ProcessLookupError:
-            return
+        connection.close()
 
 
 # ---- in the process -------------------------------------------------------------------------
@@ -187,13 +198,22 @@ def serve_requests(connection: Connection, doors: Doors, parent: int) -> None:
     from projdist.web.live.desk import Desk  # slow to load, and of no use to the page's server
 
     desk = Desk(doors)
-    while True:
-        try:
-            request = connection.recv()
-        except EOFError:
-            return
-        reply = desk.answer(request, lambda done, of: connection.send(("progress", done, of)))
-        connection.send(("reply", reply))
+
+    def report(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
+        if isinstance(error, Exception):
+            connection.send((_CRASH, "".join(traceback.format_exception(error))))
+        return isinstance(error, Exception)
+
+    with contextlib.suppress(EOFError, OSError):  # nobody asks, or listens, any more
+        connection.send((_READY,))
+        while True:
+            request, reply = connection.recv(), None
+            with contextlib.ExitStack() as stack:  # what nobody foresaw is told, and ends the process
+                stack.push(report)
+                reply = desk.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
+            if reply is None:
+                return
+            connection.send((_REPLY, reply))
 
 
 def _leave_with(parent: int) -> None:

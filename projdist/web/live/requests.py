@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -37,6 +36,7 @@ LANES = {
 _FIELDS = {"id", "kind", "slot", "projection", "values", "centre", "region", "beside", "options"}
 _MOST_VALUES, _MOST_BESIDE, _MOST_OPTIONS = 40, 12, 20
 _LONGEST_TEXT = 20_000
+_LARGEST = 1e300
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +110,7 @@ def _texts(value: Any) -> tuple[str, ...]:
 
 
 def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not -_LARGEST <= value <= _LARGEST:
         raise RequestError("Invalid number. Parameters and places must be finite numbers.")
     return float(value)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import importlib.resources
 import json
 import secrets
@@ -23,6 +24,7 @@ MODULES = ("frames.js", "measures.js", "drawing.js", "tables.js")
 _NAMES = ("127.0.0.1", "localhost", "[::1]")
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 _PATIENCE = 10.0  # seconds for the first message
+_HTTP = 80  # the port that addresses leave out
 _GRACE = 1  # second for pages to hear that the server ends
 _NO_TOKEN = 4401  # why a connection is closed
 
@@ -81,32 +83,29 @@ class Site:
 
     async def _converse(self, socket: Any) -> None:
         """A page from its first message, the token, until it is closed."""
-        from starlette.websockets import WebSocketDisconnect
-
         await socket.accept()
         try:
-            first = await asyncio.wait_for(socket.receive_text(), _PATIENCE)
-        except (TimeoutError, WebSocketDisconnect, KeyError):
+            first = await asyncio.wait_for(socket.receive(), _PATIENCE)
+        except TimeoutError:
+            first = {}
+        if first.get("type") == "websocket.disconnect":
             return
-        if not secrets.compare_digest(first.encode(), json.dumps({"token": self.token}).encode()):
+        if not secrets.compare_digest(_token_of(first.get("text") or ""), self.token.encode()):
             await socket.close(_NO_TOKEN)
             return
         self.pages += 1
         page = self.pages
-        waiting: asyncio.Queue[bytes] = asyncio.Queue()
+        waiting: asyncio.Queue[bytes | str] = asyncio.Queue()
         loop = asyncio.get_running_loop()
 
         def told(block: bytes) -> None:
-            if not loop.is_closed():
+            with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(waiting.put_nowait, block)
 
-        await socket.send_text(json.dumps(self._welcome()))
         sender = asyncio.create_task(_send_all(socket, waiting))
+        waiting.put_nowait(json.dumps(self._welcome()))
         try:
-            while True:
-                message = await socket.receive()
-                if message["type"] == "websocket.disconnect":
-                    return
+            while (message := await socket.receive())["type"] != "websocket.disconnect":
                 self._take(page, message, told)
         finally:
             sender.cancel()
@@ -146,9 +145,24 @@ def _request_of(message: Mapping[str, Any]) -> Request:
     return read_request(block[4 : 4 + length], bytes(block[4 + length :]))
 
 
-async def _send_all(socket: Any, waiting: asyncio.Queue[bytes]) -> None:
-    while True:
-        await socket.send_bytes(await waiting.get())
+def _token_of(text: str) -> bytes:
+    """The token of a page's first message; empty if it has none."""
+    try:
+        message = json.loads(text)
+    except (ValueError, RecursionError):
+        return b""
+    token = message.get("token") if isinstance(message, dict) else None
+    return token.encode(errors="replace") if isinstance(token, str) else b""
+
+
+async def _send_all(socket: Any, waiting: asyncio.Queue[bytes | str]) -> None:
+    """Send what waits, until the page is closed."""
+    from starlette.websockets import WebSocketDisconnect
+
+    with contextlib.suppress(WebSocketDisconnect):
+        while True:
+            block = await waiting.get()
+            await (socket.send_text(block) if isinstance(block, str) else socket.send_bytes(block))
 
 
 def _files() -> dict[str, str]:
@@ -160,7 +174,7 @@ def _files() -> dict[str, str]:
 
 def _guarded(app: App, port: int) -> App:
     """An application that answers this machine's own browsers and pages only, and gives them no other address."""
-    hosts = {f"{name}:{port}" for name in _NAMES}
+    hosts = {f"{name}:{port}" for name in _NAMES} | ({*_NAMES} if port == _HTTP else set())
     origins = {f"http://{host}" for host in hosts}
     policy = (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
@@ -176,29 +190,36 @@ def _guarded(app: App, port: int) -> App:
     ]
 
     async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
-        headers = {name.lower(): value.decode("latin-1") for name, value in scope.get("headers", [])}
         is_socket = scope["type"] == "websocket"
-        allowed = origins if is_socket else {None, *origins}
-        known = headers.get(b"host") in hosts
-        if not known or headers.get(b"origin") not in allowed:
-            await _refuse(send, is_socket, 403 if known else 400)
-            return
 
         async def sending(message: Mapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 message = {**message, "headers": [*message.get("headers", []), *added]}
             await send(message)
 
-        await app(scope, receive, sending)
+        host, origin = _values(scope, b"host"), _values(scope, b"origin")
+        if len(host) != 1 or not hosts.issuperset(host):
+            await _refuse(sending, is_socket, 400)
+        elif len(origin) > 1 or not origins.issuperset(origin) or (is_socket and not origin):
+            await _refuse(sending, is_socket, 403)
+        else:
+            await app(scope, receive, sending)
 
     return guarded
 
 
+def _values(scope: Scope, name: bytes) -> list[str]:
+    """The values of a header."""
+    return [value.decode("latin-1") for key, value in scope["headers"] if key.lower() == name]
+
+
 async def _refuse(send: Send, is_socket: bool, status: int) -> None:
-    """Answer with a status and nothing else."""
-    kind = "websocket.http.response" if is_socket else "http.response"
-    await send({"type": f"{kind}.start", "status": status, "headers": [(b"content-length", b"0")]})
-    await send({"type": f"{kind}.body", "body": b""})
+    """Answer with a status and nothing else; sockets that are closed before they are open are answered with 403."""
+    if is_socket:
+        await send({"type": "websocket.close"})
+        return
+    await send({"type": "http.response.start", "status": status, "headers": [(b"content-length", b"0")]})
+    await send({"type": "http.response.body", "body": b""})
 
 
 def check_server() -> None:
@@ -218,7 +239,7 @@ def open_socket(port: int = 0) -> socket.socket:
 
 
 def serve(site: Site, listening: socket.socket) -> None:
-    """Answer pages until a signal ends it."""
+    """Answer pages until a signal ends it, which is raised again."""
     import uvicorn
 
     port = listening.getsockname()[1]
@@ -232,7 +253,4 @@ def serve(site: Site, listening: socket.socket) -> None:
         access_log=False,
         timeout_graceful_shutdown=_GRACE,
     )
-    try:
-        uvicorn.Server(config).run(sockets=[listening])
-    finally:
-        site.close()
+    uvicorn.Server(config).run(sockets=[listening])

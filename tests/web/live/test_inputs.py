@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from pyproj import CRS
 
 from projdist.projections import ProjectionError
 from projdist.web.live.inputs import Doors
@@ -19,11 +20,27 @@ READING = [
     *('{"proj": "hgridshift", "grids": "x"}', '{"proj": "tinshift", "file": "x.json"}', '{"init": "/x:1"}'),
     'PROJCRS["x",METHOD["NTv2"],PARAMETERFILE["Latitude and longitude difference file","x.gsb"]]',
     'PROJCS["x",GEOGCS["y",EXTENSION["PROJ4_GRIDS","x.gsb"]]]',
+    'PROJCS["x",GEOGCS["y",EXTENSION["PROJ4","+proj=longlat +nadgrids=x.gsb"]]]',
+    'PROJCRS["x",METHOD["PROJ-based operation method: +proj=deformation +xy_grids=a"]]',
+    *(
+        "robinson+nadgrids=x.gsb",
+        "mollweide+lon_0=3+geoidgrids=x@45,3",
+        "+proj=merc +nadgrids=@null,x.gsb",
+        "+init=x:1",
+    ),
+    *(
+        '{"proj": "hgridshift", "gr\\u0069ds": "x"}',
+        '{"proj": "merc +nadgrids=x"}',
+        '{"\\u0070roj": "merc", "init": "a"}',
+    ),
+    '{"type": "BoundCRS", "parameters": [{"name": "Latitude difference f\\u0069le", "value": "x.las"}]}',
 ]
 OPEN = [
     *("robinson", "robinson+lon_0=150", "mollweide@45,-100", "EPSG:3035", "ESRI:54030", "WGS 84 / UTM zone 32N"),
     *("+proj=merc +nadgrids=@null", "+proj=utm +zone=32 +to_meter=1200/3937", "+init=epsg:32632 +no_defs"),
     "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=merc",
+    *(CRS(27700).to_wkt(), CRS(27700).to_json(), CRS(3857).to_wkt("WKT1_GDAL"), CRS(2056).to_wkt("WKT1_ESRI")),
+    '{"proj": "merc", "nadgrids": "@null"}',
 ]
 
 
@@ -74,7 +91,8 @@ BAD = [
     *({"projection": 3}, {"projection": "x" * 30_000}, {"projection": "a\0b"}, {"centre": [1]}, {"centre": "x"}),
     *({"centre": [1, 91]}, {"centre": [1, None]}, {"values": [1]}, {"values": {"a": "b"}}, {"values": {"a": True}}),
     *({"values": {str(k): 1 for k in range(100)}}, {"beside": ["x"] * 100}, {"beside": [1]}, {"beside": "x"}),
-    *({"options": {"a": [1]}}, {"options": 3}, {"region": None}, {"slot": 1}),
+    *({"options": {"a": [1]}}, {"options": 3}, {"region": None}, {"slot": 1}, {"centre": [10**400, 0]}),
+    *({"values": {"lon_0": 10**400}}, {"values": {"lon_0": float("inf")}}, {"values": {"lon_0": float("nan")}}),
 ]
 
 

@@ -1,0 +1,202 @@
+"""Pages of `projdist explore` without a browser: its server, requests over its socket, and lanes that misbehave."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from projdist.projections import Projection
+from projdist.web.live.inputs import Doors
+from projdist.web.live.lanes import Lane
+from projdist.web.live.requests import Request
+
+ADDRESS = re.compile(r"http://127\.0\.0\.1:(\d+)/#token=([\w-]+)\n")
+
+
+_TRAPS = ("sleep", "killed", "killed-once", "forks", "forks-and-dies")
+
+
+def header_of(block: bytes) -> dict[str, Any]:
+    """What a reply says, without its arrays."""
+    return json.loads(block[4 : 4 + int.from_bytes(block[:4], "little")])
+
+
+@dataclass(frozen=True)
+class Traps(Doors):
+    """Doors behind which requests sleep, fall, are killed, or have a process of their own; with marks in a folder."""
+
+    folder: str = ""
+
+    def projection(self, text: str) -> Projection:
+        """The projection of a text, or a trap: `sleep:SECONDS`, or a word."""
+        word, _, seconds = text.partition(":")
+        if word == "sleep":
+            time.sleep(float(seconds))
+        if word == "fall":
+            raise LookupError("nobody foresaw this")
+        if word in ("forks", "forks-and-dies"):
+            self._fork()
+        if word in ("killed", "forks-and-dies") or (word == "killed-once" and self._is_first(word)):
+            os.kill(os.getpid(), signal.SIGKILL)
+        if word == "forks":
+            time.sleep(600.0)
+        return super().projection("robinson" if word in _TRAPS else text)
+
+    def _fork(self) -> None:
+        child = os.fork()
+        if child == 0:
+            time.sleep(600.0)
+        Path(self.folder, "child").write_text(str(child))
+
+    def _is_first(self, word: str) -> bool:
+        try:
+            Path(self.folder, word).touch(exist_ok=False)
+        except FileExistsError:
+            return False
+        return True
+
+
+@dataclass
+class Hearing:
+    """What a lane tells."""
+
+    blocks: queue.Queue[bytes] = field(default_factory=queue.Queue)
+
+    def __call__(self, block: bytes) -> None:
+        """Keep a reply."""
+        self.blocks.put(block)
+
+    def next(self, timeout: float = 60.0) -> dict[str, Any]:
+        """The header of the next reply."""
+        return header_of(self.blocks.get(timeout=timeout))
+
+
+@contextlib.contextmanager
+def lane(doors: Doors | None = None, limit: float = 60.0) -> Iterator[Lane]:
+    """A lane that is closed at the end."""
+    with contextlib.closing(Lane("preview", doors or Doors(), limit)) as found:
+        yield found
+
+
+def wanted(number: int, projection: str = "robinson") -> Request:
+    """A request for the texts of a map, or for a trap."""
+    return Request(id=number, kind="texts", projection=projection)
+
+
+def is_running(pid: int) -> bool:
+    """Whether there is a process of this number that has not ended."""
+    state = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True, check=False).stdout
+    return bool(state) and not state.startswith("Z")
+
+
+def ended(pids: Sequence[int], seconds: float = 3.0) -> bool:
+    """Whether processes have ended before so much time has passed."""
+    deadline = time.monotonic() + seconds
+    while any(map(is_running, pids)):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def descendants(pid: int) -> list[int]:
+    """Processes that a process has started, and those that these have."""
+    table = subprocess.run(["ps", "-e", "-o", "pid=,ppid="], capture_output=True, text=True, check=True).stdout
+    pairs = [tuple(map(int, line.split())) for line in table.splitlines()]
+    found = [pid]
+    for one in found:
+        found += [child for child, parent in pairs if parent == one]
+    return found[1:]
+
+
+@dataclass
+class Command:
+    """`projdist explore` as it runs, with the port and the token of its address."""
+
+    process: subprocess.Popen[str]
+    port: int
+    token: str
+
+
+@contextlib.contextmanager
+def exploring(*words: str, **options: Any) -> Iterator[Command]:
+    """The command without a browser, from the time that it has printed its address."""
+    command = [sys.executable, "-m", "projdist", "explore", "--no-browser", *words]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, **options
+    ) as process:
+        try:
+            line = process.stdout.readline()
+            match = ADDRESS.fullmatch(line)
+            assert match, (line, process.stderr.read())
+            yield Command(process, int(match[1]), match[2])
+        finally:
+            if process.poll() is None:
+                process.terminate()
+
+
+@contextlib.contextmanager
+def served(site: Any) -> Iterator[int]:
+    """The port of a site that is served by a thread."""
+    import pytest
+    import uvicorn
+
+    from projdist.web.live.server import open_socket, serve
+
+    servers: list[uvicorn.Server] = []
+
+    class Server(uvicorn.Server):
+        def __init__(self, config: uvicorn.Config) -> None:
+            super().__init__(config)
+            servers.append(self)
+
+    with pytest.MonkeyPatch.context() as patch, open_socket() as listening:
+        patch.setattr(uvicorn, "Server", Server)
+        thread = threading.Thread(target=serve, args=(site, listening))
+        thread.start()
+        try:
+            yield listening.getsockname()[1]
+        finally:
+            while not servers:
+                time.sleep(0.01)
+            servers[0].should_exit = True
+            thread.join()
+            site.close()
+
+
+@contextlib.contextmanager
+def page(port: int, token: str, **options: Any) -> Iterator[Any]:
+    """The socket of a page that has told its token and was welcomed."""
+    with connected(port, **options) as socket:
+        socket.send(json.dumps({"token": token}))
+        assert json.loads(socket.recv(timeout=30))["projections"]
+        yield socket
+
+
+def connected(port: int, **options: Any) -> Any:
+    """The socket of a page that has not told its token."""
+    from websockets.sync.client import connect
+
+    given = {"origin": f"http://127.0.0.1:{port}", "max_size": None, "compression": None, **options}
+    return connect(f"ws://127.0.0.1:{port}/socket", **given)
+
+
+def asked(socket: Any, timeout: float = 60.0, **request: Any) -> dict[str, Any]:
+    """The header of the reply to a request, after those of progress."""
+    socket.send(json.dumps({"id": 1, "projection": "robinson"} | request))
+    while True:
+        header = header_of(socket.recv(timeout=timeout))
+        if "progress" not in header:
+            return header

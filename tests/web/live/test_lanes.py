@@ -1,0 +1,141 @@
+"""Lanes answer the newest request, end what takes too long or is not wanted, and outlive their processes."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from live_pages import Hearing, Traps, ended, is_running, lane, wanted
+
+from projdist.web.live.lanes import Lane
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="groups of processes of Unix")
+
+
+def waited_for(path: Path) -> str:
+    """The text of a file, once it is there."""
+    deadline = time.monotonic() + 60.0
+    while not (path.exists() and path.read_text()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    return path.read_text()
+
+
+def test_the_newest_of_each_map_is_answered() -> None:
+    """Older ones that wait are dropped; each map keeps its turn, however often it is asked for."""
+    told = Hearing()
+    with lane(Traps()) as found:
+        found.ask("a", wanted(1, "sleep:0.5"), told)
+        while found._running is None:
+            time.sleep(0.01)
+        for number in (2, 4, 6):
+            found.ask("a", wanted(number), told)
+            found.ask("b", wanted(number + 1), told)
+        assert [told.next()["id"] for _ in range(3)] == [1, 6, 7]
+        assert told.blocks.empty()
+
+
+def test_what_takes_too_long_is_stopped() -> None:
+    """With its process; the next request has another one."""
+    told = Hearing()
+    with lane(Traps(), limit=0.5) as found:
+        found.ask("a", wanted(1), told)
+        assert "problem" not in told.next()
+        first = found.pid
+        found.ask("a", wanted(2, "sleep:600"), told)
+        assert told.next()["problem"] == "This took more than 0.5 seconds and was stopped."
+        assert not is_running(first)
+        found.ask("a", wanted(3), told)
+        assert (told.next()["id"], found.pid != first) == (3, True)
+
+
+def test_what_nobody_foresaw_is_told(capfd: pytest.CaptureFixture[str]) -> None:
+    """In one line on the page, with its trace once where the page was started; the lane goes on."""
+    told = Hearing()
+    with lane(Traps()) as found:
+        found.ask("a", wanted(1, "fall"), told)
+        problem = told.next()["problem"]
+        found.ask("a", wanted(2), told)
+        assert "problem" not in told.next()
+    assert problem.startswith("This failed, and should not have")
+    assert "\n" not in problem
+    errors = capfd.readouterr().err
+    assert errors.count("Traceback (most recent call last)") == 1
+    assert errors.endswith("LookupError: nobody foresaw this\n")
+
+
+@pytest.mark.slow
+def test_a_request_whose_process_is_killed_is_answered(tmp_path: Path) -> None:
+    """By another process, once; the page notices a pause."""
+    told = Hearing()
+    with lane(Traps(folder=str(tmp_path))) as found:
+        found.ask("a", wanted(1, "killed-once"), told)
+        assert told.next()["texts"]
+        found.ask("a", wanted(2, "killed"), told)
+        assert told.next()["problem"] == "The process that works on this ended twice. Try another map."
+        found.ask("a", wanted(3), told)
+        assert "problem" not in told.next()
+
+
+@pytest.mark.slow
+def test_a_process_that_is_killed_while_it_waits_is_replaced() -> None:
+    """Nobody notices."""
+    told = Hearing()
+    with lane() as found:
+        found.ask("a", wanted(1), told)
+        told.next()
+        os.kill(found.pid, signal.SIGKILL)
+        found.ask("a", wanted(2), told)
+        assert "problem" not in told.next()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["drop", "close", "limit"])
+def test_nothing_is_left_of_what_is_stopped(how: str, tmp_path: Path) -> None:
+    """Neither the process nor those that it has forked; of what is dropped nothing is told."""
+    told = Hearing()
+    with lane(Traps(folder=str(tmp_path)), limit=1.0 if how == "limit" else 600.0) as found:
+        found.ask("a", wanted(1, "forks"), told)
+        child = int(waited_for(tmp_path / "child"))
+        pids = [found.pid, child]
+        assert all(map(is_running, pids))
+        if how != "limit":
+            {"drop": lambda: found.drop("a"), "close": found.close}[how]()
+        assert ended(pids, 1.0 if how != "limit" else 6.0)
+        if how == "drop":
+            found.ask("b", wanted(2), told)
+            assert told.next()["id"] == 2
+
+
+@pytest.mark.slow
+def test_nothing_is_left_of_what_was_killed(tmp_path: Path) -> None:
+    """Processes that a killed one had forked hold its end of the connection open, and end, too."""
+    told = Hearing()
+    with lane(Traps(folder=str(tmp_path))) as found:
+        found.ask("a", wanted(1, "forks-and-dies"), told)
+        assert "ended twice" in told.next()["problem"]
+        assert ended([int((tmp_path / "child").read_text())])
+
+
+def test_closed_pages_drop_their_requests_only() -> None:
+    """Others are answered."""
+    told, gone = Hearing(), Hearing()
+    with lane(Traps()) as found:
+        found.ask((1, "a"), wanted(1, "sleep:0.3"), told)
+        found.ask((2, "a"), wanted(2), gone)
+        found.ask((1, "b"), wanted(3), told)
+        found.drop_all(lambda key: key[0] == 2)
+        assert [told.next()["id"], told.next()["id"]] == [1, 3]
+        assert gone.blocks.empty()
+
+
+def test_a_lane_without_requests_is_closed() -> None:
+    """At any time, and twice."""
+    before = threading.active_count()
+    found = Lane("preview", Traps())
+    found.close()
+    found.close()
+    assert found.pid is None
+    assert threading.active_count() == before

@@ -1,0 +1,417 @@
+"""The live page's server: for this machine's own pages that know the token, whatever they send."""
+
+import asyncio
+import json
+import threading
+import time
+from collections.abc import Callable, Hashable, Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette")
+pytest.importorskip("uvicorn")
+pytest.importorskip("websockets")
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from live_pages import asked, connected, header_of, page, served
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from projdist.web.live import server
+from projdist.web.live.desk import Desk
+from projdist.web.live.inputs import Doors
+from projdist.web.live.requests import LANES, LARGEST_FILE, LONGEST_MESSAGE, Request
+from projdist.web.live.server import Site, Start
+
+PORT = 5000
+OWN = f"127.0.0.1:{PORT}"
+START = Start(projections=("robinson",), region="globe", measure="fisher")
+Headers = list[tuple[bytes, bytes]]
+
+
+class Clerk:
+    """In place of a lane: answers at once, in this process."""
+
+    def __init__(self, name: str, doors: Doors) -> None:
+        self.desk, self.dropped = Desk(doors), []
+
+    def ask(self, key: Hashable, request: Request, told: Callable[[bytes], None]) -> None:
+        """Answer."""
+        told(self.desk.answer(request))
+
+    def drop(self, key: Hashable) -> None:
+        """Keep what was dropped."""
+        self.dropped.append(key)
+
+    def drop_all(self, belongs: Callable[[Hashable], bool]) -> None:
+        """Keep which page was closed."""
+        self.dropped.append([number for number in range(9) if belongs((number, "preview", ""))])
+
+    def close(self) -> None:
+        """There is no process."""
+
+
+@pytest.fixture(scope="module")
+def site() -> Iterator[Site]:
+    """A site without processes, for which a file was named on the command line."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(server, "Lane", Clerk)
+        yield Site(START, Doors(frozenset({"+proj=merc +nadgrids=x.gsb"})), token="right")
+
+
+@pytest.fixture(scope="module")
+def port(site: Site) -> Iterator[int]:
+    """The port at which it is served."""
+    with served(site) as number:
+        yield number
+
+
+# ---- as an application --------------------------------------------------------------------------
+
+
+def answer(site: Site, path: str = "/", method: str = "GET", kind: str = "http", **named: str) -> tuple[int, dict]:
+    """The status and the headers of the reply to a request with some headers; `body` is its body."""
+    headers = [(name.encode(), value.encode()) for name, value in ({"host": OWN} | named).items() if value]
+    return replied(site, path, method, kind, headers)
+
+
+def replied(site: Site, path: str, method: str, kind: str, headers: Headers) -> tuple[int, dict[str, Any]]:
+    sent: list[dict[str, Any]] = []
+    coming = iter(["http.request"] if kind == "http" else ["websocket.connect", "websocket.disconnect"])
+
+    async def receive() -> dict[str, Any]:
+        return {"type": next(coming), "code": 1000}
+
+    async def send(message: Any) -> None:
+        sent.append(dict(message))
+
+    scope = {"type": kind, "path": path, "raw_path": path.encode(), "method": method, "headers": headers}
+    scope |= {"query_string": b"", "root_path": "", "scheme": "http", "http_version": "1.1", "subprotocols": []}
+    asyncio.run(site.app(PORT)(scope, receive, send))
+    if kind == "websocket":
+        return {"websocket.accept": 101, "websocket.close": 403}[sent[0]["type"]], {}
+    found = {name.decode().lower(): value.decode() for name, value in sent[0]["headers"]}
+    return sent[0]["status"], found | {"body": b"".join(one.get("body", b"") for one in sent[1:])}
+
+
+@pytest.mark.parametrize("host", [OWN, f"localhost:{PORT}", f"[::1]:{PORT}"])
+def test_the_names_of_this_machine_are_answered(site: Site, host: str) -> None:
+    """With the port of the page."""
+    assert answer(site, host=host)[0] == 200
+    assert answer(site, "/socket", kind="websocket", host=host, origin=f"http://{host}")[0] == 101
+
+
+FOREIGN_HOSTS = [
+    "",
+    "127.0.0.1",
+    "localhost",
+    "127.0.0.1:80",
+    "evil.example:5000",
+    "127.0.0.1.evil.example:5000",
+    "::1:5000",
+]
+
+
+@pytest.mark.parametrize("host", [*FOREIGN_HOSTS, "user@127.0.0.1:5000", "127.0.0.1:5000, x", "0.0.0.0:5000"])
+def test_other_hosts_are_refused(site: Site, host: str) -> None:
+    """As those of a name that was bound to this machine's address, also on the socket; and so are two."""
+    assert answer(site, host=host)[0] == 400
+    assert answer(site, "/socket", kind="websocket", host=host, origin=f"http://{OWN}")[0] == 403
+    assert replied(site, "/", "GET", "http", [(b"host", OWN.encode()), (b"host", host.encode())])[0] == 400
+
+
+ORIGINS = [
+    "http://evil.example",
+    "null",
+    f"https://{OWN}",
+    "http://127.0.0.1",
+    f"http://{OWN}/",
+    f"http://{OWN}.evil.example",
+]
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+def test_other_origins_are_refused(site: Site, origin: str) -> None:
+    """On the socket, and for the page."""
+    assert answer(site, "/socket", kind="websocket", origin=origin)[0] == 403
+    assert answer(site, origin=origin)[0] == 403
+
+
+def test_the_socket_needs_an_origin(site: Site) -> None:
+    """Browsers always tell it there."""
+    assert answer(site, "/socket", kind="websocket")[0] == 403
+    own = (b"origin", f"http://{OWN}".encode())
+    assert replied(site, "/socket", "GET", "websocket", [(b"host", OWN.encode()), own, own])[0] == 403
+
+
+def test_addresses_at_port_80_have_none() -> None:
+    """Browsers leave it out."""
+    sent: list[int] = []
+
+    async def app(*_: Any) -> None:
+        sent.append(200)
+
+    async def send(message: Any) -> None:
+        sent.append(message.get("status", 0))
+
+    for host in (b"127.0.0.1", b"127.0.0.1:80", b"evil.example"):
+        scope = {"type": "http", "headers": [(b"host", host)]}
+        asyncio.run(server._guarded(app, 80)(scope, None, send))  # type: ignore[arg-type]
+    assert sent == [200, 200, 400, 0]
+
+
+@pytest.mark.parametrize(
+    ("path", "method", "host", "status"),
+    [
+        *(("/", "GET", OWN, 200), ("/static/start.js", "GET", OWN, 200), ("/static/none.js", "GET", OWN, 404)),
+        *(("/none", "GET", OWN, 404), ("/", "POST", OWN, 405), ("/", "GET", "evil.example", 400)),
+        *(("/", "HEAD", OWN, 200), ("/static/explore.css", "OPTIONS", OWN, 405), ("/socket", "GET", OWN, 404)),
+    ],
+)
+def test_every_reply_has_the_headers_of_safety(site: Site, path: str, method: str, host: str, status: int) -> None:
+    """Nothing of elsewhere is run or shown, nobody else reads it or frames it; no cookies."""
+    found, headers = answer(site, path, method, host=host)
+    assert found == status
+    policy = dict(part.strip().partition(" ")[::2] for part in headers["content-security-policy"].split(";"))
+    assert (policy["default-src"], policy["script-src"], policy["style-src"]) == ("'none'", "'self'", "'self'")
+    assert (policy["frame-ancestors"], policy["base-uri"], policy["form-action"]) == ("'none'", "'none'", "'none'")
+    assert "unsafe" not in headers["content-security-policy"]
+    assert headers["x-content-type-options"] == "nosniff"
+    assert headers["cross-origin-resource-policy"] == "same-origin"
+    assert headers["cache-control"] == "no-store"
+    assert headers["referrer-policy"] == "no-referrer"
+    assert not {"set-cookie", "access-control-allow-origin", "server"} & set(headers)
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
+def test_pages_are_read_only(site: Site, method: str) -> None:
+    """By GET and HEAD."""
+    assert answer(site, "/", method)[0] == answer(site, "/static/start.js", method)[0] == 405
+
+
+OUTSIDE = [
+    "../inputs.py",
+    "..%2finputs.py",
+    "inputs.py",
+    "/etc/passwd",
+    "../../page.py",
+    "..\\inputs.py",
+    "__init__.py",
+]
+
+
+@pytest.mark.parametrize("name", [*OUTSIDE, "live/start.js", "", "."])
+def test_no_other_file_is_read(site: Site, name: str) -> None:
+    """Than those of the page."""
+    assert answer(site, f"/static/{name}")[0] == 404
+
+
+def test_the_page_and_its_modules_are_there(site: Site) -> None:
+    """With their types, and all that they import."""
+    status, page = answer(site)
+    assert (status, page["content-type"]) == (200, "text/html; charset=utf-8")
+    files = server._files()
+    for name, text in files.items():
+        status, found = answer(site, f"/static/{name}")
+        assert (status, found["body"]) == (200, text.encode())
+        assert found["content-type"].startswith(server._TYPES[f".{name.rpartition('.')[2]}"])
+        if name.endswith(".js"):
+            imported = [line.split('"')[1] for line in text.splitlines() if line.startswith("import")]
+            assert {one.removeprefix("./") for one in imported} <= set(files)
+
+
+# ---- as it is served ----------------------------------------------------------------------------
+
+
+def closed_with(socket: Any, message: str | bytes | None = None) -> int | None:
+    """The code with which the server ends a connection, on a message or by itself; None if it was not heard."""
+    with pytest.raises(ConnectionClosed) as caught:  # noqa: PT012  (it may be while the message is sent)
+        if message is not None:
+            socket.send(message)
+        socket.recv(timeout=10)
+    return caught.value.rcvd.code if caught.value.rcvd else None
+
+
+def test_strangers_have_no_socket(port: int, capfd: pytest.CaptureFixture[str]) -> None:
+    """Their handshakes are answered with 403, and not spoken of."""
+    for origin in ("http://evil.example", "null", None):
+        with pytest.raises(InvalidStatus) as caught:
+            connected(port, origin=origin)
+        assert caught.value.response.status_code == 403
+    assert capfd.readouterr().err == ""
+
+
+WRONG = [
+    "",
+    "right",
+    '"right"',
+    "[]",
+    '["right"]',
+    '{"token": "wrong"}',
+    '{"token": ["right"]}',
+    '{"token": null}',
+    "{",
+]
+
+
+@pytest.mark.parametrize(
+    "first", [*WRONG, '{"token": "righ"}', '{"token": "\\ud800"}', "[" * 9000, b'{"token": "right"}']
+)
+def test_a_wrong_token_ends_a_connection(port: int, first: str | bytes) -> None:
+    """And requests before it."""
+    with connected(port) as socket:
+        assert closed_with(socket, first) == 4401
+
+
+@pytest.mark.parametrize("first", ['{"token": "right"}', '{"token":"right"}', '{ "token" : "\\u0072ight" }'])
+def test_the_token_may_be_spelt_as_json_is(port: int, first: str) -> None:
+    """By whatever library."""
+    with connected(port) as socket:
+        socket.send(first)
+        assert json.loads(socket.recv(timeout=10))["measure"] == "fisher"
+
+
+def test_who_tells_no_token_is_left(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a while."""
+    monkeypatch.setattr(server, "_PATIENCE", 0.2)
+    with connected(port) as socket:
+        assert closed_with(socket) == 4401
+
+
+def test_it_is_bound_to_this_machine(port: int) -> None:
+    """To one address of it, at which no second server can be."""
+    with server.open_socket() as listening:
+        assert listening.getsockname()[0] == "127.0.0.1"
+    with pytest.raises(OSError, match="in use"):
+        server.open_socket(port)
+
+
+READING = {"projection": "+proj=merc +nadgrids=x.gsb", "region": "file:x.geojson"}
+
+
+NAMING = [
+    *((kind, "projection") for kind in sorted({*LANES} - {"recommend", "design", "scales", "outline"})),
+    *((kind, "region") for kind in sorted({*LANES} - {"check"})),
+]
+
+
+@pytest.mark.parametrize(("kind", "name"), NAMING)
+def test_no_request_names_files(kind: str, name: str) -> None:
+    """Projections and regions, of whatever kind it is, but for those that have none; the command line does."""
+    given = {"projection": "robinson", "region": "country:DE", name: READING[name]}
+    request = Request(id=1, kind=kind, file=b'{"type": "Point", "coordinates": [1, 2]}', **given)
+    assert "must need no file" in header_of(Desk().answer(request))["problem"]
+    opened = Desk(Doors(frozenset({READING[name]})))
+    assert "must need no file" not in header_of(opened.answer(request)).get("problem", "")
+
+
+def test_files_of_the_command_line_are_for_pages(port: int) -> None:
+    """Those, and no others."""
+    with page(port, "right") as socket:
+        known = asked(socket, kind="texts", projection=READING["projection"])
+        assert "must need no file" not in known.get("problem", "")
+        other = asked(socket, kind="texts", projection=f"{READING['projection']} ")
+        assert "must need no file" in other["problem"]
+
+
+def test_large_messages_are_refused(port: int) -> None:
+    """In words up to the largest file; what is larger ends its own connection only."""
+    with page(port, "right") as socket:
+        socket.send("x" * (LONGEST_MESSAGE + 1))
+        assert "too long" in header_of(socket.recv(timeout=10))["problem"]
+        request = json.dumps({"id": 7, "kind": "check"}).encode()
+        socket.send(len(request).to_bytes(4, "little") + request + bytes(LARGEST_FILE + 1))
+        assert "too long" in header_of(socket.recv(timeout=30))["problem"]
+        with page(port, "right") as other:
+            assert closed_with(other, bytes(LARGEST_FILE + 2 * LONGEST_MESSAGE)) in (1009, None)
+        assert asked(socket, kind="texts")["texts"]["PROJ"].startswith("+proj=robin")
+
+
+def test_what_is_stopped_and_closed_is_dropped(site: Site, port: int) -> None:
+    """That of a map by its kind and its place; of a page all."""
+    site.pages = 4
+    with page(port, "right") as socket:
+        for what in ("recommend", "nothing", 3, None):
+            socket.send(json.dumps({"id": 1, "kind": "stop", "slot": "b", "options": {"what": what}}))
+        asked(socket, kind="texts")
+    deadline = time.monotonic() + 10.0
+    while [5] not in site.lanes["long"].dropped and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert site.lanes["long"].dropped[-2:] == [(5, "recommend", "b"), [5]]
+    assert all(clerk.dropped[-1] == [5] for clerk in site.lanes.values())
+
+
+# ---- whatever is sent ---------------------------------------------------------------------------
+
+words = st.sampled_from(
+    [*LANES, "stop", "robinson", "EPSG:3035", "globe", "box:170,-50,-170,10", "+proj=laea", "@", "none"]
+)
+atoms = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=20), words)
+values = st.recursive(
+    atoms, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5) | words, inner)
+)
+fields = ["id", "kind", "slot", "projection", "values", "centre", "region", "beside", "options"]
+likely = st.fixed_dictionaries(
+    {"id": st.integers(0, 9), "kind": st.sampled_from(["preview", "texts", "scales", "outline", "stop"])},
+    optional={
+        "projection": words | st.text(max_size=20),
+        "region": words | st.text(max_size=20),
+        "values": st.dictionaries(
+            st.sampled_from(["lon_0", "lat_0", "lat_1", "x_0", ""]), st.floats(-200, 200), max_size=2
+        ),
+        "centre": st.lists(st.floats(-400, 400), min_size=2, max_size=2),
+        "options": st.dictionaries(st.sampled_from(["what", "kind"]), atoms, max_size=2),
+        "beside": st.lists(st.text(max_size=9), max_size=3),
+    },
+)
+objects = st.dictionaries(st.sampled_from(fields) | st.text(max_size=5), values, max_size=8) | likely
+messages = st.one_of(
+    st.text(max_size=200),
+    objects.map(lambda value: json.dumps(value)),
+    st.binary(max_size=200),
+    st.tuples(objects, st.binary(max_size=60)).map(
+        lambda pair: len(text := json.dumps(pair[0]).encode()).to_bytes(4, "little") + text + pair[1]
+    ),
+)
+
+
+def swallowed(site: Site, message: str | bytes) -> None:
+    """Hand a message to the site as the socket does."""
+    block = {"text": message} if isinstance(message, str) else {"bytes": message}
+    told: list[bytes] = []
+    site._take(1, {"type": "websocket.receive", **block}, told.append)
+    for one in told:
+        assert isinstance(header_of(one)["id"], int)
+
+
+@given(messages)
+def test_no_message_ends_the_server(site: Site, message: str | bytes) -> None:
+    """Nor what answers it: it hears why it is refused."""
+    swallowed(site, message)
+
+
+@pytest.mark.slow
+@settings(max_examples=10_000)
+@given(messages)
+def test_no_message_of_many_ends_the_server(site: Site, message: str | bytes) -> None:
+    """Nor what answers it, of ten thousand."""
+    swallowed(site, message)
+
+
+def test_closed_pages_are_not_spoken_of(site: Site, port: int, capfd: pytest.CaptureFixture[str]) -> None:
+    """Pages that leave without a word, while they are answered, in the middle of a message."""
+
+    def leave(number: int) -> None:
+        with page(port, "right") as socket:
+            for _ in range(number):
+                socket.send(json.dumps({"id": 1, "kind": "preview", "projection": "robinson"}))
+            socket.socket.close()
+
+    threads = [threading.Thread(target=leave, args=(number,)) for number in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    with page(port, "right") as socket:
+        assert asked(socket, kind="texts")["texts"]
+    assert capfd.readouterr().err == ""
