@@ -21,7 +21,7 @@ from projdist.plots.basemap import airy_kavrayskiy_line, draw_lines, draw_title,
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.labels import label_isolines
 from projdist.plots.looks import USUAL, LookedFigure, look_of, text_width
-from projdist.plots.places import draw_places, main_city, shows_places
+from projdist.plots.places import draw_places, main_cities, shows_places
 from projdist.plots.titles import title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
@@ -210,7 +210,7 @@ def draw_heatmap(
     set_view(ax, surface)
     draw_surroundings(ax, surface, context)
     draw_lines(ax, surface, step, over_colours=True, context=context)
-    kept = main_city(ax, surface) if context == "full" else None
+    kept = main_cities(ax, surface) if context == "full" else None
     draw_field(ax, surface, values, scale, values_at, kept)
     _draw_places(ax, surface, context)
     draw_title(ax, title_of(surface.domain.projection) if title is None else title, below)

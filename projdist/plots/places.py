@@ -34,6 +34,7 @@ _MARK = "#d7301f"
 
 _CITIES_PER_INCH = 1.1  # of the sum of a picture's sides
 _ABOUT = [(0.0, 0.0), *((0.1 * east, 0.1 * north) for east in (-1, 1) for north in (-1, 1))]  # coarse coasts miss some
+_MAIN = 3  # cities that labels of isolines give way to
 _ALONG = 8  # points along a name
 _APART = 0.12  # of the smaller side: cities are no closer
 
@@ -226,16 +227,18 @@ def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
         )
 
 
-def main_city(ax: Axes, surface: Surface) -> FloatArray:
-    """Points (n, 2) of the map along the best known city of a region and its name, for labels to keep clear of."""
+def main_cities(ax: Axes, surface: Surface) -> FloatArray:
+    """Points (n, 2) of the map along the best known cities of a region and their names, for labels to keep clear of."""
     xy, order = _in_order(surface) if shows_places(surface) else (np.empty((0, 2)), np.empty(0, dtype=int))
     if not order.size:
         return np.empty((0, 2))
     west, east, south, north = surface.view
     ax.apply_aspect()
-    length = len(cities().name[order[0]]) * _LETTER * _TEXT * scale_of(ax)
-    share = length * ax.figure.dpi / 72.0 / ax.get_window_extent().width
-    places = xy[order[:1]] + np.linspace(0.0, share, _ALONG)[:, None] * [1.0, 0.0]
+    letter = _LETTER * _TEXT * scale_of(ax) * ax.figure.dpi / 72.0 / ax.get_window_extent().width
+    ends = [[letter * len(cities().name[k]), 0.0] for k in order[:_MAIN]]
+    places = np.concatenate(
+        [xy[k] + np.linspace(0.0, 1.0, _ALONG)[:, None] * end for k, end in zip(order[:_MAIN], ends, strict=True)]
+    )
     return np.asarray([west, south] + places * [east - west, north - south])
 
 
