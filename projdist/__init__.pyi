@@ -98,6 +98,9 @@ from .support import Notice
 # Pictures, and files of GIS programs
 from . import gis, plots
 
+# Maps that turn under the hand, in notebooks
+from .web import Explorer
+
 __version__: str
 
 __all__ = [
@@ -124,6 +127,7 @@ __all__ = [
     "Design",
     "Ellipsoid",
     "Estimate",
+    "Explorer",
     "Extreme",
     "Factors",
     "Failure",

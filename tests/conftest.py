@@ -11,7 +11,7 @@ import typer.main
 import typer.testing
 from hypothesis import settings
 
-EXTRAS = ("cartopy", "geopandas", "pandas", "rasterio", "xarray")
+EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 
 # Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -64,13 +64,15 @@ HOMES = {
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.cartopy_projections", "plots.geoaxes"},
-    "PIL": {"applications.mosaics.images", "applications.mosaics.saving", "plots.morphs"},
+    "PIL": {"applications.mosaics.images", "applications.mosaics.saving", "plots.morphs", "web.live.widget"},
     "cv2": {"applications.mosaics.libraries"},
     "typer": {"cli"},
     "rich": {"cli"},
     "starlette": {"web.live.server"},
     "uvicorn": {"web.live.server"},
     "websockets": {"web.live.server"},
+    "anywidget": {"web.live.widget"},
+    "traitlets": {"web.live.widget"},
 }
 
 # What the package may import besides its homes' own: anything else is a new dependency.

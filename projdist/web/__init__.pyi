@@ -1,4 +1,5 @@
 from .live.inputs import Doors
+from .live.notebook import Explorer
 from .live.server import Site, Start, check_server, open_socket, serve
 from .maps import MOST_MAPS, Maps, draw_maps
 from .page import Cell, Page, PageTable, page_html
@@ -7,6 +8,7 @@ __all__ = [
     "MOST_MAPS",
     "Cell",
     "Doors",
+    "Explorer",
     "Maps",
     "Page",
     "PageTable",

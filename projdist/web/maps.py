@@ -31,7 +31,7 @@ _GROUPS = {
     "Scales": ("tissot_semimajor", "tissot_semiminor", "meridional_scale", "parallel_scale", "scale_error_ppm"),
     "North": ("meridian_convergence",),
 }
-_MEASURES = tuple(name for names in _GROUPS.values() for name in names)
+SHOWN_MEASURES = tuple(name for names in _GROUPS.values() for name in names)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +80,7 @@ def draw_maps(
         titles=tuple(title for title, _ in drawn),
         frames=tuple(frame for _, frame in drawn),
         scales=tuple(colour_scales(values, weights)),
-        measure=name if name in _MEASURES else _MEASURES[0],
+        measure=name if name in SHOWN_MEASURES else SHOWN_MEASURES[0],
         notes=tuple(notes),
     )
 

@@ -202,7 +202,7 @@ export class Card {
     for (const one of parameters) {
       const [slider, number] = this.sliders.querySelectorAll(`[data-name="${one.name}"]`);
       for (const input of [slider, number]) {
-        if (input === document.activeElement && this.turning) continue;
+        if (input === this.node.getRootNode().activeElement && this.turning) continue;
         Object.assign(input, { min: one.low, max: one.high });
         input.value = one.value;
       }

@@ -51,15 +51,15 @@ class Desk:
             return studies.designed(self.doors.region(request.region), request.options, progress), {}
         if request.kind == "scales":
             return self.pictures.scales(self.doors.region(request.region), request.beside), {}
-        projection = self.projection(request)
+        projection, region = self.projection(request), self.doors.region(request.region)
         if request.kind == "preview":
-            self.doors.region(request.region)  # so that it is one that may be asked for
-            return self.previewer.frame(projection, request.region, _middle(request))
-        region = self.doors.region(request.region)
+            return self.previewer.frame(projection, region, self._middle(request))
         if request.kind == "picture":
             header, arrays = self.pictures.picture(projection, region, request.beside)
-            definition = projection.definition if request.values or request.centre else request.projection
-            return header | {"definition": definition, **studies.knobs(definition)}, arrays
+            turned = bool(request.values or request.centre)
+            definition = projection.definition if turned else request.projection
+            found = studies.knobs(definition if turned else self.doors.source(definition))
+            return header | {"definition": definition, **found}, arrays
         if request.kind == "figures":
             return {"figures": studies.figures_of(projection, region)}, {}
         if request.kind == "correct":
@@ -73,12 +73,12 @@ class Desk:
     def projection(self, request: Request) -> Projection:
         """The projection of a request, with its parameters and its centre; raises ProjectionError."""
         given = self.doors.projection(request.projection)
-        return tuned(request.projection, request.values, request.centre) if request.values or request.centre else given
+        source = self.doors.source(request.projection)
+        return tuned(source, request.values, request.centre) if request.values or request.centre else given
 
-
-def _middle(request: Request) -> tuple[float, float] | None:
-    """Longitude and latitude at the middle of a map; what is dragged there goes before parameters."""
-    if request.centre is not None:
-        return request.centre
-    middle = tunable(request.projection).centre
-    return middle and (request.values.get("lon_0", middle[0]), request.values.get("lat_0", middle[1]))
+    def _middle(self, request: Request) -> tuple[float, float] | None:
+        """Longitude and latitude at the middle of a map; what is dragged there goes before parameters."""
+        if request.centre is not None:
+            return request.centre
+        middle = tunable(self.doors.source(request.projection)).centre
+        return middle and (request.values.get("lon_0", middle[0]), request.values.get("lat_0", middle[1]))

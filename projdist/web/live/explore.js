@@ -23,8 +23,31 @@ export class Explorer {
     });
     this.build();
     for (const projection of start.projections) this.add(projection);
-    new ResizeObserver(() => this.redraw()).observe(this.grid);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
+    this.sizes = new ResizeObserver(() => this.redraw());
+    this.sizes.observe(this.grid);
+    this.darkness = matchMedia("(prefers-color-scheme: dark)");
+    this.redrawn = () => this.redraw();
+    this.darkness.addEventListener("change", this.redrawn);
+  }
+
+  close() {
+    this.sizes.disconnect();
+    this.darkness.removeEventListener("change", this.redrawn);
+    for (const card of this.cards) clearTimeout(card.resting);
+  }
+
+  // What is set from elsewhere, as in a notebook's kernel.
+  follow({ projections, region, measure }) {
+    this.measure = measure;
+    if (this.menu.value !== measure) {
+      this.menu.value = measure;
+      this.redraw();
+    }
+    this.setRegion(region);
+    projections.forEach((definition, k) => (this.cards[k] ? this.cards[k].open(definition) : this.add(definition)));
+    if (this.cards.length === projections.length) return;
+    for (const card of this.cards.splice(projections.length)) card.node.remove();
+    this.count();
   }
 
   build() {

@@ -10,7 +10,7 @@ import json
 import re
 from dataclasses import dataclass
 
-from projdist.projections import Projection, ProjectionError
+from projdist.projections import Projection, ProjectionError, ProjectionLike
 from projdist.regions import Place, get_region
 from projdist.support import shown
 
@@ -45,10 +45,26 @@ class Doors:
             check_projection(text)
         return _projection(text)
 
+    def source(self, text: str) -> ProjectionLike:
+        """What the projection of a text was given as."""
+        return text
+
     def region(self, text: str) -> Place:
         """The region of a text; raises ValueError."""
         if text not in self.opened:
             check_region(text)
+        return _region(text)
+
+
+class OpenDoors(Doors):
+    """Doors of who may read files anyway, as in a notebook's own kernel."""
+
+    def projection(self, text: str) -> Projection:
+        """The projection of any text; raises ProjectionError."""
+        return _projection(text)
+
+    def region(self, text: str) -> Place:
+        """The region of any text; raises ValueError."""
         return _region(text)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection
+from projdist.regions import Place
 from projdist.surfaces import normalised
 from projdist.web.frames import Arrays, four_numbers
 from projdist.web.live.sketches import Sketch, sketch_of
@@ -35,7 +36,7 @@ class Previewer:
     turns: dict[str, str] = field(default_factory=dict)
 
     def frame(
-        self, projection: Projection, region: str, centre: tuple[float, float] | None
+        self, projection: Projection, region: str | Place, centre: tuple[float, float] | None
     ) -> tuple[dict[str, Any], Arrays]:
         """The header and the arrays of a preview; raises ValueError where nothing of the region is on the map."""
         sketch = sketch_of(region)

@@ -11,7 +11,7 @@ import shapely
 
 from projdist._typing import FloatArray, IntArray
 from projdist.earth import GEOS_ARITHMETIC, land_within
-from projdist.regions import GLOBE, PointSet, Region, RegionLike, polygons_of, region_for
+from projdist.regions import GLOBE, Place, PointSet, Region, RegionLike, polygons_of, region_for
 from projdist.surfaces import (
     Bounds,
     coast,
@@ -62,8 +62,8 @@ class Sketch:
 
 
 @functools.lru_cache(maxsize=32)
-def sketch_of(region: str) -> Sketch:
-    """The sketch of a region by its text; raises ValueError."""
+def sketch_of(region: str | Place) -> Sketch:
+    """The sketch of a region or its text; raises ValueError."""
     return make_sketch(region)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from projdist.field import sample
-from projdist.projections import Projection, ProjectionError, crs_of, crs_wkt, tunable
+from projdist.projections import Projection, ProjectionError, ProjectionLike, crs_of, crs_wkt, tunable
 from projdist.regions import Place, region_title
 from projdist.support import check_choice, one_line
 from projdist.web.frames import Arrays
@@ -49,9 +49,9 @@ def _finite(value: float) -> float | None:
     return float(value) if abs(value) < float("inf") else None
 
 
-def knobs(definition: str) -> dict[str, Any]:
+def knobs(projection: ProjectionLike) -> dict[str, Any]:
     """The parameters of a map that can be set, and how it can be dragged."""
-    found = tunable(definition)
+    found = tunable(projection)
     return {
         "tunable": found.definition,
         "drags": found.drags,

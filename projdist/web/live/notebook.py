@@ -1,0 +1,25 @@
+"""`Explorer`, or without anywidget a class of that name that says what it needs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from projdist.web.live.widget import Explorer
+else:
+    try:
+        from projdist.web.live.widget import Explorer
+    except ModuleNotFoundError as missing:
+        if missing.name not in ("anywidget", "ipywidgets", "traitlets"):
+            raise
+        _missing = missing.name
+
+        class Explorer:
+            """Maps in a notebook that turn under the hand: needs anywidget."""
+
+            def __init__(self, *projections: Any, **options: Any) -> None:
+                text = "The explorer in notebooks needs anywidget: pip install 'projdist[explore]'."
+                raise ImportError(text, name=_missing)
+
+
+__all__ = ["Explorer"]

@@ -1,0 +1,339 @@
+"""The explorer in notebooks: the live page as a widget, whose messages the kernel answers."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib.resources
+import io
+import json
+from base64 import b64encode
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import anywidget
+import numpy as np
+import traitlets
+
+from projdist.matrices import get_measure
+from projdist.projections import (
+    Projection,
+    ProjectionError,
+    ProjectionLike,
+    listed_projections,
+    projection_names,
+)
+from projdist.regions import Place, RegionLike, get_region, region_for, region_names
+from projdist.support import check_choice
+from projdist.web.live.desk import Desk
+from projdist.web.live.inputs import OpenDoors
+from projdist.web.live.kernel import WORKERS, Thread, answered
+from projdist.web.live.replies import failed
+from projdist.web.live.requests import LANES, STOP, Request, RequestError, read_request
+from projdist.web.maps import SHOWN_MEASURES
+from projdist.web.modules import bundled
+
+__all__ = ["Explorer"]
+
+_FIRST = "winkel-tripel"
+_MOST = 6
+_SIZE, _DPI, _COLOURS = (6.0, 4.5), 100.0, 256  # inches, dots an inch; the palette makes it a fourth of the bytes
+_TRIED = np.array([-120.0, -30.0, 10.0, 40.0, 170.0]), np.array([-50.0, -5.0, 50.0, 20.0, 75.0])
+
+
+class Explorer(anywidget.AnyWidget):
+    """Maps in a notebook that turn under the hand, with exact figures when it rests: `projdist explore` as a widget.
+
+    What is dragged and chosen in the page is set here, and what is set here is shown there. Previews are answered by
+    the kernel, pictures and figures by processes of all widgets together, which end with `close()` of the last one, or
+    with the kernel; those of functions by a thread. Where no page runs, as on GitHub, a picture is seen.
+
+    Needs anywidget: `pip install 'projdist[explore]'`.
+
+    Parameters
+    ----------
+    *projections : ProjectionLike
+        One to six; the Winkel tripel if there is none.
+    region : RegionLike, optional
+        The area of use of all projections, or else the globe, if not given.
+    measure : str
+        The measure whose colours are shown.
+
+    Attributes
+    ----------
+    projections : tuple of str
+        The definitions of the maps, as `Projection.from_user_input` takes them; a function has its name here. It can
+        be set to whatever projections can be given as.
+    projection : str
+        That of the first map.
+    region : str
+        The region as text; one without a text, such as a geometry, has a name of its own here.
+    measure : str
+        The name of the measure.
+
+    Raises
+    ------
+    ValueError, ProjectionError
+        For projections, regions and measures that are none, when they are given and when they are set.
+
+    Examples
+    --------
+    >>> import anywidget
+    >>> explorer = Explorer("robinson", "EPSG:3035", region="country:DE", measure="omega")
+    >>> explorer
+    Explorer('robinson', 'EPSG:3035', region='country:DE', measure='angular_distortion')
+    >>> explorer.observe(lambda change: print("now", change["new"]), "projection")
+    >>> explorer.projection = "robinson+lon_0=150"
+    now robinson+lon_0=150
+    >>> explorer.close()
+    """
+
+    projections = traitlets.Any().tag(sync=True)
+    region = traitlets.Any().tag(sync=True)
+    measure = traitlets.Any().tag(sync=True)
+    projection = traitlets.Any()
+    _words = traitlets.Dict().tag(sync=True)
+
+    def __init__(self, *projections: ProjectionLike, region: RegionLike | None = None, measure: str = "fisher") -> None:
+        self._given = _Given()
+        self._desk = Desk(self._given)
+        self._thread: Thread | None = None
+        self._still: tuple[object, str] | None = None
+        texts = self._projection_texts(list(projections) or _FIRST)
+        if region is None:
+            region = region_for(None, [self._given.projection(text) for text in texts])
+        super().__init__(
+            projections=texts,
+            projection=texts[0],
+            region=self._given.region_text(region),
+            measure=_measure_name(measure),
+            _words={"names": sorted(projection_names()), "countries": list(region_names())},
+        )
+        self.on_msg(self._heard)
+
+    def __repr__(self) -> str:
+        """The call that makes it."""
+        return f"Explorer({', '.join(map(repr, self.projections))}, region={self.region!r}, measure={self.measure!r})"
+
+    def close(self) -> None:
+        """End the widget, and with the last one the processes that work for widgets."""
+        super().close()
+        thread: Thread | None = getattr(self, "_thread", None)  # none where the arguments were wrong
+        if thread is not None:
+            thread.close()
+        WORKERS.leave(id(self))
+
+    def set_state(self, sync_data: Mapping[str, Any]) -> None:
+        """Take what the page has set; what is not yet right there stays as it was."""
+        super().set_state({name: value for name, value in sync_data.items() if self._is_right(name, value)})
+
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+        """The widget, and a picture for where it cannot run."""
+        bundle = super()._repr_mimebundle_(**options)
+        if bundle is None:
+            return None
+        data, metadata = bundle
+        return {**data, "image/png": self._picture()}, metadata
+
+    # ---- what is set ------------------------------------------------------------------------
+
+    @traitlets.validate("projections", "projection", "region", "measure")
+    def _checked(self, proposal: Any) -> Any:
+        return self._texts_of(proposal.trait.name, proposal.value)
+
+    def _texts_of(self, name: str, value: Any) -> Any:
+        """What is set as it is kept; raises ValueError."""
+        if name == "projections":
+            return self._projection_texts(value)
+        if name == "projection":
+            return self._given.projection_text(value)
+        return self._given.region_text(value) if name == "region" else _measure_name(value)
+
+    def _projection_texts(self, given: ProjectionLike | Iterable[ProjectionLike]) -> tuple[str, ...]:
+        texts = tuple(map(self._given.projection_text, listed_projections(given)))
+        if not 1 <= len(texts) <= _MOST:
+            raise ValueError(f"Invalid projections. They must be one to {_MOST}, and {len(texts)} were given.")
+        return texts
+
+    def _is_right(self, name: str, value: Any) -> bool:
+        if name not in ("projections", "region", "measure"):
+            return True
+        try:
+            self._texts_of(name, value)
+        except ValueError:
+            return False
+        return True
+
+    @traitlets.observe("projections")
+    def _first_changed(self, change: Any) -> None:
+        self.projection = change["new"][0]
+
+    @traitlets.observe("projection")
+    def _put_first(self, change: Any) -> None:
+        if self.projections[0] != change["new"]:
+            self.projections = (change["new"], *self.projections[1:])
+
+    # ---- what the page asks -----------------------------------------------------------------
+
+    def _heard(self, _: Any, content: Mapping[str, Any], buffers: list[Any]) -> None:
+        """Answer a message: at once a preview, the rest in its turn."""
+        view = content.get("view")
+        if content.get("closed"):
+            return
+        try:
+            request = read_request(str(content.get("text", "")), bytes(buffers[0]) if buffers else b"")
+        except RequestError as error:
+            self._tell(view, failed(Request(id=0, kind="error"), str(error)))
+            return
+        if request.kind == "preview":
+            self._tell(view, answered(self._desk, request))
+        elif request.kind == STOP:
+            self._stop((view, request.slot), str(request.options.get("what")))
+        else:
+            self._ask(view, request)
+
+    def _ask(self, view: Any, request: Request) -> None:
+        """Hand a request to a process, or to a thread where maps or the region have no text."""
+        tell = _in_this_loop(lambda block: self._tell(view, block))
+        key = (view, request.slot, request.kind)
+        if not self._given.any:
+            WORKERS.ask(id(self), LANES[request.kind], key, request, tell)
+            return
+        self._thread = self._thread or Thread(self._desk)
+        self._thread.ask(key, request, tell)
+
+    def _stop(self, place: tuple[Any, str], what: str) -> None:
+        if what not in LANES:
+            return
+        WORKERS.drop(id(self), LANES[what], (*place, what))
+        if self._thread is not None:
+            self._thread.drop((*place, what))
+
+    def _tell(self, view: Any, block: bytes) -> None:
+        if self.comm is not None:
+            self.send({"view": view}, [block])
+
+    # ---- where no page runs -----------------------------------------------------------------
+
+    def _picture(self) -> str:
+        """The maps as PNG in base64, of what is set now."""
+        state = (self.projections, self.region, self.measure)
+        if self._still is None or self._still[0] != state:
+            from PIL import Image
+
+            from projdist import plots  # slow to load
+
+            figure = plots.heatmap_figure(
+                [self._given.projection(text) for text in self.projections],
+                region=self._given.region(self.region),
+                measure=self.measure,
+                size=_SIZE,
+                dpi=_DPI,
+            )
+            drawn, file = io.BytesIO(), io.BytesIO()
+            figure.savefig(drawn, format="png", dpi=_DPI)
+            Image.open(drawn).convert("RGB").quantize(_COLOURS).save(file, format="png", optimize=True)
+            self._still = state, b64encode(file.getvalue()).decode("ascii")
+        return self._still[1]
+
+
+@dataclass(frozen=True)
+class _Given(OpenDoors):
+    """What is named in the page: texts, and objects of the kernel that have none, by names that are made for them."""
+
+    projections: dict[str, Projection] = field(default_factory=dict)
+    regions: dict[str, Place] = field(default_factory=dict)
+
+    @property
+    def any(self) -> bool:
+        """Whether there are objects without a text."""
+        return bool(self.projections or self.regions)
+
+    def projection(self, text: str) -> Projection:
+        """The projection of a text or name; raises ProjectionError."""
+        return self.projections[text] if text in self.projections else super().projection(text)
+
+    def source(self, text: str) -> ProjectionLike:
+        """What the projection of a text was given as."""
+        return self.projections.get(text, text)
+
+    def region(self, text: str) -> Place:
+        """The region of a text or name; raises ValueError."""
+        return self.regions[text] if text in self.regions else super().region(text)
+
+    def projection_text(self, given: ProjectionLike) -> str:
+        """A text for a projection; raises ProjectionError."""
+        if isinstance(given, str):
+            self.projection(given.strip())
+            return given.strip()
+        projection = Projection.from_user_input(given)
+        if _reads_back(projection):
+            return projection.definition
+        for name, known in self.projections.items():
+            if known.function is projection.function:
+                return name
+        name = _new_name(projection.name, self.projections)
+        self.projections[name] = replace(projection, name=name, definition=name)
+        return name
+
+    def region_text(self, given: RegionLike) -> str:
+        """A text for a region; raises ValueError."""
+        if isinstance(given, str):
+            self.region(given.strip())
+            return given.strip()
+        place = get_region(given)
+        try:
+            if get_region(place.name) == place:
+                return place.name
+        except ValueError:
+            pass  # the name is no text
+        name = _new_name(place.name, self.regions)
+        self.regions[name] = replace(place, name=name)  # type: ignore[type-var]
+        return name
+
+
+def _reads_back(projection: Projection) -> bool:
+    """Whether the definition is a text of the map."""
+    try:
+        again = Projection.from_user_input(projection.definition)
+    except ProjectionError:
+        return False
+    same = again.ellipsoid == projection.ellipsoid
+    return same and bool(np.allclose(again(*_TRIED), projection(*_TRIED), rtol=1e-9, atol=1e-3, equal_nan=True))
+
+
+def _new_name(name: str, known: Collection[str]) -> str:
+    """A name that nothing else has."""
+    names = [name, *(f"{name} ({k})" for k in range(2, len(known) + 2))]
+    return next(one for one in names if one not in known)
+
+
+def _measure_name(measure: Any) -> str:
+    return check_choice("measure", get_measure(measure).name, SHOWN_MEASURES)
+
+
+def _in_this_loop(tell: Any) -> Any:
+    """`tell` for other threads, but in the loop that is running here, as widgets must be in some notebooks."""
+    try:
+        loop = asyncio.get_running_loop()
+    except RuntimeError:
+        return tell
+
+    def telling(block: bytes) -> None:
+        if not loop.is_closed():
+            loop.call_soon_threadsafe(tell, block)
+
+    return telling
+
+
+def _modules() -> dict[str, str]:
+    """The page's modules by their names, and its style as one."""
+    web = importlib.resources.files("projdist") / "web"
+    folders = [web, web / "live"]
+    files = {file.name: file for folder in folders for file in folder.iterdir() if file.name.endswith(".js")}
+    style = (web / "live" / "explore.css").read_text(encoding="utf-8")
+    texts = {name: file.read_text(encoding="utf-8") for name, file in files.items()}
+    return texts | {"style.js": f"export const STYLE = {json.dumps(style)};"}
+
+
+Explorer._esm = bundled(_modules(), "widget.js")

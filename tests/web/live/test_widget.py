@@ -1,0 +1,345 @@
+"""The explorer in notebooks: what is set, what the page asks, and who answers."""
+
+import base64
+import io
+import json
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from PIL import Image
+
+import projdist
+
+pytest.importorskip("anywidget")
+
+from projdist.web.live.kernel import WORKERS
+from projdist.web.live.widget import Explorer
+
+SQUARE = shapely.box(8, 48, 12, 52)
+
+
+def cosine(lon: Any, lat: Any) -> tuple[Any, Any]:
+    """A map of the user's own: the sinusoidal one."""
+    lam, phi = np.radians(lon), np.radians(lat)
+    return 6371008.7714 * lam * np.cos(phi), 6371008.7714 * phi
+
+
+@pytest.fixture
+def make() -> Iterator[Callable[..., Explorer]]:
+    """Explorers that are closed at the end."""
+    made: list[Explorer] = []
+
+    def maker(*projections: Any, **options: Any) -> Explorer:
+        made.append(Explorer(*projections, **options))
+        return made[-1]
+
+    yield maker
+    for one in made:
+        one.close()
+    assert WORKERS.pids == []
+
+
+class Page:
+    """What a page would hear of a widget."""
+
+    def __init__(self, widget: Explorer, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.widget = widget
+        self.heard: list[tuple[dict[str, Any], dict[str, Any]]] = []
+        self.came = threading.Condition()
+        monkeypatch.setattr(widget, "send", self._hear)
+
+    def _hear(self, content: dict[str, Any], buffers: list[bytes]) -> None:
+        with self.came:
+            self.heard.append((content, decoded(buffers[0])))
+            self.came.notify_all()
+
+    def ask(self, kind: str, *, view: int = 1, id: int = 1, file: bytes = b"", **content: Any) -> None:
+        """Send a request."""
+        text = json.dumps({"id": id, "kind": kind, "slot": "map1", **content})
+        self.widget._handle_custom_msg({"view": view, "text": text}, [memoryview(file)] if file else [])
+
+    def answer(self, id: int = 1) -> tuple[dict[str, Any], dict[str, Any]]:
+        """The reply to a request, waited for."""
+        until = time.monotonic() + 60.0
+        with self.came:
+            while True:
+                found = [one for one in self.heard if one[1]["id"] == id and "progress" not in one[1]]
+                if found:
+                    return found[0]
+                assert self.came.wait(until - time.monotonic()), "no answer"
+
+
+def decoded(block: bytes) -> dict[str, Any]:
+    """The header of a block with its arrays, as the page reads it."""
+    length = int(np.frombuffer(block, np.uint32, 1)[0])
+    header = json.loads(block[4 : 4 + length])
+    for name, (kind, offset, shape) in header["arrays"].items():
+        count = int(np.prod(shape))
+        header[name] = np.frombuffer(block, kind, count, 4 + length + offset).reshape(shape)
+    return header
+
+
+@pytest.fixture
+def page(make: Callable[..., Explorer], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Page]:
+    """The page of an explorer."""
+    return lambda *projections, **options: Page(make(*projections, **options), monkeypatch)
+
+
+# ---- what is set ----------------------------------------------------------------------------
+
+
+def test_one_map_of_the_globe(make: Callable[..., Explorer]) -> None:
+    """Without anything else; else the area of use that all maps have."""
+    assert repr(make()) == "Explorer('winkel-tripel', region='globe', measure='fisher')"
+    assert make("EPSG:3035").region == "box:-35.58,24.6,44.83,84.73"
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        *(("robinson", "robinson"), (3035, "EPSG:3035"), (("ESRI", 54030), "ESRI:54030"), (cosine, "cosine")),
+        (projdist.Projection.from_user_input("mollweide@45,-100"), None),
+    ],
+)
+def test_projections_of_any_kind_have_a_text(make: Callable[..., Explorer], given: Any, text: str | None) -> None:
+    """Which is the map's, when it is set again, too."""
+    widget = make("robinson", given)
+    expected = text or given.definition
+    assert widget.projections == ("robinson", expected)
+    widget.projections = [given]
+    widget.projection = widget.projection
+    assert (widget.projection, widget.projections) == (expected, (expected,))
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        *(("country:DE", "country:DE"), ((8, 48, 12, 52), "box:8,48,12,52"), (SQUARE, "polygons")),
+        (projdist.Cap(10, 50, 200), "cap:10,50,200"),
+    ],
+)
+def test_regions_of_any_kind_have_a_text(make: Callable[..., Explorer], given: Any, text: str) -> None:
+    """Which is the region's, when it is set again, too."""
+    widget = make("robinson")
+    widget.region = given
+    assert widget.region == text
+    widget.region = text
+    assert widget.region == text
+
+
+def test_things_without_a_text_have_names_of_their_own(make: Callable[..., Explorer]) -> None:
+    """Two of the same name are two, and one is one."""
+    widget = make(cosine, projdist.Projection.from_function(lambda lon, lat: (lon, lat), name="cosine"), cosine)
+    assert widget.projections == ("cosine", "cosine (2)", "cosine")
+    widget.region = SQUARE
+    widget.region = shapely.box(0, 0, 1, 1)
+    assert widget.region == "polygons (2)"
+
+
+def test_what_is_set_is_observed(make: Callable[..., Explorer]) -> None:
+    """The first map is the first of all."""
+    widget, heard = make("robinson", "mollweide"), []
+    widget.observe(lambda change: heard.append((change["name"], change["new"])))
+    widget.projection = "eckert-4"
+    widget.projections = ("gall", "mollweide")
+    widget.measure = "omega"
+    assert set(heard) == {
+        *(("projection", "eckert-4"), ("projections", ("eckert-4", "mollweide"))),
+        *(("projection", "gall"), ("projections", ("gall", "mollweide")), ("measure", "angular_distortion")),
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        *(("projection", "robinsn", "Did you mean robinson"), ("projections", [], "one to 6, and 0")),
+        *(("projections", ["robinson"] * 7, "one to 6, and 7"), ("region", "country:Xx", "Invalid")),
+        *(("measure", "omga", "Invalid measure 'omga'"), ("measure", "flexion", "It must be one of fisher")),
+    ],
+)
+def test_nonsense_is_refused(make: Callable[..., Explorer], name: str, value: Any, text: str) -> None:
+    """In words, and all stays as it was; at the start, too."""
+    widget = make("robinson", "mollweide", region="country:DE")
+    before = repr(widget)
+    with pytest.raises(ValueError, match=text):
+        setattr(widget, name, value)
+    assert repr(widget) == before
+    widget.set_state({name: value})
+    assert repr(widget) == before
+    if name == "projection":
+        with pytest.raises(projdist.ProjectionError, match=text):
+            Explorer(value)
+
+
+def test_what_the_page_sets(make: Callable[..., Explorer]) -> None:
+    """Is heard of as if it had been set here, and not told to the page again."""
+    widget, heard = make("robinson"), []
+    widget.observe(lambda change: heard.append(change["new"]), "projection")
+    widget.set_state({"projections": ["robinson+lon_0=150", "mollweide"], "region": "land", "measure": "fisher"})
+    assert heard == ["robinson+lon_0=150"]
+    assert repr(widget) == "Explorer('robinson+lon_0=150', 'mollweide', region='land', measure='fisher')"
+
+
+# ---- what the page asks ---------------------------------------------------------------------
+
+
+def factors_are_right(block: dict[str, Any], projection: Any, *, within: float, often: float) -> None:
+    """The frame's a and b at the nodes of whole cells, against the map's."""
+    rows, columns = block["shape"]
+    lon, lat = np.meshgrid(block["u"], block["v"])
+    assert block["axes"] is None
+    whole = np.flatnonzero(np.unpackbits(block["whole"])[: rows * columns])
+    chosen = np.random.default_rng(1).choice(whole, 200)
+    log, _, re, im = block["fields"].astype(float)[:, chosen]
+    ratio = np.hypot(re, im)
+    a, b = np.exp(log) * (1 + ratio), np.exp(log) * np.abs(1 - ratio)
+    lon = (lon.ravel()[chosen] + 180.0) % 360.0 - 180.0
+    true = projdist.factors(projection, lon, lat.ravel()[chosen])
+    good = (np.abs(a / true.a - 1.0) < within) & (np.abs(b - true.b) < within * true.a)
+    assert good.mean() >= often
+
+
+def test_previews_are_answered_at_once(page: Callable[..., Page]) -> None:
+    """To the view that asked, without a process."""
+    opened = page("robinson")
+    opened.ask("preview", view=7, projection="robinson", centre=[30, 0])
+    content, block = opened.heard[0]
+    assert content == {"view": 7}
+    assert block["preview"] is True
+    factors_are_right(block, "robinson+lon_0=30", within=0.03, often=0.9)
+    assert WORKERS.pids == []
+
+
+def test_functions_and_geometries_are_answered_by_a_thread(page: Callable[..., Page]) -> None:
+    """As no other process has them; the figures are those of `sample`."""
+    opened = page(cosine, region=SQUARE)
+    opened.ask("picture", projection="cosine", region="polygons")
+    block = opened.answer()[1]
+    assert (block["definition"], block["drags"], block["region_title"]) == ("cosine", "none", "polygons")
+    factors_are_right(block, cosine, within=1e-4, often=1.0)
+    opened.ask("figures", id=2, projection="cosine", region="polygons")
+    found = opened.answer(2)[1]["figures"]
+    true = projdist.sample(cosine, SQUARE, tolerance=1e-7).airy_kavrayskiy
+    assert found["airy_kavrayskiy"] == pytest.approx(true.raw, abs=found["error"] + 1e-7)
+    opened.ask("preview", id=3, projection="cosine", region="polygons")
+    assert opened.answer(3)[1]["preview"] is True
+    assert WORKERS.pids == []
+
+
+def test_what_a_function_raises_is_told(page: Callable[..., Page]) -> None:
+    """To the page, whichever way it is asked, and those who ask next are answered."""
+
+    def broken(lon: Any, lat: Any) -> Any:
+        return {}["here"]
+
+    opened = page(broken, "robinson")
+    for id, kind in enumerate(("preview", "picture", "figures"), start=1):
+        opened.ask(kind, id=id, projection="broken")
+        assert opened.answer(id)[1]["problem"] == "KeyError: 'here'"
+    opened.ask("outline", id=4, region="country:DE")
+    assert opened.answer(4)[1]["title"] == "Germany (DE)"
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"id": 1, "kind": "other"}'])
+def test_what_is_no_request_is_told(page: Callable[..., Page], text: str) -> None:
+    """In one line."""
+    opened = page("robinson")
+    opened.widget._handle_custom_msg({"view": 1, "text": text}, [])
+    assert opened.heard[0][1]["problem"].startswith("Invalid ")
+
+
+def test_files_may_be_named_in_a_notebook(page: Callable[..., Page], tmp_path: Path) -> None:
+    """It is the user's own kernel, who can read them anyway."""
+    path = tmp_path / "map.prj"
+    path.write_text(projdist.Projection.from_user_input("EPSG:3035").definition)
+    opened = page(str(path), region="box:0,40,20,60")
+    opened.ask("preview", projection=str(path), region="box:0,40,20,60")
+    assert "problem" not in opened.heard[0][1]
+
+
+@pytest.mark.slow
+def test_pictures_are_answered_by_processes_that_end(page: Callable[..., Page]) -> None:
+    """With the last widget."""
+    first, second = page("robinson"), page("mollweide")
+    for opened, name in ((first, "robinson"), (second, "mollweide")):
+        opened.ask("picture", projection=name)
+        block = opened.answer()[1]
+        assert (block["definition"], block["drags"]) == (name, "both")
+        factors_are_right(block, name, within=1e-4, often=0.97)  # but at poles
+    [pid] = WORKERS.pids
+    first.widget.close()
+    assert WORKERS.pids == [pid]
+    second.widget.close()
+    assert WORKERS.pids == []
+
+
+@pytest.mark.slow
+def test_no_process_outlives_the_kernel(tmp_path: Path) -> None:
+    """That ends without closing anything."""
+    script = """
+import json, threading
+import projdist
+from projdist.web.live.kernel import WORKERS
+widget, came = projdist.Explorer("robinson"), threading.Event()
+widget.send = lambda content, buffers: came.set()
+widget._handle_custom_msg({"view": 1, "text": json.dumps({"id": 1, "kind": "picture", "projection": "robinson"})}, [])
+assert came.wait(60)
+print(*WORKERS.pids)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=True)
+    [pid] = map(int, done.stdout.split())
+    assert not Path(f"/proc/{pid}").exists()
+
+
+# ---- the page, and where none runs ----------------------------------------------------------
+
+
+def test_the_script_is_one_module(make: Callable[..., Explorer], tmp_path: Path) -> None:
+    """Of all that the page has, without an import, with the one export that a widget must have."""
+    text = make("robinson")._esm
+    lines = text.splitlines()
+    assert [line for line in lines if line.startswith(("import ", "export "))] == ["export default { render };"]
+    assert "class Explorer" in text
+    if shutil.which("node"):
+        (tmp_path / "page.mjs").write_text(text)
+        subprocess.run(["node", "--check", str(tmp_path / "page.mjs")], check=True, timeout=60)
+
+
+@pytest.mark.usefixtures("few_cells")
+def test_a_picture_stands_where_no_page_runs(make: Callable[..., Explorer]) -> None:
+    """In few bytes, and is made anew when something else is shown."""
+    widget = make("robinson", region="country:DE")
+    first, _ = widget._repr_mimebundle_()
+    assert "application/vnd.jupyter.widget-view+json" in first
+    with Image.open(io.BytesIO(base64.b64decode(first["image/png"]))) as image:
+        assert image.format == "PNG"
+        assert image.size == (600, 450)
+    assert len(first["image/png"]) < 150_000
+    assert widget._repr_mimebundle_()[0]["image/png"] is first["image/png"]
+    widget.measure = "omega"
+    assert widget._repr_mimebundle_()[0]["image/png"] != first["image/png"]
+
+
+def test_without_anywidget_one_line_says_so() -> None:
+    """And the package itself does not ask for it."""
+    script = """
+import sys
+sys.modules["anywidget"] = None
+import projdist
+from projdist import *
+try:
+    Explorer("robinson")
+except ImportError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "The explorer in notebooks needs anywidget: pip install 'projdist[explore]'.\n"
