@@ -13,6 +13,9 @@ from hypothesis import settings
 
 EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 
+# Their examples take seconds, and have fast tests beside them.
+SLOW_EXAMPLES = ("projdist.designs.making.design", "projdist.plots.morphs.morph")
+
 # Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -33,9 +36,11 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Examples of docstrings that import an extra are skipped without it, as tests are."""
+    """Examples of docstrings that import an extra are skipped without it, as tests are; slow ones are marked."""
     for item in items:
         if isinstance(item, pytest.DoctestItem):
+            if item.name in SLOW_EXAMPLES:
+                item.add_marker(pytest.mark.slow)
             text = "".join(example.source for example in item.dtest.examples) if item.dtest else ""
             missing = [name for name in EXTRAS if f"import {name}" in text and importlib.util.find_spec(name) is None]
             if missing:

@@ -144,6 +144,7 @@ def test_a_form_that_there_is_not(level: LDP, monkeypatch: pytest.MonkeyPatch) -
     assert err.startswith("projdist: Invalid format 'esri' for ")
 
 
+@pytest.mark.slow
 def test_level_ground_is_a_field(level: LDP) -> None:
     """Colours from 0 ppm to the largest distortion; the height is told."""
     axes = Figure().add_subplot()

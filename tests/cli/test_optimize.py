@@ -104,6 +104,7 @@ def test_forms_of_an_answer(best: Optimum, tmp_path: Path, monkeypatch: pytest.M
     assert run("lcc", SQUARE, "-f", "wkt") == (1, "", f"projdist: Invalid format 'wkt' for {name}. It has none.\n")
 
 
+@pytest.mark.slow
 def test_the_limit(best: Optimum, monkeypatch: pytest.MonkeyPatch) -> None:
     """A line says how many times the limit the optimum has, for the figure that has one."""
     monkeypatch.setattr("projdist.cli.optimize.optimize", lambda *_, **__: best)
@@ -150,6 +151,7 @@ def test_table() -> None:
         assert words in out
 
 
+@pytest.mark.slow
 def test_templates() -> None:
     """A PROJ string with ranges is one word of the command line."""
     code, out, _ = run("+proj=tmerc +lon_0={12..15} +ellps=GRS80", SQUARE)

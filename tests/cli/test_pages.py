@@ -54,6 +54,7 @@ def test_a_comparison_has_its_maps_and_its_table(tmp_path: Path) -> None:
     assert any(text.startswith('PROJCRS["WGS 84 / Pseudo-Mercator"') for text in found["pre"])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_many_maps_are_told(tmp_path: Path) -> None:
     """A page has six, and says that there are more."""
@@ -124,6 +125,7 @@ def test_a_low_distortion_projection_has_scales_on_the_ground(tmp_path: Path) ->
     assert '"measure": "scale_error_ppm"' in (tmp_path / "x.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_published_tables_have_the_maps_of_their_rows() -> None:
     """Where figures are of the whole map, not of points."""
     maps = Texts(run_ok("tables", "canters-decleir", "-f", "html")).found["figcaption"]

@@ -61,6 +61,7 @@ def test_other_means_of_the_world(maps: tuple[str, str]) -> None:
     check_prototype(mean_map(maps), maps)
 
 
+@pytest.mark.slow
 def test_the_bound_in_closed_form() -> None:
     """Plate carree and the cylindrical equal-area map: half of the mean of ln^2 cos, and y' = sqrt(cos)."""
     found = mean_map([f"+proj=eqc {SPHERE}", f"+proj=cea {SPHERE}"], degree=7)
@@ -161,6 +162,7 @@ def enlarged(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return z.real, z.imag
 
 
+@pytest.mark.slow
 def test_a_map_and_its_similar_image() -> None:
     """Their mean is the map at the geometric mean of the scales, here 2, as the first is turned; a function will do."""
     found = mean_map([EUROPE, enlarged], region=BOX, degree=3)
@@ -172,6 +174,7 @@ def test_a_map_and_its_similar_image() -> None:
     assert found.total == pytest.approx(2.0 * 2.0 * np.log(2.0) ** 2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_crs_texts() -> None:
     """What PROJ runs is the map, both ways, by the pipeline and both kinds of WKT."""
     found = mean_map(["EPSG:3035", "EPSG:25832"], region="box:6,46,10.5,47.5", degree=4, datum="EPSG:4258", name="Two")

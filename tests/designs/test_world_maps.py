@@ -54,6 +54,7 @@ def test_others_are_measured_as_ever(world: WorldMap) -> None:
     assert world.standings[0].airy_kavrayskiy == pytest.approx(0.385718, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_the_scale_is_the_best(world: WorldMap) -> None:
     found = projdist.summarize(world.projection, tolerance=1e-5)
     assert found.airy_kavrayskiy == pytest.approx(found.airy_kavrayskiy_scaled, abs=2e-5)
@@ -68,6 +69,7 @@ def test_the_world_is_symmetric(world: WorldMap) -> None:
     assert np.ptp(poles, axis=1) == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_symmetry_is_found_where_it_is_not_asked() -> None:
     """Of an even world the best map is symmetric by itself, and as good."""
     free, tied = (world_map(cells=8, symmetric=how, against=[]) for how in ("none", "both"))
@@ -123,6 +125,7 @@ def test_less_weight_elsewhere_serves_the_region_better() -> None:
     assert errors == sorted(errors, reverse=True)
 
 
+@pytest.mark.slow
 def test_points_with_weights() -> None:
     """Points count by their weights: those of an even grid, with the areas, are the globe."""
     lon, lat = (axis.ravel() for axis in np.meshgrid(np.arange(-179.0, 180, 2), np.arange(-89.0, 90, 2)))
@@ -195,6 +198,7 @@ def interpolated(given: dict, lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
     return found
 
 
+@pytest.mark.slow
 def test_triangles_come_near_the_map(tmp_path: Path) -> None:
     """With the square of the step."""
     made = coarse("Bering")

@@ -76,6 +76,7 @@ def area(region: Region | None) -> float:
     return 0.0 if region is None else region.area_km2
 
 
+@pytest.mark.slow
 @given(SHAPES, SHAPES, st.sampled_from(sorted(MEMBERSHIP)))
 def test_points_are_members_as_the_operator_says(a: Shape, b: Shape, operator: str) -> None:
     """A point is in `a & b` if it is in both, in `a - b` if in a alone, in `a + b` if in either."""

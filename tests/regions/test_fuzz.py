@@ -73,6 +73,7 @@ REGIONS = st.recursive(
 )
 
 
+@pytest.mark.slow
 @FEW
 @given(REGIONS)
 def test_texts(text: str) -> None:

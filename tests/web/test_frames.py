@@ -171,6 +171,7 @@ def test_places_are_those_of_the_map(given: str) -> None:
     assert np.abs(south + step * frame.arrays["y"][node] - y).max() <= 0.51 * step
 
 
+@pytest.mark.slow
 def test_scales_are_on_the_ground() -> None:
     """By the elevation factor R / (R + h) of a sphere, which is 1 / 1.0001 at a ten-thousandth of its radius."""
     given = "+proj=merc +R=6000000"
@@ -182,6 +183,7 @@ def test_scales_are_on_the_ground() -> None:
     assert np.array_equal(fields[1][1:], fields[0][1:])
 
 
+@pytest.mark.slow
 def test_marks_are_where_they_are() -> None:
     """Rings and lines of geometries, in collections, too, with a name in the middle of the longest."""
     shapely = pytest.importorskip("shapely")
@@ -212,6 +214,7 @@ def test_conformal_maps_have_no_other_part() -> None:
     assert np.nanmax(np.abs(fields[2:])) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_map_that_mirrors_is_told() -> None:
     """Its numbers are those of its mirror image."""
     plain = Decoded(draw_maps(["+proj=moll +R=6371000"], titles=["A"]).frames[0])
