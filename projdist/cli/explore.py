@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import threading
 import webbrowser
@@ -49,7 +50,7 @@ def explore_command(
     try:
         listening = web.open_socket(wanted)
     except OSError as error:
-        refuse(f"Invalid port '{port}'. It cannot be listened on: {error.strerror or error}.", error)
+        refuse(f"Invalid port '{port}'. It cannot be listened on: {os.strerror(error.errno or 0)}.", error)
     text = region or place.name
     start = web.Start(projections=tuple(given), region=text, measure=chosen)
     with contextlib.closing(web.Site(start, web.Doors(frozenset([*given, text])))) as site:

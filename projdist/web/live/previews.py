@@ -26,6 +26,7 @@ _JUMP = 6.0  # times as long as a neighbour, an edge of a cell is torn
 _NEAR = 1e-2  # of that, the two sides of a cut are one line
 _LONGEST = 0.08  # of a map's size: longer steps of lines are torn
 _LARGE, _CORE, _FAR = 12.0, 0.9, 1.35  # as surfaces have it for maps that run off to infinity
+_MOST_HIDDEN = 0.1  # of a region, beside which scales grow beyond any step: else there is no rough figure
 _AROUND, _NARROWEST = 0.05, 0.5
 
 
@@ -119,7 +120,7 @@ class _Picture:
             "regional": self.sketch.regional,
             "radius": self.projection.ellipsoid.a,
             "preview": True,
-            "about": None if self.sketch.partial else self._about(),
+            "about": None if self.sketch.partial or self._hidden > _MOST_HIDDEN else self._about(),
         }
         none = np.empty(0, dtype=np.float32)
         arrays: Arrays = {
@@ -212,6 +213,12 @@ class _Picture:
         z = np.where(self.shown, self.x + 1j * self.y, np.nan)
         apart = np.abs(z[:, 0] - z[:, -1]) > _NEAR * longest
         return [z[0], z[-1], np.where(apart, z[:, 0], np.nan), np.where(apart, z[:, -1], np.nan)]
+
+    @property
+    def _hidden(self) -> float:
+        """The share of the region that is not on the map, or runs off to infinity."""
+        weights = self.sketch.weights
+        return float(1.0 - weights[self.shown].sum() / weights.sum())
 
     def _about(self) -> dict[str, float]:
         """The Airy-Kavrayskiy errors, roughly."""

@@ -7,9 +7,12 @@ import contextlib
 import importlib.resources
 import json
 import secrets
+import signal
 import socket
-from collections.abc import Awaitable, Callable, Hashable, Mapping
+import threading
+from collections.abc import Awaitable, Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
+from types import FrameType
 from typing import Any
 
 from projdist.projections import projection_names
@@ -253,4 +256,27 @@ def serve(site: Site, listening: socket.socket) -> None:
         access_log=False,
         timeout_graceful_shutdown=_GRACE,
     )
-    uvicorn.Server(config).run(sockets=[listening])
+    server = uvicorn.Server(config)
+    with _hanging_up(server):
+        server.run(sockets=[listening])
+
+
+@contextlib.contextmanager
+def _hanging_up(server: Any) -> Iterator[None]:
+    """Let a server end as orderly as its terminal is closed as it does by uvicorn's own signals."""
+    number = getattr(signal, "SIGHUP", None)
+    is_main = threading.current_thread() is threading.main_thread()
+    if number is None or not is_main or signal.getsignal(number) == signal.SIG_IGN:
+        yield
+        return
+    told: list[int] = []
+
+    def end(number: int, _: FrameType | None) -> None:
+        told.append(number)
+        server.should_exit = True
+
+    kept = signal.signal(number, end)
+    yield
+    signal.signal(number, kept)
+    if told:
+        signal.raise_signal(number)

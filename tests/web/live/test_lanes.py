@@ -2,14 +2,19 @@
 
 import os
 import signal
+import subprocess
 import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from live_pages import Hearing, Traps, ended, is_running, lane, wanted
 
 from projdist.web.live.lanes import Lane
+from projdist.web.live.requests import Request
+
+_GROWTH = 16_000  # kB, of which what is allocated and freed again keeps some
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="groups of processes of Unix")
 
@@ -139,3 +144,36 @@ def test_a_lane_without_requests_is_closed() -> None:
     found.close()
     assert found.pid is None
     assert threading.active_count() == before
+
+
+def kilobytes(pid: int) -> int:
+    """What a process has of the memory."""
+    return int(subprocess.run(["ps", "-o", "rss=", "-p", str(pid)], capture_output=True, text=True, check=True).stdout)
+
+
+@pytest.mark.slow
+def test_memory_stays_as_it_is() -> None:
+    """Over two thousand previews and a hundred pictures of maps that are dragged, after what is kept has filled."""
+    told, random = Hearing(), np.random.default_rng(1)
+    regions = ["globe", "country:DE", "box:170,-50,-170,-30", "cap:15,50,500"]
+
+    def answer(kind: str, number: int, region: str) -> None:
+        name = ["robinson", "mollweide", "winkel-tripel", "+proj=laea +R=6371000", "+proj=lcc +lat_1=30 +lat_2=60"][
+            number % 5
+        ]
+        centre = float(random.uniform(-180, 180)), float(random.uniform(-60, 60))
+        found.ask(kind, Request(id=number, kind=kind, projection=name, region=region, centre=centre), told)
+        assert told.next()["id"] == number
+
+    with lane() as found:
+        sizes = []
+        for count in (200, 2000):
+            for number in range(count):
+                answer("preview", number, regions[number % 4])
+            sizes.append(kilobytes(found.pid))
+        assert sizes[1] - sizes[0] < _GROWTH
+        for count in (40, 100):
+            for number in range(count):
+                answer("picture", number, regions[1 + number % 3])
+            sizes.append(kilobytes(found.pid))
+        assert sizes[3] - sizes[2] < _GROWTH

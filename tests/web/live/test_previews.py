@@ -13,11 +13,22 @@ CASES = [
     *(("+proj=ortho +lat_0=30 +R=6371000", "globe"), ("igh", "globe"), ("EPSG:3031", "cap:0,-90,2000")),
     *(("+proj=lcc +lat_1=30 +lat_2=60", "continent:Europe"), ("EPSG:32633", "cap:15,50,20")),
 ]
+# Across the antimeridian, about poles, all around; of other bodies, meridians, axes and orders of these.
+FURTHER = [
+    *(("EPSG:3832", "box:170,-50,-170,-30"), ("EPSG:3338", "box:170,50,-130,72"), ("mollweide", "country:FJ")),
+    *(("EPSG:3031", "box:-180,-90,180,-60"), ("EPSG:3995", "cap:0,90,3000"), ("robinson", "box:-180,40,180,80")),
+    *(("+proj=stere +lat_0=90 +R=6371000", "cap:10,88,900"), ("mercator", "box:-180,-80,180,80")),
+    *(("IAU_2015:30120", "globe"), ("IAU_2015:49910", "globe"), ("+proj=robin +R=1737400", "globe")),
+    *(("+proj=merc +axis=wnu", "box:-60,-60,60,60"), ("+proj=laea +lat_0=90 +axis=wnu", "cap:0,90,3000")),
+    *(("EPSG:5514", "country:CZ"), ("EPSG:2053", "country:ZA"), ("+proj=eqearth +pm=paris", "globe")),
+    ("+proj=lcc +lat_1=60 +lat_2=65 +lon_0=180 +pm=ferro", "box:150,50,-150,80"),
+]
+MIRRORED = {"+proj=merc +axis=wnu", "+proj=laea +lat_0=90 +axis=wnu"}
 _WITHIN = 0.03  # of ln of scales: second differences of cells of 2.5 degrees
 _OFTEN = 0.9  # of the nodes; beside tears and where a map ends, differences are of one side
 
 
-@pytest.mark.parametrize(("given", "region"), CASES)
+@pytest.mark.parametrize(("given", "region"), [*CASES, *FURTHER])
 def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None:
     """At the nodes that are shown, against the exact factors."""
     projection = Projection.from_user_input(given)
@@ -39,16 +50,24 @@ def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None
     ratio = np.hypot(re, im)
     a, b = np.exp(log) * (1 + ratio), np.exp(log) * np.abs(1 - ratio)
     within = (np.abs(np.log(a / true.a)) < _WITHIN) & (np.abs(b - true.b) < _WITHIN * true.a)
+    assert header["mirrored"] == (given in MIRRORED)
     assert whole.mean() > 0.2
     assert within.mean() > _OFTEN
 
 
-@pytest.mark.parametrize(("given", "region"), CASES[:5])
+@pytest.mark.parametrize(("given", "region"), [*CASES[:5], *FURTHER])
 def test_the_figure_is_about_right(given: str, region: str) -> None:
     """To a tenth, where the whole region is shown."""
     header, _ = Previewer().frame(Projection.from_user_input(given), region, tunable(given).centre)
     true = projdist.sample(given, region, tolerance=1e-3).airy_kavrayskiy
     assert header["about"]["airy_kavrayskiy"] == pytest.approx(true.raw, rel=0.1)
+
+
+@pytest.mark.parametrize("given", ["+proj=gnom +lat_0=45 +R=6371000", "+proj=nsper +h=1000000 +R=6371000"])
+def test_maps_of_a_part_have_no_preview_of_the_figure(given: str) -> None:
+    """Gnomonic maps have more than twice that of the part that is shown; near a horizon scales have no bound."""
+    header, _ = Previewer().frame(Projection.from_user_input(given), "globe", tunable(given).centre)
+    assert header["about"] is None
 
 
 def test_parts_far_away_have_no_preview_of_the_figure() -> None:

@@ -1,0 +1,181 @@
+"""`projdist explore`: what it prints and refuses, and that it leaves no process, however it ends."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("starlette")
+pytest.importorskip("uvicorn")
+pytest.importorskip("websockets")
+pytest.importorskip("termios", reason="pseudo-terminals and signals of Unix")
+from commands import run
+from live_pages import Command, asked, descendants, ended, exploring, is_running, page
+from terminals import in_terminal
+
+from projdist.support import signals
+
+
+@pytest.fixture(autouse=True)
+def default_signals() -> Iterator[None]:
+    """As in a terminal, also where pytest runs under nohup: processes inherit what is ignored."""
+    kept = {number: signal.getsignal(number) for number in signals._SIGNALS}
+    for number in signals._SIGNALS:
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    yield
+    for number, handler in kept.items():
+        signal.signal(number, handler)
+
+
+def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one line, with the code that other commands have."""
+    monkeypatch.setattr("projdist.web.open_socket", lambda port: pytest.fail("it listens"))
+    for words, code, said in (
+        (("nowhere",), 1, "Invalid projection 'nowhere'"),
+        (("robinson", "--region", "country:Nowhere"), 2, "Nowhere"),
+        (("robinson", "--measure", "beauty"), 2, "Invalid measure 'beauty'"),
+        (("robinson", "--port", "many"), 2, "Invalid port 'many'"),
+        (("robinson", "--port", "70000"), 2, "Invalid port '70000'"),
+        (("robinson", "--port", "80.5"), 2, "It must be a whole number"),
+        (("robinson", "--port", "-1"), 2, "Invalid port '-1'"),
+        (("robinson",) * 7, 2, "at most 6"),
+    ):
+        result = run("explore", *words)
+        assert (result.exit_code, result.stdout) == (code, ""), words
+        assert said in result.stderr, words
+        assert result.stderr.count("\n") == 1, words
+
+
+def test_without_the_extra_it_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one line."""
+    monkeypatch.setitem(sys.modules, "starlette", None)
+    result = run("explore", "robinson")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "projdist: The live page needs Starlette, uvicorn and websockets: pip install 'projdist[explore]'.\n"
+    )
+
+
+def test_a_port_that_is_taken_is_said() -> None:
+    """In one line."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        result = run("explore", "robinson", "--port", str(port))
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"projdist: Invalid port '{port}'. It cannot be listened on: Address already in use.\n"
+
+
+def test_its_help_loads_nothing_slow() -> None:
+    """Neither a server nor what draws."""
+    code = (
+        "import sys; sys.argv = ['projdist', 'explore', '--help']\n"
+        "from projdist.cli import main\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "slow = 'starlette uvicorn websockets shapely scipy matplotlib asyncio multiprocessing'\n"
+        "print(sorted(set(slow.split()) & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("\n[]\n")
+
+
+def test_it_answers_as_soon_as_its_address_is_printed(tmp_path: Path) -> None:
+    """Into a pipe, too; files of the command line are read by its processes; Ctrl-C leaves none of these."""
+    path = tmp_path / "part.geojson"
+    path.write_text('{"type": "Polygon", "coordinates": [[[0, 0], [10, 0], [10, 10], [0, 0]]]}')
+    text = f"file:{path}"
+    with exploring("robinson", "--region", text) as command:
+        socket.create_connection(("127.0.0.1", command.port)).close()
+        with page(command.port, command.token) as one:
+            assert asked(one, kind="preview", region=text)["regional"]
+            assert "must need no file" in asked(one, kind="preview", region=f"{text} ")["problem"]
+            check_end(command, signal.SIGINT)
+
+
+def check_end(command: Command, number: int) -> None:
+    """A signal ends the command in time, without a word, with its exit code, and leaves no process."""
+    pids = descendants(command.process.pid)
+    assert len(pids) >= 4
+    command.process.send_signal(number)
+    assert command.process.wait(10) == 128 + number
+    assert (command.process.stdout.read(), command.process.stderr.read()) == ("", "")
+    assert ended(pids), subprocess.run(["ps", "-ef"], capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_signals_leave_no_process(name: str) -> None:
+    """With a page that is open and waits for advice, for which there are processes of processes."""
+    with exploring("robinson") as command, page(command.port, command.token) as one:
+        one.send('{"id": 1, "kind": "recommend", "region": "country:BR"}')
+        deadline = time.monotonic() + 60.0
+        while len(descendants(command.process.pid)) < 7 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert len(descendants(command.process.pid)) >= 7 or os.cpu_count() == 1
+        check_end(command, getattr(signal, name))
+
+
+@pytest.mark.slow
+def test_processes_leave_with_a_command_that_was_killed() -> None:
+    """They see it themselves."""
+    with exploring("robinson") as command, page(command.port, command.token) as one:
+        one.send('{"id": 1, "kind": "recommend", "region": "country:BR"}')
+        deadline = time.monotonic() + 60.0
+        while len(pids := descendants(command.process.pid)) < 7 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        command.process.kill()
+        command.process.wait()
+        assert ended(pids)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.3, 0.8, 1.2, 1.6, 2.0, 2.5, 3.0, 5.0])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
+def test_it_is_ended_in_a_terminal(name: str, delay: float) -> None:
+    """At any time: by Ctrl-C or as the terminal is closed; nothing is said but the address."""
+    number = getattr(signal, name)
+    screen = in_terminal("explore", "--no-browser", "robinson", kill=(delay, number))
+    assert screen.code == 128 + number
+    assert all(line.startswith("http://127.0.0.1:") for line in screen.lines if line), screen.text
+    time.sleep(3.0)
+    left = subprocess.run(["ps", "-s", str(screen.pid), "-o", "pid="], capture_output=True, text=True, check=False)
+    assert not [pid for pid in map(int, left.stdout.split()) if is_running(pid)]
+
+
+@pytest.mark.slow
+def test_an_output_that_is_closed_leaves_no_process() -> None:
+    """As that of `projdist explore | true`."""
+    command = [sys.executable, "-m", "projdist", "explore", "--no-browser", "robinson"]
+    reading, writing = os.pipe()
+    os.close(reading)
+    with subprocess.Popen(command, stdout=writing, stderr=subprocess.PIPE, start_new_session=True) as process:
+        os.close(writing)
+        process.wait(30)
+    left = subprocess.run(["ps", "-s", str(process.pid), "-o", "pid="], capture_output=True, text=True, check=False)
+    assert ended([int(pid) for pid in left.stdout.split()])
+
+
+@pytest.mark.slow
+def test_a_browser_in_the_terminal_has_its_page(tmp_path: Path) -> None:
+    """One that stays there, as lynx does, is answered while it runs."""
+    script = tmp_path / "browser"
+    script.write_text(
+        f"#!{sys.executable}\nimport sys, urllib.request\n"
+        "text = urllib.request.urlopen(sys.argv[1].split('#')[0], timeout=20).read()\n"
+        f"open({str(tmp_path / 'seen')!r}, 'wb').write(text)\n"
+    )
+    script.chmod(0o755)
+    command = [sys.executable, "-m", "projdist", "explore", "robinson"]
+    environment = os.environ | {"BROWSER": f"{script} %s"}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as process:
+        deadline = time.monotonic() + 30.0
+        while not (tmp_path / "seen").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        process.terminate()
+        process.communicate(timeout=10)
+    assert b"<title>projdist explore</title>" in (tmp_path / "seen").read_bytes()
