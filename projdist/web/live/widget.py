@@ -70,6 +70,10 @@ class Explorer(anywidget.AnyWidget):
         The region as text; one without a text, such as a geometry, has a name of its own here.
     measure : str
         The name of the measure.
+    maps : tuple of Projection
+        The projections themselves, which functions of projdist take where a map has no text, too.
+    place : Region or PointSet
+        The region itself.
 
     Raises
     ------
@@ -114,6 +118,16 @@ class Explorer(anywidget.AnyWidget):
     def __repr__(self) -> str:
         """The call that makes it."""
         return f"Explorer({', '.join(map(repr, self.projections))}, region={self.region!r}, measure={self.measure!r})"
+
+    @property
+    def maps(self) -> tuple[Projection, ...]:
+        """The projections themselves, of functions, too."""
+        return tuple(map(self._given.projection, self.projections))
+
+    @property
+    def place(self) -> Place:
+        """The region itself, of a geometry, too."""
+        return self._given.region(self.region)
 
     def close(self) -> None:
         """End the widget, and with the last one the processes that work for widgets."""
@@ -224,8 +238,8 @@ class Explorer(anywidget.AnyWidget):
             from projdist import plots  # slow to load
 
             figure = plots.heatmap_figure(
-                [self._given.projection(text) for text in self.projections],
-                region=self._given.region(self.region),
+                self.maps,
+                region=self.place,
                 measure=self.measure,
                 size=_SIZE,
                 dpi=_DPI,

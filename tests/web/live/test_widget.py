@@ -118,6 +118,7 @@ def test_projections_of_any_kind_have_a_text(make: Callable[..., Explorer], give
     widget.projections = [given]
     widget.projection = widget.projection
     assert (widget.projection, widget.projections) == (expected, (expected,))
+    np.testing.assert_allclose(widget.maps[0](20, 30), projdist.Projection.from_user_input(given)(20, 30), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -134,6 +135,7 @@ def test_regions_of_any_kind_have_a_text(make: Callable[..., Explorer], given: A
     assert widget.region == text
     widget.region = text
     assert widget.region == text
+    assert widget.place.area_km2 == pytest.approx(projdist.get_region(given).area_km2, rel=1e-12)
 
 
 def test_things_without_a_text_have_names_of_their_own(make: Callable[..., Explorer]) -> None:
