@@ -42,13 +42,13 @@ MEASURE = """(name) => new Promise((done) => {
 
 
 @contextlib.contextmanager
-def served(*words: str) -> Iterator[str]:
-    """The address of a page."""
+def served(*words: str) -> Iterator[tuple[str, int]]:
+    """The address of a page, and the number of the process that serves it."""
     command = [sys.executable, "-m", "projdist", "explore", "--no-browser", *words]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
-        yield process.stdout.readline().strip()
+        yield process.stdout.readline().strip(), process.pid
     finally:
         process.terminate()
         process.wait(timeout=30)
@@ -134,7 +134,7 @@ def main(maps: list[str]) -> None:
     print(f"| --- |{' --- |' * len(heads)}", flush=True)
     with chromium() as browser:
         for given in maps:
-            with served(given) as address:
+            with served(given) as (address, _):
                 page = browser.new_page(viewport={"width": 1280, "height": 900})
                 page.goto(address)
                 wait_for(page, "document.querySelector('.card') !== null")

@@ -13,13 +13,14 @@ const TILT = "lat_c";
 let count = 0;
 
 export class Card {
-  constructor(page, definition) {
+  constructor(page, definition, words = "") {
     this.page = page;
     this.link = page.link;
     this.slot = `map${++count}`;
     this.definition = definition;
     this.values = {};
     this.centre = null;
+    this.words = words;
     this.version = 0;
     this.build();
     this.changed(false);
@@ -36,7 +37,10 @@ export class Card {
     this.node.dataset.version = ++this.version;
     this.figures = null;
     this.node.setAttribute("aria-busy", "true");
-    if (moving) this.preview();
+    if (moving) {
+      this.words = "";
+      this.preview();
+    }
     clearTimeout(this.resting);
     this.resting = setTimeout(() => this.picture(), moving ? REST : 0);
   }
@@ -68,19 +72,27 @@ export class Card {
       if (asked !== this.version) return;
       this.node.setAttribute("aria-busy", "false");
       this.node.dataset.wait = Math.round(wait);
-      if (block.problem) return this.say(block.problem);
-      this.definition = block.definition;
-      this.resolved = block.resolved;
-      this.values = {};
-      this.centre = null;
+      if (block.problem) return this.refused(block.problem);
+      Object.assign(this, { definition: block.definition, resolved: block.resolved, values: {}, centre: null });
+      this.good = block.definition;
+      this.input.removeAttribute("aria-invalid");
       this.knobs(block);
       this.titled(block);
       this.measure(asked, block.region_title);
-      this.say(block.notes.join(" "));
+      this.say([this.words, ...block.notes].filter(Boolean).join(" "));
+      this.copies();
       this.page.rescale(block);
       this.put(block, asked + 0.5);
       this.page.settled();
     });
+  }
+
+  // The last picture stays, and what is done next is done to its map; what was typed can be mended.
+  refused(problem) {
+    this.say(problem);
+    if (this.good === undefined || this.good === this.definition) return;
+    Object.assign(this, { definition: this.good, values: {}, centre: null });
+    this.input.setAttribute("aria-invalid", "true");
   }
 
   measure(asked, region) {
@@ -106,6 +118,7 @@ export class Card {
     const { scale, ellipses, isolines } = this.page;
     this.view.draw(scale, ellipses && { spacing: this.page.spacing }, isolines);
     if (this.pointed) this.look(...this.pointed);
+    else if (!this.dragged) this.tell(this.page.placeOn(this));
   }
 
   // ---- what is seen -------------------------------------------------------------------------
@@ -116,11 +129,12 @@ export class Card {
     this.canvas = element("canvas", { className: "map", tabIndex: 0, id: `${id}-map` });
     this.canvas.setAttribute("role", "application");
     this.canvas.setAttribute("aria-labelledby", `${id}-title`);
+    this.canvas.setAttribute("aria-describedby", "help");
     this.title = element("h2", { id: `${id}-title`, textContent: this.definition });
     this.told = element("p", { className: "told" });
-    this.told.setAttribute("aria-live", "polite");
-    this.said = element("p", { className: "said" });
+    this.said = element("p", { className: "said", id: `${id}-said` });
     this.said.setAttribute("role", "status");
+    this.input.setAttribute("aria-describedby", this.said.id);
     this.about = element("p", { className: "figures" });
     this.sliders = element("div", { className: "sliders" });
     const form = element("form", { className: "name" }, [
@@ -132,11 +146,13 @@ export class Card {
       this.open(this.input.value);
     });
     this.input.addEventListener("change", () => this.open(this.input.value));
+    this.input.addEventListener("focus", () => this.input.select());
     this.texts = element("div", { className: "texts" });
+    this.copying = this.folded("Copy and save", element("div", {}, [this.saving(), this.texts]), false, () => this.copies());
     this.node = element("article", { className: "card", id }, [
       this.title, form, this.canvas, this.told, this.about, this.said,
       this.folded("Parameters", this.sliders, true),
-      this.folded("Copy and save", element("div", {}, [this.saving(), this.texts]), false, () => this.copies()),
+      this.copying,
       this.folded("Improve", this.improving(), false),
     ]);
     this.node.setAttribute("aria-labelledby", this.title.id);
@@ -150,10 +166,8 @@ export class Card {
   }
 
   open(definition) {
-    if (definition.trim() === "" || definition === this.definition) return;
-    this.definition = definition.trim();
-    this.values = {};
-    this.centre = null;
+    if (definition.trim() === "" || definition.trim() === this.definition) return;
+    Object.assign(this, { definition: definition.trim(), values: {}, centre: null, words: "" });
     this.changed(false);
   }
 
@@ -258,6 +272,7 @@ export class Card {
   }
 
   copies() {
+    if (!this.copying.open) return;
     this.link.ask("texts", this.slot, this.asked, (block) => {
       if (block.problem) return this.say(block.problem);
       this.texts.replaceChildren(...Object.entries(block.texts).map(([name, text]) => copyText(name, text)));
@@ -276,9 +291,9 @@ export class Card {
         if (block.progress) return this.say(`Working: ${block.progress[0]} of ${block.progress[1]}.`);
         if (block.problem) return this.say(block.problem);
         this.say("");
-        const card = this.page.add(block.definition, this);
-        card.words = `${block.words} The Airy-Kavrayskiy error is ${block.after.toPrecision(4)}, before ${block.before === null ? "unknown" : block.before.toPrecision(4)}.`;
-        card.say(card.words);
+        const before = block.before === null ? "unknown" : block.before.toPrecision(4);
+        const words = `${block.words} The Airy-Kavrayskiy error is ${block.after.toPrecision(4)}, before ${before}.`;
+        this.page.add(block.definition, this, words);
       });
     };
     return element("p", { className: "buttons" }, [
@@ -299,6 +314,8 @@ export class Card {
       if (event.button !== 0 || !this.view) return;
       canvas.setPointerCapture(event.pointerId);
       if (this.page.tool) return this.page.tool.down(this, place(event));
+      // A finger does not point before it touches.
+      if (event.pointerType === "touch") this.look(...place(event));
       if (!this.middle || this.drags === "none") return;
       this.dragged = { from: place(event), middle: this.middle, zoom: this.view.zoom / this.view.ratio };
     });
@@ -315,19 +332,19 @@ export class Card {
       end();
     });
     canvas.addEventListener("pointercancel", end);
-    canvas.addEventListener("pointerleave", () => {
+    canvas.addEventListener("pointerleave", ({ pointerType }) => {
       this.pointed = null;
-      if (!this.dragged) this.page.leave();
+      if (!this.dragged && pointerType !== "touch") this.page.leave();
     });
     canvas.addEventListener("keydown", (event) => this.key(event));
   }
 
   drag([x, y]) {
-    this.pointed = null;
-    this.page.leave();
     const { from, middle, zoom } = this.dragged, radius = this.view.frame.radius;
     const east = ((x - from[0]) / zoom / radius) * DEGREE, north = ((from[1] - y) / zoom / radius) * DEGREE;
     if (Math.abs(x - from[0]) + Math.abs(y - from[1]) < 3) return;
+    this.pointed = null;
+    this.page.leave();
     const lat = this.drags === "both" ? Math.max(-90, Math.min(90, middle[1] - north)) : middle[1];
     const lon = middle[0] - east / Math.max(Math.cos(((this.drags === "both" ? middle[1] : 0) * Math.PI) / 180), 0.2);
     this.moveTo([rounded(lon - 360 * Math.round(lon / 360)), rounded(lat)]);
@@ -343,6 +360,12 @@ export class Card {
   }
 
   key(event) {
+    if (event.key === "Escape" && this.dragged) {
+      const { middle } = this.dragged;
+      this.dragged = null;
+      return this.moveTo(middle);
+    }
+    if (event.key === "Enter" && this.page.tool && this.at) return this.page.tool.press(this, this.at);
     const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
     if (!way || !this.view) return;
     event.preventDefault();
@@ -356,6 +379,8 @@ export class Card {
     const { clientWidth: width, clientHeight: height } = this.canvas, step = width / (event.shiftKey ? 20 : 100);
     const [x, y] = this.at ?? [width / 2, height / 2], within = (value, size) => Math.max(0, Math.min(size - 1, value));
     this.look(within(x + step * way[0], width), within(y + step * way[1], height));
+    this.page.tool?.move(this, this.at);
+    this.page.read(this);
   }
 
   look(x, y) {

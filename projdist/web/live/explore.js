@@ -19,7 +19,7 @@ export class Explorer {
     this.cards = [];
     Object.assign(this, {
       region: start.region, measure: start.measure, ellipses: start.ellipses ?? false,
-      isolines: start.isolines ?? true, spacing: 46, names: start.names ?? [], countries: start.countries ?? [],
+      isolines: start.isolines ?? true, spacing: start.spacing ?? 46, names: start.names ?? [], countries: start.countries ?? [],
     });
     this.build();
     for (const projection of start.projections) this.add(projection);
@@ -68,8 +68,12 @@ export class Explorer {
       this.setRegion(this.place.value);
     });
     this.place.addEventListener("change", () => this.setRegion(this.place.value));
+    this.place.addEventListener("focus", () => this.place.select());
+    places.append(this.atlas());
     this.status = element("p", { className: "said", id: "status" });
     this.status.setAttribute("role", "status");
+    this.spoken = element("p", { className: "spoken", id: "spoken" });
+    this.spoken.setAttribute("aria-live", "polite");
     this.grid = element("section", { className: "maps" });
     this.grid.setAttribute("aria-label", "Maps");
     this.panel = new Panel(this);
@@ -86,6 +90,7 @@ export class Explorer {
     spacing.addEventListener("input", () => {
       this.spacing = Number(spacing.value);
       this.redraw();
+      this.settled();
     });
     const more = element("button", { type: "button", textContent: "Add a map" });
     more.addEventListener("click", () => this.add(this.cards.at(-1)?.definition ?? "winkel-tripel"));
@@ -99,13 +104,14 @@ export class Explorer {
           check("isolines", "Isolines"), check("ellipses", "Indicatrices"),
           element("label", {}, ["Apart ", spacing]), more, ...tools(this),
         ]),
-        this.status,
+        this.status, this.spoken,
       ]),
       this.grid, this.panel.node,
-      element("p", { className: "help", textContent:
+      element("p", { className: "help", id: "help", textContent:
         "Drag a map to turn it; with the keys, Alt and the arrows. Point at it, or move with the arrows (faster with " +
         "Shift), for the distortion there: h and k are the scales along meridian and parallel, a and b the largest and " +
-        "the smallest. Figures after ~ are those of a preview, good to a few per cent." }),
+        "the smallest. Figures after ~ are those of a preview, good to a few per cent. Boxes and circles are drawn with " +
+        "the keys, too: Enter at one end and at the other; Escape puts the tool away." }),
       element("datalist", { id: "projections" }, this.names.map((value) => element("option", { value }))),
       element("datalist", { id: "regions" }, this.countries.map((value) => element("option", { value }))),
     );
@@ -113,12 +119,12 @@ export class Explorer {
 
   // ---- maps ---------------------------------------------------------------------------------
 
-  add(definition, beside) {
+  add(definition, beside, words) {
     if (this.cards.length >= MOST) {
       this.say(`At most ${MOST} maps are on the page. Remove one first.`);
       return beside;
     }
-    const card = new Card(this, definition);
+    const card = new Card(this, definition, words);
     const at = beside ? this.cards.indexOf(beside) + 1 : this.cards.length;
     this.cards.splice(at, 0, card);
     if (beside) beside.node.after(card.node);
@@ -141,13 +147,38 @@ export class Explorer {
     this.redraw();
   }
 
-  setRegion(text) {
-    if (text.trim() === "" || text === this.region) return;
-    this.region = this.place.value = text.trim();
-    for (const card of this.cards) card.resolved = null;
-    this.panel.forget();
-    this.say("");
-    for (const card of this.cards) card.changed(false);
+  // A region that is none is said, and the one before stays.
+  setRegion(given) {
+    const text = given.trim();
+    if (text === "" || text === this.region) return;
+    this.place.value = text;
+    this.link.ask("scales", "region", { region: text }, ({ problem }) => {
+      this.say(problem ?? "");
+      this.place.toggleAttribute("aria-invalid", Boolean(problem));
+      if (problem) return;
+      this.region = text;
+      for (const card of this.cards) card.resolved = null;
+      this.panel.forget();
+      for (const card of this.cards) card.changed(false);
+    });
+  }
+
+  // The regions that have names, as a menu: a field shows only those that begin as what stands in it.
+  atlas() {
+    const menu = element("select", { id: "atlas" }, [new Option("Choose…", "")]);
+    menu.setAttribute("aria-label", "Choose a region");
+    const groups = new Map();
+    for (const value of this.countries) {
+      const [kind, name] = value.includes(":") ? value.split(":") : ["world", value];
+      if (!groups.has(kind)) groups.set(kind, element("optgroup", { label: { country: "Countries", continent: "Continents" }[kind] ?? "World" }));
+      groups.get(kind).append(new Option(name, value));
+    }
+    menu.append(...["world", "continent", "country"].map((kind) => groups.get(kind)).filter(Boolean));
+    menu.addEventListener("change", () => {
+      this.setRegion(menu.value);
+      menu.value = "";
+    });
+    return menu;
   }
 
   say(text) {
@@ -193,13 +224,14 @@ export class Explorer {
   }
 
   remembered() {
-    const { region, measure, ellipses, isolines } = this;
-    this.remember({ projections: this.cards.map((card) => card.definition), region, measure, ellipses, isolines });
+    const { region, measure, ellipses, isolines, spacing } = this;
+    this.remember({ projections: this.cards.map((card) => card.definition), region, measure, ellipses, isolines, spacing });
   }
 
   // ---- one cursor for all maps --------------------------------------------------------------
 
   look(card, here) {
+    this.cursor = here && { card, lon: here.lon, lat: here.lat };
     for (const other of this.cards) {
       if (!other.view) continue;
       other.tell(other === card || here === null ? here : locate(other.view.frame, here.lon, here.lat));
@@ -207,7 +239,19 @@ export class Explorer {
   }
 
   leave() {
+    this.cursor = null;
     for (const card of this.cards) card.tell(null);
+  }
+
+  // What is known of the cursor's place on a map that has just been drawn.
+  placeOn({ view }) {
+    return this.cursor && locate(view.frame, this.cursor.lon, this.cursor.lat);
+  }
+
+  // Said to who does not see it, when the keys rest.
+  read(card) {
+    clearTimeout(this.reading);
+    this.reading = setTimeout(() => (this.spoken.textContent = card.told.textContent || "Not on the map."), SETTLED);
   }
 
   shapes(shapes) {
@@ -223,13 +267,18 @@ export class Explorer {
   lost() {
     this.link.forget();
     this.scaling = false;
+    this.panel.lost();
     this.say("The server does not answer. This page goes on when it does.");
+  }
+
+  refused() {
+    this.say("Another server answers here now. Open the address that its command printed.");
   }
 
   found() {
     this.say("");
     for (const card of this.cards) {
-      card.onItsWay = false;
+      card.onItsWay = card.again = false;
       card.changed(false);
     }
   }

@@ -60,6 +60,12 @@ export class Panel {
     this.draw();
   }
 
+  lost() {
+    if (this.find.disabled) this.working(false, "Not finished: the server does not answer.");
+    if (this.checking) this.worst.replaceChildren();
+    this.checking = false;
+  }
+
   working(busy, text = "") {
     this.find.disabled = busy;
     this.stop.hidden = this.progress.hidden = !busy;
@@ -110,9 +116,11 @@ export class Panel {
 
   check(file) {
     const { page } = this, card = page.cards[0];
+    this.checking = true;
     this.worst.replaceChildren(element("p", { textContent: `Checking ${file.name}…` }));
     page.link.ask("check", SLOT, { ...card.asked }, (block) => {
       if (block.progress) return;
+      this.checking = false;
       if (block.problem) return this.worst.replaceChildren(element("p", { textContent: block.problem }));
       let start = 0;
       const lines = Array.from(block.sizes, (size) => {

@@ -9,7 +9,10 @@ const token = given.get("token") ?? "";
 let explorer = null;
 
 const socket = new Socket(`ws://${location.host}/socket`, token, (state, welcome) => {
-  if (state === "refused") root.textContent = "This address has not the right token. Take the one that the command printed.";
+  if (state === "refused" && explorer) explorer.refused();
+  if (state === "refused" && !explorer) {
+    root.textContent = "This address has not the right token. Take the one that the command printed.";
+  }
   if (state === "closed") explorer?.lost();
   if (state !== "open") return;
   if (explorer) explorer.found();
@@ -22,11 +25,18 @@ function stated() {
   if (maps.length) view.projections = maps;
   for (const name of ["region", "measure"]) if (given.get(name)) view[name] = given.get(name);
   for (const name of ["ellipses", "isolines"]) if (given.has(name)) view[name] = given.get(name) === "1";
+  const spacing = Number(given.get("spacing"));
+  if (spacing >= 24 && spacing <= 120) view.spacing = spacing;
   return view;
 }
 
-function remember({ projections, region, measure, ellipses, isolines }) {
-  const view = new URLSearchParams({ token, region, measure, ellipses: Number(ellipses), isolines: Number(isolines) });
+function remember({ projections, region, measure, ellipses, isolines, spacing }) {
+  const view = new URLSearchParams({
+    token, region, measure, ellipses: Number(ellipses), isolines: Number(isolines), spacing,
+  });
   for (const projection of projections) view.append("map", projection);
   history.replaceState(null, "", `#${view}`);
 }
+
+// Another view, typed or pasted over this one.
+addEventListener("hashchange", () => location.reload());

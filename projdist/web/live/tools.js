@@ -24,6 +24,12 @@ class Drawing {
     return true;
   }
 
+  // With the keys: one end, and the other.
+  press(card, place) {
+    if (this.from) this.up();
+    else this.down(card, place);
+  }
+
   up() {
     const { from, to } = this;
     this.from = this.to = null;
@@ -68,6 +74,11 @@ class Moving {
     const found = card.view.probe(x, y);
     if (found) this.page.shapes([{ lines: moved(this.lines, this.middle, [found.lon, found.lat]) }]);
     return false;
+  }
+
+  press(card, place) {
+    this.held = !this.held;
+    this.move(card, place);
   }
 
   up() {
