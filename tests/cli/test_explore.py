@@ -179,3 +179,17 @@ def test_a_browser_in_the_terminal_has_its_page(tmp_path: Path) -> None:
         process.terminate()
         process.communicate(timeout=10)
     assert b"<title>projdist explore</title>" in (tmp_path / "seen").read_bytes()
+
+
+@pytest.mark.slow
+def test_two_pages_do_not_disturb_each_other() -> None:
+    """One is closed while it waits for advice, whose process is ended; the other hears nothing of that."""
+    with exploring("robinson") as command, page(command.port, command.token) as one:
+        with page(command.port, command.token) as other:
+            other.send('{"id": 9, "kind": "recommend", "region": "country:BR"}')
+            assert [asked(one, id=number, kind="preview")["id"] for number in range(20)] == [*range(20)]
+            assert "problem" not in asked(other, id=3, kind="preview")
+        for kind in ("preview", "texts", "figures", "scales"):
+            assert "problem" not in asked(one, kind=kind)
+        found = asked(one, kind="recommend", region="cap:10,50,50", timeout=120)
+        assert len(found["rows"]) > 3
