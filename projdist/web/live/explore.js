@@ -43,7 +43,7 @@ export class Explorer {
       this.menu.value = measure;
       this.redraw();
     }
-    this.setRegion(region);
+    if (region !== this.region) this.useRegion(region); // which is right, as the kernel has read it
     projections.forEach((definition, k) => (this.cards[k] ? this.cards[k].open(definition) : this.add(definition)));
     if (this.cards.length === projections.length) return;
     for (const card of this.cards.splice(projections.length)) card.node.remove();
@@ -155,12 +155,15 @@ export class Explorer {
     this.link.ask("scales", "region", { region: text }, ({ problem }) => {
       this.say(problem ?? "");
       this.place.toggleAttribute("aria-invalid", Boolean(problem));
-      if (problem) return;
-      this.region = text;
-      for (const card of this.cards) card.resolved = null;
-      this.panel.forget();
-      for (const card of this.cards) card.changed(false);
+      if (!problem) this.useRegion(text);
     });
+  }
+
+  useRegion(text) {
+    this.region = this.place.value = text;
+    for (const card of this.cards) card.resolved = null;
+    this.panel.forget();
+    for (const card of this.cards) card.changed(false);
   }
 
   // The regions that have names, as a menu: a field shows only those that begin as what stands in it.

@@ -12,7 +12,7 @@ import numpy as np
 
 from projdist.field import sample
 from projdist.projections import Projection, ProjectionError, ProjectionLike, crs_of, crs_wkt, tunable
-from projdist.regions import Place, region_title
+from projdist.regions import Place, get_region, region_title
 from projdist.support import check_choice, one_line
 from projdist.web.frames import Arrays
 from projdist.web.live.shapes import feature_lines
@@ -147,7 +147,9 @@ def checked(projection: Projection, file: bytes) -> tuple[dict[str, Any], Arrays
 
 def texts(projection: Projection, region: Place) -> dict[str, Any]:
     """A map in the forms that are copied."""
-    found = {"Command": shlex.join(["projdist", "heatmap", projection.definition, "--region", region.name])}
+    found = {}
+    if _have_texts(projection, region):
+        found["Command"] = shlex.join(["projdist", "heatmap", projection.definition, "--region", region.name])
     if projection.definition.startswith("+"):
         found["PROJ"] = projection.definition
     wkt = _wkt(projection)
@@ -155,6 +157,16 @@ def texts(projection: Projection, region: Place) -> dict[str, Any]:
         found["WKT2"] = wkt
         found["PROJJSON"] = crs_of(wkt).to_json(pretty=True)
     return {"texts": found}
+
+
+def _have_texts(projection: Projection, region: Place) -> bool:
+    """Whether a command can name a map and a region: not those that are objects of a notebook."""
+    try:
+        Projection.from_user_input(projection.definition)
+        get_region(region.name)
+    except ValueError:
+        return False
+    return True
 
 
 def _wkt(projection: Projection) -> str | None:

@@ -251,6 +251,15 @@ def test_what_a_function_raises_is_told(page: Callable[..., Page]) -> None:
     assert opened.answer(4)[1]["title"] == "Germany (DE)"
 
 
+def test_no_command_names_what_has_no_text(page: Callable[..., Page]) -> None:
+    """A function, or a geometry."""
+    opened = page(cosine, "robinson", region=SQUARE)
+    asked = [("cosine", "globe", False), ("robinson", "polygons", False), ("robinson", "globe", True)]
+    for id, (projection, region, is_text) in enumerate(asked, start=1):
+        opened.ask("texts", id=id, projection=projection, region=region)
+        assert ("Command" in opened.answer(id)[1]["texts"]) is is_text
+
+
 @pytest.mark.parametrize("text", ["", "{}", '{"id": 1, "kind": "other"}'])
 def test_what_is_no_request_is_told(page: Callable[..., Page], text: str) -> None:
     """In one line."""

@@ -1,0 +1,127 @@
+"""The explorer of notebooks in a browser, with a model that carries what a notebook would."""
+
+import base64
+import json
+import queue
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import projdist
+
+pytest.importorskip("anywidget")
+
+pytestmark = pytest.mark.slow
+
+# What anywidget gives to `render`; buffers come at any offset.
+MODEL = """
+const state = STATE, heard = [], out = [];
+window.model = {
+  get: (name) => state[name],
+  set: (name, value) => { state[name] = value; },
+  save_changes: () => {
+    const { projections, region, measure } = state;
+    out.push({ state: { projections, region, measure } });
+  },
+  send: (content) => out.push({ content }),
+  on: (event, work) => heard.push([event, work]),
+  off: (event, work) => heard.splice(heard.findIndex((one) => one[0] === event && one[1] === work), 1),
+};
+const fire = (event, ...rest) => heard.filter((one) => one[0] === event).forEach((one) => one[1](...rest));
+window.taken = () => out.splice(0);
+window.deliver = (view, text) => {
+  const bytes = Uint8Array.from(" ".repeat(3) + atob(text), (letter) => letter.charCodeAt(0));
+  fire("msg:custom", { view }, [new DataView(bytes.buffer, 3)]);
+};
+window.put = (name, value) => { state[name] = value; fire(`change:${name}`); };
+window.leave = render({ model, el: document.getElementById("cell") });
+"""
+
+
+class Notebook:
+    """A widget and its page."""
+
+    def __init__(self, widget: Any, open_page: Callable[..., Any], path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.widget, self.replies = widget, queue.Queue[tuple[Any, bytes]]()
+        monkeypatch.setattr(widget, "send", lambda content, buffers: self.replies.put((content["view"], buffers[0])))
+        monkeypatch.setattr(widget, "send_state", self._put)
+        known = ("projections", "region", "measure", "_words")
+        state = json.dumps({name: getattr(widget, name) for name in known})
+        script = widget._esm.replace("export default { render };", MODEL.replace("STATE", state))
+        path.write_text(
+            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>A notebook</title></head>'
+            f'<body data-jp-theme-light="false"><div id="cell"></div>'
+            f'<script type="module">{script}</script></body></html>',
+            encoding="utf-8",
+        )
+        self.states: list[tuple[str, Any]] = []
+        self.page = open_page(path.as_uri())
+
+    def _put(self, key: str) -> None:
+        self.states.append((key, getattr(self.widget, key)))
+
+    def until(self, reached: Callable[[], bool]) -> None:
+        """Carry messages until something is so."""
+        end = time.monotonic() + 60.0
+        while not reached():
+            assert time.monotonic() < end, self.page.locator(".projdist-explore").inner_text()
+            for message in self.page.evaluate("window.taken()"):
+                if "state" in message:
+                    self.widget.set_state(message["state"])
+                else:
+                    self.widget._handle_custom_msg(message["content"], [])
+            while self.states:
+                self.page.evaluate("([name, value]) => window.put(name, value)", list(self.states.pop(0)))
+            while not self.replies.empty():
+                view, block = self.replies.get()
+                content = [view, base64.b64encode(block).decode("ascii")]
+                self.page.evaluate("([view, text]) => window.deliver(view, text)", content)
+            self.page.wait_for_timeout(20)
+
+
+@pytest.fixture
+def notebook(open_page: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Notebook]:
+    """One with Robinson's map."""
+    widget = projdist.Explorer("robinson")
+    yield Notebook(widget, open_page, tmp_path / "notebook.html", monkeypatch)
+    widget.close()
+
+
+def test_what_is_dragged_is_set_and_what_is_set_is_shown(notebook: Notebook, axe: Callable[[Any], list[str]]) -> None:
+    """With the figures of `sample`; in the colours of the notebook, without keys for it, and with an end."""
+    page, widget = notebook.page, notebook.widget
+    figures, title, canvas = (page.locator(f".card {name}").first for name in (".figures", "h2", "canvas.map"))
+    notebook.until(lambda: "each ±" in figures.inner_text())
+    error = projdist.sample("robinson", "globe").airy_kavrayskiy.raw
+    assert f"over the globe: {error:.3f};" in figures.inner_text()
+    assert (
+        page.locator(".projdist-explore").evaluate("(node) => getComputedStyle(node).backgroundColor")
+        == "rgb(20, 24, 29)"
+    )
+    assert axe(page) == []
+
+    box = canvas.bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] + 80, middle[1], steps=4)
+    notebook.until(lambda: "(a preview)" in figures.inner_text())
+    page.mouse.up()
+    notebook.until(lambda: widget.projection != "robinson")
+    assert widget.maps[0](*projdist.projections.tunable(widget.projection).centre) == pytest.approx((0, 0), abs=1e-6)
+
+    widget.projections = ["EPSG:3035", "mollweide"]
+    widget.region, widget.measure = "country:DE", "omega"
+    notebook.until(lambda: page.locator(".card").count() == 2 and "over Germany" in figures.inner_text())
+    assert "EPSG:3035" in title.inner_text()
+    assert page.locator("#measure").input_value() == "angular_distortion"
+
+    page.evaluate("window.keys = 0; document.addEventListener('keydown', () => window.keys++)")
+    page.locator(".card input").first.press("d")
+    assert page.evaluate("window.keys") == 0
+
+    page.evaluate("window.leave()")
+    assert page.evaluate("window.taken()")[-1]["content"]["closed"] is True
