@@ -21,6 +21,9 @@ function tableOf(scale) {
   ));
 }
 
+// Pixels beyond an edge that are still within, so that no line is left between neighbours that are rounded apart.
+const BEYOND = 0.05;
+
 export class MapView {
   constructor(canvas, frame) {
     this.canvas = canvas;
@@ -74,7 +77,10 @@ export class MapView {
     this.ground(context, width, height);
     this.field(context, width, height, scale);
     if (isolines) this.isolines(context, scale);
+    // Lines of previews end where their cells do.
+    if (this.frame.preview && !this.frame.regional) context.globalCompositeOperation = "source-atop";
     this.lines(context);
+    context.globalCompositeOperation = "source-over";
     if (ellipses) this.ellipses(context, ellipses.spacing);
     context.restore();
     this.show();
@@ -168,18 +174,19 @@ export class MapView {
       const ax = xs[i], ay = ys[i], bx = xs[j] - ax, by = ys[j] - ay, cx = xs[k] - ax, cy = ys[k] - ay;
       const whole = bx * cy - by * cx, first = values[i], toSecond = values[j] - first, toThird = values[k] - first;
       if (whole === 0 || Number.isNaN(first + toSecond + toThird)) continue;
-      const top = Math.max(0, Math.ceil(ay + Math.min(0, by, cy) - 0.5));
-      const bottom = Math.min(height - 1, Math.floor(ay + Math.max(0, by, cy) - 0.5));
-      const left = Math.max(0, Math.ceil(ax + Math.min(0, bx, cx) - 0.5));
-      const right = Math.min(width - 1, Math.floor(ax + Math.max(0, bx, cx) - 0.5));
+      const top = Math.max(0, Math.ceil(ay + Math.min(0, by, cy) - 0.5 - BEYOND));
+      const bottom = Math.min(height - 1, Math.floor(ay + Math.max(0, by, cy) - 0.5 + BEYOND));
+      const left = Math.max(0, Math.ceil(ax + Math.min(0, bx, cx) - 0.5 - BEYOND));
+      const right = Math.min(width - 1, Math.floor(ax + Math.max(0, bx, cx) - 0.5 + BEYOND));
+      // The share of a corner that a distance makes is that over the height above the other two.
+      const longest = Math.max(Math.abs(bx) + Math.abs(by), Math.abs(cx) + Math.abs(cy)), least = -BEYOND * longest / Math.abs(whole);
       // The shares of the second and the third corner grow evenly along a row.
       const moreOfSecond = cy / whole, moreOfThird = -by / whole;
       for (let row = top; row <= bottom; row++) {
         const x = left + 0.5 - ax, y = row + 0.5 - ay, end = row * width + right;
         let second = (x * cy - y * cx) / whole, third = (bx * y - by * x) / whole;
         for (let pixel = row * width + left; pixel <= end; pixel++, second += moreOfSecond, third += moreOfThird) {
-          // A little beyond an edge is still within, so that no line is left between neighbours.
-          if (second < -1e-4 || third < -1e-4 || second + third > 1.0001) continue;
+          if (second < least || third < least || second + third > 1 - least) continue;
           const value = first + second * toSecond + third * toThird;
           data[pixel] = table[value < 0 ? 0 : value > 255 ? 255 : (value + 0.5) | 0];
           pick[pixel] = t;
