@@ -7,10 +7,10 @@ ended with its process, and another one is started.
 from __future__ import annotations
 
 import contextlib
+import logging
 import multiprocessing
 import os
 import signal
-import sys
 import threading
 import time
 import traceback
@@ -155,7 +155,7 @@ class Lane:
     def _crashed(self, request: Request, trace: str) -> bytes:
         """What the page hears of an exception that nobody foresaw, whose trace is for the terminal."""
         self._end()
-        sys.stderr.write(trace)
+        logging.getLogger(__name__).error(trace)  # to standard error, if nobody says otherwise
         return failed(request, "This failed, and should not have: the terminal where the page was started tells why.")
 
     def _start(self) -> tuple[BaseProcess, Connection]:
