@@ -22,6 +22,7 @@ _DIGITS = re.compile(r"[-+]?\d[\d.eE+-]*")
 _STEPS = 65535
 _MARGIN = 0.01  # of a map's larger side
 _ERROR = 15  # in tenths of a decimal exponent: three per cent
+_EARTHLY = frozenset({"coast", "borders", "land"})
 _JUMP = 6.0  # times as long as a neighbour, an edge of a cell is torn
 _NEAR = 1e-2  # of that, the two sides of a cut are one line
 _LONGEST = 0.08  # of a map's size: longer steps of lines are torn
@@ -197,7 +198,9 @@ class _Picture:
         """All lines and areas in steps of the grid."""
         longest = _LONGEST * max(view[1] - view[0], view[3] - view[2])
         found: Arrays = {}
+        foreign = _EARTHLY if self.projection.is_of_another_body else frozenset()
         for name, part in self.sketch.lines.where.items():
+            part = slice(0) if name in foreign else part
             x, y, line = self.line_x[part], self.line_y[part], self.sketch.lines.line[part]
             points, sizes = _pieces(grid, x, y, line, longest, closed=name in self.sketch.lines.areas)
             found |= {name: points, f"{name}Sizes": sizes}

@@ -89,3 +89,10 @@ def test_nothing_of_a_region_is_said() -> None:
     """A map that has none of the region."""
     with pytest.raises(ValueError, match="No part of it can be projected"):
         Previewer().frame(Projection.from_user_input("+proj=ortho +lat_0=90 +R=6371000"), "cap:0,-80,500", None)
+
+
+def test_other_bodies_have_no_coasts_of_the_earth() -> None:
+    """But a graticule."""
+    _, arrays = Previewer().frame(Projection.from_user_input("IAU_2015:49911"), "globe", None)
+    assert (arrays["coastSizes"].size, arrays["coast"].size) == (0, 0)
+    assert arrays["graticuleSizes"].size
