@@ -132,6 +132,7 @@ def rough_scales(projection: Projection, lon: FloatArray, lat: FloatArray) -> tu
 # Multiples of the part with usual scales. Maps that end reach 1.6 (van der Grinten); Mercator's, which grows slowly,
 # is at 1.46 by 89 degrees and at 4 a metre from the pole.
 _CORE, _FAR, _ENDLESS = 0.9, 1.35, 2.5
+_WRONG, _GAPS = 10.0, 1e-3  # of the limit of b, and of the nodes
 _LARGE = 12.0  # Mercator's scale at 85.2 degrees, the gnomonic map's at 73 degrees from the centre
 
 
@@ -145,7 +146,9 @@ def _beyond(
     lon, lat = np.meshgrid(normalised(u), v)
     x, y = projection(lon, lat)
     a, b = rough_scales(projection, lon, lat)
-    inside = np.isfinite(x + a + b) & region.contains(lon, lat)
+    within = region.contains(lon, lat)
+    undefined = ~np.isfinite(x[within])
+    inside = np.isfinite(x + a + b) & within
     if inside.sum() < 3:
         return None
     x, y, a, b = (value[inside] for value in (x, y, a, b))
@@ -162,7 +165,9 @@ def _beyond(
     # squares, where the map ends a little farther out.
     farthest = _farthest(projection, region, centre, lon[inside], lat[inside], x, y)
     if shapely.contains_xy(endless, *(farthest - centre)):
-        return None
+        # Beside gaps in a map that has an end PROJ may be wrong: etmerc is, a few degrees about its singular points.
+        wrong = _WRONG * b_limit if undefined.mean() > _GAPS else np.inf
+        return (lambda x, y, a, b: b > wrong) if (b > wrong).any() else None
     shapely.prepare(core)
     shapely.prepare(far)
 

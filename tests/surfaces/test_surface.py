@@ -126,6 +126,16 @@ def test_endless_maps_are_cut() -> None:
     assert surface_of(f"+proj=gnom +lat_0=90 +R={R}").extent[1] / R == pytest.approx(np.sqrt(11.0), abs=0.25)
 
 
+def test_what_proj_gets_wrong_is_not_drawn() -> None:
+    """PROJ's transverse Mercator is wrong about its singular points; meridians are 40,008 km long on GRS 80."""
+    surface = build_surface(domain_of(Projection.from_user_input("+proj=tmerc"), GLOBE), 2.0)
+    west, east, south, north = surface.extent
+    assert max(-south, north) == pytest.approx(20_003_931.5, abs=10.0)
+    assert max(-west, east) < 22e6
+    assert surface.weights.sum() == pytest.approx(1.0)
+    assert np.isin(np.arange(surface.nodes), surface.triangles).mean() > 0.98
+
+
 @pytest.mark.parametrize("region", [Box(160.0, -50.0, -170.0, -30.0), EUROPE])
 def test_region_is_filled_and_bounded(region: Box) -> None:
     """A box, also across the antimeridian, is drawn whole and with nothing else."""
