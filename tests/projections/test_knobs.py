@@ -68,10 +68,6 @@ def samples(parameter) -> list[float]:
     return values.tolist()
 
 
-def knobs() -> list[tuple[str, str]]:
-    return [(text, parameter.name) for text in MAPS for parameter in tunable(text).parameters]
-
-
 def operation(text: str) -> str:
     return text.removeprefix("+proj=").partition(" ")[0].partition("+")[0]
 
@@ -81,22 +77,27 @@ def test_what_has_no_parameters_is_known() -> None:
     assert {name for name in OPERATIONS if not tunable(projection_names()[name]).parameters} == WITHOUT
 
 
-@pytest.mark.parametrize(("text", "key"), knobs())
-def test_ranges(text, key) -> None:
-    """PROJ has a map at the ends and in the middle, and the parameter changes it, not only its place in the plane."""
-    parameter = next(each for each in tunable(text).parameters if each.name == key)
-    assert parameter.low <= parameter.value <= parameter.high
-    maps = []
-    for value in samples(parameter):
-        try:
-            maps.append(coordinates(tuned(text, {key: value})))
-        except ProjectionError:
-            assert (operation(text), key) in (HOLES if value == 0.0 else LIMITED)
-    assert all(np.isfinite(map_).any() for map_ in maps)
-    assert not all(is_shift(one, other) for one in maps for other in maps)
+def mostly_slow(cases):
+    """One case in eight, and the others for the slow leg."""
+    return [pytest.param(case, marks=[pytest.mark.slow] if k % 8 else []) for k, case in enumerate(cases)]
 
 
-@pytest.mark.parametrize("text", MAPS)
+@pytest.mark.parametrize("text", mostly_slow(MAPS))
+def test_ranges(text) -> None:
+    """PROJ has a map at the ends and in the middle, and each parameter changes it, not only its place in the plane."""
+    for parameter in tunable(text).parameters:
+        assert parameter.low <= parameter.value <= parameter.high
+        maps = []
+        for value in samples(parameter):
+            try:
+                maps.append(coordinates(tuned(text, {parameter.name: value})))
+            except ProjectionError:
+                assert (operation(text), parameter.name) in (HOLES if value == 0.0 else LIMITED)
+        assert all(np.isfinite(map_).any() for map_ in maps)
+        assert not all(is_shift(one, other) for one in maps for other in maps)
+
+
+@pytest.mark.parametrize("text", mostly_slow(MAPS))
 def test_defaults(text) -> None:
     """The value of each parameter is the one that PROJ takes where none is stated."""
     found, truth = tunable(text), coordinates(make(text))
@@ -107,7 +108,7 @@ def test_defaults(text) -> None:
         )
 
 
-@pytest.mark.parametrize("text", MAPS)
+@pytest.mark.parametrize("text", mostly_slow(MAPS))
 def test_definitions_are_read_back(text) -> None:
     """What was made of a value is the map of its definition."""
     for parameter in tunable(text).parameters:
@@ -120,7 +121,7 @@ def test_definitions_are_read_back(text) -> None:
 BESIDE = {"x_0", "y_0", "z_0", "k", "R", "R_lat_a", "R_lat_g", "a", "b", "e", "es", "f", "rf", "lon_wrap", "h_0", "t_0"}
 
 
-@pytest.mark.parametrize("name", OPERATIONS)
+@pytest.mark.parametrize("name", mostly_slow(OPERATIONS))
 def test_no_parameter_is_missing(name) -> None:
     """What PROJ reads of an operation, and what changes more than a map's place, is in the table."""
     rest = [f"+proj={name}", *NEEDED_PARAMETERS.get(name, "").split()]
