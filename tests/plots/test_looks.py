@@ -175,7 +175,7 @@ def test_options_of_the_command(tmp_path: Path) -> None:
     layer = run("tissot", "robin", "--theme", "dark", "-o", str(tmp_path / "c.gpkg"))
     assert "--theme" in layer.stderr
     alone = run("correct", "robin", "--theme", "dark")
-    assert "Invalid option '--theme'. It needs a picture to draw to: -o FILE." in alone.stderr
+    assert "Invalid option --theme. It needs a picture to draw to: -o FILE." in alone.stderr
 
 
 def other_figures(look: plots.Look) -> dict[str, Figure]:
@@ -232,11 +232,11 @@ def test_cities_and_scale_bars_follow_the_letters() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("compare", "robin", "--theme", "dark"), "Invalid option '--theme'. It needs a picture to draw: --plot"),
-        (("mosaic", "--dpi", "50"), "Invalid option '--dpi'. It needs a figure to draw: --compare FILE."),
-        (("profile", "robin", "--line", "1,2,3,4", "--no-title"), "Invalid option '--no-title'. It needs a picture"),
-        (("profile", "robin", "--line", "1,2,3,4", "--no-colourbar"), "No such option: --no-colourbar"),
-        (("morph", "robin", "moll", "--transparent"), "No such option: --transparent"),
+        (("compare", "robin", "--theme", "dark"), "Invalid option --theme. It needs a picture to draw: --plot"),
+        (("mosaic", "--dpi", "50"), "Invalid option --dpi. It needs a figure to draw: --compare FILE."),
+        (("profile", "robin", "--line", "1,2,3,4", "--no-title"), "Invalid option --no-title. It needs a picture"),
+        (("profile", "robin", "--line", "1,2,3,4", "--no-colourbar"), "No such option --no-colourbar"),
+        (("morph", "robin", "moll", "--transparent"), "No such option --transparent"),
         (("morph", "robin", "moll", "--theme", "pink"), "Invalid theme 'pink'"),
     ],
 )
@@ -244,5 +244,6 @@ def test_looks_that_a_command_has_not(words: tuple[str, ...], said: str) -> None
     """One line says so."""
     result = run(*words)
     assert result.exit_code == 2
-    assert result.stderr.startswith(f"projdist: {said}")
+    # Old and new versions of click have quotation marks, or a colon.
+    assert re.sub("option:? '?(--[a-z-]+)'?", r"option \1", result.stderr).startswith(f"projdist: {said}")
     assert result.stderr.count("\n") == 1
