@@ -182,7 +182,7 @@ def test_files_of_other_programs(tmp_path: Path) -> None:
             r"^Invalid line '9,50,x,51'\. Coordinates must be numbers LON,LAT,LON,LAT,.*; 'x' is none\.$",
         ),
         ("9,50,,51", r"^Invalid line '9,50,,51'\. Coordinates must be numbers .*; '' is none\.$"),
-        ("9,roads", r"^Invalid line file '9,roads'\. It cannot be read"),
+        ("9,roads", r"^Invalid line file '9,roads'\. (It cannot be read|Without pyogrio)"),
         (5, r"^Invalid line '5'\. It must be LON,LAT,LON,LAT,\.\.\., positions"),
     ],
 )
