@@ -30,6 +30,7 @@ _SEEN = 16.0  # steps: a quarter of a pixel of a picture of 1000
 _MARK_CELLS = 2000.0  # in the region's width: no mark is drawn finer
 _MARK_STEPS = 60.0  # of these at most between two points of a mark, as longer steps are taken for cuts
 _LINES, _POLYGON, _MULTI = (1, 2), 3, 4  # shapely's types; those of several parts follow
+_FARTHER = 2**32  # steps, than any place is away
 _SMALL = 300.0  # square steps, less than a pixel
 
 Points = tuple[NDArray[np.uint16], NDArray[np.uint32]]
@@ -149,13 +150,18 @@ def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon
 
 def _united(polygons: Sequence[FloatArray], grid: Grid, window: shapely.Polygon) -> Iterator[FloatArray]:
     """The rings around polygons that lie side by side."""
-    for ring in _rings_around(polygons, grid):
-        clipped = shapely.intersection(shapely.make_valid(shapely.polygons(ring)), window)
-        areas = [part for part in shapely.get_parts(clipped) if part.geom_type == "Polygon"]
-        for part in shapely.get_rings(shapely.simplify(areas, _SEEN)):
-            points = shapely.get_coordinates(part)
-            if shapely.area(shapely.polygons(points)) > _SMALL:
-                yield points
+    rings = [*_rings_around(polygons, grid)]
+    shapes = np.array([shapely.polygons(ring) for ring in rings], dtype=object)
+    shapes = shapes[shapely.area(shapes) > _SMALL]
+    west, south, east, north = shapely.bounds(shapes).reshape(-1, 4).T
+    left, low, right, top = window.bounds
+    whole = (west >= left) & (south >= low) & (east <= right) & (north <= top)
+    clipped = shapely.get_parts(shapely.intersection(shapely.make_valid(shapes[~whole]), window))
+    areas = np.concatenate([shapes[whole], clipped[shapely.get_type_id(clipped) == shapely.GeometryType.POLYGON]])
+    for ring in shapely.get_rings(shapely.simplify(areas, _SEEN)):
+        points = shapely.get_coordinates(ring)
+        if shapely.area(shapely.polygons(points)) > _SMALL:
+            yield points
 
 
 def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatArray]:
@@ -173,11 +179,9 @@ def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatA
     after = points[follower]
     areas = np.add.reduceat(points[:, 0] * after[:, 1] - points[:, 1] * after[:, 0], last - sizes + 1)
     turned = np.repeat(areas < 0, sizes)[:, None]
-    places, vertex = np.unique(
-        np.stack([np.where(turned, after, points), np.where(turned, points, after)]).reshape(-1, 2),
-        axis=0,
-        return_inverse=True,
-    )
+    ends = np.stack([np.where(turned, after, points), np.where(turned, points, after)]).reshape(-1, 2)
+    _, first, vertex = np.unique(ends[:, 0] * _FARTHER + ends[:, 1], return_index=True, return_inverse=True)
+    places = ends[first]
     start, stop = vertex.reshape(2, -1)
     edge, index = np.unique(np.minimum(start, stop) * len(places) + np.maximum(start, stop), return_inverse=True)
     net = np.bincount(index, np.sign(stop - start)).astype(int)
