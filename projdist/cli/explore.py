@@ -18,6 +18,7 @@ from projdist.cli.output import emit
 from projdist.matrices import get_measure
 from projdist.projections import Projection
 from projdist.regions import region_for
+from projdist.support import check_choice
 
 _FIRST = "winkel-tripel"
 _MOST = 6
@@ -44,6 +45,7 @@ def explore_command(
     with refusing():
         maps = [Projection.from_user_input(text) for text in given]
         chosen = get_measure(measure).name
+        check_choice("measure", chosen, web.SHOWN_MEASURES)
         place = region_for(region_given(region), maps)
         web.check_server()
         wanted = 0 if port is None else whole_number("port", port, 0, _LAST_PORT)

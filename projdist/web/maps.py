@@ -16,22 +16,13 @@ from projdist.projections import Projection, ProjectionLike
 from projdist.regions import RegionLike, region_for
 from projdist.surfaces import Bounds, longitude_width, shown_part, surface_of
 from projdist.web.frames import encoded, frame_of, packed
+from projdist.web.menu import GROUPS, SHOWN_MEASURES
 
 MOST_MAPS = 6
 """As many maps has a page."""
 
 _NODES = 10_000  # of a map: what is between them is interpolated
 _COLOURS = 256
-
-# The groups of the page's menu, in its order; its script computes them from the frames.
-_GROUPS = {
-    "Areas and angles": ("fisher", "kavrayskiy", "airy", "jordan", "jordan_kavrayskiy"),
-    "Areas": ("areal_scale", "log_areal_scale", "areal_error_ppm"),
-    "Angles": ("angular_distortion", "log_anisotropy", "meridian_parallel_angle"),
-    "Scales": ("tissot_semimajor", "tissot_semiminor", "meridional_scale", "parallel_scale", "scale_error_ppm"),
-    "North": ("meridian_convergence",),
-}
-SHOWN_MEASURES = tuple(name for names in _GROUPS.values() for name in names)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +87,7 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
     """What the colours of each measure mean, one scale for all maps."""
     if not jacobians:
         return
-    for group, name in ((group, name) for group, names in _GROUPS.items() for name in names):
+    for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
         measure = get_measure(name)
         scale = ColourScale.of(measure, [measure(J) for J in jacobians], weights)
         low, high = scale.limits

@@ -40,6 +40,7 @@ def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.Monk
         (("nowhere",), 1, "Invalid projection 'nowhere'"),
         (("robinson", "--region", "country:Nowhere"), 2, "Nowhere"),
         (("robinson", "--measure", "beauty"), 2, "Invalid measure 'beauty'"),
+        (("robinson", "--measure", "scale@30"), 2, "It must be one of fisher,"),
         (("robinson", "--port", "many"), 2, "Invalid port 'many'"),
         (("robinson", "--port", "70000"), 2, "Invalid port '70000'"),
         (("robinson", "--port", "80.5"), 2, "It must be a whole number"),

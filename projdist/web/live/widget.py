@@ -30,7 +30,7 @@ from projdist.web.live.inputs import OpenDoors
 from projdist.web.live.kernel import WORKERS, Thread, answered
 from projdist.web.live.replies import failed
 from projdist.web.live.requests import LANES, STOP, Request, RequestError, read_request
-from projdist.web.maps import SHOWN_MEASURES
+from projdist.web.menu import SHOWN_MEASURES
 from projdist.web.modules import bundled
 
 __all__ = ["Explorer"]
