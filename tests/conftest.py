@@ -4,6 +4,7 @@ import functools
 import gc
 import importlib.util
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -62,3 +63,16 @@ def command_line_made_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(typer.testing, "_get_command", functools.cache(typer.main.get_command), raising=False)
         yield
+
+
+@pytest.fixture
+def default_signals() -> Iterator[None]:
+    """As in a terminal, also where pytest runs under nohup or in the background: processes inherit what is ignored."""
+    from projdist.support import signals  # which loads numpy
+
+    kept = {number: signal.getsignal(number) for number in signals._SIGNALS}
+    for number in signals._SIGNALS:
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    yield
+    for number, handler in kept.items():
+        signal.signal(number, handler)

@@ -6,7 +6,6 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -19,18 +18,7 @@ from commands import run
 from live_pages import Command, asked, descendants, ended, exploring, is_running, page
 from terminals import in_terminal
 
-from projdist.support import signals
-
-
-@pytest.fixture(autouse=True)
-def default_signals() -> Iterator[None]:
-    """As in a terminal, also where pytest runs under nohup: processes inherit what is ignored."""
-    kept = {number: signal.getsignal(number) for number in signals._SIGNALS}
-    for number in signals._SIGNALS:
-        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
-    yield
-    for number, handler in kept.items():
-        signal.signal(number, handler)
+pytestmark = pytest.mark.usefixtures("default_signals")
 
 
 def test_other_words_are_refused_before_anything_starts(monkeypatch: pytest.MonkeyPatch) -> None:

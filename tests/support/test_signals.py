@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -18,6 +18,8 @@ from terminals import in_terminal
 
 from projdist.cli import app as cli_app
 from projdist.support import signals
+
+pytestmark = pytest.mark.usefixtures("default_signals")
 
 WRITING = """
 import sys, time
@@ -44,17 +46,6 @@ class Interrupter:
 
 sys.meta_path.insert(0, Interrupter())
 """
-
-
-@pytest.fixture(autouse=True)
-def default_signals() -> Iterator[None]:
-    """As in a terminal, also where pytest runs under nohup or in the background: processes inherit what is ignored."""
-    kept = {number: signal.getsignal(number) for number in signals._SIGNALS}
-    for number in signals._SIGNALS:
-        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
-    yield
-    for number, handler in kept.items():
-        signal.signal(number, handler)
 
 
 def children(pid: int) -> list[str]:
