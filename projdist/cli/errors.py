@@ -13,11 +13,15 @@ import typer
 
 from projdist.cli.terminal import folded, width_of
 from projdist.projections import GridError, ProjectionError
-from projdist.support import Notice
+from projdist.support import Notice, end_if_told
 
 
 def fail(message: str) -> None:
-    """Say what went wrong, in one line, or more in a narrow terminal; what cannot be printed is an escape."""
+    """Say what went wrong, in one line, or more in a narrow terminal; what cannot be printed is an escape.
+
+    Where a signal told the command to end, no word: what went wrong is then what a library made of that.
+    """
+    end_if_told()
     line = " ".join(message.split())
     shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
     sys.stderr.write(f"{folded(f'projdist: {shown}', width_of(sys.stderr))}\n")

@@ -17,7 +17,7 @@ from .executors import check_executor, is_picklable, open_executor, own_executor
 from .files import is_stream, refuse_existing, replacing
 from .hints import NEAR, close_words, did_you_mean, listed, one_line, shown
 from .notices import Notice, tell
-from .signals import orderly_end
+from .signals import end_if_told, orderly_end
 from .text_tables import MISSING, cells_of, is_number, number_of, numbered_rows, read_text
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "check_whole_number",
     "close_words",
     "did_you_mean",
+    "end_if_told",
     "hints",
     "is_number",
     "is_picklable",

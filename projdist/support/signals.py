@@ -14,11 +14,12 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-__all__ = ["default_signals", "orderly_end"]
+__all__ = ["default_signals", "end_if_told", "orderly_end"]
 
 _SOON = 0.01  # seconds
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -34,9 +35,19 @@ def orderly_end() -> Iterator[None]:
     kept, sys.unraisablehook = sys.unraisablehook, _tell_again
     try:
         yield
+    except Exception:
+        end_if_told()
+        raise
     finally:
         sys.unraisablehook = kept
         _handle(_leave)
+
+
+def end_if_told() -> None:
+    """Raise SystemExit again where a library in C++ made an error of its own of it."""
+    for handler in map(signal.getsignal, _SIGNALS):
+        if isinstance(handler, _Ending):
+            raise SystemExit(handler.code) from None
 
 
 def default_signals() -> None:
@@ -67,8 +78,19 @@ def _leave(number: int, _: FrameType | None) -> NoReturn:
 
 
 def _stop(number: int, _: FrameType | None) -> NoReturn:
-    _handle(lambda *_: None)
-    raise SystemExit(128 + number)
+    ending = _Ending(128 + number)
+    _handle(ending)
+    raise SystemExit(ending.code)
+
+
+@dataclass(frozen=True)
+class _Ending:
+    """What is done with further signals: nothing."""
+
+    code: int
+
+    def __call__(self, *_: object) -> None:
+        """Go on ending."""
 
 
 def _tell_again(lost: sys.UnraisableHookArgs) -> None:

@@ -175,7 +175,7 @@ def test_options_of_the_command(tmp_path: Path) -> None:
     layer = run("tissot", "robin", "--theme", "dark", "-o", str(tmp_path / "c.gpkg"))
     assert "--theme" in layer.stderr
     alone = run("correct", "robin", "--theme", "dark")
-    assert "Invalid option --theme. It needs a picture to draw to: -o FILE." in alone.stderr
+    assert "Invalid option '--theme'. It needs a picture to draw to: -o FILE." in alone.stderr
 
 
 def other_figures(look: plots.Look) -> dict[str, Figure]:

@@ -17,6 +17,7 @@ pytest.importorskip("termios", reason="pseudo-terminals and signals of Unix")
 from terminals import in_terminal
 
 from projdist.cli import app as cli_app
+from projdist.cli import errors
 from projdist.support import signals
 
 pytestmark = pytest.mark.usefixtures("default_signals")
@@ -176,6 +177,25 @@ def test_a_signal_is_not_lost_where_exceptions_are_ignored(monkeypatch: pytest.M
         work()
     assert ended.value.code == 128 + signal.SIGTERM
     assert told == [ZeroDivisionError]
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_another_error_made_of_a_signal(*, told: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    """As libraries in C++ do where a conversion failed: the command ends as it was told, without a word."""
+
+    def work() -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except SystemExit:
+            error = ValueError("Invalid bounding box")
+        if told:
+            errors.refuse(str(error))
+        raise error
+
+    with pytest.raises(SystemExit) as ended, signals.orderly_end():
+        work()
+    assert ended.value.code == 128 + signal.SIGINT
+    assert capsys.readouterr().err == ""
 
 
 def test_workers_have_the_signals_of_the_system() -> None:
