@@ -13,7 +13,6 @@ import typer
 
 from projdist.cli.errors import fail
 from projdist.cli.report import Report, Row, Table
-from projdist.cli.screen import notes_text, table_text
 
 TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown", "html")
 
@@ -57,6 +56,8 @@ def _copied(report: Report, form: str) -> str:
 
 
 def _shown(report: Report, output: Path | None) -> str:
+    from projdist.cli.screen import notes_text, table_text  # loads rich
+
     head = [report.title] if report.title else []
     lead = [*report.lead, ""] if report.lead else []
     tables = "".join(

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from projdist.projections import ProjectionLike
-from projdist.regions import RegionLike
 from projdist.support import is_number
+
+if TYPE_CHECKING:  # these load numpy and pyproj, which help and the version do without
+    from projdist.projections import ProjectionLike
+    from projdist.regions import RegionLike
 
 Row = Mapping[str, Any]
 

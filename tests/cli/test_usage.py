@@ -238,6 +238,13 @@ def test_no_arguments_is_help() -> None:
     assert all(command in result.stderr for command in COMMANDS)
 
 
+def test_the_list_of_commands_has_whole_sentences() -> None:
+    """In 80 columns each command has a line of its own, which ends as a sentence does."""
+    lines = run_ok("--help").partition("Commands:\n")[2].splitlines()
+    assert {line.split()[0] for line in lines} >= set(COMMANDS)
+    assert [line for line in lines if not re.fullmatch(r"  \S+ +[A-Z].*[^.]\.", line)] == []
+
+
 def test_version() -> None:
     """The version of the package, and nothing is done besides."""
     assert run_ok("--version") == f"projdist {__version__}\n"
