@@ -277,6 +277,7 @@ CALLS = {
         "dpi": 50,
     },
     "plots.profile_figure": lambda: {"found": short_profile(), "size": (4, 4), "dpi": 50, "title": None},
+    "plots.encoded": lambda: {"figure": Figure(), "suffix": ".png", "dpi": 50.0},
     "plots.save": lambda: {"figure": Figure(), "path": "nowhere/x.png", "dpi": None},
     "plots.tissot": lambda: {
         "ax": axes(),

@@ -198,9 +198,11 @@ def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = No
 
 
 def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
-    """What the file of a figure would hold, whose suffix is .png, .svg or .pdf."""
+    """What the file of a figure would hold, whose suffix is .png, .svg or .pdf; raises ValueError."""
+    check_instance("figure", figure, Figure, "a Figure of matplotlib")
+    check_choice("suffix", suffix, SUFFIXES)
     content = io.BytesIO()
-    _write(figure, content, suffix, dpi)
+    _write(figure, content, suffix, check_dpi(dpi))
     return content.getvalue()
 
 
