@@ -52,7 +52,8 @@ HOMES = {
     "distributed": {"support.executors"},
     "scipy": {
         *("numerics.minima", "matrices.measures", "regions.parts"),
-        *("applications.oldmaps.field", "applications.pointclouds.icp", "applications.mosaics.homographies"),
+        *("applications.oldmaps.field", "applications.pointclouds.icp"),
+        *("applications.mosaics.homographies", "applications.mosaics.features"),
         *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),
     },
     "shapely": {

@@ -40,7 +40,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present, put
 from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
-from projdist.cli.progress import working
+from projdist.cli.progress import progress_bar, working
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 
@@ -80,7 +80,12 @@ def mosaic_command(
     rotation: Annotated[
         str, typer.Option(metavar="|".join(ROTATIONS), help="How the MDT's frame is turned.")
     ] = "chordal",
-    tolerance: Annotated[str, typer.Option(metavar="PIXELS", help="Points farther off are wrong.")] = "4",
+    tolerance: Annotated[
+        str,
+        typer.Option(
+            metavar="PIXELS", help="Points farther off are wrong; pixels of what is looked at: of photos, 2.4 million."
+        ),
+    ] = "4",
     weights: Annotated[str | None, typer.Option(metavar="NUMBERS", help="Weights of the images, with commas.")] = None,
     output: Annotated[
         str | None,
@@ -142,8 +147,11 @@ def mosaic_command(
         target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
     figure = None if compare is None else PictureFile(compare, size=size, dpi=dpi, overwrite=overwrite, look=look)
     try:
-        with working("Matching" if given is None else "Adjusting"):
-            found = mosaic(match(pictures) if given is None else given, **options)
+        if given is None:
+            with progress_bar("images and pairs matched") as progress:
+                given = match(pictures, progress=progress)
+        with working("Adjusting"):
+            found = mosaic(given, **options)
     except ImportError as error:
         refuse(str(error), error)
     except ValueError as error:

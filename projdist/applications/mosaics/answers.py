@@ -118,7 +118,7 @@ class Mosaic(Answer):
             "components": [[name(image) for image in group] for group in found.components],
             "canvas": {"width": canvas.width, "height": canvas.height, "scale": canvas.scale},
             "pairs": [
-                {"i": name(m.i), "j": name(m.j), "points": m.points, "agree": m.agree, "reason": m.reason}
+                m._asdict() | {"i": name(m.i), "j": name(m.j), "false_alarms": plain(m.false_alarms)}
                 for m in found.matches
             ],
             "notes": self.notes,

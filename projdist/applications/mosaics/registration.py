@@ -20,13 +20,18 @@ _SHOWN = 10  # names in one message
 
 
 class Match(NamedTuple):
-    """Two images, how many points they share and how many agree on a map; where none does, the reason."""
+    """Two images, how many points they share and how many agree on a map; where none does, the reason.
+
+    `false_alarms`: decimal logarithm of how many maps chance would make as good, over all pairs; NaN where none was
+    tried.
+    """
 
     i: int
     j: int
     points: int
     agree: int
     reason: str
+    false_alarms: float
 
 
 class Registration(NamedTuple):
@@ -50,8 +55,9 @@ class Registration(NamedTuple):
 def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> Registration:
     """Register images by the points that they have in common.
 
-    `tolerance`: pixels; points of a pair of images that are farther off the pair's map are wrong. Pairs whose points
-    agree are chained, strongest first, and the chains are the start of a bundle adjustment. Raises ValueError where no
+    `tolerance`: pixels, of the reduced images where points were found in such; points of a pair of images that are
+    farther off the pair's map are wrong. Pairs of which so many points agree as chance in all pairs together would not
+    bring are chained, strongest first, and the chains are the start of a bundle adjustment. Raises ValueError where no
     two images hang together, and where some images mirror others.
     """
     model = check_model(model)
@@ -60,9 +66,13 @@ def register(points: Correspondences, *, model: str = "affine", tolerance: float
     # Coordinates from the middle of each image, in halves of the longest side.
     unit = float(points.sizes.max()) / 2.0
     found = {
-        (link.i, link.j): (link, estimate(link.xi, link.xj, model, tolerance / unit)) for link in _links(points, unit)
+        (link.i, link.j): (link, _estimate(link, reduction * tolerance / unit, points, unit, model))
+        for link, reduction in _links(points, unit)
     }
-    matches = [Match(i, j, len(link.xi), int(pair.agree.sum()), pair.reason) for (i, j), (link, pair) in found.items()]
+    matches = [
+        Match(i, j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
+        for (i, j), (link, pair) in found.items()
+    ]
     good = {pair: both for pair, both in found.items() if both[1].S is not None}
     components = _components(good)
     if not components:
@@ -98,8 +108,16 @@ def register(points: Correspondences, *, model: str = "affine", tolerance: float
     )
 
 
-def _links(points: Correspondences, unit: float) -> Iterable[Link]:
-    """The points of each pair of images i < j, in coordinates from the images' middles."""
+def _estimate(link: Link, tolerance: float, points: Correspondences, unit: float, model: str) -> Pair:
+    """The map of two images, among as many pairs as there may be."""
+    area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / unit**2
+    tests = len(points.sizes) * (len(points.sizes) - 1) // 2
+    return estimate(link.xi, link.xj, model, tolerance, area=area, tests=tests)
+
+
+def _links(points: Correspondences, unit: float) -> Iterable[tuple[Link, float]]:
+    """The points of each pair of images i < j, in coordinates from the images' middles, and their reduction."""
+    reductions = np.asarray(points.reductions)
     swap = points.i > points.j
     i, j = np.where(swap, points.j, points.i), np.where(swap, points.i, points.j)
     first = np.where(swap[:, None], points.xj, points.xi)
@@ -107,12 +125,8 @@ def _links(points: Correspondences, unit: float) -> Iterable[Link]:
     keys, places = np.unique(np.stack([i, j], axis=1), axis=0, return_inverse=True)
     for number, (a, b) in enumerate(keys.tolist()):
         chosen = places.reshape(-1) == number
-        yield Link(
-            a,
-            b,
-            (first[chosen] - 0.5 * points.sizes[a]) / unit,
-            (second[chosen] - 0.5 * points.sizes[b]) / unit,
-        )
+        xi, xj = (first[chosen] - 0.5 * points.sizes[a]) / unit, (second[chosen] - 0.5 * points.sizes[b]) / unit
+        yield Link(a, b, xi, xj), float(reductions[chosen].max())
 
 
 def _components(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
