@@ -2,7 +2,7 @@ from . import spd
 from .affine import Affine
 from .decomposition import Decomposition, decompose
 from .energies import EXPONENT, Energy, Expansion
-from .mean_transformation import MDT, check_weights, field_mdt, mdt
+from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
 from .measures import (
     MEASURES,
     Measure,
@@ -43,6 +43,7 @@ __all__ = [
     "decompose",
     "factor_distance",
     "field_mdt",
+    "field_median",
     "field_rotation",
     "fisher",
     "get_measure",
