@@ -205,6 +205,48 @@ def test_chance_is_not_believed():
         assert two_images(*x) is None
 
 
+# ---- the model ------------------------------------------------------------------------------
+
+
+@MODELS
+def test_the_model_that_made_the_points(model):
+    """It is chosen over many sets of noisy points; exact points, too, which both models fit, are of the simpler one."""
+    chosen = []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        H = MAKERS[model](rng, spread=0.02)
+        for noise in (0.0, 0.3):
+            points = common_points(H, SIZES, rng, noise=noise, grid=6)
+            chosen.append(register(points, model="auto", tolerance=6.0).model)
+    assert chosen == [model] * 16
+
+
+def test_torrs_criterion():
+    """It is the formula, written out for two images by maps from another library's least squares."""
+    rng = np.random.default_rng(13)
+    points = common_points(homographies(rng, 0.02, 2), SIZES[:2], rng, noise=0.5)
+    found = register(points, tolerance=20.0)
+    count = len(points.i)
+    squares = {}
+    for model, size in (("affine", 6), ("homography", 8)):
+
+        def residuals(entries, size=size):
+            S = np.eye(3)
+            S.reshape(9)[:size] = entries
+            return np.column_stack([moved(S, points.xi) - points.xj, moved(np.linalg.inv(S), points.xj) - points.xi])
+
+        start = np.linalg.solve(homographies(np.random.default_rng(13), 0.02, 2)[1], np.eye(3))
+        start = (start / start[2, 2]).reshape(9)[:size]
+        best = least_squares(lambda e: residuals(e).ravel(), start, x_scale="jac", ftol=1e-12, xtol=1e-12)
+        squares[model] = (residuals(best.x) ** 2).sum(axis=1)
+        rms = np.sqrt(squares[model].sum() / (2 * count))
+        assert found.models[model].rms_pixels == pytest.approx(rms, rel=1e-6)
+    noise = squares["homography"].sum() / 4.0 / (2 * count - 8)
+    for model, size in (("affine", 6), ("homography", 8)):
+        gric = np.minimum(squares[model] / 4.0 / noise, 4.0).sum() + 2 * count * np.log(4) + size * np.log(4 * count)
+        assert found.models[model].gric == pytest.approx(gric, rel=1e-6)
+
+
 # ---- components -----------------------------------------------------------------------------
 
 
@@ -306,7 +348,7 @@ def test_arguments_are_checked(tmp_path):
     with pytest.raises(ValueError, match=r"^Invalid correspondences '.*none.csv'\. It cannot be read as text: No su"):
         read_correspondences(tmp_path / "none.csv")
     for call in (lambda: read_correspondences("x", model="similar"), lambda: register(points, model="similar")):
-        with pytest.raises(ValueError, match=r"^Invalid model 'similar'\. It must be affine or homography\.$"):
+        with pytest.raises(ValueError, match=r"^Invalid model 'similar'\. It must be affine, homography or auto\.$"):
             call()
     with pytest.raises(ValueError, match=r"^Invalid sizes '800,600'\. They must be WIDTHxHEIGHT"):
         parse_sizes("800,600")

@@ -98,9 +98,9 @@ def read_correspondences(
 ) -> Correspondences:
     """The rows of a CSV file `model,i,j,xi,yi,xj,yj` that were matched for a model.
 
-    The column model is 0 or `affine`, 1 or `homography`. `sizes`: widths and heights, one pair for all images or one an
-    image; without them a comment line must have them, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises
-    ValueError.
+    The column model is 0 or `affine`, 1 or `homography`; "auto" takes the rows of either. `sizes`: widths and heights,
+    one pair for all images or one an image; without them a comment line must have them, as
+    `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
     """
     table, stated = _read(Path(path), check_model(model))
     i, j = table[:, 0].astype(int), table[:, 1].astype(int)
@@ -157,12 +157,12 @@ def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]]
                 "numbers of two images, and pixels."
             )
         models.add(row[0])
-        if row[0] == model:
+        if model in (row[0], "auto"):
             rows.append(row[1:])
     if not rows:
         has = f"It has rows of the model {models.pop()}" if models else "It has no rows"
         raise ValueError(f"Invalid correspondences '{path}'. {has}; it must have some of the model {model}.")
-    return np.array(rows), stated
+    return np.array(list(dict.fromkeys(rows)) if model == "auto" else rows), stated
 
 
 def _stated_sizes(line: str) -> list[tuple[float, float]] | None:

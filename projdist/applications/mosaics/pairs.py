@@ -11,7 +11,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.applications.mosaics.bundle import Link, adjust, transfer_errors
 from projdist.applications.mosaics.projective import LEAST, fit
 
-__all__ = ["Pair", "estimate"]
+__all__ = ["Pair", "estimate", "refined"]
 
 _BATCH, _BATCHES = 100, 40  # of samples: with one in five points right, one of 600 samples of four is
 _SURE = 0.999  # probability of a sample without a wrong point
@@ -107,6 +107,11 @@ def _distinct(xi: FloatArray, xj: FloatArray, errors: FloatArray, apart: float) 
     least = np.full(numbers.max() + 1, np.inf)
     np.minimum.at(least, numbers, errors)
     return least
+
+
+def refined(xi: FloatArray, xj: FloatArray, model: str) -> FloatArray | None:
+    """The map with the least symmetric transfer error of all points; None where they do not determine one."""
+    return _refined(fit(xi, xj, model), xi, xj, np.ones(len(xi), dtype=bool), model)
 
 
 def _is_map(S: FloatArray) -> bool:
