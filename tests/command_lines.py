@@ -57,6 +57,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "check": ("check", "parcels.geojson", "--crs", "EPSG:25832", "--no-recommend"),
     "check_above": ("check", "parcels.geojson", "--crs", "EPSG:3857", "--no-recommend", "--fail-above", "1%"),
     "correct": ("correct", "mollweide", "-r", EUROPE),
+    "correct_median": ("correct", "mollweide", "-r", EUROPE, "--criterion", "median"),
     "correct_local": ("correct", "robin", "-r", EUROPE, "--local", "500", "-o", "local.png", "--dpi", "30"),
     "mosaic": ("mosaic", "--correspondences", "common.csv"),
     "clouds": ("clouds", "a.csv", "b.csv", "c.csv", "-o", "moved"),

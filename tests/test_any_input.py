@@ -57,6 +57,7 @@ CALLS = {
     "correct": lambda: {
         "projection": "robin",
         "region": CAP,
+        "criterion": "mean",
         "constraint": "affine",
         "keep_north": True,
         "tolerance": 1e-3,

@@ -30,7 +30,7 @@ _STEPS = 500  # some ten; more where many matrices lie about the median
 _WHOLE = 20  # the largest n whose Hessian, n (n + 1) / 2 on a side, is made
 _SAME = 64.0 * EPS  # times the condition: what is nearer is the same matrix
 _FLAT = 1e-12  # of the largest curvature: a smaller one is rounding
-_LINE = 1e-6  # of the longest distance: what is nearer to a geodesic than that has a median near that of numbers
+_LINE = 1e-6  # of distances: what is nearer to a geodesic than that on average has a median near that of numbers
 _ENOUGH = 0.05  # of the gradient's rounding, whose bound is wide
 _GAIN = 0.1  # of what the gradient promises, that a step must bring
 _SEEN = 1e-11  # of a sum of distances: gains below it are not seen in the sum, but in the gradient
@@ -230,19 +230,21 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
 
     Of those that nearly do it is near the median, else it is T.
     """
-    base = lower_factor(A[0])
+    base = lower_factor(A[np.argmin(_squares(_logarithms(_whitened(T, A))[0]))])
     Z, spread = _logarithms(_whitened(base, A))
     far = np.sqrt(_squares(Z))
     longest = float(far.max())
     same = _SAME * A.shape[-1] * _condition(base) * float(np.cosh(spread.max()))
     if longest <= same:
         return base, True, True
-    direction = Z[np.argmax(far)] / longest
+    sides = np.where(np.einsum("mij,ij->m", Z, Z[np.argmax(far)]) < 0, -w, w)
+    direction = np.einsum("m,mij->ij", sides, Z)
+    direction /= np.linalg.norm(direction)
     t = np.einsum("mij,ij->m", Z, direction)
-    off = float(np.sqrt(_squares(Z - t[:, None, None] * direction).max()))
-    if off > max(same, _LINE * longest, noise):
+    off = np.sqrt(_squares(Z - t[:, None, None] * direction))
+    if w @ off > max(same, _LINE * float(w @ far)):
         return T, False, True
-    on_line = off <= max(same, noise)
+    on_line = bool(off.max() <= max(same, noise))
     order = np.argsort(t, kind="stable")
     t, up_to = t[order], np.cumsum(w[order])
     half, rounding = 0.5 * up_to[-1], EPS * len(t)
