@@ -53,7 +53,14 @@ def geoaxes() -> object:
 CALLS = {
     "axes_shift": lambda: {"points": np.eye(3)},
     "check": lambda: {"data": SQUARE, "crs": "EPSG:3857", "column": None, "purpose": None},
-    "compare": lambda: {"projections": ["robin"], "region": CAP, "measures": (), "indices": (), "tolerance": 1e-3},
+    "compare": lambda: {
+        "projections": ["robin"],
+        "region": CAP,
+        "measures": (),
+        "indices": (),
+        "modes": False,
+        "tolerance": 1e-3,
+    },
     "correct": lambda: {
         "projection": "robin",
         "region": CAP,
@@ -124,6 +131,7 @@ CALLS = {
         "name": None,
     },
     "local_corrections": lambda: {"projection": "robin", "lon": 10, "lat": 50, "radius_km": 100},
+    "modes": lambda: {"A": np.eye(2)[None], "weights": None, "T": np.eye(2)},
     "mdt": lambda: {"A": np.eye(2)[None], "weights": None, "method": "auto"},
     "mean_map": lambda: {
         "projections": ["robin"],
@@ -177,7 +185,14 @@ CALLS = {
         "measures": (),
         "tolerance": 1e-3,
     },
-    "summarize": lambda: {"projection": "robin", "region": CAP, "measures": (), "indices": (), "tolerance": 1e-3},
+    "summarize": lambda: {
+        "projection": "robin",
+        "region": CAP,
+        "measures": (),
+        "indices": (),
+        "modes": False,
+        "tolerance": 1e-3,
+    },
     "tables": lambda: {"name": "nothing"},
     "world_map": lambda: {
         "region": None,

@@ -94,7 +94,7 @@ def _report(found: OldMap, given: str, picture: PictureFile | None) -> Report:
     return Report(
         title=f"{given}: {len(found.points.old)} control points, {found.fit.model}",
         tables=[Table(rectifications, [*_columns(data["dots_per_inch"] is not None)])],
-        notes=_notes(data),
+        notes=[*_notes(data), f"Modes of the distortion after the MDT: {found.modes.summary}."],
         data=lambda: data,
         rows=lambda: data["points"],
         written=[picture.path if picture else None],

@@ -18,7 +18,7 @@ from projdist.field.extremes import Extreme, Goal, find_extremes
 from projdist.field.figures import AnyFigure, get_figure
 from projdist.field.geometric_medians import DenseJacobians, GeometricMedian, Spread
 from projdist.field.guard import tell_of_contradiction
-from projdist.matrices import Measure, get_measure, listed_measures, orientation
+from projdist.matrices import Measure, Modes, areal_scale, field_modes, get_measure, listed_measures, orientation
 from projdist.numerics import Estimate, get_criterion
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import Place, PointSet, RegionLike, region_for
@@ -132,6 +132,17 @@ class Field:
             areal = np.sqrt(max(self.airy_kavrayskiy.scaled**2 - angular**2, 0.0))
         angular, areal = (float(value) if np.isfinite(value) else np.inf for value in (angular, areal))
         return angular, areal
+
+    @functools.cached_property
+    def modes(self) -> Modes:
+        """The principal components of the distortion about the MDT, and their shares of its mean square.
+
+        >>> sample("plate-carree").modes
+        Modes(100 % horizontal)
+        """
+        T = self.airy_kavrayskiy.mdt  # raises where the map is singular everywhere
+        defined = areal_scale(self.jacobian) > 0
+        return field_modes(self.jacobian[defined], self.weight[defined], T)
 
     @functools.cached_property
     def geometric_median(self) -> GeometricMedian:

@@ -1,6 +1,7 @@
 from . import spd
 from .affine import Affine
 from .decomposition import Decomposition, decompose
+from .distortion_modes import Modes, field_modes, modes
 from .energies import EXPONENT, Energy, Expansion
 from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
 from .measures import (
@@ -34,6 +35,7 @@ __all__ = [
     "Energy",
     "Expansion",
     "Measure",
+    "Modes",
     "Rotation",
     "angular_distortion",
     "areal_error_ppm",
@@ -44,6 +46,7 @@ __all__ = [
     "factor_distance",
     "field_mdt",
     "field_median",
+    "field_modes",
     "field_rotation",
     "fisher",
     "get_measure",
@@ -55,6 +58,7 @@ __all__ = [
     "mdt",
     "mean_rotation",
     "meridian_convergence",
+    "modes",
     "orientation",
     "principal_scales",
     "scale_error_ppm",

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.matrices.frechet_sets import EPS, pieces
+from projdist.matrices.frechet_sets import EPS, logarithms, pieces
 from projdist.matrices.spd import lower_factor, symmetric_exp, transposed
 
 __all__ = ["Median", "medians"]
@@ -89,7 +89,7 @@ def _median(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[
         T, count = _descend(A[counts], w[counts], T, noise)
     T = lower_factor(T)
     view = _look(A[counts], w[counts], T)
-    distances = 0.25 * _squares(_logarithms(_whitened(T, A))[0])
+    distances = 0.25 * _squares(logarithms(_whitened(T, A))[0])
     return T, 0.5 * view.total, view.size, count, view.floor, distances, is_unique
 
 
@@ -180,7 +180,7 @@ def _bend(r: FloatArray) -> FloatArray:
 
 def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
     n = A.shape[-1]
-    Z, spread = _logarithms(_whitened(T, A))
+    Z, spread = logarithms(_whitened(T, A))
     far = np.sqrt(_squares(Z))
     condition = _condition(T)
     far = np.where(far > _SAME * n * condition, far, 0.0)
@@ -202,22 +202,6 @@ def _whitened(T: FloatArray, A: FloatArray) -> FloatArray:
     return np.asarray(columns.reshape(n, -1, n).swapaxes(0, 1))
 
 
-def _logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ln(B B^T), (N, n, n), for n = 2 in closed form, and the logarithm of the condition of B, (N,)."""
-    if B.shape[-1] == 2:
-        a, b, c, d = B[:, 0, 0], B[:, 0, 1], B[:, 1, 0], B[:, 1, 1]
-        det = np.abs(a * d - b * c)
-        p, q = 0.5 * (a * a + b * b - c * c - d * d) / det, (a * c + b * d) / det
-        sinh = np.hypot(p, q)
-        r = np.arcsinh(sinh)
-        factor = np.divide(r, sinh, out=np.ones_like(sinh), where=sinh > 1e-150)
-        v, p, q = np.log(det), p * factor, q * factor
-        return np.stack([v + p, q, q, v - p], axis=-1).reshape(-1, 2, 2), r
-    U, scales, _ = np.linalg.svd(B)
-    half = np.log(scales)
-    return (U * (2.0 * half)[:, None, :]) @ transposed(U), half[:, 0] - half[:, -1]
-
-
 def _squares(Z: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("mij,mij->m", Z, Z))
 
@@ -230,8 +214,8 @@ def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tup
 
     Of those that nearly do it is near the median, else it is T.
     """
-    base = lower_factor(A[np.argmin(_squares(_logarithms(_whitened(T, A))[0]))])
-    Z, spread = _logarithms(_whitened(base, A))
+    base = lower_factor(A[np.argmin(_squares(logarithms(_whitened(T, A))[0]))])
+    Z, spread = logarithms(_whitened(base, A))
     far = np.sqrt(_squares(Z))
     longest = float(far.max())
     same = _SAME * A.shape[-1] * _condition(base) * float(np.cosh(spread.max()))

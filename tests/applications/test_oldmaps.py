@@ -410,3 +410,17 @@ def test_nodes(corners, area, moment):
         errors.append(abs(float(weights @ nodes[:, 0] ** 2) - moment))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
     assert errors[1] < 1e-3
+
+
+def test_modes():
+    """A sheet that shrank unevenly in one direction alone has that for its only mode, to the fit's own error."""
+    side = np.linspace(0.0, 10.0, 9)
+    x, y = (axis.ravel() for axis in np.meshgrid(side, side))
+    true = np.stack([1000.0 * (x + 0.02 * x**2), 1000.0 * y], axis=-1)
+    found = old_map(ControlPoints(np.stack([x, y], axis=-1), true), model="polynomial2")
+    assert found.modes.words[0] == "horizontal"
+    assert found.modes.shares[0] == pytest.approx(1.0, abs=1e-9)
+    # ln(1 + .04 x) about its mean, x even from 0 to 10.
+    logs = np.log1p(0.04 * (np.arange(100_000) + 0.5) / 10_000)
+    assert found.modes.rms[0] == pytest.approx(logs.std(), rel=1e-4)
+    assert found.to_dict()["modes"][0]["words"] == "horizontal"

@@ -14,7 +14,18 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps.fits import Fit, affine_fit, fit, helmert_fit
 from projdist.applications.oldmaps.points import ControlPoints
-from projdist.matrices import Affine, Decomposition, Measure, areal_scale, decompose, field_mdt, field_rotation, fisher
+from projdist.matrices import (
+    Affine,
+    Decomposition,
+    Measure,
+    Modes,
+    areal_scale,
+    decompose,
+    field_mdt,
+    field_modes,
+    field_rotation,
+    fisher,
+)
 from projdist.numerics import quantile
 from projdist.support import Answer, check_instance, check_number, plain
 
@@ -150,6 +161,12 @@ class OldMap(Answer):
         """N of the scale 1 : N, where the scan's resolution is known."""
         return None if self.dots_per_inch is None else metres_per_unit * self.dots_per_inch / _INCH
 
+    @property
+    def modes(self) -> Modes:
+        """The principal components of the distortion after the MDT, on its axes, by area on the old map."""
+        known = ~np.isnan(self.jacobian[:, 0, 0])
+        return field_modes(self.corrected(self.jacobian[known]), self.weights[known], np.eye(2))
+
     def statistics(self) -> dict[str, dict[str, float]]:
         """Percentiles of the measures after the MDT, by area on the old map."""
         known = ~np.isnan(self.jacobian[:, 0, 0])
@@ -182,6 +199,7 @@ class OldMap(Answer):
             "folds": {"share": self.fold_share, "area": self.fold_share * self.area, "near": list(self.folds_near)},
             "outliers": list(self.outliers),
             "statistics": self.statistics(),
+            "modes": self.modes.to_dict()["modes"],
             "notes": list(self.notes),
             "points": [{name: plain(value) for name, value in row.items()} for row in self._table()],
         }
