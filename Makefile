@@ -9,7 +9,7 @@ DEMO := robinson mollweide winkel-tripel equal-earth mercator
 OLDEST_PYTHON ?= python3.11
 OLD := .venv-oldest
 
-.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks gallery world-maps benchmarks browser clean
+.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks gallery world-maps reference-factors benchmarks browser clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -54,6 +54,9 @@ gallery: .venv/installed
 
 world-maps: .venv/installed
 	$(BIN)/python docs/make_world_maps.py
+
+reference-factors: .venv/installed-test
+	$(BIN)/python docs/make_reference_factors.py
 
 benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/run.py
