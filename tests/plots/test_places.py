@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
 
 from projdist import plots
 
@@ -78,7 +79,8 @@ def test_scale_bar_is_as_long_as_it_says() -> None:
     """In metres of the map, to the width of its line."""
     figure = plots.tissot_figure("EPSG:25832", region="country:DE")
     ax = figure.axes[0]
-    halves = [patch for patch in ax.patches if patch.get_transform().contains_branch(ax.transAxes)]
+    bars = [patch for patch in ax.patches if isinstance(patch, Rectangle)]
+    halves = [patch for patch in bars if patch.get_transform().contains_branch(ax.transAxes)]
     halves = [patch for patch in halves if 0 < patch.get_width() < 0.3]
     width = sum(patch.get_width() for patch in halves) * np.ptp(ax.get_xlim())
     assert width == pytest.approx(1e5, rel=1e-9)
