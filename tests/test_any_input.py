@@ -115,6 +115,7 @@ CALLS = {
     "great_circle_bending": lambda: {"projection": "robin", "region": CAP, "tolerance": 0.1, "seed": 0},
     "hessian": lambda: {"projection": "robin", "lon": 10, "lat": 50},
     "indices": lambda: {"projection": "robin", "region": CAP, "names": "airy", "tolerance": 1e-3},
+    "info": lambda: {"projection": "robin", "region": CAP, "tolerance": 1e-3},
     "jacobian": lambda: {"projection": "robin", "lon": 10, "lat": 50},
     "jacobian_grid": lambda: {"projection": "robin", "lon": [10, 11], "lat": [50, 51]},
     "ldp": lambda: {

@@ -18,6 +18,7 @@ from projdist.cli.parser import Command, Commands
 from projdist.support import orderly_end
 
 COMMANDS = {
+    "info": ("info", "Tell what a projection is, what it keeps, and its errors."),
     "compare": ("compare", "Compare projections over a region by their distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
     "profile": ("profile", "Scale, convergence and other measures along a line."),

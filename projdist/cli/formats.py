@@ -63,7 +63,9 @@ def _shown(report: Report, output: Path | None) -> str:
     tables = "".join(
         notes_text([table.title] if table.title else [], output) + table_text(table, output) for table in report.tables
     )
-    return notes_text([*head, *lead], output) + tables + notes_text(report.notes, output) + wrote(*report.written)
+    below = "".join(f"{line}\n" for line in report.sketch)
+    notes = notes_text(report.notes, output)
+    return notes_text([*head, *lead], output) + tables + below + notes + wrote(*report.written)
 
 
 def _as_json(report: Report, _: Path | None) -> str:
