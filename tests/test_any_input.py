@@ -151,7 +151,13 @@ CALLS = {
         "degree": 1,
     },
     "mean_rotation": lambda: {"A": np.eye(2)[None], "weights": None, "T": None, "method": "chordal"},
-    "old_map": lambda: {"points": old_map().points, "model": "affine", "smoothing": None, "dots_per_inch": None},
+    "old_map": lambda: {
+        "points": old_map().points,
+        "model": "affine",
+        "smoothing": None,
+        "outliers": "drop",
+        "dots_per_inch": None,
+    },
     "optimize": lambda: {
         "family": "eqc",
         "region": CAP,
