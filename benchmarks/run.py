@@ -5,6 +5,8 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 from pyproj import Proj
@@ -13,6 +15,8 @@ from projdist.answers.summaries import summarize
 from projdist.field.at_points import derivatives
 from projdist.matrices.measures import principal_scales
 from projdist.projections import Projection
+from projdist.projections.operations import Pipeline
+from projdist.regions import get_region
 
 R = 6371008.7714
 RUNS = 5
@@ -194,7 +198,60 @@ def rasters() -> None:
         )
 
 
-TABLES = {"globe": globe, "points": points, "rasters": rasters}
+# ---- (d) the cost of the evaluations themselves ---------------------------------------------
+
+
+class Timed(Pipeline):
+    """PROJ's operation, whose own processor time is added up."""
+
+    seconds: ClassVar[list[float]] = []
+
+    def __call__(self, lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the operation gives."""
+        start = time.process_time()
+        found = super().__call__(lon, lat)
+        self.seconds.append(time.process_time() - start)
+        return found
+
+
+CASES = [
+    *((f"+proj={name}", "globe") for name in ("moll", "robin", "kav7", "hammer", "merc", "eqearth", "wintri", "igh")),
+    *((f"+proj={name}", "globe") for name in ("laea", "laea +lat_0=45 +lon_0=13", "ortho +lat_0=30", "tmerc")),
+    *((f"+proj={name}", region) for region in ("country:CA", "continent:Africa", "land") for name in ("robin", "moll")),
+]
+
+
+def units() -> None:
+    table(
+        "Second map on: processor time of summarize(tolerance=1e-7), in units of its evaluations' own",
+        *("map", "region", "evaluations", "calls", "own ms", "all ms", "ratio", "estimate"),
+    )
+    for text, name in CASES:
+        region, projection = get_region(name), Projection.from_user_input(f"{text} +R={R}")
+        timed = replace(projection, function=Timed(projection.function.pipeline, projection.function.to_metre))
+        found = summarize(timed, region, tolerance=1e-7)
+        own, whole = [], []
+        for _ in range(4 * RUNS + 1):
+            Timed.seconds.clear()
+            summarize(timed, region, tolerance=1e-7)
+            own.append(sum(Timed.seconds))
+            start = time.process_time()
+            summarize(projection, region, tolerance=1e-7)
+            whole.append(time.process_time() - start)
+        unit, total = 1e3 * statistics.median(own), 1e3 * statistics.median(whole)
+        row(
+            text[6:],
+            name,
+            found.evaluations,
+            len(Timed.seconds),
+            f"{unit:.2f}",
+            f"{total:.2f}",
+            f"{total / unit:.1f}",
+            f"{found.error_estimate:.0e} {found.limit}",
+        )
+
+
+TABLES = {"globe": globe, "points": points, "rasters": rasters, "units": units}
 
 if __name__ == "__main__":
     for chosen in sys.argv[1:] or TABLES:

@@ -1,4 +1,5 @@
 from . import natural_earth
+from .breaks import SMOOTH, Breaks
 from .degree_texts import latitude_text, longitude_text
 from .ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
 from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, lakes_within, land, land_within, shores
@@ -20,9 +21,11 @@ __all__ = [
     "GEOS_ARITHMETIC",
     "MEAN_EARTH_RADIUS",
     "RESOLUTIONS",
+    "SMOOTH",
     "SPHERE",
     "WGS84",
     "Border",
+    "Breaks",
     "Cities",
     "Ellipsoid",
     "borders",

@@ -75,19 +75,33 @@ class Samples:
         `slope` (n, 10, 10) is how much the values change with the logarithms of the scales.
         NaN where the values are undefined on more than a share `most` of the area.
         """
-        total = float(self.weight.sum())
-        undefined = ~np.isfinite(values)
-        missing = float(np.abs(self.weight[undefined]).sum()) / total
-        if missing > most:
-            return np.nan, np.nan
-        missing += self.undecided / self.coverage
-        values, slope = np.where(undefined, 0.0, values), np.where(undefined, 0.0, slope)
-        error = missing * self._largest(values, missing * total)
-        if values.shape[-1] > 1:
-            error += float(tails(values, self.density, self.share)[1].sum()) / total
-        error += float(np.sum(self.doubt[:, None, None] * slope * self.weight)) / total
-        error += _ROUNDING * float(np.sum(np.abs(self.weight * values))) / total
-        return float(np.sum(self.weight * values)) / total, error
+        return self.means([values], [slope], most=most)[0]
+
+    def means(
+        self, values: Sequence[FloatArray], slopes: Sequence[FloatArray | float], *, most: float = UNDEFINED
+    ) -> list[tuple[float, float]]:
+        """The `mean` of each of several fields of values, which together cost little more than one."""
+        fields, total = np.array(values), float(self.weight.sum())
+        missing = np.zeros(len(fields))
+        undefined = ~np.isfinite(fields)
+        if undefined.any():
+            missing = np.abs(self.weight * undefined).sum(axis=(1, 2, 3)) / total
+            fields[undefined] = 0.0
+            slopes = [np.where(gap, 0.0, slope) for gap, slope in zip(undefined, slopes, strict=True)]
+        parts = fields * self.weight
+        sums = parts.sum(axis=(1, 2, 3))
+        errors = _ROUNDING * np.abs(parts).sum(axis=(1, 2, 3))
+        if fields.shape[-1] > 1:
+            errors += tails(fields, self.density, self.share)[1].sum(axis=(1, 2))
+        if self.doubt.any():
+            doubtful = self.doubt[:, None, None] * self.weight
+            errors += [float(np.sum(doubtful * slope)) for slope in slopes]
+        means, errors = sums / total, errors / total
+        means[missing > most] = errors[missing > most] = np.nan
+        for k, share in enumerate((missing + self.undecided / self.coverage).tolist()):
+            if share > 0.0:
+                errors[k] += share * self._largest(fields[k], share * total)
+        return list(zip(means.tolist(), errors.tolist(), strict=True))
 
     def diverges(self, values: FloatArray) -> bool:
         """Whether an integral lies, in good part, in panels too small to hold a part of it; of points, never."""

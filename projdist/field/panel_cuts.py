@@ -13,7 +13,8 @@ from itertools import pairwise
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.panels import Partial, Pieces, sample_pieces
+from projdist.field.layouts import Partial
+from projdist.field.panels import Pieces, sample_pieces
 from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, PLANE_WEIGHTS
 from projdist.projections import Projection
 from projdist.regions import Region
@@ -63,10 +64,12 @@ def cut(
     patch: IntArray,
     rectangles: FloatArray,
     whole: BoolArray,
+    *,
+    curved: bool,
 ) -> Cuts:
     """Cut panels across v or across u, along the seam or the edge of the map that crosses them.
 
-    `whole` are those that lie within the region.
+    `whole` are those that lie within the region; pieces that are `curved` are for second derivatives.
     """
     n = len(rectangles)
     result = Cuts([], np.zeros(n, dtype=bool), np.full((n, 2), np.nan), 0)
@@ -86,7 +89,9 @@ def cut(
             index = np.flatnonzero(kind == how)
             if index.size:
                 own = todo[index]
-                slices = _slices(lines.take(index), panel[own], whole[own], side[index], where[index], grades)
+                slices = _slices(
+                    lines.take(index), panel[own], whole[own], side[index], where[index], grades, curved=curved
+                )
                 result.pieces.extend(slices)
                 result.evaluations += sum(piece.lon.size for piece in slices)
         cut_now = np.flatnonzero(kind != _NONE)
@@ -218,7 +223,14 @@ _GRADES = np.concatenate([1.0 - 3.0 ** -np.arange(15.0), [1.0]])
 
 
 def _slices(
-    lines: _Lines, panel: IntArray, whole: BoolArray, side: FloatArray, where: FloatArray, grades: FloatArray
+    lines: _Lines,
+    panel: IntArray,
+    whole: BoolArray,
+    side: FloatArray,
+    where: FloatArray,
+    grades: FloatArray,
+    *,
+    curved: bool,
 ) -> list[Pieces]:
     """What lies between one side of the panels, at `side` (n,) along the lines, and the cut at `where` (n, p) on them.
 
@@ -248,7 +260,7 @@ def _slices(
         if not held.any():
             continue
         u_r, u_s, v_r, v_s = (p[held] if isinstance(p, np.ndarray) else p for p in partials)
-        piece, _, _ = sample_pieces(
+        piece = sample_pieces(
             lines.projection,
             lines.region,
             panel[held],
@@ -258,6 +270,7 @@ def _slices(
             (u_r, u_s, v_r, v_s),
             rule[held],
             whole[held],
+            curved=curved,
         )
         piece.doubt[:] = 0.0  # the tear that it might come from is the cut
         pieces.append(piece)

@@ -10,12 +10,13 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field.at_points import jacobian
+from projdist.field.layouts import Layout, plan_of
 from projdist.field.panel_cuts import TEAR, cut, jumps
-from projdist.field.panels import Pieces, blurred, sample_pieces, second_derivatives, tails
-from projdist.field.side_strips import with_strips
+from projdist.field.panels import Pieces, blurred, pieces_of, second_derivatives, tails
+from projdist.field.side_strips import torn_sides, with_strips
 from projdist.matrices import log_scales
 from projdist.numerics import NODES
-from projdist.projections import Projection
+from projdist.projections import Projection, breaks_of
 from projdist.regions import GLOBE, Clips, Region
 
 Integrand = Callable[[FloatArray], FloatArray]
@@ -26,6 +27,7 @@ SecondOrder = Callable[[FloatArray, FloatArray], FloatArray]
 
 _BATCH = 1500  # panels in one call: 150,000 points
 _SMALL = 4e-3  # of the region's area: a piece or panel that may be taken point by point, or given up
+_FEW, _NEXT_TO_NOTHING = 16, 1e-8  # pieces, which are taken point by point only if they are so small a part
 _COARSE = 1e-3  # of an integrand's last coefficients
 _SMALLEST = 1e-12  # of the region's area; a smaller panel is a singular point
 STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
@@ -103,10 +105,18 @@ class Mesh:
         self.limited = False  # whether the map is known to end within the region
         self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # the largest of each integrand seen
         self.pieces: list[Pieces] = []
-        patch, rectangles = region.panels()
-        clips = region.clip(patch, rectangles)
-        patch, rectangles, self.evaluations = with_strips(projection, region, patch[clips.kept], clips.rectangles)
-        self.panels = _Panels.joined(self._evaluated(0, patch, rectangles)[0])
+        self.plan = plan_of(region, projection.ellipsoid)
+        first = self.plan.first(breaks_of(projection))
+        self.evaluations = first.lon.size
+        xy, sides = first.parts(np.stack(projection(first.lon, first.lat)))
+        patch, rectangles = first.layout.patch, first.clips.rectangles
+        torn = torn_sides(projection, region, patch, rectangles, xy, sides)
+        if torn.any():
+            patch, rectangles, evaluations = with_strips(projection, region, patch, rectangles, torn)
+            self.evaluations += evaluations
+            self.panels = _Panels.joined(self._evaluated(0, patch, rectangles)[0])
+        else:
+            self.panels = self._assessed(0, first.clips, first.layout, xy)
 
     def _evaluated(
         self, first: int, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None
@@ -116,31 +126,38 @@ class Mesh:
         `within` are the panels that the rectangles were split from; those that hold nothing of the region are left out.
         """
         clips = self.region.clip(patch, rectangles, within)
-        batches = [slice(start, start + _BATCH) for start in range(0, len(clips.kept), _BATCH)]
-        parts = [self._evaluated_batch(first + p.start, patch[clips.kept[p]], clips.take(p)) for p in batches]
+        parts = []
+        for start in range(0, len(clips.kept), _BATCH):
+            some = clips.take(slice(start, start + _BATCH))
+            layout = self.plan.layout(patch[some.kept], some)
+            xy = np.stack(self.projection(layout.lon, layout.lat))
+            self.evaluations += layout.lon.size
+            parts.append(self._assessed(first + start, some, layout, xy))
         return parts, clips.kept
 
-    def _evaluated_batch(self, first: int, patch: IntArray, clips: Clips) -> _Panels:
-        _, rectangles, rule, filled = clips
-        n = len(rectangles)
-        half_u = 0.5 * (rectangles[:, 1] - rectangles[:, 0])[:, None, None]
-        half_v = 0.5 * (rectangles[:, 3] - rectangles[:, 2])[:, None, None]
-        u, v = np.broadcast_arrays(
-            rectangles[:, 0, None, None] + half_u * (1.0 + NODES[:, None]),
-            rectangles[:, 2, None, None] + half_v * (1.0 + NODES),
-        )
-        partials = (half_u, 0.0, 0.0, half_v)
-        pieces, x, y = sample_pieces(self.projection, self.region, np.arange(n), patch, u, v, partials, rule, filled)
-        self.evaluations += x.size
-        area = pieces.weight.sum(axis=(1, 2))
-        split_at = np.stack([rectangles[:, :2].mean(axis=1), rectangles[:, 2:].mean(axis=1)], axis=-1)
+    def _assessed(self, first: int, clips: Clips, layout: Layout, xy: FloatArray) -> _Panels:
+        """Panels of a layout where the map is x, y (2, n, p, p)."""
+        _, rectangles, _, filled = clips
+        n, patch = len(rectangles), layout.patch
+        pieces = pieces_of(np.arange(n), layout, xy, self.projection.ellipsoid, curved=bool(self.second_order))
+        area = layout.area
+        x, y = xy
+        split_at = 0.5 * (rectangles[:, 0::2] + rectangles[:, 1::2])
         whole, empty = self._inside(patch, rectangles, x)
         undecided = ~(whole | empty)
         done = np.zeros(n, dtype=bool)
         torn = self._torn(pieces, x, y) & whole
         hard = np.flatnonzero(torn | undecided)
         if hard.size:
-            cuts = cut(self.projection, self.region, hard, patch[hard], rectangles[hard], filled[hard])
+            cuts = cut(
+                self.projection,
+                self.region,
+                hard,
+                patch[hard],
+                rectangles[hard],
+                filled[hard],
+                curved=bool(self.second_order),
+            )
             self.evaluations += cuts.evaluations
             done[hard] = cuts.done
             guided = np.isfinite(cuts.split_at).any(axis=-1)
@@ -149,20 +166,25 @@ class Mesh:
             self._mend(pieces, torn[pieces.panel])
         elif not whole.all():
             pieces = pieces.take(whole)
-        integrals, last, errors = self._integrate(pieces)
+        covered = area if whole.all() and not done.any() else pieces.weight.sum(axis=(1, 2))
         own = pieces.panel
+        integrals, last, errors = self._integrate(pieces, covered)
+        unresolved = np.nan_to_num(pieces.unresolved, nan=np.inf)
+        if covered is not area:
+            covered, integrals, last, errors = (_summed(one, own, n) for one in (covered, integrals, last, errors))
+            unresolved = _summed(unresolved, own, n, np.maximum)
         panels = _Panels(
             patch=patch,
             rectangle=rectangles,
             area=area,
-            covered=_summed(pieces.weight.sum(axis=(1, 2)), own, n),
+            covered=covered,
             undecided=undecided & ~done,
             cut=done,
             split_at=split_at,
-            integrals=_summed(integrals, own, n),
-            tails=_summed(last, own, n),
-            errors=_summed(errors, own, n),
-            unresolved=_summed(np.nan_to_num(pieces.unresolved, nan=np.inf), own, n, np.maximum),
+            integrals=integrals,
+            tails=last,
+            errors=errors,
+            unresolved=unresolved,
             strikes=np.zeros(n, dtype=int),
             alive=np.ones(n, dtype=bool),
         )
@@ -199,37 +221,42 @@ class Mesh:
     def _mend(self, pieces: Pieces, suspects: BoolArray) -> None:
         """Where seams are too tangled to cut, take the Jacobian point by point, which sees one side only.
 
-        It costs 20 times as much, so in small pieces only.
+        It costs 20 times as much, so in small pieces only. Where there are few, as about a singular point, splitting
+        them soon leaves next to nothing.
         """
         # Areas as shares of the globe: the region's is on WGS 84, those of the pieces are on the map's own ellipsoid.
         share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
-        small = share < _SMALL * self.region.area_km2 / GLOBE.area_km2
-        ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & small)
+        whole = self.region.area_km2 / GLOBE.area_km2
+        ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & (share < _SMALL * whole))
+        if ragged.size <= _FEW:
+            ragged = ragged[share[ragged] < _NEXT_TO_NOTHING * whole]
         if ragged.size:
             J = jacobian(self.projection, pieces.lon[ragged], pieces.lat[ragged])
             pieces.jacobian[ragged] = np.where(np.isfinite(J), J, pieces.jacobian[ragged])
             self.evaluations += STENCIL * pieces.lon[ragged].size
 
-    def _integrate(self, pieces: Pieces) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Integrals (n, m), their tails and errors (n, m, 2) in u and v, of all integrands over the pieces."""
+    def _integrate(self, pieces: Pieces, area: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integrals (n, m), their tails and errors (n, m, 2) in u and v, over pieces of an area (n,)."""
         J = pieces.jacobian
         found = [*log_scales(J), *(integrand(J) for integrand in self.integrands)]
         if self.second_order:
             H = self.second_derivatives(pieces)
             found += [integrand(J, H) for integrand in self.second_order]
-        values = np.stack(found)
-        values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+        values = np.array(found)
+        if not np.isfinite(values).all():
+            values = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
         self.peaks = np.maximum(self.peaks, np.abs(values).max(axis=(1, 2, 3), initial=0.0))
         last, errors = tails(values, pieces.density, pieces.share)
         # A tear too small to be cut makes J large and smooth: the integrands' own coefficients see nothing of that.
         # ln^2 a + ln^2 b changes by 2 |ln sigma| times a small change of the logarithms, and by its square.
         doubt = pieces.doubt
-        area = pieces.weight.sum(axis=(1, 2))[:, None]
-        level = np.sqrt(np.maximum(values[0].mean(axis=(1, 2)), 0.0))[:, None]
-        for column, share in ((0, doubt * (2.0 * level + doubt)), (1, doubt)):
-            last[column] += area * share
-            errors[column] += area * share
-        return np.sum(values * pieces.weight, axis=(2, 3)).T, last.swapaxes(0, 1), errors.swapaxes(0, 1)
+        if doubt.any():
+            level = np.sqrt(np.maximum(values[0].mean(axis=(1, 2)), 0.0))[:, None]
+            for column, share in ((0, doubt * (2.0 * level + doubt)), (1, doubt)):
+                last[column] += area[:, None] * share
+                errors[column] += area[:, None] * share
+        values *= pieces.weight
+        return values.sum(axis=(2, 3)).T, last.swapaxes(0, 1), errors.swapaxes(0, 1)
 
     def second_derivatives(self, pieces: Pieces) -> FloatArray:
         """H (n, p, p, 2, 2, 2) along geodesics at the nodes of pieces, in units of the semi-major axis."""

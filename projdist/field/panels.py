@@ -14,10 +14,14 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid
+from projdist.field.layouts import Layout, Partial, lay
 from projdist.numerics import DIFFERENTIATE, LEGENDRE, ORDER
 from projdist.projections import Projection
 from projdist.regions import Region
 
+# From one side along a node axis: the derivative, and the last Legendre coefficients.
+_FROM_LEFT = np.concatenate([DIFFERENTIATE, LEGENDRE[ORDER - 6 :]])
+_FROM_RIGHT = np.ascontiguousarray(_FROM_LEFT.T)
 _FALLING = 0.5  # pairs of coefficients that fall at least so fast go on falling; those of kinks and rounding do not
 _ROUNDING = 1e-12  # of x and y; PROJ's own arithmetic included
 _BLURRED, _HARMLESS = 0.05, 0.01  # of J's largest coefficient but the constant; per radian
@@ -38,7 +42,7 @@ class Pieces:
     lon: FloatArray
     lat: FloatArray
     jacobian: FloatArray
-    sides: FloatArray  # (n, p, p, 2, 2), m, d(east, north) / d(r, s) of the node coordinates r, s in [-1, 1]
+    sides: FloatArray  # (n, p, p, 2, 2), m, d(east, north) / d(r, s) of the node coordinates in [-1, 1]; (n, 0) if none
     density: FloatArray  # m^2 in the unit square of the nodes
     weight: FloatArray  # m^2; of either sign in panels that the region's edge crosses
     share: FloatArray  # (n,), of the piece that is in the region; 1 for the whole of it
@@ -56,9 +60,6 @@ class Pieces:
         return Pieces(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-Partial = FloatArray | float
-
-
 def sample_pieces(
     projection: Projection,
     region: Region,
@@ -69,58 +70,49 @@ def sample_pieces(
     partials: tuple[Partial, Partial, Partial, Partial],
     rule: FloatArray,
     whole: BoolArray,
-) -> tuple[Pieces, FloatArray, FloatArray]:
-    """The pieces with chart coordinates u, v at their nodes (n, p, p), and x, y there.
+    *,
+    curved: bool,
+) -> Pieces:
+    """The pieces that `lay` lays; those that are `curved` have sides, for second derivatives."""
+    layout = lay(region, projection.ellipsoid, patch, u, v, partials, rule, whole)
+    return pieces_of(panel, layout, np.stack(projection(layout.lon, layout.lat)), projection.ellipsoid, curved=curved)
 
-    `partials` are du/dr, du/ds, dv/dr, dv/ds, with r and s in [-1, 1] along the two node axes; `rule` holds the
-    nodes' weights on that square, which are Gauss's where a piece is `whole`.
-    """
-    points = region.chart(patch[:, None, None], u, v)
-    x, y = projection(points.lon, points.lat)
-    meridian, vertical = projection.ellipsoid.radii(points.lat)
-    u_r, u_s, v_r, v_s = partials
-    east_r = (points.east_u * u_r + points.east_v * v_r) * vertical
-    east_s = (points.east_u * u_s + points.east_v * v_s) * vertical
-    north_r = (points.north_u * u_r + points.north_v * v_r) * meridian
-    north_s = (points.north_u * u_s + points.north_v * v_s) * meridian
-    det = east_r * north_s - east_s * north_r
+
+def pieces_of(panel: IntArray, layout: Layout, xy: FloatArray, ellipsoid: Ellipsoid, *, curved: bool) -> Pieces:
+    """Pieces of a layout, with x and y (2, n, p, p) there; those that are `curved` have sides."""
     # Less a constant, there is less to round, and nothing where PROJ snaps to a pole line.
-    moved = np.stack([x, y])
-    moved -= moved[..., :1, :1].copy()
-    J = np.empty((*u.shape, 2, 2))
-    for i, f in enumerate(moved):
-        f_r, f_s = DIFFERENTIATE @ f, f @ DIFFERENTIATE.T
-        J[..., i, 0] = (f_r * north_s - f_s * north_r) / det
-        J[..., i, 1] = (f_s * east_r - f_r * east_s) / det
-    density = np.abs(det)
-    share = np.where(whole, 1.0, 0.25 * rule.sum(axis=(1, 2)))
-    left, decay = _left_out(moved)
-    metres = np.stack(
-        [np.hypot(east_r, north_r).mean(axis=(1, 2)), np.hypot(east_s, north_s).mean(axis=(1, 2))], axis=-1
-    )
+    moved = xy - xy[..., :1, :1]
+    shape = moved.shape
+    along_s = (moved.reshape(-1, ORDER) @ _FROM_RIGHT).reshape(*shape[:-1], -1)
+    along_r = _FROM_LEFT @ moved
+    J = layout.jacobian(along_r[..., :ORDER, :], along_s[..., :ORDER])
+    pairs = _pairs(np.abs(along_r[..., ORDER:, :]).max(axis=(0, 3)), np.abs(along_s[..., ORDER:]).max(axis=(0, 2)))
+    left, decay = pairs[..., -1], _decay(pairs)
     # Rounding of x and y is white, and the integrand's own coefficients see it.
-    size = np.maximum(np.abs(x).max(axis=(1, 2)), np.abs(y).max(axis=(1, 2)))
-    scale = np.sqrt(np.abs(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]).mean(axis=(1, 2)))[:, None]
+    size = np.abs(xy).reshape(2, shape[1], -1).max(axis=(0, 2))
+    det = J[..., 0, 0] * J[..., 1, 1]
+    det -= J[..., 0, 1] * J[..., 1, 0]
+    scale = np.sqrt(np.abs(det).mean(axis=(1, 2)))[:, None]
     seen = (left > _ROUNDING * size[:, None]) & (scale > 0)
-    doubt = np.log1p(np.divide(_SLOPE * decay**0.75 * left, metres * scale, out=np.zeros_like(left), where=seen))
-    sides = np.empty((*u.shape, 2, 2))
-    sides[..., 0, 0], sides[..., 0, 1], sides[..., 1, 0], sides[..., 1, 1] = east_r, east_s, north_r, north_s
-    pieces = Pieces(
+    doubt = np.zeros_like(left)
+    if seen.any():
+        np.divide(_SLOPE * decay**0.75 * left, layout.metres * scale, out=doubt, where=seen)
+        np.log1p(doubt, out=doubt)
+    return Pieces(
         panel=panel,
-        patch=patch,
-        u=u,
-        v=v,
-        lon=points.lon,
-        lat=points.lat,
+        patch=layout.patch,
+        u=layout.u,
+        v=layout.v,
+        lon=layout.lon,
+        lat=layout.lat,
         jacobian=J,
-        sides=sides,
-        density=density,
-        weight=density * rule,
-        share=share,
-        unresolved=left.max(axis=-1) / projection.ellipsoid.a,
+        sides=layout.sides if curved else np.empty((len(layout), 0)),
+        density=layout.density,
+        weight=layout.weight,
+        share=layout.share,
+        unresolved=left.max(axis=-1) / ellipsoid.a,
         doubt=doubt,
     )
-    return pieces, x, y
 
 
 def second_derivatives(pieces: Pieces, ellipsoid: Ellipsoid) -> FloatArray:
@@ -163,11 +155,12 @@ def _along(axis: int, f: FloatArray) -> FloatArray:
     return DIFFERENTIATE @ f if axis == 0 else f @ DIFFERENTIATE.T
 
 
-def _left_out(f: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Size (n, 2) of the last Legendre coefficients of f (2, n, p, p) along the two node axes, and their decay."""
-    along = np.stack([np.abs(LEGENDRE @ f).max(axis=(0, 3)), np.abs(f @ LEGENDRE.T).max(axis=(0, 2))], axis=1)
-    pairs = np.maximum(along[..., ORDER - 6 :: 2], along[..., ORDER - 5 :: 2])
-    return pairs[..., -1], _decay(pairs)
+def _pairs(along_r: FloatArray, along_s: FloatArray) -> FloatArray:
+    """The larger of each two of the last six coefficients along either axis, (n, 6) each: (n, 2, 3)."""
+    pairs = np.empty((len(along_r), 2, 3))
+    np.maximum(along_r[:, ::2], along_r[:, 1::2], out=pairs[:, 0])
+    np.maximum(along_s[:, ::2], along_s[:, 1::2], out=pairs[:, 1])
+    return pairs
 
 
 def _decay(pairs: FloatArray) -> FloatArray:

@@ -1,9 +1,8 @@
 from . import spd
 from .affine import Affine
 from .decomposition import Decomposition, decompose
-from .distortion_modes import Modes, field_modes, modes
 from .energies import EXPONENT, Energy, Expansion
-from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
+from .mean_transformation import MDT, check_weights, field_mdt, mdt
 from .measures import (
     MEASURES,
     Measure,
@@ -35,7 +34,6 @@ __all__ = [
     "Energy",
     "Expansion",
     "Measure",
-    "Modes",
     "Rotation",
     "angular_distortion",
     "areal_error_ppm",
@@ -45,8 +43,6 @@ __all__ = [
     "decompose",
     "factor_distance",
     "field_mdt",
-    "field_median",
-    "field_modes",
     "field_rotation",
     "fisher",
     "get_measure",
@@ -58,7 +54,6 @@ __all__ = [
     "mdt",
     "mean_rotation",
     "meridian_convergence",
-    "modes",
     "orientation",
     "principal_scales",
     "scale_error_ppm",

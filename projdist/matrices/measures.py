@@ -172,9 +172,19 @@ def log_areal_scale(J: FloatArray) -> FloatArray:
 
 def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     """ln^2 a + ln^2 b and ln(a b) in one go, NaN where the map is singular."""
-    a, b = _principal(J)
-    log_a, log_b = _log(a), _log(b)
+    east_x, north_x, east_y, north_y = J[..., 0, 0], J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
+    with np.errstate(over="ignore", invalid="ignore"):
+        one, other = (np.sqrt((east_x + k * north_y) ** 2 + (east_y - k * north_x) ** 2) for k in (1.0, -1.0))
+        a, b = 0.5 * (one + other), 0.5 * np.abs(one - other)
+    # Squares in the range of doubles are half as dear as `hypot`; NaN compares as false.
+    if not (a.max(initial=1.0) < _LARGE and b.min(initial=1.0) > 1.0 / _LARGE):
+        a, b = _principal(J)
+        a, b = (np.where(value > 0, value, np.nan) for value in (a, b))
+    log_a, log_b = np.log(a), np.log(b)
     return log_a * log_a + log_b * log_b, log_a + log_b
+
+
+_LARGE = 1e100
 
 
 def airy(J: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import WGS84
+from projdist.earth import SMOOTH, WGS84, Breaks
 from projdist.regions.patches import patch_chart, patch_panels
 from projdist.regions.region import ChartPoints, Unclipped
 
@@ -103,9 +103,9 @@ class Box(Unclipped):
         lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
         return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
 
-    def panels(self) -> tuple[IntArray, FloatArray]:
+    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
         """The panels of `patch_panels`."""
-        return patch_panels(self.bounds)
+        return patch_panels(self.bounds, breaks)
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
         """The chart of `patch_chart`."""

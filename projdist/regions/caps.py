@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import MEAN_EARTH_RADIUS, WGS84
+from projdist.earth import MEAN_EARTH_RADIUS, SMOOTH, WGS84, Breaks
 from projdist.regions.region import ChartPoints, Unclipped, rectangles_of
 
 _LONGEST = 90.0  # degrees of azimuth or distance in one panel
@@ -74,8 +74,8 @@ class Cap(Unclipped):
         haversine = np.sin((phi - phi0) / 2) ** 2 + math.cos(phi0) * np.cos(phi) * np.sin(lam / 2) ** 2
         return np.asarray(haversine <= math.sin(math.radians(self.angle) / 2) ** 2 * (1 + 1e-12))
 
-    def panels(self) -> tuple[IntArray, FloatArray]:
-        """One patch in azimuth and distance, in degrees."""
+    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+        """One patch in azimuth and distance, in degrees; meridians and parallels cross it."""
         distances = np.linspace(0.0, self.angle, math.ceil(self.angle / _LONGEST) + 1)
         rectangles = rectangles_of(np.linspace(0.0, 360.0, 5), distances)
         return np.zeros(len(rectangles), dtype=int), rectangles

@@ -7,18 +7,21 @@ north of 80 degrees, patch 2 south of -80.
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.regions.region import ChartPoints, rectangles_of
+from projdist.earth import SMOOTH, Breaks
+from projdist.regions.region import ChartPoints
 
 _POLAR = 80.0
 # Latitudes where panels begin, and halves between, are 5-degree knots of Robinson's table.
-_LATITUDES = (-40.0, 0.0, 40.0)
+_LATITUDES = (-60.0, -40.0, 0.0, 40.0, 60.0)
 _COLATITUDES = (5.0,)
 _WIDEST = 180.0  # degrees of longitude in one panel
+_NARROW = 1e-9  # of a box: a break so near to its side is on it
 _POLES = (0.0, 1.0, -1.0)  # by patch
 _SMALL = 0.2  # of a panel's height
 
@@ -26,29 +29,54 @@ SLIVER = 1e-13
 """Of a panel; what is smaller is rounding."""
 
 
-def patch_panels(bounds: tuple[float, float, float, float]) -> tuple[IntArray, FloatArray]:
-    """Patch numbers (n,) and rectangles (n, 4) of u and v that make up a box."""
+def patch_panels(bounds: tuple[float, float, float, float], breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+    """Patch numbers (n,) and rectangles (n, 4) of u and v that make up a box, and end where a map is known to."""
     west, south, east, north = bounds
-    lons = np.linspace(west, east, math.ceil((east - west) / _WIDEST) + 1)
     low, high = max(south, -_POLAR), min(north, _POLAR)
-    patches = []
+    bands = []
     if low < high:
-        patches.append((0, np.array([low, *(lat for lat in _LATITUDES if low < lat < high), high])))
+        bands.append((0, [low, *_between(low, high, (*_LATITUDES, *breaks.parallels)), high]))
     for patch, near, far in ((1, 90.0 - north, 90.0 - south), (2, 90.0 + south, 90.0 + north)):
         if near < 90.0 - _POLAR:
             far = min(far, 90.0 - _POLAR)
-            patches.append((patch, np.cbrt([near, *(c for c in _COLATITUDES if near < c < far), far])))
-    rectangles = [rectangles_of(lons, edges) for _, edges in patches]
-    numbers = np.repeat([patch for patch, _ in patches], [len(part) for part in rectangles])
-    return numbers, np.concatenate(rectangles)
+            known = tuple(90.0 - lat for lat in breaks.parallels) if patch == 1 else breaks.parallels
+            distances = _between(near, far, (*_COLATITUDES, *known))
+            bands.append((patch, np.cbrt([near, *distances, far]).tolist()))
+    lons = [_meridians(west, east, meridians) for meridians in (breaks.northern, breaks.southern)]
+    numbers, rectangles = [], []
+    for patch, edges in bands:
+        for v0, v1 in itertools.pairwise(edges):
+            southern = patch == 2 or (patch == 0 and v0 + v1 < 0.0)
+            rectangles += [(u0, u1, v0, v1) for u0, u1 in itertools.pairwise(lons[southern])]
+            numbers += [patch] * (len(lons[southern]) - 1)
+    return np.array(numbers), np.array(rectangles)
+
+
+def _between(low: float, high: float, values: tuple[float, ...]) -> list[float]:
+    """Those of some values that lie well within an interval, in order."""
+    margin = _NARROW * (high - low)
+    return sorted({value for value in values if low + margin < value < high - margin})
+
+
+def _meridians(west: float, east: float, breaks: tuple[float, ...]) -> list[float]:
+    """Longitudes from west to east by way of breaks, none too far from the next."""
+    turned = tuple(lon + turn for lon in breaks for turn in (-720.0, -360.0, 0.0, 360.0, 720.0))
+    ends = [west, *_between(west, east, turned), east]
+    found = [west]
+    for a, b in itertools.pairwise(ends):
+        found += np.linspace(a, b, math.ceil((b - a) / _WIDEST) + 1)[1:].tolist()
+    return found
 
 
 def patch_chart(patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
     """u is the longitude, v the latitude, or the cube root of the distance to the nearer pole."""
     degree = math.pi / 180.0
+    if not np.any(patch):
+        return ChartPoints(u, v, degree * np.cos(degree * v), 0.0, 0.0, degree)
     sign = np.array(_POLES)[patch]
-    lat = np.where(sign == 0.0, v, sign * (90.0 - v**3))
-    north_v = np.where(sign == 0.0, 1.0, -3.0 * sign * v**2)
+    square, plain = v * v, sign == 0.0
+    lat = np.where(plain, v, sign * (90.0 - square * v))
+    north_v = np.where(plain, 1.0, -3.0 * sign * square)
     return ChartPoints(u, lat, degree * np.cos(degree * lat), 0.0, 0.0, degree * north_v)
 
 

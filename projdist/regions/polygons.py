@@ -19,6 +19,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import SMOOTH, Breaks
 from projdist.numerics import ORDER, PLANE_WEIGHTS
 from projdist.regions import chains
 from projdist.regions.patches import SLIVER, height_of, latitude_of, patch_chart, patch_panels, tightened
@@ -114,11 +115,11 @@ class Polygons:
             inside = inside | (seam & shapely.intersects_xy(self.geometry, -wrapped, lat))
         return np.asarray(inside)
 
-    def panels(self) -> tuple[IntArray, FloatArray]:
+    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
         """Panels from pole to pole, also divided at the antimeridian, where most maps of the world end."""
         west, _, east, _ = self.bounds
         meridians = [west, *(lon for lon in (-180.0, 180.0) if west < lon < east), east]
-        parts = [patch_panels((a, -90.0, b, 90.0)) for a, b in itertools.pairwise(meridians)]
+        parts = [patch_panels((a, -90.0, b, 90.0), breaks) for a, b in itertools.pairwise(meridians)]
         return np.concatenate([patch for patch, _ in parts]), np.concatenate([rectangle for _, rectangle in parts])
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import SMOOTH, Breaks
 from projdist.numerics import PLANE_WEIGHTS
 
 
@@ -79,8 +80,11 @@ class Region(Protocol):
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
         """Whether points in degrees are in the region, its edge included."""
 
-    def panels(self) -> tuple[IntArray, FloatArray]:
-        """Patch numbers (n,) and rectangles (n, 4) of u0, u1, v0, v1 to start from; together they cover the region."""
+    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+        """Patch numbers (n,) and rectangles (n, 4) of u0, u1, v0, v1 to start from; together they cover the region.
+
+        Those in longitude and latitude end where a map is known to be torn or bent.
+        """
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
         """The points of the rectangles; `patch` broadcasts against u and v."""

@@ -1,4 +1,4 @@
-from .answers import FRAMES, Canvas, Mosaic, check_frame, mosaic, mosaics_of_groups
+from .answers import FRAMES, Canvas, Mosaic, check_frame, mosaic
 from .blending import BLENDS
 from .common import EXPOSURES
 from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
@@ -14,15 +14,13 @@ from .georeference import (
 )
 from .homographies import corners
 from .images import Picture, check_pixels, open_image, open_pictures
-from .models import ModelFit
-from .projective import CHOICES, MODELS, places
-from .registration import Match, Registration, register, register_groups
+from .projective import MODELS, places
+from .registration import Match, Registration, register
 from .rendering import Rendered, render
 from .saving import PICTURE_SUFFIXES, save_mosaic
 
 __all__ = [
     "BLENDS",
-    "CHOICES",
     "EXPOSURES",
     "FRAMES",
     "MODELS",
@@ -33,7 +31,6 @@ __all__ = [
     "Georeference",
     "Match",
     "MeanGeoreference",
-    "ModelFit",
     "Mosaic",
     "Picture",
     "Registration",
@@ -45,7 +42,6 @@ __all__ = [
     "match",
     "mean_georeference",
     "mosaic",
-    "mosaics_of_groups",
     "open_image",
     "open_pictures",
     "parse_sizes",
@@ -53,7 +49,6 @@ __all__ = [
     "read_correspondences",
     "read_world_file",
     "register",
-    "register_groups",
     "render",
     "save_mosaic",
     "world_file",

@@ -84,12 +84,11 @@ class Polynomials:
         patch, n = np.repeat(self.patch[piece], 4), 4 * len(piece)
         partials = (DIFFERENTIATE @ u, u @ DIFFERENTIATE.T, DIFFERENTIATE @ v, v @ DIFFERENTIATE.T)
         rule = np.broadcast_to(PLANE_WEIGHTS, u.shape)
+        whole, curved = np.ones(n, dtype=bool), self.field.shape[1] > 4
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            new, _, _ = sample_pieces(
-                projection, region, np.arange(n), patch, u, v, partials, rule, np.ones(n, dtype=bool)
-            )
+            new = sample_pieces(projection, region, np.arange(n), patch, u, v, partials, rule, whole, curved=curved)
             entries = [new.jacobian.reshape(n, ORDER, ORDER, 4)]
-            if self.field.shape[1] > 4:
+            if curved:
                 H = second_derivatives(new, projection.ellipsoid) * projection.ellipsoid.a
                 entries.append(H.reshape(n, ORDER, ORDER, 8))
         clipped = np.repeat(self.clipped[piece], 4)

@@ -44,6 +44,8 @@ def find_extremes(
     """The value of each goal and its place, of points the largest; NaN where the measure is not defined anywhere."""
     if region is None or projection is None or isinstance(region, PointSet):
         return [_signed(goal, _best_point(samples, goal)) for goal in goals]
+    if not goals:
+        return []
     search = _Search(projection, region, samples, goals)
     return [_signed(goal, one) for goal, one in zip(goals, search.run(), strict=True)]
 

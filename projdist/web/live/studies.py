@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shlex
+import tempfile
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -202,7 +204,9 @@ def _picture(projection: Projection, region: Place, measure: str, suffix: str, e
         figure = plots.tissot_figure(projection, region=region)
     else:
         figure = plots.heatmap_figure(projection, region=region, measure=measure)
-    return plots.encoded(figure, f".{suffix}", dpi=_DOTS)
+    with tempfile.TemporaryDirectory() as folder:
+        path = plots.save(figure, Path(folder, f"map.{suffix}"), dpi=_DOTS)
+        return path.read_bytes()
 
 
 def _plain(value: float) -> float | None:
