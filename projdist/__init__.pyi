@@ -88,6 +88,9 @@ from .decisions import (
 # Maps made to measure
 from .designs import Design, MeanMap, PlaneMean, WorldMap, design, mean_map, mean_plane_map, world_map
 
+# Many regions at once
+from .batches import Batch, BatchFailure, BatchResult, batch
+
 # The same mean elsewhere
 from .applications import mosaics, oldmaps, pointclouds
 from .applications.oldmaps import ControlPoints, OldMap, old_map, read_control_points
@@ -116,6 +119,9 @@ __all__ = [
     "WGS84",
     "AiryKavrayskiy",
     "Baseline",
+    "Batch",
+    "BatchFailure",
+    "BatchResult",
     "Box",
     "Candidate",
     "Cap",
@@ -162,6 +168,7 @@ __all__ = [
     "Totals",
     "WorldMap",
     "axes_shift",
+    "batch",
     "check",
     "compare",
     "correct",

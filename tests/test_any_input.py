@@ -10,6 +10,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
+from batch_functions import name_of
 from matplotlib.figure import Figure
 
 import projdist
@@ -52,6 +53,13 @@ def geoaxes() -> object:
 # Arguments with which a call takes a moment; each is then given everything else in turn.
 CALLS = {
     "axes_shift": lambda: {"points": np.eye(3)},
+    "batch": lambda: {
+        "function": name_of,
+        "regions": "box:0,0,1,1",
+        "projections": None,
+        "options": None,
+        "executor": None,
+    },
     "check": lambda: {"data": SQUARE, "crs": "EPSG:3857", "column": None, "purpose": None},
     "compare": lambda: {"projections": ["robin"], "region": CAP, "measures": (), "indices": (), "tolerance": 1e-3},
     "correct": lambda: {

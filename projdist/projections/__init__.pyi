@@ -40,7 +40,7 @@ from .point_tables import (
     tell_of_missing,
 )
 from .projection import Projection, ProjectionLike
-from .registry import UNKNOWN, Facts, facts_of
+from .registry import UNKNOWN, Facts, facts_of, proj_version
 from .shifts import DatumShift, datum_shift, keeps_datum, kept_datum
 from .tuning import Tunable, tunable, tuned
 from .worldmaps import WORLD_MAPS, distance_around_edge
@@ -108,6 +108,7 @@ __all__ = [
     "pipeline_of",
     "places",
     "plane_of",
+    "proj_version",
     "projection_names",
     "reasons_against",
     "same_map",

@@ -13,9 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pyproj import proj_version_str
+from pyproj.database import get_database_metadata
 from pyproj.datadir import get_data_dir
 
-__all__ = ["UNKNOWN", "Facts", "database", "facts_of"]
+__all__ = ["UNKNOWN", "Facts", "database", "facts_of", "proj_version"]
 
 _AT_ONCE = 500  # codes in a query: SQLite takes 999 values
 _FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
@@ -68,6 +70,11 @@ def database() -> Iterator[sqlite3.Connection]:
     path = Path(get_data_dir(), "proj.db").resolve().as_uri()
     with contextlib.closing(sqlite3.connect(f"{path}?mode=ro", uri=True)) as connection:
         yield connection
+
+
+def proj_version() -> str:
+    """PROJ and the registry in its database, as `PROJ 9.5.1, EPSG v11.022`."""
+    return f"PROJ {proj_version_str}, EPSG {get_database_metadata('EPSG.VERSION')}"
 
 
 def facts_of(codes: Collection[str]) -> dict[str, Facts]:

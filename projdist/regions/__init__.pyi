@@ -2,11 +2,11 @@ from .border import Border
 from .boxes import GLOBE, Box, bounding_box
 from .caps import Cap
 from .cells import cells_of
-from .combined import combine, polygons_of
+from .combined import combine, geojson_of, polygons_of
 from .countries import region_names
 from .defaults import region_for
-from .files import polygons_from_geojson
-from .language import HasGeometry, Place, RegionLike, get_region, weighted_points
+from .files import features_from_file, polygons_from_geojson
+from .language import HasGeometry, Place, RegionLike, get_region, is_region_text, layer_path, weighted_points
 from .lines import line_of
 from .parts import main_part
 from .patches import height_of, latitude_of
@@ -34,9 +34,13 @@ __all__ = [
     "cells_of",
     "combine",
     "crs_name",
+    "features_from_file",
+    "geojson_of",
     "get_region",
     "height_of",
+    "is_region_text",
     "latitude_of",
+    "layer_path",
     "line_of",
     "main_part",
     "polygons_from_geojson",

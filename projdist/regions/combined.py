@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 import shapely
@@ -59,7 +59,7 @@ def _repairs(region: Region) -> tuple[str, ...]:
     return region.repairs if isinstance(region, Polygons) else region.notes
 
 
-def polygons_of(region: Region) -> shapely.MultiPolygon:
+def polygons_of(region: Region | PointSet) -> shapely.MultiPolygon:
     """A region as polygons; the rim of a cap to `RIM_TOLERANCE`. Raises ValueError for what has no polygons."""
     if isinstance(region, Polygons):
         return region.geometry
@@ -69,6 +69,11 @@ def polygons_of(region: Region) -> shapely.MultiPolygon:
     if isinstance(region, Cap):
         return _cap_polygons(region)
     raise ValueError(f"Invalid region '{region.name}'. It must be made of boxes, caps and polygons to be combined.")
+
+
+def geojson_of(region: Region | PointSet) -> dict[str, Any]:
+    """A region as a geometry of GeoJSON; the rim of a cap to `RIM_TOLERANCE`. Raises ValueError, as `polygons_of`."""
+    return dict(shapely.geometry.mapping(polygons_of(region)))
 
 
 def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:

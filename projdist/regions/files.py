@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,6 +27,8 @@ _WIDE, _WIDER = 180.0, 300.0  # an edge as wide as that may be meant to go eithe
 
 Rings = list[FloatArray]
 
+_NAMES = ("name", "name_en", "title", "admin", "id", "code")  # of the fields that name a feature, the best first
+
 
 def polygons_from_file(path: Path, layer: str, name: str, *, edges: str = "straight") -> Polygons:
     """The polygons of a vector file, what overlaps counted once; raises ValueError.
@@ -33,7 +36,7 @@ def polygons_from_file(path: Path, layer: str, name: str, *, edges: str = "strai
     `edges`: "straight" in the file's own coordinates, or "geodesic" from vertex to vertex.
     """
     text = f"Invalid region file '{path}'."
-    shapes, transform = read(path, layer, text, [])
+    shapes, transform, _ = read(path, layer, text, [])
     return _polygons(shapes, transform, name, text, edges)
 
 
@@ -46,12 +49,37 @@ def polygons_from_geojson(
     return _polygons(list(shapes_of(value, text)), transform, name, text, edges)
 
 
+def features_from_file(path: Path, layer: str = "") -> list[tuple[str, dict[str, Any]]]:
+    """The features of a vector file, each by its name and as GeoJSON with the CRS of the file; raises ValueError."""
+    shapes, _, crs = read(path, layer, f"Invalid region file '{path}'.", None)
+    grouped = [list(group) for _, group in itertools.groupby(shapes, lambda shape: id(shape.fields))]
+    return [
+        (_feature_name(group[0].fields) or f"{path.stem} {number}", _feature(group, crs))
+        for number, group in enumerate(grouped, start=1)
+    ]
+
+
+def _feature_name(fields: dict[str, Any]) -> str:
+    """What a feature calls itself, "" if it does not."""
+    known = {key.casefold(): str(value) for key, value in fields.items() if isinstance(value, str | int) and value}
+    return next((known[key] for key in _NAMES if key in known), "")
+
+
+def _feature(shapes: Sequence[Shape], crs: str | None) -> dict[str, Any]:
+    """GeoJSON of the shapes of a feature; of one without a geometry, polygons that are none."""
+    known = [{"type": shape.kind, "coordinates": shape.coordinates} for shape in shapes if shape.kind]
+    found: dict[str, Any] = {"type": "GeometryCollection", "geometries": known}
+    if len(known) < 2:
+        found = known[0] if known else {"type": "MultiPolygon", "coordinates": []}
+    return found if crs is None else found | {"crs": {"type": "name", "properties": {"name": crs}}}
+
+
 def points_from_file(path: Path, layer: str, name: str, column: str = "weight") -> PointSet:
     """The points of a CSV or vector file, with its height column, and that for weights; raises ValueError."""
     if path.suffix.lower() in (".csv", ".tsv", ".txt"):
         return read_csv(path, name, column)
     text = f"Invalid points file '{path}'."
-    shapes, transform = read(path, layer, text, [column, "height"])
+    shapes, transform, _ = read(path, layer, text, [column, "height"])
     wrong = {shape.kind for shape in shapes} - {"Point", ""}
     if wrong or not shapes:
         raise ValueError(f"{text} It must hold points; it holds {', '.join(sorted(wrong)) or 'nothing'}.")

@@ -66,6 +66,8 @@ _LONGEST_NAME = 300
 _LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST}
 _DEEPEST = 50  # brackets in brackets
 
+_WORDS = ("globe", "land", "ocean")
+
 _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECASE)
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
@@ -119,6 +121,12 @@ def get_region(region: RegionLike) -> Place:
     if bounds is None:
         raise ValueError(f"Invalid region {quoted(region)}. It must be {FORMS}; or W,S,E,N, a geometry or a region.")
     return _likely_box(*bounds)
+
+
+def is_region_text(text: str) -> bool:
+    """Whether a text begins as one in the language of regions does, rather than as a path."""
+    word = re.split("[:@ ]", text.strip().lower(), maxsplit=1)[0]
+    return text.lstrip().startswith("(") or word in _WORDS or (word in _KINDS and ":" in text)
 
 
 def _is_region(value: object) -> bool:

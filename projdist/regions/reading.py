@@ -32,20 +32,21 @@ class Shape(NamedTuple):
 
 
 class Source(NamedTuple):
-    """What is in a file, and the function from its coordinates to longitude and latitude."""
+    """What is in a file, the function from its coordinates to longitude and latitude, and their CRS if stated."""
 
     shapes: list[Shape]
     transform: Transform | None
+    crs: str | None = None
 
 
-def read(path: Path, layer: str, text: str, columns: list[str]) -> Source:
-    """The shapes of a vector file with these columns; raises ValueError, which begins with a text."""
+def read(path: Path, layer: str, text: str, columns: list[str] | None) -> Source:
+    """The shapes of a vector file with these columns, or with all; raises ValueError, which begins with a text."""
     if path.suffix.lower() == ".wkt":
         return _read_wkt(path, text)
     if path.suffix.lower() not in (".geojson", ".json"):
         return _read_vector(path, layer, text, columns)
     value = _read_json(path, text)
-    return Source(list(shapes_of(value, text)), stated_transform(value, text))
+    return Source(list(shapes_of(value, text)), stated_transform(value, text), crs_name(value.get("crs"), text))
 
 
 def shapes_of(value: Any, text: str) -> Iterator[Shape]:
@@ -112,7 +113,7 @@ def crs_name(crs: Any, text: str) -> str | None:
     return name
 
 
-def _read_vector(path: Path, layer: str, text: str, columns: list[str]) -> Source:
+def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None) -> Source:
     try:
         pyogrio = importlib.import_module("pyogrio")
     except ImportError as error:
@@ -145,7 +146,7 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str]) -> Sourc
         else _shape(geometry, dict(zip(names, row, strict=True)))
         for geometry, row in zip(geometries, rows, strict=True)
     ]
-    return Source(found, crs)
+    return Source(found, crs, meta["crs"] or None)
 
 
 def _shape(geometry: shapely.Geometry, fields: dict[str, Any]) -> Shape:
@@ -175,7 +176,8 @@ def _read_wkt(path: Path, text: str) -> Source:
         except (shapely.errors.GEOSException, NotImplementedError) as error:  # the latter for arcs
             raise ValueError(f"{text} It must hold WKT of geometries: {one_line(error)}.") from error
         shapes += [_shape(member, {}) for member in members if not member.is_empty]
-    return Source(shapes, to_lonlat(f"EPSG:{codes.pop()}") if codes else None)
+    code = f"EPSG:{codes.pop()}" if codes else None
+    return Source(shapes, None if code is None else to_lonlat(code), code)
 
 
 def positions(given: Any, text: str) -> FloatArray:

@@ -13,10 +13,20 @@ from .checks import (
     listed_values,
     quoted,
 )
-from .executors import check_executor, is_picklable, open_executor, own_executor, run_all
+from .executors import (
+    Processes,
+    check_executor,
+    is_lost,
+    is_picklable,
+    open_executor,
+    own_executor,
+    places_in,
+    run_all,
+    without_processes,
+)
 from .files import is_stream, refuse_existing, replacing
 from .hints import NEAR, close_words, did_you_mean, listed, one_line, shown
-from .notices import Notice, tell
+from .notices import Notice, notices_kept, tell
 from .signals import end_if_told, orderly_end
 from .text_tables import MISSING, cells_of, is_number, number_of, numbered_rows, read_text
 
@@ -25,6 +35,7 @@ __all__ = [
     "NEAR",
     "Answer",
     "Notice",
+    "Processes",
     "cells_of",
     "check_choice",
     "check_degrees",
@@ -40,17 +51,20 @@ __all__ = [
     "did_you_mean",
     "end_if_told",
     "hints",
+    "is_lost",
     "is_number",
     "is_picklable",
     "is_stream",
     "listed",
     "listed_values",
+    "notices_kept",
     "number_of",
     "numbered_rows",
     "one_line",
     "open_executor",
     "orderly_end",
     "own_executor",
+    "places_in",
     "plain",
     "quoted",
     "read_text",
@@ -59,4 +73,5 @@ __all__ = [
     "run_all",
     "shown",
     "tell",
+    "without_processes",
 ]

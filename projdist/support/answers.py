@@ -53,6 +53,13 @@ class Answer(ABC):
         """`to_dict` as JSON: numbers in full precision, null for what is not finite."""
         return json.dumps(self.to_dict(), indent=indent, allow_nan=False)
 
+    def plain_rows(self) -> list[dict[str, Any]]:
+        """The rows of `to_frame` for JSON: names and numbers; what is not finite is None."""
+        table = self._table()
+        if isinstance(table, dict):
+            table = [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
+        return [{name: plain(value) for name, value in row.items()} for row in table]
+
     def to_frame(self) -> pd.DataFrame:
         """A pandas DataFrame: a row a point or a projection, NaN where undefined; raises ImportError without pandas.
 

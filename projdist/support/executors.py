@@ -7,34 +7,66 @@ import multiprocessing
 import os
 import pickle
 import re
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, as_completed
-from typing import TypeVar
+from contextvars import ContextVar
+from multiprocessing.connection import wait
+from typing import Any, ParamSpec, TypeVar
 
 from projdist.support.signals import default_signals
 
-__all__ = ["check_executor", "is_picklable", "open_executor", "own_executor", "run_all"]
+__all__ = [
+    "Processes",
+    "check_executor",
+    "is_lost",
+    "is_picklable",
+    "open_executor",
+    "own_executor",
+    "places_in",
+    "run_all",
+    "without_processes",
+]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+Arguments = ParamSpec("Arguments")
 
 _FEW = 24  # tasks that are done before another process has started
 _RETRIES = 3
+_ADDRESS = re.compile(r"dask://([^/\s:]+|\[[^\]\s]+\]):(\d{1,5})/?")
+_NUMBER = re.compile(r"processes(?::([1-9]\d{0,3}))?")
+
+_WITHOUT: ContextVar[bool] = ContextVar("without", default=False)
 
 
-def check_executor(text: str) -> str:
-    """`dask://HOST:PORT` as the address that Dask takes; raises ValueError."""
-    match = re.fullmatch(r"dask://([^/\s:]+|\[[^\]\s]+\]):(\d{1,5})/?", text.strip())
-    if not match:
-        raise ValueError(f"Invalid executor '{text}'. It must be dask://HOST:PORT, the address of a Dask scheduler.")
-    return f"tcp://{match[1]}:{match[2]}"
+# ---- by name --------------------------------------------------------------------------------
+
+
+def check_executor(text: str) -> str | int:
+    """`dask://HOST:PORT` as the address that Dask takes, `processes:N` as the number, of cores without one; ValueError.
+
+    `open_executor` opens them.
+    """
+    address, number = _ADDRESS.fullmatch(text.strip()), _NUMBER.fullmatch(text.strip())
+    if address:
+        return f"tcp://{address[1]}:{address[2]}"
+    if not number:
+        raise ValueError(
+            f"Invalid executor '{text}'. It must be dask://HOST:PORT, the address of a Dask scheduler, or processes:N."
+        )
+    return int(number[1] or _cores())
 
 
 @contextlib.contextmanager
 def open_executor(text: str) -> Iterator[Executor]:
-    """The executor of `dask://HOST:PORT`; raises ValueError, ImportError without Dask, OSError without an answer."""
+    """The executor of a text; raises ValueError, ImportError without Dask, OSError without an answer."""
     address = check_executor(text)
+    if isinstance(address, int):
+        with Processes(address) as processes:
+            yield processes
+        return
     try:
         from distributed import Client
     except ImportError as error:
@@ -50,9 +82,9 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
     Processes are forked: others would run the caller's script again, unless it guards itself
     against that. Threads would not help, since PROJ's database is read under Python's lock.
     """
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    cores = _cores()
     forks = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
-    if tasks <= _FEW or cores == 1 or not forks:
+    if tasks <= _FEW or cores == 1 or not forks or _WITHOUT.get():
         yield None
         return
     others = multiprocessing.active_children()
@@ -60,10 +92,121 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
         try:
             yield pool
         except BaseException:  # also Ctrl-C: nobody waits for what they do
-            for process in multiprocessing.active_children():
-                if process not in others:
-                    process.terminate()
+            _end_all_but(others)
             raise
+
+
+@contextlib.contextmanager
+def without_processes() -> Iterator[None]:
+    """Within it `own_executor` has none: where there is a worker a core, each is to keep to its own."""
+    token = _WITHOUT.set(True)
+    try:
+        yield
+    finally:
+        _WITHOUT.reset(token)
+
+
+def _cores() -> int:
+    """The cores that this process may use; 1 where the system does not tell."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def _end_all_but(others: Sequence[multiprocessing.process.BaseProcess]) -> None:
+    """End the processes that this one has started besides others."""
+    for process in multiprocessing.active_children():
+        if process not in others:
+            process.terminate()
+
+
+# ---- processes that may be lost -------------------------------------------------------------
+
+
+class Processes(Executor):
+    """Processes of our own, of which one that is lost takes along only what it was doing, and is replaced.
+
+    Each is a pool of one. They are not forked from this process, which has threads, but from a clean one, so that a
+    script that uses them must guard itself by `if __name__ == "__main__"`. They end with this process, however
+    that ends.
+    """
+
+    def __init__(self, number: int) -> None:
+        methods = multiprocessing.get_all_start_methods()
+        self._context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
+        self._others = multiprocessing.active_children()
+        self._lock = threading.Lock()
+        self._pools = [self._pool() for _ in range(number)]
+        self._waiting = [0] * number
+
+    @property
+    def number(self) -> int:
+        """How many there are."""
+        return len(self._pools)
+
+    def submit(
+        self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> Future[Result]:
+        """Have something done by the process that has least to do."""
+        with self._lock:
+            place = min(range(len(self._pools)), key=self._waiting.__getitem__)
+            try:
+                future = self._pools[place].submit(fn, *args, **kwargs)
+            except BrokenExecutor:
+                self._pools[place].shutdown(wait=False)
+                self._pools[place] = self._pool()
+                future = self._pools[place].submit(fn, *args, **kwargs)
+            self._waiting[place] += 1
+        future.add_done_callback(lambda _: self._count_down(place))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes, when they have done what they have to do."""
+        for pool in self._pools:
+            pool.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        """After an error, also Ctrl-C, nobody waits for what they do."""
+        if kind is not None:
+            _end_all_but(self._others)
+        self.shutdown(cancel_futures=kind is not None)
+
+    def _pool(self) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(1, self._context, initializer=_begin)
+
+    def _count_down(self, place: int) -> None:
+        with self._lock:
+            self._waiting[place] -= 1
+
+
+def _begin() -> None:
+    """In a process of `Processes`: end by signals without a word, and with the process that started this one."""
+    default_signals()
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)
+
+
+def places_in(executor: Executor) -> int:
+    """How many tasks to give to an executor at a time: none that would wait in `Processes`, few in others."""
+    if isinstance(executor, Processes):
+        return executor.number
+    client = getattr(executor, "_client", None)  # Dask's, whose workers come and go
+    workers = sum(client.nthreads().values()) if client is not None else getattr(executor, "_max_workers", _cores())
+    return 2 * max(workers, 1)
+
+
+def is_lost(error: BaseException | None) -> bool:
+    """Whether an error says that a task was lost with its worker."""
+    distributed = sys.modules.get("distributed")
+    killed = () if distributed is None else (distributed.KilledWorker,)
+    return isinstance(error, (BrokenExecutor, CancelledError, *killed))
+
+
+# ---- results in order -----------------------------------------------------------------------
 
 
 def is_picklable(value: object) -> bool:

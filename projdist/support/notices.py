@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import warnings
+from collections.abc import Iterator
+from contextvars import ContextVar
 
-__all__ = ["Notice", "tell"]
+__all__ = ["Notice", "notices_kept", "tell"]
+
+_KEPT: ContextVar[list[str] | None] = ContextVar("kept", default=None)
 
 
 class Notice(UserWarning):
@@ -14,7 +19,22 @@ class Notice(UserWarning):
 
 def tell(text: str) -> None:
     """Warn with a Notice, at the line of the user's that called projdist."""
+    kept = _KEPT.get()
+    if kept is not None:
+        kept.append(text)
+        return
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "projdist":
         level, frame = level + 1, frame.f_back
     warnings.warn(text, Notice, stacklevel=level)
+
+
+@contextlib.contextmanager
+def notices_kept() -> Iterator[list[str]]:
+    """A list of the notices told within it, in this thread, in place of warnings."""
+    told: list[str] = []
+    token = _KEPT.set(told)
+    try:
+        yield told
+    finally:
+        _KEPT.reset(token)

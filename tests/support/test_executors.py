@@ -1,9 +1,10 @@
 """Work on executors: order, progress, workers that are lost."""
 
+import multiprocessing
 import os
 import signal
-import subprocess
 import sys
+import time
 from concurrent.futures import (
     BrokenExecutor,
     CancelledError,
@@ -12,13 +13,14 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     ThreadPoolExecutor,
 )
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from batch_functions import kill_itself
+from dask_clusters import dask_cluster
 
 from projdist.decisions.recommendation.search import recommend
-from projdist.support.executors import check_executor, open_executor, run_all
+from projdist.support.executors import check_executor, is_lost, open_executor, run_all
 
 
 def square(number):
@@ -99,7 +101,13 @@ def test_errors_of_tasks_are_raised():
         run_all(pool, square, ["x"])
 
 
-@pytest.mark.parametrize("text", ["dask", "dask://", "dask://host", "tcp://host:8786", "dask://host:port", "4"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("dask", "dask://", "dask://host", "tcp://host:8786", "dask://host:port"),
+        *("4", "processes:0", "processes:x", "processes:99999"),
+    ],
+)
 def test_wrong_addresses(text):
     """One line for what is no address."""
     with pytest.raises(ValueError, match=r"^Invalid executor '.*'. It must be dask://HOST:PORT"):
@@ -112,51 +120,56 @@ def test_addresses():
     assert check_executor("dask://[::1]:8786/") == "tcp://[::1]:8786"
 
 
-@pytest.fixture
-def cluster(tmp_path):
-    """A Dask scheduler and two workers in processes of their own: the address, and the workers."""
-    pytest.importorskip("distributed")
-    address_file = tmp_path / "scheduler.json"
-    environment = os.environ | {"DASK_DISTRIBUTED__WORKER__DAEMON": "False"}
-    common = ["--no-dashboard", "--scheduler-file", str(address_file)]
+def test_numbers_of_processes(monkeypatch):
+    """As they are given, and without one as many as this process may use cores."""
+    assert check_executor("processes:12") == 12
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 2, 3}, raising=False)
+    assert check_executor("processes") == 3
 
-    def start(*words):
-        command = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:], *common]
-        return subprocess.Popen(
-            command, env=environment, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
 
-    processes = [start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")]
-    worker = ("dask_worker", "--no-nanny", "--nthreads", "1", "--host", "127.0.0.1")
-    processes += [start(*worker) for _ in range(2)]
-    yield address_file, processes[1:]
-    for process in processes:
-        process.kill()  # a worker that is asked to end waits for its scheduler
-        process.wait()
+@pytest.mark.slow
+def test_processes_that_are_lost_take_nothing_else_along():
+    """The task of one that is killed is lost, that of the other is not, and the next finds another process."""
+    with open_executor("processes:2") as executor:
+        other, killed = executor.submit(time.sleep, 1.0), executor.submit(kill_itself)
+        assert is_lost(killed.exception())
+        assert not other.done()
+        assert other.result() is None
+        assert [executor.submit(pow, n, 2).result() for n in range(4)] == [0, 1, 4, 9]
+
+
+@pytest.mark.slow
+def test_processes_end_with_an_error():
+    """Nobody waits for what they were doing."""
+    others, start = multiprocessing.active_children(), time.monotonic()
+
+    def interrupted():
+        with open_executor("processes:2") as executor:
+            executor.submit(os.getpid).result()
+            executor.submit(time.sleep, 60.0)
+            executor.submit(time.sleep, 60.0)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert time.monotonic() - start < 30.0
+    assert set(multiprocessing.active_children()) <= set(others)
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
-def test_dask(cluster):
+def test_dask(tmp_path):
     """A cluster of two workers, of which one is killed half-way, recommends what this process does."""
-    import json
-    import time
-
-    address_file, workers = cluster
-    for _ in range(300):
-        if address_file.exists():
-            break
-        time.sleep(0.1)
-    address = json.loads(Path(address_file).read_text())["address"].replace("tcp://", "dask://")
+    pytest.importorskip("distributed")
     killed = []
-
-    def kill(done, total):
-        if done > 20 and not killed:
-            workers[0].kill()
-            killed.append(done)
-
     region = "box:5.9,47.3,15.0,55.1"
-    with open_executor(address) as executor:
+    with dask_cluster(tmp_path) as (address, workers), open_executor(address) as executor:
+
+        def kill(done, total):
+            if done > 20 and not killed:
+                workers[0].kill()
+                killed.append(done)
+
         spread = recommend(region, authorities=["EPSG"], limit=5, executor=executor, progress=kill)
     assert killed
     assert spread.to_dict() == recommend(region, authorities=["EPSG"], limit=5).to_dict()

@@ -1,0 +1,107 @@
+"""The tasks of a batch on an executor: in groups that pay, again where they were lost with a worker, and only twice."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor
+from queue import SimpleQueue
+
+from projdist.batches.tasks import Done, Job, Task, failure, run_tasks
+from projdist.support import Processes, is_lost, open_executor, places_in
+
+_PAYS = 1.0  # seconds of a group of tasks, against the milliseconds that it takes to send one
+_LARGEST = 100  # tasks in a group
+_LOSSES = 2  # of workers by a task, after which it is not tried again
+
+Keep = Callable[[Sequence[str]], None]
+
+
+def run_job(job: Job, tasks: Sequence[Task], executor: Executor | str | None, keep: Keep) -> None:
+    """Do tasks, and have the line of each kept as it is done; in this process without an executor."""
+    with contextlib.ExitStack() as stack:
+        if executor is None:
+            executor = stack.enter_context(ThreadPoolExecutor(1))
+        elif isinstance(executor, str):
+            executor = stack.enter_context(open_executor(executor))
+        _Run(job, tasks, executor, keep, stack).run()
+
+
+class _Run:
+    """What waits, what is under way, and how long a task takes."""
+
+    def __init__(
+        self, job: Job, tasks: Sequence[Task], executor: Executor, keep: Keep, stack: contextlib.ExitStack
+    ) -> None:
+        self._job, self._executor, self._keep, self._stack = job, executor, keep, stack
+        self._waiting = deque(tasks)
+        self._alone: deque[Task] = deque()  # each in a group of its own, as its group was lost
+        self._losses: Counter[int] = Counter()
+        self._under_way: dict[Future[Done], list[Task]] = {}
+        self._ended: SimpleQueue[Future[Done]] = SimpleQueue()
+        self._pace = math.inf  # seconds a task
+
+    def run(self) -> None:
+        """Until nothing is left."""
+        with self._nothing_left_behind():
+            while True:
+                places = places_in(self._executor)
+                while len(self._under_way) < places and (group := self._next(places)):
+                    self._submit(group)
+                if not self._under_way:
+                    return
+                future = self._ended.get()
+                self._hear(future, self._under_way.pop(future))
+
+    @contextlib.contextmanager
+    def _nothing_left_behind(self) -> Iterator[None]:
+        """When the work ends early, also by Ctrl-C, what waits on the executor does not begin."""
+        try:
+            yield
+        finally:
+            for future in self._under_way:
+                future.cancel()
+
+    def _next(self, places: int) -> list[Task]:
+        """The next group: as many as pay, and few enough that at the end all workers are done together."""
+        if self._alone:
+            return [self._alone.popleft()]
+        share = math.ceil(len(self._waiting) / (2 * places))
+        size = min(max(int(_PAYS / self._pace), 1), share, _LARGEST)
+        return [self._waiting.popleft() for _ in range(size)]
+
+    def _submit(self, group: list[Task]) -> None:
+        try:
+            future = self._executor.submit(run_tasks, self._job, group)
+        except BrokenExecutor:  # for good: a pool of processes that somebody else has opened
+            self._executor = self._stack.enter_context(Processes(max(places_in(self._executor) // 2, 1)))
+            future = self._executor.submit(run_tasks, self._job, group)
+        self._under_way[future] = group
+        future.add_done_callback(self._ended.put)
+
+    def _hear(self, future: Future[Done], group: list[Task]) -> None:
+        """Keep what a group has done, and see to what it has not."""
+        error = CancelledError() if future.cancelled() else future.exception()
+        if error is None:
+            lines, seconds = future.result()
+            self._keep(lines)
+            self._waiting.extendleft(reversed(group[len(lines) :]))
+            pace = max(seconds / len(lines), 1e-6)
+            self._pace = pace if self._pace == math.inf else 0.5 * (self._pace + pace)
+        elif is_lost(error):
+            self._lose(group)
+        elif len(group) > 1:
+            self._alone += group
+        else:
+            self._keep([failure(group[0], f"{type(error).__name__}: {error}")])
+
+    def _lose(self, group: list[Task]) -> None:
+        """Try each of a lost group again, alone; but not what was lost alone, too."""
+        for task in group:
+            self._losses[task.number] += 1
+            if self._losses[task.number] < _LOSSES:
+                self._alone.append(task)
+            else:
+                self._keep([failure(task, "The process that worked on it was killed, twice.", again=True)])

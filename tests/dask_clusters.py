@@ -1,0 +1,41 @@
+"""A Dask cluster in processes of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A scheduler and two workers: the address for `--executor`, and the workers."""
+    address_file = folder / "scheduler.json"
+    paths = [str(Path(__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"DASK_DISTRIBUTED__WORKER__DAEMON": "False", "PYTHONPATH": os.pathsep.join(paths)}
+    common = ["--no-dashboard", "--scheduler-file", str(address_file)]
+
+    def start(*words: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:], *common]
+        return subprocess.Popen(
+            command, env=environment, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+
+    processes = [start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")]
+    worker = ("dask_worker", "--no-nanny", "--nthreads", "1", "--host", "127.0.0.1")
+    processes += [start(*worker) for _ in range(2)]
+    try:
+        for _ in range(300):
+            if address_file.exists():
+                break
+            time.sleep(0.1)
+        yield json.loads(address_file.read_text())["address"].replace("tcp://", "dask://"), processes[1:]
+    finally:
+        for process in processes:
+            process.kill()  # a worker that is asked to end waits for its scheduler
+            process.wait()
