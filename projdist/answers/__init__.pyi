@@ -18,7 +18,18 @@ from .published_indices import (
     goldberg_gott_score,
     indices,
 )
-from .summaries import SORTS, STATISTICS, Comparison, Failure, MeasureSummary, Summary, compare, summarize
+from .summaries import (
+    SORTS,
+    STATISTICS,
+    Comparison,
+    Failure,
+    MeasureSummary,
+    Summary,
+    compare,
+    sort_column,
+    sort_order,
+    summarize,
+)
 
 __all__ = [
     "CONSTRAINTS",
@@ -53,6 +64,8 @@ __all__ = [
     "indices",
     "local_corrections",
     "profile",
+    "sort_column",
+    "sort_order",
     "summarize",
     "tables",
 ]

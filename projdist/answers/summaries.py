@@ -380,7 +380,7 @@ def compare(
     """
     chosen, published = listed_measures(measures), get_indices(indices)
     names = [index.name for index in published]
-    column = _sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections
+    column = sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections
     maps: list[tuple[str, Projection]] = []
     results: list[Summary] = []
     failures: list[Failure] = []
@@ -401,11 +401,11 @@ def compare(
         if progress is not None:
             progress(number, len(maps))
     if column != "given":
-        results.sort(key=lambda summary: _order(summary._row()[column]))
+        results.sort(key=lambda summary: sort_order(summary._row()[column]))
     return Comparison(region=place, results=tuple(results), failures=tuple(failures), published=tuple(published))
 
 
-def _sort_column(key: str, measures: Iterable[str], indices: Iterable[str]) -> str:
+def sort_column(key: str, measures: Iterable[str], indices: Iterable[str]) -> str:
     """The column of a row that a sort key is of; raises ValueError."""
     if key in SORTS or key in indices:
         return key
@@ -419,7 +419,7 @@ def _sort_column(key: str, measures: Iterable[str], indices: Iterable[str]) -> s
     return columns[key]
 
 
-def _order(value: Any) -> tuple[bool, Any]:
+def sort_order(value: Any) -> tuple[bool, Any]:
     """What is undefined or infinite goes last."""
     known = isinstance(value, str) or bool(np.isfinite(value))
     return not known, value if known else 0.0

@@ -16,19 +16,24 @@ from projdist.cli.cells import WHOLE, area_text, certain, first_digit, label_of,
 from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.options import (
     DpiOption,
+    ExecutorOption,
     FileFormatOption,
     MeasuresOption,
     OutputOption,
     OverwriteOption,
+    PartialOption,
     Projections,
     RegionOption,
+    RegionsOption,
     SizeOption,
     WeightOption,
+    check_plain,
     choice,
     format_for,
     measure_names,
     number,
     printed_or_file,
+    refuse_regional_options,
     region_given,
 )
 from projdist.cli.output import present
@@ -50,6 +55,7 @@ DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is sl
 def compare_command(
     projections: Projections,
     region: RegionOption = None,
+    regions: RegionsOption = None,
     weight: WeightOption = None,
     measure: MeasuresOption = None,
     indices: Annotated[
@@ -79,16 +85,28 @@ def compare_command(
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,
+    executor: ExecutorOption = None,
+    partial: PartialOption = None,
     look: LookWords | None = None,
 ) -> None:
-    """Compare projections over a region: Airy-Kavrayskiy errors, statistics of measures, published indices."""
+    """Compare projections over a region, or each of many: Airy-Kavrayskiy errors, measures, published indices."""
+    if regions is not None:
+        from projdist.cli.batches import RegionalWork
+        from projdist.cli.compare_regions import compare_regions  # as most comparisons are of one region
+
+        check_plain({"--plot": plot, "--size": size, "--dpi": dpi} | look_options(look))
+        given = {"--region": region, "--weight": weight}
+        options = {"measures": measure_names(measure), "indices": _names(indices), "tolerance": _tolerance(tolerance)}
+        work = RegionalWork(format, output, overwrite=overwrite, executor=executor, partial=partial)
+        compare_regions(projections, regions, given, options, sort, work)
+        return
+    refuse_regional_options(executor, partial)
     picture = _picture(plot, output, size=size, dpi=dpi, overwrite=overwrite, look=look)
     path = None if picture else printed_or_file(output, overwrite)
     names, form = measure_names(measure), format_for(format, path)
-    # Rounding alone is of the order of 1e-15.
-    largest = number("tolerance", tolerance, 1e-15, 1.0)
+    largest = _tolerance(tolerance)
     area = region_given(region, weight)
-    chosen = [name.strip() for text in indices or [] for name in text.split(",")]
+    chosen = _names(indices)
     with refusing(), progress_bar("maps") as progress:
         found = compare(
             projections,
@@ -108,6 +126,16 @@ def compare_command(
     report = replace(report, tables=[replace(table, bars=_sort_key(sort, names)) for table in report.tables])
     present(report, form, path, overwrite)
     tell_problems([failure.error for failure in found.failures])
+
+
+def _tolerance(text: str) -> float:
+    """Rounding alone is of the order of 1e-15."""
+    return number("tolerance", text, 1e-15, 1.0)
+
+
+def _names(given: Sequence[str] | None) -> list[str]:
+    """Names, which may stand with commas between them."""
+    return [name.strip() for text in given or [] for name in text.split(",")]
 
 
 def _picture(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -55,6 +55,29 @@ WeightOption = Annotated[
         metavar="FILE|COLUMN",
         help="Weights in place of areas: a raster of counts, as pop.tif or pop.tif#2 (a band), or, of points:PATH, a "
         "column.",
+    ),
+]
+RegionsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="countries|continents|FILE",
+        help="Each of many regions: all countries or continents, the features of a file (PATH#LAYER), or a region as "
+        "of --region; may be repeated.",
+    ),
+]
+ExecutorOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="processes:N|dask://HOST:PORT",
+        help="What the work runs on: processes of this machine, or a Dask scheduler; if not given, a process a core.",
+    ),
+]
+PartialOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        help="With --regions: where results are kept as they come; the same command goes on from it. If not given, "
+        "beside the output, until that is written.",
     ),
 ]
 FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="How to print.")]
@@ -168,6 +191,20 @@ def measure_names(given: list[str] | None) -> list[str]:
         for name in names:
             get_measure(name)
     return names
+
+
+def refuse_regional_options(executor: str | None, partial: str | None) -> None:
+    """Refuse the options of many regions where there is one."""
+    for name, value in {"--executor": executor, "--partial": partial}.items():
+        if value is not None:
+            refuse(f"Invalid option '{name}'. It needs --regions.")
+
+
+def check_plain(options: Mapping[str, object]) -> None:
+    """Refuse the options of pictures beside many regions."""
+    for name, value in options.items():
+        if value is not None:
+            refuse(f"Invalid option '{name}'. It cannot stand with --regions.")
 
 
 def whole_number(name: str, text: str, low: float, high: float) -> int:

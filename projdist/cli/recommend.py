@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from typing import Annotated, Any
 
 import typer
@@ -14,18 +12,24 @@ import typer
 from projdist import plots
 from projdist.cli.cells import certain, change, per_cent, rounded
 from projdist.cli.errors import fail, refuse, refusing
+from projdist.cli.executors import executor_opened
 from projdist.cli.options import (
     PAGE_SUFFIX,
     DpiOption,
+    ExecutorOption,
     OverwriteOption,
+    PartialOption,
+    RegionsOption,
     ReportFormatOption,
     SizeOption,
+    check_plain,
     form_and_page,
+    refuse_regional_options,
     region_of,
     whole_number,
 )
 from projdist.cli.output import present
-from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
 from projdist.cli.progress import progress_bar
 from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.decisions import (
@@ -40,18 +44,18 @@ from projdist.decisions import (
     recommend,
 )
 from projdist.projections import OF_A_SPHERE
-from projdist.support import check_executor, open_executor
 
 _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
 _ROUNDING = 1e-6  # of an angle, degrees
 
-RegionArgument = Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")]
+RegionArgument = Annotated[str | None, typer.Argument(metavar="REGION", help="As --region of compare.")]
 
 
 @with_looks
 def recommend_command(
-    region: RegionArgument,
+    region: RegionArgument = None,
+    regions: RegionsOption = None,
     purpose: Annotated[
         str, typer.Option(metavar="|".join(PURPOSES), help="What the map shall keep, as measured.")
     ] = "any",
@@ -74,14 +78,16 @@ def recommend_command(
     custom: Annotated[
         bool, typer.Option("--custom", help="Also the best custom projections, and what the CRSs lose against them.")
     ] = False,
-    executor: Annotated[
-        str | None, typer.Option(metavar="dask://HOST:PORT", help="A Dask scheduler to run the work on.")
-    ] = None,
+    executor: ExecutorOption = None,
+    partial: PartialOption = None,
     format: ReportFormatOption = None,
     output: Annotated[
         str | None,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="Heat maps of the best: .png, .svg or .pdf; or all as a page: .html."
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Heat maps of the best: .png, .svg or .pdf; or all as a page: .html. With --regions: as of compare.",
         ),
     ] = None,
     size: SizeOption = None,
@@ -89,53 +95,43 @@ def recommend_command(
     overwrite: OverwriteOption = False,
     look: LookWords | None = None,
 ) -> None:
-    """Find the best existing CRSs for a region, by measuring every candidate."""
-    form, page = form_and_page(format, output, overwrite)
-    area = region_of(region)
+    """Find the best existing CRSs for a region, or for each of many, by measuring every candidate."""
     most = whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot stand with --contains.")
+    options: dict[str, Any] = {
+        "purpose": purpose,
+        "criterion": criterion,
+        "authorities": authority.split(","),
+        "datum": datum,
+        "area": "contains" if contains else "intersects" if intersects else "preferred",
+        "deprecated": deprecated,
+        "limit": most,
+        "uninterrupted": uninterrupted,
+        "custom": custom,
+    }
+    if regions is not None:
+        from projdist.cli.batches import RegionalWork
+        from projdist.cli.recommend_regions import recommend_regions  # as most recommendations are for one region
+
+        check_plain({"--size": size, "--dpi": dpi} | look_options(look))
+        work = RegionalWork(format, output, overwrite=overwrite, executor=executor, partial=partial)
+        recommend_regions(regions, {"a region": region}, options, work)
+        return
+    if region is None:
+        refuse("Missing argument 'REGION', or --regions. See 'projdist recommend --help'.")
+    refuse_regional_options(None, partial)
+    form, page = form_and_page(format, output, overwrite)
+    area = region_of(region)
     picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
-    with refusing(), _executor(executor) as workers, progress_bar("maps", after=0.0) as progress:
-        result = recommend(
-            area,
-            purpose=purpose,
-            criterion=criterion,
-            authorities=authority.split(","),
-            datum=datum,
-            area="contains" if contains else "intersects" if intersects else "preferred",
-            deprecated=deprecated,
-            limit=most,
-            uninterrupted=uninterrupted,
-            custom=custom,
-            executor=workers,
-            progress=progress,
-        )
+    with refusing(), executor_opened(executor) as workers, progress_bar("maps", after=0.0) as progress:
+        result = recommend(area, **options, executor=workers, progress=progress)
     if not result.results:
         fail(f"No CRS serves the region '{area.name}' with these options.")
         raise typer.Exit(1)
     if picture is not None:
         _draw(result, picture)
     present(_report(result, picture), form, page, overwrite)
-
-
-# ---- the surroundings of the work -----------------------------------------------------------
-
-
-@contextlib.contextmanager
-def _executor(text: str | None) -> Iterator[Executor | None]:
-    """The executor of `--executor`; None for processes of our own."""
-    if text is None:
-        yield None
-        return
-    check_executor(text)
-    with contextlib.ExitStack() as stack:
-        try:
-            workers = stack.enter_context(open_executor(text))
-        except (ImportError, OSError) as error:
-            fail(str(error) if isinstance(error, ImportError) else f"Invalid executor '{text}'. Nothing answers there.")
-            raise typer.Exit(1) from error
-        yield workers
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:

@@ -1,6 +1,6 @@
 from .arrays import factor_arrays, measure_arrays
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
-from .features import frame_of_geojson
+from .features import frame_of_geojson, frame_of_regions
 from .grids import GRIDS
 from .layers import LAYER_SUFFIXES, indicatrices, save_layer
 from .libraries import check_libraries
@@ -24,6 +24,7 @@ __all__ = [
     "factor_arrays",
     "frame_of",
     "frame_of_geojson",
+    "frame_of_regions",
     "georeference_of",
     "indicatrices",
     "measure_arrays",

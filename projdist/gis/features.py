@@ -1,11 +1,13 @@
-"""Features of GeoJSON that is no file of this machine, read without GDAL."""
+"""Frames of features without GDAL: of GeoJSON that is no file of this machine, and of regions."""
 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from projdist.gis.libraries import needed_for
+from projdist.regions import geojson_of, get_region
 
 if TYPE_CHECKING:
     import geopandas
@@ -23,3 +25,14 @@ def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:
         return geopandas.GeoDataFrame.from_features(features, crs="OGC:CRS84")
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError("Invalid file. It must be GeoJSON: features of lines or polygons.") from error
+
+
+def frame_of_regions(rows: Sequence[Mapping[str, Any]], regions: Sequence[Any]) -> geopandas.GeoDataFrame:
+    """Rows about regions, a feature each, in longitude and latitude; ValueError for points, ImportError."""
+    with needed_for("layer of regions"):
+        import geopandas
+    features = [
+        {"type": "Feature", "properties": dict(row), "geometry": geojson_of(get_region(region))}
+        for row, region in zip(rows, regions, strict=True)
+    ]
+    return geopandas.GeoDataFrame.from_features(features, crs="OGC:CRS84")

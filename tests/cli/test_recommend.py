@@ -231,7 +231,7 @@ def test_nobody_answers(error, message, monkeypatch):
         raise error
         yield
 
-    monkeypatch.setattr("projdist.cli.recommend.open_executor", missing)
+    monkeypatch.setattr("projdist.cli.executors.open_executor", missing)
     code, out, err = run(ISLAND, "--executor", "dask://localhost:1")
     assert (code, out, err) == (1, "", f"projdist: {message}\n")
 

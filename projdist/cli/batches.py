@@ -1,0 +1,122 @@
+"""What commands over many regions share: their workers, their partial file, their tables and layers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from projdist import gis
+from projdist.batches import Area, Batch, BatchResult, areas_of, batch
+from projdist.cli.errors import cannot_write, refuse, refusing, tell_problems
+from projdist.cli.executors import executor_opened
+from projdist.cli.layers import LAYER_SUFFIXES, check_libraries, note
+from projdist.cli.options import format_for, output_file, printed_or_file
+from projdist.cli.output import drawing, present, tell_written
+from projdist.cli.progress import progress_bar
+from projdist.cli.report import Report, Row
+from projdist.support import check_executor, is_stream
+
+OWN: str | None = "processes"
+"""The executor where none is asked for."""
+_BESIDE = ".partial"
+
+
+class RegionalWork:
+    """Where a command over regions does its work, and what it leaves: a table, or a layer of the regions."""
+
+    def __init__(
+        self,
+        form: str | None,
+        output: str | None,
+        *,
+        overwrite: bool,
+        executor: str | None,
+        partial: str | None,
+    ) -> None:
+        self._executor = executor or OWN
+        if executor is not None:
+            with refusing():
+                check_executor(executor)
+        self.path = printed_or_file(output, overwrite)
+        self.form = format_for(form, self.path, others=LAYER_SUFFIXES)
+        self.overwrite = overwrite
+        if self.is_layer and self.path is not None:
+            if form is not None:
+                refuse(f"Invalid format '{form}' for '{self.path}'. Its suffix tells the format.")
+            check_libraries(self.path)
+        self._kept = partial is not None  # also when all is done
+        self.partial = self._beside() if partial is None else output_file(partial, overwrite=True)
+
+    @property
+    def is_layer(self) -> bool:
+        """Whether it is a file for GIS programs."""
+        return self.path is not None and self.path.suffix.lower() in LAYER_SUFFIXES
+
+    def _beside(self) -> Path | None:
+        """The partial file of an output that is a file."""
+        if self.path is None or is_stream(self.path):
+            return None
+        return self.path.with_name(self.path.name + _BESIDE)
+
+    def run(
+        self,
+        function: Callable[..., object],
+        areas: Sequence[Area],
+        projections: Sequence[str] | None,
+        options: Mapping[str, Any],
+    ) -> Batch:
+        """The batch, with its progress; what is wrong with its words ends the command."""
+        if self.partial is not None and self.partial.exists():
+            note(f"Results that are in '{self.partial}' are taken from there.")
+        try:
+            with refusing(), executor_opened(self._executor) as workers, progress_bar("results") as progress:
+                return batch(
+                    function,
+                    areas,
+                    projections,
+                    options=options,
+                    executor=workers,
+                    partial=self.partial,
+                    progress=progress,
+                )
+        except OSError as error:
+            cannot_write(self.partial, error)
+
+    def leave(
+        self, report: Report, found: Batch, best: Sequence[Row], areas: Mapping[str, Area], problems: Sequence[str]
+    ) -> None:
+        """Print or write a report, or the best of each region as a layer; then say what failed, and end with 1.
+
+        `problems` are what failed besides tasks.
+        """
+        if self.is_layer and self.path is not None:
+            with drawing(self.path):
+                frame = gis.frame_of_regions(best, [areas[row["region"]].place() for row in best])
+                gis.save_layer(frame, self.path, layer="regions", overwrite=self.overwrite)
+            tell_written(self.path)
+        else:
+            present(report, self.form, self.path, self.overwrite)
+        if self.partial is not None and not self._kept:
+            if any(one.lost for one in found.failures):
+                note(f"'{self.partial}' has what is done; the same command tries again what was lost.")
+            else:
+                self.partial.unlink(missing_ok=True)
+        tell_problems([*problems, *(one.line for one in found.failures)])
+
+
+def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[Area]:
+    """The regions of an option, beside which some others cannot stand."""
+    for name, value in others.items():
+        if value is not None:
+            refuse(f"Invalid option '--regions'. It cannot stand with {name}.")
+    with refusing():
+        return areas_of(list(regions))
+
+
+def by_region(found: Batch) -> dict[str, list[BatchResult]]:
+    """The results of each region, by its name."""
+    groups: dict[str, list[BatchResult]] = {}
+    for result in found.results:
+        groups.setdefault(result.region, []).append(result)
+    return groups

@@ -1,0 +1,193 @@
+"""Commands over many regions."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from commands import parse_csv, refusal, run, run_json, run_ok
+
+import projdist
+
+MAPS = ["mollweide", "EPSG:3035", "robinson"]
+BOXES = ["box:0,0,20,10", "box:0,40,20,60"]
+REGIONS = [word for box in BOXES for word in ("--regions", box)]
+QUICK = ["--tolerance", "1e-4"]
+COMPARE = ["compare", *MAPS, *REGIONS, *QUICK]
+ISLANDS = ["box:-7.2,61.3,-6.2,62.5", "box:5.2,46,6.1,46.5"]
+RECOMMEND = [
+    "recommend",
+    *(word for box in ISLANDS for word in ("--regions", box)),
+    "--authority",
+    "EPSG",
+    "--limit",
+    "2",
+]
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch, request):
+    """Without other processes, which take a second to start, but where a test is of them."""
+    if "slow" not in request.keywords:
+        monkeypatch.setattr("projdist.cli.batches.OWN", None)
+
+
+def write(path: Path) -> Path:
+    """A file of two regions and a feature that is none."""
+    squares = {"A": [0, -40], "B": [8, 50]}
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"name": name},
+            "geometry": {"type": "Polygon", "coordinates": [[[w, s], [w + 2, s], [w + 2, s + 2], [w, s + 2], [w, s]]]},
+        }
+        for name, (w, s) in squares.items()
+    ]
+    nothing = {"type": "Feature", "properties": {"name": "C"}, "geometry": None}
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [*features, nothing]}))
+    return path
+
+
+@pytest.mark.filterwarnings("ignore::projdist.Notice")
+def test_comparisons_are_those_of_each_region():
+    """JSON has for each region what `compare` has for it; CSV a row for each of its rows."""
+    found = run_json(*COMPARE, "-m", "omega", "--sort", "omega.max")
+    rows = parse_csv(run_ok(*COMPARE, "-m", "omega", "--sort", "omega.max", "-f", "csv"))
+    expected = [projdist.compare(MAPS, box, measures=["omega"], sort="omega.max", tolerance=1e-4) for box in BOXES]
+    for one, other in zip(found["regions"], expected, strict=True):
+        assert {key: one[key] for key in ("region", "results", "failures")} == other.to_dict()
+    flat = [row | {"region": box} for box, other in zip(BOXES, expected, strict=True) for row in other.rows()]
+    assert [{key: row[key] for key in ("region", "projection", "omega_max")} for row in rows] == [
+        {"region": row["region"], "projection": row["projection"], "omega_max": repr(row["omega_max"])} for row in flat
+    ]
+
+
+@pytest.mark.filterwarnings("ignore::projdist.Notice")
+def test_a_table_tells_the_best_of_each():
+    """A star for it, and below how each map does in all."""
+    text = run_ok(*COMPARE)
+    assert text.startswith("2 regions, 3 maps, airy_kavrayskiy\n")
+    best = {line.split()[1]: line.split()[3] for line in text.splitlines() if line.startswith("│ box:")}
+    assert best == {
+        box: min(projdist.compare(MAPS, box, tolerance=1e-4).results, key=lambda one: one.airy_kavrayskiy).given
+        for box in BOXES
+    }
+    assert text.count("*") == len(BOXES) + 1  # and one in the note
+
+
+def test_what_fails_is_named(tmp_path):
+    """Once for a map that is none, and each map over a region that is none; the rest is there."""
+    path = write(tmp_path / "parts.geojson")
+    result = run("compare", "moll", "nosuch", "--regions", str(path), *QUICK, "-o", str(tmp_path / "a.csv"))
+    assert result.exit_code == 1
+    wrong, region = result.stderr.splitlines()
+    assert wrong.startswith("projdist: Invalid projection 'nosuch'.")
+    assert region == "projdist: moll over C: Invalid region 'C'. It holds no polygons."
+    assert [row["region"] for row in parse_csv((tmp_path / "a.csv").read_text())] == ["A", "B"]
+    assert not (tmp_path / "a.csv.partial").exists()
+
+
+def test_a_layer(tmp_path):
+    """Has the regions with their best maps."""
+    geopandas = pytest.importorskip("geopandas")
+    path = write(tmp_path / "parts.geojson")
+    for name in ("a.gpkg", "a.geojson"):
+        result = run("compare", *MAPS, "--regions", str(path), *QUICK, "-o", str(tmp_path / name))
+        assert (result.exit_code, result.stdout) == (1, f"Wrote: {tmp_path / name}\n")
+        frame = geopandas.read_file(tmp_path / name)
+        assert list(frame["region"]) == ["A", "B"]
+        assert list(frame["projection"]) == ["mollweide", "EPSG:3035"]
+        assert frame.geometry.bounds.to_numpy().tolist() == [[0, -40, 2, -38], [8, 50, 10, 52]]
+        assert frame.crs.to_epsg() == 4326 or frame.crs.to_authority() == ("OGC", "CRS84")
+
+
+def test_a_partial_file_that_is_asked_for_stays(tmp_path):
+    """And the same command takes its results from there; another refuses it in one line."""
+    part = tmp_path / "part.jsonl"
+    first = run_ok(*COMPARE, "--partial", str(part), "-f", "json")
+    lines = part.read_text().splitlines(keepends=True)
+    assert len(lines) == 1 + len(MAPS) * len(BOXES)
+    part.write_text("".join(lines[:4]))
+    result = run(*COMPARE, "--partial", str(part), "-f", "json")
+    assert (result.exit_code, result.stdout) == (0, first)
+    assert result.stderr == f"projdist: Note: Results that are in '{part}' are taken from there.\n"
+    refused = run(*COMPARE, "-m", "omega", "--partial", str(part))
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert "It is of another job, with other options. Take another name, or remove it." in refused.stderr
+
+
+@pytest.mark.slow
+def test_recommendations_are_those_of_each_region():
+    """JSON has for each region what `recommend` has for it, CSV all rows."""
+    found = run_json(*RECOMMEND)
+    rows = parse_csv(run_ok(*RECOMMEND, "-f", "csv"))
+    expected = [projdist.recommend(box, authorities=["EPSG"], limit=2) for box in ISLANDS]
+    assert [{**one, "notices": None} for one in found["regions"]] == [
+        one.to_dict() | {"notices": None} for one in expected
+    ]
+    assert [row["code"] for row in rows] == [one.code for other in expected for one in other.results]
+    text = run_ok(*RECOMMEND)
+    assert text.startswith("2 regions, any, by airy_kavrayskiy\n")
+    assert [line.split()[3] for line in text.splitlines() if line.startswith("│ box:")] == [
+        other.results[0].code for other in expected
+    ]
+
+
+@pytest.mark.slow
+def test_ctrl_c_and_the_same_command(tmp_path):
+    """What was done is kept beside the output, and goes when that is written; the answers are those of one go."""
+    words = [sys.executable, "-m", "projdist", "compare", MAPS[0], "--regions", "countries", "-o", "all.csv"]
+    part = tmp_path / "all.csv.partial"
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        while not (part.exists() and part.read_bytes().count(b"\n") > 20) and process.poll() is None:
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate()
+    assert (process.returncode, out, err) == (130, b"", b"")
+    done = part.read_bytes().count(b"\n") - 1
+    assert 20 <= done < 240
+    assert not (tmp_path / "all.csv").exists()
+    again = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert again.stdout == "Wrote: all.csv\n"
+    assert again.stderr == "projdist: Note: Results that are in 'all.csv.partial' are taken from there.\n"
+    assert not part.exists()
+    resumed = (tmp_path / "all.csv").read_text()
+    subprocess.run([*words, "--overwrite", "--executor", "processes:1"], cwd=tmp_path, capture_output=True, check=True)
+    assert (tmp_path / "all.csv").read_text() == resumed
+    assert os.listdir(tmp_path) == ["all.csv"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("compare moll --regions countries -r globe", "Invalid option '--regions'. It cannot stand with --region."),
+        (
+            "compare moll --regions countries --weight a.tif",
+            "Invalid option '--regions'. It cannot stand with --weight.",
+        ),
+        ("compare moll --regions countries --plot pareto", "Invalid option '--plot'. It cannot stand with --regions."),
+        ("compare moll --regions nowhere", "Invalid region file 'nowhere'. It cannot be read: No such file"),
+        ("compare moll --regions countries@5m", "Invalid suffix '@5m'."),
+        ("compare moll --regions country:Nowhere", "Invalid country 'Nowhere'."),
+        ("compare moll --regions globe --sort foo", "Invalid sort key 'foo'."),
+        ("compare moll --regions globe --executor x", "Invalid executor 'x'. It must be dask://HOST:PORT"),
+        ("compare moll --regions globe -o a.png", "Invalid output 'a.png'. Its suffix must be .json, .csv"),
+        ("compare moll --regions globe -o a.gpkg -f csv", "Invalid format 'csv' for 'a.gpkg'. Its suffix tells the"),
+        ("compare moll --executor processes:2", "Invalid option '--executor'. It needs --regions."),
+        ("compare moll --partial a", "Invalid option '--partial'. It needs --regions."),
+        ("recommend", "Missing argument 'REGION', or --regions. See 'projdist recommend --help'."),
+        ("recommend globe --regions countries", "Invalid option '--regions'. It cannot stand with a region."),
+        ("recommend globe --partial a", "Invalid option '--partial'. It needs --regions."),
+        ("recommend --regions countries --purpose pretty", "Invalid purpose 'pretty'."),
+        ("recommend --regions countries --criterion x", "Invalid criterion 'x'."),
+        ("recommend --regions countries --dpi 50", "Invalid option '--dpi'. It cannot stand with --regions."),
+    ],
+)
+def test_refused(words, message, tmp_path, monkeypatch):
+    """In one line, before the work."""
+    monkeypatch.chdir(tmp_path)
+    assert refusal(*words.split()).startswith(message)
