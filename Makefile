@@ -9,7 +9,7 @@ DEMO := robinson mollweide winkel-tripel equal-earth mercator
 OLDEST_PYTHON ?= python3.11
 OLD := .venv-oldest
 
-.PHONY: demo test test-slow test-oldest test-wheel coverage lint types notebooks gallery world-maps benchmarks browser clean
+.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks gallery world-maps reference-factors benchmarks browser clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -55,13 +55,20 @@ gallery: .venv/installed
 world-maps: .venv/installed
 	$(BIN)/python docs/make_world_maps.py
 
+reference-factors: .venv/installed-test
+	$(BIN)/python docs/make_reference_factors.py
+
 benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/means.py
 	$(BIN)/python benchmarks/recommend.py
 
+# The site: docs/_build/html/index.html.
+docs: .venv/installed-docs
+	$(BIN)/python -m sphinx -W --keep-going -j auto -q docs docs/_build/html
+
 clean:
-	rm -rf .venv $(OLD) demo
+	rm -rf .venv $(OLD) demo docs/_build docs/made
 
 .venv/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "projdist needs Python 3.11 or newer.")'
@@ -81,6 +88,10 @@ $(OLD)/installed: pyproject.toml .ci/oldest.py
 	$(OLDEST_PYTHON) .ci/oldest.py > $(OLD)/constraints.txt
 	$(OLD)/bin/python -m pip install --quiet --disable-pip-version-check -c $(OLD)/constraints.txt -e '.[test]'
 	@touch $@
+
+.venv/installed-docs: .venv/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@touch $@ .venv/installed
 
 .venv/installed-notebook: .venv/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[notebook]'

@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 # Extras of what develops projdist, of which the newest will do.
-TOOLS = {"test", "wheel-test", "browser-test", "notebook"}
+TOOLS = {"test", "wheel-test", "browser-test", "notebook", "docs"}
 FLOOR = re.compile(r"([A-Za-z0-9._-]+)>=([0-9.]+)")
 
 

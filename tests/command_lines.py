@@ -16,6 +16,8 @@ EUROPE = "box:-10,35,30,70"
 QUICK = ("--tolerance", "1e-3")
 
 LINES: dict[str, tuple[str, ...]] = {
+    "info": ("info", "EPSG:2056"),
+    "info_picture": ("info", "robin", "-r", EUROPE, "-o", "info.png", "--dpi", "30"),
     "compare": ("compare", "robin", "mollweide", "EPSG:3857", "-r", EUROPE, "-m", "omega", "-m", "s", *QUICK),
     "compare_indices": ("compare", "robin", "mollweide", "-r", EUROPE, "--indices", "all", *QUICK),
     "compare_part": ("compare", "+proj=ortho +lat_0=90 +R=6371000", "moll", "-m", "s", "--tolerance", "1e-2"),
@@ -58,7 +60,9 @@ LINES: dict[str, tuple[str, ...]] = {
     "convert": ("convert", "parcels.geojson", "--to", "EPSG:3035", "-o", "moved.gpkg"),
     "check": ("check", "parcels.geojson", "--crs", "EPSG:25832", "--no-recommend"),
     "check_above": ("check", "parcels.geojson", "--crs", "EPSG:3857", "--no-recommend", "--fail-above", "1%"),
+    "compare_modes": ("compare", "robin", "moll", "-r", EUROPE, "--modes"),
     "correct": ("correct", "mollweide", "-r", EUROPE),
+    "correct_median": ("correct", "mollweide", "-r", EUROPE, "--criterion", "median"),
     "correct_local": ("correct", "robin", "-r", EUROPE, "--local", "500", "-o", "local.png", "--dpi", "30"),
     "mosaic": ("mosaic", "--correspondences", "common.csv"),
     "clouds": ("clouds", "a.csv", "b.csv", "c.csv", "-o", "moved"),

@@ -61,10 +61,18 @@ CALLS = {
         "executor": None,
     },
     "check": lambda: {"data": SQUARE, "crs": "EPSG:3857", "column": None, "purpose": None},
-    "compare": lambda: {"projections": ["robin"], "region": CAP, "measures": (), "indices": (), "tolerance": 1e-3},
+    "compare": lambda: {
+        "projections": ["robin"],
+        "region": CAP,
+        "measures": (),
+        "indices": (),
+        "modes": False,
+        "tolerance": 1e-3,
+    },
     "correct": lambda: {
         "projection": "robin",
         "region": CAP,
+        "criterion": "mean",
         "constraint": "affine",
         "keep_north": True,
         "tolerance": 1e-3,
@@ -115,6 +123,7 @@ CALLS = {
     "great_circle_bending": lambda: {"projection": "robin", "region": CAP, "tolerance": 0.1, "seed": 0},
     "hessian": lambda: {"projection": "robin", "lon": 10, "lat": 50},
     "indices": lambda: {"projection": "robin", "region": CAP, "names": "airy", "tolerance": 1e-3},
+    "info": lambda: {"projection": "robin", "region": CAP, "tolerance": 1e-3},
     "jacobian": lambda: {"projection": "robin", "lon": 10, "lat": 50},
     "jacobian_grid": lambda: {"projection": "robin", "lon": [10, 11], "lat": [50, 51]},
     "ldp": lambda: {
@@ -131,6 +140,7 @@ CALLS = {
         "name": None,
     },
     "local_corrections": lambda: {"projection": "robin", "lon": 10, "lat": 50, "radius_km": 100},
+    "modes": lambda: {"A": np.eye(2)[None], "weights": None, "T": np.eye(2)},
     "mdt": lambda: {"A": np.eye(2)[None], "weights": None, "method": "auto"},
     "mean_map": lambda: {
         "projections": ["robin"],
@@ -149,7 +159,13 @@ CALLS = {
         "degree": 1,
     },
     "mean_rotation": lambda: {"A": np.eye(2)[None], "weights": None, "T": None, "method": "chordal"},
-    "old_map": lambda: {"points": old_map().points, "model": "affine", "smoothing": None, "dots_per_inch": None},
+    "old_map": lambda: {
+        "points": old_map().points,
+        "model": "affine",
+        "smoothing": None,
+        "outliers": "drop",
+        "dots_per_inch": None,
+    },
     "optimize": lambda: {
         "family": "eqc",
         "region": CAP,
@@ -184,7 +200,14 @@ CALLS = {
         "measures": (),
         "tolerance": 1e-3,
     },
-    "summarize": lambda: {"projection": "robin", "region": CAP, "measures": (), "indices": (), "tolerance": 1e-3},
+    "summarize": lambda: {
+        "projection": "robin",
+        "region": CAP,
+        "measures": (),
+        "indices": (),
+        "modes": False,
+        "tolerance": 1e-3,
+    },
     "tables": lambda: {"name": "nothing"},
     "world_map": lambda: {
         "region": None,
@@ -285,6 +308,7 @@ CALLS = {
         "dpi": 50,
     },
     "plots.profile_figure": lambda: {"found": short_profile(), "size": (4, 4), "dpi": 50, "title": None},
+    "plots.encoded": lambda: {"figure": Figure(), "suffix": ".png", "dpi": 50.0},
     "plots.save": lambda: {"figure": Figure(), "path": "nowhere/x.png", "dpi": None},
     "plots.tissot": lambda: {
         "ax": axes(),

@@ -53,7 +53,8 @@ HOMES = {
     "distributed": {"support.executors"},
     "scipy": {
         *("numerics.minima", "matrices.measures", "regions.parts"),
-        *("applications.oldmaps.field", "applications.pointclouds.icp", "applications.mosaics.homographies"),
+        *("applications.oldmaps.field", "applications.pointclouds.icp"),
+        *("applications.mosaics.homographies", "applications.mosaics.features"),
         *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),
     },
     "shapely": {
@@ -193,18 +194,27 @@ def test_import_loads_nothing_slow() -> None:
     assert loaded_by("import projdist") & (slow | {"numpy", "pyarrow", "cv2", "PIL"}) == set()
 
 
-def test_help_loads_nothing_slow() -> None:
-    """Help, the version and lists answer at once: no matplotlib, scipy or shapely."""
-    code = """
+COMMAND_LINES = """
 import contextlib, io
 import projdist.cli
-for words in ('--help', '--version', 'heatmap --help', 'list measures'):
+for words in {lines}:
     sys.argv = ['projdist', *words.split()]
     with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.suppress(SystemExit):
         projdist.cli.main()
     assert out.getvalue()
 """
+
+
+def test_help_loads_nothing_slow() -> None:
+    """Help of commands and lists answer at once: no matplotlib, scipy or shapely."""
+    code = COMMAND_LINES.format(lines=("heatmap --help", "list measures"))
     assert loaded_by(code) & {"matplotlib", "scipy", "shapely", "cv2", "PIL"} == set()
+
+
+def test_the_version_and_the_list_of_commands_load_no_library() -> None:
+    """They take what Python and the parser of the command line take: no numpy, no pyproj, not even rich."""
+    slow = {"numpy", "pyproj", "matplotlib", "scipy", "shapely", "rich", "PIL"}
+    assert loaded_by(COMMAND_LINES.format(lines=("--version", "--help"))) & slow == set()
 
 
 @pytest.mark.slow

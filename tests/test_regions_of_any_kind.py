@@ -82,6 +82,7 @@ ANSWERS: dict[str, Callable[[Any], Any]] = {
     "distance_distortion": lambda region: projdist.distance_distortion("robin", region, tolerance=0.5),
     "great_circle_bending": lambda region: projdist.great_circle_bending("robin", region, tolerance=0.5),
     "indices": lambda region: projdist.indices("robin", region, names="airy", **COARSE),
+    "info": lambda region: projdist.info("robin", region, tolerance=1e-3),
     "ldp": lambda region: projdist.ldp(region, height=500, families=["tmerc"]),
     "mean_map": lambda region: projdist.mean_map(["robin"], region=region, degree=1),
     "optimize": lambda region: projdist.optimize("eqc", region, free=["lat_ts"]),

@@ -1,5 +1,5 @@
 from .correction_fields import LocalCorrections, local_corrections
-from .corrections import CONSTRAINTS, Correction, correct
+from .corrections import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
 from .distance_measures import DISTANCE_MEASURES
 from .distances import distance_distortion
 from .elevations import elevation_factor
@@ -33,6 +33,7 @@ from .summaries import (
 
 __all__ = [
     "CONSTRAINTS",
+    "CORRECTION_CRITERIA",
     "DISTANCE_MEASURES",
     "GROUPS",
     "INDICES",

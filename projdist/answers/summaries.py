@@ -12,7 +12,7 @@ from projdist._typing import FloatArray
 from projdist.answers.published_indices import Index, IndexSummary, get_indices
 from projdist.answers.published_indices import indices as published_indices
 from projdist.field import DEFAULT_TOLERANCE, Extreme, Field, named_measures, sample
-from projdist.matrices import Measure, listed_measures
+from projdist.matrices import Measure, Modes, listed_measures
 from projdist.numerics import median, p95
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
 from projdist.regions import Box, Place, PointSet, RegionLike, region_for, share_in
@@ -82,7 +82,8 @@ class Summary(Answer):
     `..._scaled` after the best uniform scale, `..._affine` after the best linear map.
     `error_estimate` bounds the error of all three. `limit` is "" when the tolerance was met. `mdt`
     is that linear map's inverse T, shape (2, 2), the mean distorting transformation; `mirrored` the
-    share of what is covered that the map turns over.
+    share of what is covered that the map turns over. `modes` are the principal components of the distortion about the
+    MDT, if they were asked for.
     """
 
     projection: Projection
@@ -99,6 +100,7 @@ class Summary(Answer):
     mirrored: float
     measures: dict[str, MeasureSummary]
     indices: IndexSummary | None = None
+    modes: Modes | None = None
 
     def _line(self) -> str:
         return (
@@ -109,7 +111,8 @@ class Summary(Answer):
         """The keys of the command line's JSON; what is not finite is None."""
         figures = {name: plain(value) for name, value in self._figures().items()}
         measures = {name: summary.to_dict() for name, summary in self.measures.items()}
-        return figures | measures | ({"indices": self.indices.to_dict()["indices"]} if self.indices else {})
+        indices = {"indices": self.indices.to_dict()["indices"]} if self.indices else {}
+        return figures | measures | indices | ({"modes": self.modes.to_dict()["modes"]} if self.modes else {})
 
     def _figures(self) -> dict[str, Any]:
         return {
@@ -127,7 +130,17 @@ class Summary(Answer):
     def _row(self) -> dict[str, Any]:
         statistics = ((name, summary._row()) for name, summary in self.measures.items())
         measures = {f"{name}_{key}": value for name, row in statistics for key, value in row.items()}
-        return self._figures() | measures | (self.indices.columns() if self.indices else {})
+        return self._figures() | measures | (self.indices.columns() if self.indices else {}) | self._mode_columns()
+
+    def _mode_columns(self) -> dict[str, Any]:
+        """mode_1, mode_1_share, mode_1_rms, mode_2, ..., the greatest first."""
+        if self.modes is None:
+            return {}
+        columns: dict[str, Any] = {}
+        for number, mode in enumerate(self.modes.to_dict()["modes"], start=1):
+            columns |= {f"mode_{number}": mode["words"]}
+            columns |= {f"mode_{number}_{name}": mode[name] for name in ("share", "rms")}
+        return columns
 
     def _table(self) -> list[dict[str, Any]]:
         return [self._row()]
@@ -191,6 +204,7 @@ def summarize(
     *,
     measures: Iterable[str | Measure] = (),
     indices: str | Iterable[str] = (),
+    modes: bool = False,
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> Summary:
     """The Airy-Kavrayskiy errors of a projection over a region, and statistics of measures.
@@ -209,6 +223,8 @@ def summarize(
         What statistics are taken of. They are named by the text they were asked for.
     indices : str or iterable of str
         Published indices, as `projdist.indices` has them. They take samples of their own.
+    modes : bool, default False
+        Whether to find the principal components of the distortion.
     tolerance : float, default 1e-8
         To which the Airy-Kavrayskiy errors are resolved, where the projection's own rounding and the largest number of
         evaluations allow. Measures are resolved as by `sample`, indices to max(tolerance, 1e-6).
@@ -231,6 +247,7 @@ def summarize(
     - V. V. Kavrayskiy 1934, Matematicheskaya kartografiya.
     - D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the errors without the half
       under the root, and the mean distorting transformation.
+    - Fletcher, Lu, Pizer & Joshi 2004, IEEE Transactions on Medical Imaging 23: the modes.
 
     Examples
     --------
@@ -238,8 +255,13 @@ def summarize(
 
     >>> round(summarize("plate-carree").airy_kavrayskiy, 8)
     0.52124046
+
+    Mollweide's map is wrong in angles alone, as much in shear as in the shape of what stands upright:
+
+    >>> summarize("mollweide", modes=True).modes
+    Modes(51 % shear; 49 % shape)
     """
-    found = summary_of(projection, region, measures=measures, indices=indices, tolerance=tolerance)
+    found = summary_of(projection, region, measures=measures, indices=indices, modes=modes, tolerance=tolerance)
     _tell_of_elsewhere(found.projection, found.region)
     return found
 
@@ -264,6 +286,7 @@ def summary_of(
     *,
     measures: Iterable[str | Measure] = (),
     indices: str | Iterable[str] = (),
+    modes: bool = False,
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> Summary:
     """The summary of `summarize`, without a word on areas of use."""
@@ -291,6 +314,7 @@ def summary_of(
             name: _summarize_measure(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)
         },
         indices=_published(projection, place, published, tolerance),
+        modes=field.modes if modes else None,
     )
 
 
@@ -327,6 +351,7 @@ def compare(
     *,
     measures: Iterable[str | Measure] = (),
     indices: str | Iterable[str] = (),
+    modes: bool = False,
     sort: str = "airy_kavrayskiy",
     tolerance: float = DEFAULT_TOLERANCE,
     progress: Callable[[int, int], object] | None = None,
@@ -347,6 +372,8 @@ def compare(
         What statistics are taken of.
     indices : str or iterable of str
         Published indices, one or several, as `projdist.indices` has them.
+    modes : bool, default False
+        Whether to find the principal components of the distortions.
     sort : str, default "airy_kavrayskiy"
         What the results ascend in; what is undefined comes last. "given" leaves them in order; else it is one of
         `SORTS`, one of `indices`, or one of `measures`, alone (its mean) or with a statistic, as "omega.max".
@@ -394,7 +421,7 @@ def compare(
     place = region_for(region, [projection for _, projection in maps])
     for number, (given, projection) in enumerate(maps, start=1):
         try:
-            found = summarize(projection, place, measures=chosen, indices=names, tolerance=tolerance)
+            found = summarize(projection, place, measures=chosen, indices=names, modes=modes, tolerance=tolerance)
             results.append(replace(found, given=given))
         except ProjectionError as error:
             failures.append(Failure(given, str(error)))

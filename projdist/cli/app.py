@@ -14,34 +14,34 @@ from typing import Annotated, Any
 import typer
 
 from projdist import __version__
-from projdist.cli.output import emit
 from projdist.cli.parser import Command, Commands
 from projdist.support import orderly_end
 
 COMMANDS = {
-    "compare": "compare",
-    "factors": "factors",
-    "profile": "profile",
-    "tissot": "draw",
-    "heatmap": "draw",
-    "morph": "morph",
-    "explore": "explore",
-    "recommend": "recommend",
-    "optimize": "optimize",
-    "design": "design",
-    "mean-map": "mean_map",
-    "ldp": "ldp",
-    "world-map": "world_map",
-    "check": "check",
-    "convert": "convert",
-    "correct": "correct",
-    "mosaic": "mosaic",
-    "clouds": "clouds",
-    "oldmap": "oldmap",
-    "tables": "published",
-    "list": "lists",
+    "info": ("info", "Tell what a projection is, what it keeps, and its errors."),
+    "compare": ("compare", "Compare projections over a region by their distortion."),
+    "factors": ("factors", "Scales, angles and other measures at points."),
+    "profile": ("profile", "Scale, convergence and other measures along a line."),
+    "tissot": ("draw", "Draw Tissot's indicatrices."),
+    "heatmap": ("draw", "Draw a measure as a field of colour, or as a GeoTIFF."),
+    "morph": ("morph", "Make a film of one map that flows into another."),
+    "explore": ("explore", "See maps live in a browser, drag and tune them."),
+    "recommend": ("recommend", "Find the best existing CRSs for a region."),
+    "optimize": ("optimize", "Find the best parameters of a family of projections."),
+    "design": ("design", "Make the map that distorts a region least, as a CRS."),
+    "mean-map": ("mean_map", "Find the map that is nearest to several maps."),
+    "ldp": ("ldp", "Design a low-distortion projection for surveying."),
+    "world-map": ("world_map", "Make the map of the world that distorts a region least."),
+    "check": ("check", "Check areas, lengths and bearings of data in a CRS."),
+    "convert": ("convert", "Bring layers and rasters into another CRS."),
+    "correct": ("correct", "Find the linear map that lessens a map's distortion most."),
+    "mosaic": ("mosaic", "Bring overlapping images into a common frame."),
+    "clouds": ("clouds", "Register point clouds or landmarks by affine maps."),
+    "oldmap": ("oldmap", "Measure the distortion of an old map by control points."),
+    "tables": ("published", "Print a table of the literature beside figures of today."),
+    "list": ("lists", "List projections, measures, criteria or indices."),
 }
-"""The commands, and the modules that have their functions."""
+"""The commands, the modules that have their functions, and what help says of them without loading any."""
 
 # Of many projections or coordinates, `Command` itself tells what is an option that there is not.
 _LAX = ("compare", "factors", "tissot", "heatmap", "mean-map")
@@ -54,6 +54,11 @@ class _Commands(Commands):
         super().__init__(**options)
         self.commands = _Loading()
 
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Name the commands; their modules stay unloaded."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, words) for name, (_, words) in COMMANDS.items()])
+
 
 class _Loading(MutableMapping[str, Any]):
     """Commands by their names."""
@@ -63,7 +68,7 @@ class _Loading(MutableMapping[str, Any]):
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._loaded:
-            module = import_module(f"projdist.cli.{COMMANDS[name]}")
+            module = import_module(f"projdist.cli.{COMMANDS[name][0]}")
             self[name] = _command(name, getattr(module, f"{name.replace('-', '_')}_command"))
         return self._loaded[name]
 
@@ -102,6 +107,8 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
+        from projdist.cli.output import emit  # loads rich
+
         emit(f"projdist {__version__}\n", None)
         raise typer.Exit
 

@@ -160,7 +160,8 @@ def _report(found: Registration, output: str | None) -> Report:
         ],
         notes=[
             "Dist_F: distortion of a cloud's matrix, 0 for a rotation; as frame: the sum of Dist_F^2 if all were "
-            "brought to that cloud; rms: distance from the points' mean places in the frame. Matrices: --format json."
+            "brought to that cloud; rms: distance from the points' mean places in the frame. Matrices: --format json.",
+            f"Modes, in which the clouds differ: {found.modes.summary}.",
         ],
         data=lambda: answer,
         rows=lambda: rows,

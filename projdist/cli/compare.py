@@ -47,6 +47,7 @@ _CONVENTION = (
     "With a half under the root, as in much of the literature, it is 1/sqrt(2) of that.",
     "Scaled: after the best uniform scale; affine: after the best linear map (MDT).",
 )
+_LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
 _LAST_OF_INDICES = 1e-5
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 
@@ -66,6 +67,10 @@ def compare_command(
             "be repeated, or with commas.",
         ),
     ] = None,
+    modes: Annotated[
+        bool,
+        typer.Option("--modes", help="The independent ways in which each map distorts, and their shares of the whole."),
+    ] = False,
     sort: Annotated[
         str, typer.Option("--sort", help="given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.")
     ] = "airy_kavrayskiy",
@@ -113,6 +118,7 @@ def compare_command(
             area,
             measures=names,
             indices=chosen,
+            modes=modes,
             sort=sort,
             tolerance=largest,
             progress=progress,
@@ -123,7 +129,8 @@ def compare_command(
         report = replace(report, written=[picture.path])
     if found.results:
         report = replace(report, maps=_mapped(found, names))
-    report = replace(report, tables=[replace(table, bars=_sort_key(sort, names)) for table in report.tables])
+    bars = [_sort_key(sort, names), ""]
+    report = replace(report, tables=[replace(table, bars=key) for table, key in zip(report.tables, bars, strict=False)])
     present(report, form, path, overwrite)
     tell_problems([failure.error for failure in found.failures])
 
@@ -193,11 +200,31 @@ def comparison_report(
     size = f"{region['points']:,} points" if "points" in region else area_text(region["area_km2"])
     return Report(
         title=f"{region['name']} ({size}), {order}" if rows else "No projection could be measured.",
-        tables=[Table(rows, [*_columns(rows, measures, indices)])] if rows else [],
+        tables=[Table(rows, [*_columns(rows, measures, indices)]), *_mode_tables(found.get("results", ()))]
+        if rows
+        else [],
         notes=[*_notes(found, rows, measures, indices, tolerance)] if rows else [],
         data=lambda: found,
         header=["projection"],
     )
+
+
+def _mode_tables(results: Sequence[Mapping[str, Any]]) -> Iterator[Table]:
+    """The modes of each map that have a part worth telling, where they were asked for."""
+    rows = [
+        {"projection": result["projection"], "name": result["name"], **mode}
+        for result in results
+        for mode in result.get("modes", ())
+        if mode["share"] >= _LEAST_SHARE or mode is result["modes"][0]
+    ]
+    if rows:
+        columns = [
+            Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True),
+            Column("share", "share", lambda share: f"{100.0 * share:.1f} %"),
+            Column("words", "mode", left=True),
+            Column("rms", "RMS", lambda rms: f"{rms:.4f}"),
+        ]
+        yield Table(rows, columns, "Modes, after the best linear map", keys=3)
 
 
 def _columns(rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column]:
@@ -227,6 +254,9 @@ def _notes(
     """What the columns mean, and why some figures are missing or less certain."""
     weighed = "points" in found["region"]
     yield from (text.replace("by true area", "by the points' weights") if weighed else text for text in _CONVENTION)
+    if any("modes" in result for result in found.get("results", ())):
+        yield "Modes: parts of the distortion independent of each other; their squares add to that of AK affine."
+        yield "Horizontal, vertical: on the map; shape: wide and low, or narrow and high; shear: that at 45 degrees."
     if any(index.best_scale is not None for index in indices):
         yield "Best: an index at the scale that makes it best."
     if indices:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from projdist import plots
-from projdist.answers import CONSTRAINTS, Correction, correct
+from projdist.answers import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
 from projdist.cli.cells import covers, first_digit, rounded, size_text
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import HTML, JSON, TABLE
@@ -28,6 +28,7 @@ from projdist.cli.options import (
 from projdist.cli.output import drawing, present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
 from projdist.cli.report import Column, Copy, Mapped, Report, Table
+from projdist.field import Spread
 from projdist.projections import Projection
 from projdist.regions import Place
 
@@ -38,6 +39,13 @@ _FORMS = (TABLE, JSON, HTML, "proj", "wkt")
 def correct_command(
     projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
     region: RegionOption = None,
+    criterion: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(CORRECTION_CRITERIA),
+            help="Least mean square of the distortion, or its least mean, by the geometric median of the Jacobians.",
+        ),
+    ] = "mean",
     constraint: Annotated[
         str,
         typer.Option(metavar="|".join(CONSTRAINTS), help="Any linear map, one that keeps areas, or a scale alone."),
@@ -69,6 +77,7 @@ def correct_command(
     """Find the linear map that lessens a map's distortion most, and the corrected map."""
     form, page = form_and_page(format, output, overwrite, _FORMS)
     area = region_given(region)
+    choice("criterion", criterion, list(CORRECTION_CRITERIA))
     choice("constraint", constraint, list(CONSTRAINTS))
     picture = picture_of(
         output,
@@ -82,10 +91,10 @@ def correct_command(
     with refusing():
         measured = Projection.from_user_input(projection)
         if local is not None:
-            _check_local(form, picture, constraint, keep_north)
+            _check_local(form, picture, criterion, constraint, keep_north)
             _draw_local(measured, area, number("radius", local, 1e-3, 10_000.0, " of km"), picture, form)
             return
-        result = correct(measured, area, constraint=constraint, keep_north=keep_north)
+        result = correct(measured, area, criterion=criterion, constraint=constraint, keep_north=keep_north)
     if picture is not None:
         _draw(result, picture)
     present(_report(result, projection, picture), form, page, overwrite)
@@ -104,11 +113,13 @@ def _draw(result: Correction, picture: PictureFile) -> None:
     )
 
 
-def _check_local(form: str, picture: PictureFile | None, constraint: str, keep_north: bool) -> None:
+def _check_local(form: str, picture: PictureFile | None, criterion: str, constraint: str, keep_north: bool) -> None:
     if form not in (TABLE, JSON):
         refuse(f"Invalid format '{form}' with --local. It must be table or json.")
     if picture is None and form != JSON:
         refuse("Invalid option '--local'. It needs a picture to draw to, -o FILE, or --format json.")
+    if criterion != "mean":
+        refuse("Invalid option '--criterion' with --local. Local corrections are by the mean.")
     if constraint != "affine" or not keep_north:
         option = "--constraint" if constraint != "affine" else "--free"
         refuse(f"Invalid option '{option}' with --local. Local corrections are symmetric and have no constraint.")
@@ -130,16 +141,27 @@ def _draw_local(
 
 
 def _report(result: Correction, given: str, picture: PictureFile | None) -> Report:
-    errors = {
-        "as it is": result.airy_kavrayskiy,
-        "after the best scale": result.airy_kavrayskiy_scaled,
-        "after the best linear map (MDT)": result.airy_kavrayskiy_affine,
-        f"corrected ({result.constraint}), measured again": result.airy_kavrayskiy_corrected,
+    by = result.constraint if result.criterion == "mean" else result.criterion
+    figures = {
+        "as it is": (result.airy_kavrayskiy, result.spread),
+        "after the best scale": (result.airy_kavrayskiy_scaled, None),
+        "after the best linear map (MDT)": (result.airy_kavrayskiy_affine, result.spread_affine),
+        f"corrected ({by}), measured again": (result.airy_kavrayskiy_corrected, result.spread_corrected),
     }
-    rows = [{"map": name, "value": value, "error": result.error_estimate} for name, value in errors.items()]
+    rows = [
+        {"map": name, "value": value, "error": result.error_estimate} | _spread(spread)
+        for name, (value, spread) in figures.items()
+        if spread is not None or result.spread is None
+    ]
+    columns = [Column("map"), Column("value", "Airy-Kavrayskiy", rounded, error="error")]
+    if result.spread is not None:
+        columns += [
+            Column("mean", "mean distortion", rounded, error="mean_error"),
+            Column("half", "half the area below", rounded, error="half_error"),
+        ]
     return Report(
         title=f"{result.projection.name} over {result.region.name} ({size_text(result.region)})",
-        tables=[Table(rows, [Column("map"), Column("value", "Airy-Kavrayskiy", rounded, error="error")])],
+        tables=[Table(rows, columns)],
         notes=[*_notes(result)],
         data=lambda: result.to_dict() | {"projection": given},
         copies={
@@ -152,9 +174,20 @@ def _report(result: Correction, given: str, picture: PictureFile | None) -> Repo
     )
 
 
+def _spread(spread: Spread | None) -> dict[str, float]:
+    """The cells of the mean distortion and of what half of the area is below."""
+    if spread is None:
+        return {}
+    (mean, mean_error), (half, half_error) = spread
+    return {"mean": mean, "mean_error": mean_error, "half": half, "half_error": half_error}
+
+
 def _notes(result: Correction) -> Iterator[str]:
     (xx, xy), (yx, yy) = result.matrix
-    yield f"The error of these figures is about {first_digit(result.error_estimate)}."
+    if result.spread is None:
+        yield f"The error of these figures is about {first_digit(result.error_estimate)}."
+    else:
+        yield f"The error of the matrix is about {first_digit(result.matrix_error)}."
     yield f"x' = {xx:.9g} x {xy:+.9g} y" if xy else f"x' = {xx:.9g} x"
     yield f"y' = {yx:.9g} x {yy:+.9g} y" if yx else f"y' = {yy:.9g} y"
     yield f"That is {result.words}."

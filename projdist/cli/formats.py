@@ -13,7 +13,6 @@ import typer
 
 from projdist.cli.errors import fail
 from projdist.cli.report import Report, Row, Table
-from projdist.cli.screen import notes_text, table_text
 
 TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown", "html")
 
@@ -57,12 +56,16 @@ def _copied(report: Report, form: str) -> str:
 
 
 def _shown(report: Report, output: Path | None) -> str:
+    from projdist.cli.screen import notes_text, table_text  # loads rich
+
     head = [report.title] if report.title else []
     lead = [*report.lead, ""] if report.lead else []
     tables = "".join(
         notes_text([table.title] if table.title else [], output) + table_text(table, output) for table in report.tables
     )
-    return notes_text([*head, *lead], output) + tables + notes_text(report.notes, output) + wrote(*report.written)
+    below = "".join(f"{line}\n" for line in report.sketch)
+    notes = notes_text(report.notes, output)
+    return notes_text([*head, *lead], output) + tables + below + notes + wrote(*report.written)
 
 
 def _as_json(report: Report, _: Path | None) -> str:

@@ -11,22 +11,23 @@ import typer
 
 from projdist.applications.mosaics import (
     BLENDS,
+    CHOICES,
     EXPOSURES,
     FRAMES,
-    MODELS,
     Correspondences,
     Picture,
     check_frame,
     correspondences_of,
     match,
     mosaic,
+    mosaics_of_groups,
     open_pictures,
     parse_sizes,
     read_correspondences,
 )
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.formats import JSON, json_text
-from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, picture_notes
+from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, figure_of_group, picture_notes
 from projdist.cli.options import (
     DpiOption,
     FormatOption,
@@ -40,7 +41,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present, put
 from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
-from projdist.cli.progress import working
+from projdist.cli.progress import progress_bar, working
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 
@@ -72,7 +73,10 @@ def mosaic_command(
             "them.",
         ),
     ] = None,
-    model: Annotated[str, typer.Option(metavar="|".join(MODELS), help="The maps of the images.")] = "affine",
+    model: Annotated[
+        str,
+        typer.Option(metavar="|".join(CHOICES), help="The maps of the images; auto: those that the points ask for."),
+    ] = "affine",
     frame: Annotated[
         str,
         typer.Option(metavar=f"{'|'.join(FRAMES)}|INDEX", help="The common frame: the MDT's, or an image's plane."),
@@ -80,7 +84,12 @@ def mosaic_command(
     rotation: Annotated[
         str, typer.Option(metavar="|".join(ROTATIONS), help="How the MDT's frame is turned.")
     ] = "chordal",
-    tolerance: Annotated[str, typer.Option(metavar="PIXELS", help="Points farther off are wrong.")] = "4",
+    tolerance: Annotated[
+        str,
+        typer.Option(
+            metavar="PIXELS", help="Points farther off are wrong; pixels of what is looked at: of photos, 2.4 million."
+        ),
+    ] = "4",
     weights: Annotated[str | None, typer.Option(metavar="NUMBERS", help="Weights of the images, with commas.")] = None,
     output: Annotated[
         str | None,
@@ -99,6 +108,10 @@ def mosaic_command(
         typer.Option(metavar="|".join(EXPOSURES), help="Make the images equally bright (gain), or leave them."),
     ] = None,
     crop: Annotated[bool, typer.Option("--crop", help="Crop the mosaic to the largest box without gaps.")] = False,
+    all_groups: Annotated[
+        bool,
+        typer.Option("--all", help="A mosaic of each group of images that hang together: FILE, FILE-2, and so on."),
+    ] = False,
     pixels: Annotated[str, typer.Option(metavar="NUMBER", help="The most pixels of the mosaic.")] = "1e8",
     compare: Annotated[
         str | None,
@@ -117,7 +130,7 @@ def mosaic_command(
         if value is not None and compare is None:
             refuse(f"Invalid option '{name}'. It needs a figure to draw: --compare FILE.")
     options: dict[str, Any] = {
-        "model": choice("model", model, list(MODELS)),
+        "model": choice("model", model, list(CHOICES)),
         "rotation": choice("rotation", rotation, list(ROTATIONS)),
         "tolerance": number("tolerance", tolerance, 1e-3, 1e4, " of pixels"),
         "most_pixels": number("pixels", pixels, 1e3, 4e8),
@@ -134,6 +147,8 @@ def mosaic_command(
         given = _given(pictures, correspondences, sizes, options["model"])
         count = len(pictures) if given is None else len(given.sizes)
         options["frame"] = check_frame(frame, count)
+        if all_groups and not isinstance(options["frame"], str):
+            raise ValueError(f"Invalid frame '{frame}'. With --all it must be {', '.join(FRAMES)}.")
         if weights is not None and len(options["weights"]) != count:
             raise ValueError(f"Invalid weights '{weights}'. There must be {count}, one an image.")
     target = None
@@ -142,24 +157,34 @@ def mosaic_command(
         target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
     figure = None if compare is None else PictureFile(compare, size=size, dpi=dpi, overwrite=overwrite, look=look)
     try:
-        with working("Matching" if given is None else "Adjusting"):
-            found = mosaic(match(pictures) if given is None else given, **options)
+        if given is None:
+            with progress_bar("images and pairs matched") as progress:
+                given = match(pictures, progress=progress)
+        with working("Adjusting"):
+            groups = mosaics_of_groups(given, **options) if all_groups else [mosaic(given, **options)]
     except ImportError as error:
         refuse(str(error), error)
     except ValueError as error:
         fail(str(error))
         raise typer.Exit(1) from error
-    result = found.to_dict()
-    if target is not None:
-        result["picture"] = target.save(found)
-    if figure is not None:
-        draw_frames(found, pictures, figure)
-        result["compare"] = str(figure.path)
+    numbers = range(len(groups))
+    mosaics = [] if target is None else [target.of_group(number) for number in numbers]
+    figures = [] if figure is None else [figure_of_group(figure, number) for number in numbers]
+    results = [found.to_dict() for found in groups]
+    for found, result, picture in zip(groups, results, mosaics, strict=False):
+        result["picture"] = picture.save(found)
+    for found, result, drawing in zip(groups, results, figures, strict=False):
+        draw_frames(found, pictures, drawing)
+        result["compare"] = str(drawing.path)
     if path is not None:
-        put(json_text(result), path, overwrite)
-    present(_report(result, [*(one.path for one in (target, figure) if one), path]), form)
-    for note in found.notes:
+        put(json_text(_data(results, all_groups)), path, overwrite)
+    written = [*(one.path for one in mosaics), *(one.path for one in figures), path]
+    present(_report(results, all_groups, written), form)
+    left_out = groups[0].alone if all_groups else groups[0].left_out
+    for note in dict.fromkeys(note for found in groups for note in found.told(others=not all_groups)):
         fail(note)
+    if left_out:
+        raise typer.Exit(1)
 
 
 def _given(
@@ -177,23 +202,38 @@ def _given(
     return read_correspondences(correspondences, model=model, sizes=None if sizes is None else parse_sizes(sizes))
 
 
-def _report(result: dict[str, Any], written: Sequence[Path | None]) -> Report:
-    rows = [
-        {"image": image} | {frame: of_images and of_images[row] for frame, of_images in result["distortions"].items()}
-        for row, image in enumerate(result["images"])
-    ]
-    references = {frame: f"{frame} ({image})" for frame, image in result["references"].items()}
-    columns = [Column("image", left=True)]
-    columns += [Column(frame, references.get(frame, ""), "{:.4g}".format) for frame in result["frames"]]
+def _data(results: list[dict[str, Any]], all_groups: bool) -> dict[str, Any]:
+    """The report: of one mosaic, or of all groups."""
+    return {"mosaics": results} if all_groups else results[0]
+
+
+def _report(results: list[dict[str, Any]], all_groups: bool, written: Sequence[Path | None]) -> Report:
+    tables = [_table(result, all_groups) for result in results]
+    rows = [row for table in tables for row in table.rows if row["image"] != "all"]
+    counts = " and ".join(str(len(one["images"]) - len(one["left_out"])) for one in results)
+    notes = [note for result in results for note in _notes(result)]
     return Report(
-        title=f"{len(rows) - len(result['left_out'])} images, {result['model']}",
-        tables=[Table([*rows, {"image": "all"} | result["frames"]], columns)],
-        notes=[_FIGURES[result["model"]], *_notes(result)],
-        data=lambda: result,
+        title=f"{counts} images, {results[0]['model']}",
+        tables=tables,
+        notes=[_FIGURES[results[0]["model"]], *notes],
+        data=lambda: _data(results, all_groups),
         rows=lambda: rows,
         header=["image"],
         written=written,
     )
+
+
+def _table(result: dict[str, Any], own_images: bool) -> Table:
+    """A row an image; of a group among others its own images only."""
+    rows = [
+        {"image": image} | {frame: of_images and of_images[row] for frame, of_images in result["distortions"].items()}
+        for row, image in enumerate(result["images"])
+        if result["matrices"][row] is not None or not own_images
+    ]
+    references = {frame: f"{frame} ({image})" for frame, image in result["references"].items()}
+    columns = [Column("image", left=True)]
+    columns += [Column(frame, references.get(frame, ""), "{:.4g}".format) for frame in result["frames"]]
+    return Table([*rows, {"image": "all"} | result["frames"]], columns)
 
 
 def _notes(result: dict[str, Any]) -> Iterator[str]:

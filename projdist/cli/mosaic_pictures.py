@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -60,6 +62,14 @@ class MosaicFile:
             else:
                 self._world = output_file(str(world_file(self.path)), overwrite)
 
+    def of_group(self, number: int) -> MosaicFile:
+        """The file of a group of images: the first has the name, the others FILE-2 and so on."""
+        new = copy.copy(self)
+        new.path = _of_group(self.path, number, self._overwrite)
+        if self._world is not None:
+            new._world = _of_group(self._world, number, self._overwrite)
+        return new
+
     def save(self, found: Mosaic) -> dict[str, Any]:
         """Draw the mosaic and write it; what was written, for the report."""
         try:
@@ -97,6 +107,17 @@ class MosaicFile:
         save_mosaic(drawn, self.path, overwrite=self._overwrite)
         if place is not None and self._world is not None:
             write_world_file(self._world, place.matrix, overwrite=self._overwrite)
+
+
+def figure_of_group(figure: PictureFile, number: int) -> PictureFile:
+    """The same of a figure."""
+    new = copy.copy(figure)
+    new.path = _of_group(figure.path, number, figure.overwrite)
+    return new
+
+
+def _of_group(path: Path, number: int, overwrite: bool) -> Path:
+    return output_file(str(path.with_stem(f"{path.stem}-{number + 1}")), overwrite) if number else path
 
 
 def draw_frames(found: Mosaic, pictures: Sequence[Picture], target: PictureFile) -> None:

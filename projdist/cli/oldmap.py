@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from projdist import plots
-from projdist.applications.oldmaps import MODELS, OldMap, old_map, read_control_points
+from projdist.applications.oldmaps import MODELS, OUTLIERS, OldMap, old_map, read_control_points
 from projdist.cli.cells import fixed
 from projdist.cli.errors import refusing
 from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, choice, format_of, number
@@ -37,6 +37,9 @@ def oldmap_command(
         str | None,
         typer.Option(metavar="NUMBER", help="Of tps: 0 interpolates; without it, by generalized cross-validation."),
     ] = None,
+    outliers: Annotated[
+        str, typer.Option(metavar="|".join(OUTLIERS), help="Leave wrong points, which are named, out of the fit.")
+    ] = "drop",
     crs: Annotated[
         str | None,
         typer.Option(metavar="PROJECTION", help="The truth is longitudes and latitudes, to be projected with this."),
@@ -67,6 +70,7 @@ def oldmap_command(
     """Measure the distortion of an old map by control points."""
     form = format_of(format)
     choice("model", model, list(MODELS))
+    choice("outliers", outliers, list(OUTLIERS))
     choice("measure", measure, list(DRAWN_MEASURES))
     panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
     drawn: dict[str, Any] = {"image": image, "draw": draw, "measure": None if measure == "fisher" else measure}
@@ -76,6 +80,7 @@ def oldmap_command(
             read_control_points(points, crs=crs),
             model=model,
             smoothing=None if smoothing is None else number("smoothing", smoothing, 0.0, 1e9),
+            outliers=outliers,
             dots_per_inch=None if scan_dpi is None else number("scan dpi", scan_dpi, 1.0, 1e5),
         )
     if picture is not None:
@@ -94,7 +99,7 @@ def _report(found: OldMap, given: str, picture: PictureFile | None) -> Report:
     return Report(
         title=f"{given}: {len(found.points.old)} control points, {found.fit.model}",
         tables=[Table(rectifications, [*_columns(data["dots_per_inch"] is not None)])],
-        notes=_notes(data),
+        notes=[*_notes(data), f"Modes of the distortion after the MDT: {found.modes.summary}."],
         data=lambda: data,
         rows=lambda: data["points"],
         written=[picture.path if picture else None],
@@ -140,7 +145,8 @@ def _notes(data: dict[str, Any]) -> list[str]:
     else:
         lines.append("The fit has no folds.")
     if data["outliers"]:
-        lines.append(f"Outliers, the farthest first: {_few(data['outliers'])}.")
+        left_out = ", left out of the fit" if data["outliers_left_out"] else ""
+        lines.append(f"Outliers{left_out}, the farthest first: {_few(data['outliers'])}.")
     return lines + data["notes"]
 
 

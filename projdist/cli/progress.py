@@ -8,9 +8,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
-
 _MOMENT = 2.0  # seconds: what is done by then needs no bar
 
 
@@ -23,6 +20,10 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
     if not sys.stderr.isatty():
         yield None
         return
+    # Here, and not above: in a pipe rich is loaded only where there is a table.
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+
     columns: list[ProgressColumn] = [MofNCompleteColumn(), TextColumn(things), BarColumn(), TimeRemainingColumn()]
     # Drawn when there is news, without a thread that would draw it: processes with threads are not forked.
     progress = Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False)
@@ -47,6 +48,8 @@ def words_told(words: Mapping[str, str]) -> Iterator[Callable[[str], None]]:
     if not sys.stderr.isatty():
         yield lambda _: None
         return
+    from rich.console import Console
+
     with Console(stderr=True).status("") as status:
         yield lambda word: status.update(words[word])
 
@@ -57,6 +60,8 @@ def working(words: str) -> Iterator[None]:
     if not sys.stderr.isatty():
         yield
         return
+    from rich.console import Console
+
     status = Console(stderr=True).status(words)
     timer = threading.Timer(_MOMENT, status.start)
     timer.start()

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from projdist.projections import ProjectionLike
-from projdist.regions import RegionLike
 from projdist.support import is_number
+
+if TYPE_CHECKING:  # these load numpy and pyproj, which help and the version do without
+    from projdist.projections import ProjectionLike
+    from projdist.regions import RegionLike
 
 Row = Mapping[str, Any]
 
@@ -108,7 +110,8 @@ class Mapped(NamedTuple):
 class Report:
     """An answer: one renderer gives it any format.
 
-    `lead` are lines between the title and the tables. `data` gives what JSON has, `rows` what CSV has, if not the rows
+    `lead` are lines between the title and the tables, `sketch` those of a picture in characters below them, for plain
+    text only. `data` gives what JSON has, `rows` what CSV has, if not the rows
     of the first table; `header` names its columns where there are none. `copies` are the forms of the answer that are
     formats of their own; `about` is what they are of. `written` are the files that the command has left. `maps` are
     what a page shows.
@@ -117,6 +120,7 @@ class Report:
     title: str = ""
     lead: Sequence[str] = ()
     tables: Sequence[Table] = ()
+    sketch: Sequence[str] = ()
     notes: Sequence[str] = ()
     data: Callable[[], Any]
     rows: Callable[[], Sequence[Row]] | None = None

@@ -49,10 +49,10 @@ def table_text(table: Table, output: Path | None = None) -> str:
 
     Figures are never cut off. What goes to a file or a pipe has all the room that it needs.
     """
-    rows, keys, room = table.rows, table.keys, _room(output)
+    rows, keys, room = table.rows, table.keys, room_in(output)
     columns = [_Drawn(one.head, one.cells(rows), one.is_left(rows), one.best) for one in table.columns]
     styled = output is None and takes_escapes(sys.stdout)
-    unicode = output is not None or (sys.stdout.encoding or "").lower().startswith("utf")
+    unicode = takes_blocks(output)
     narrowest = _narrowest(columns, keys, room)
     columns = _with_bars(table, columns, room, narrowest, unicode=unicode)
     stream = io.StringIO()
@@ -103,12 +103,17 @@ def _bars(values: Sequence[object], *, unicode: bool) -> list[str]:
 
 def notes_text(lines: Iterable[str], output: Path | None = None) -> str:
     """Lines of words, which a terminal has in lines that fit."""
-    return "".join(f"{folded(line, _room(output))}\n" for line in lines)
+    return "".join(f"{folded(line, room_in(output))}\n" for line in lines)
 
 
-def _room(output: Path | None) -> int | None:
+def room_in(output: Path | None) -> int | None:
     """Columns of the terminal that is printed to; None without one."""
     return None if output is not None else width_of(sys.stdout)
+
+
+def takes_blocks(output: Path | None) -> bool:
+    """Whether lines and blocks can be printed: a file has UTF-8."""
+    return output is not None or (sys.stdout.encoding or "").lower().startswith("utf")
 
 
 def _narrowest(columns: Sequence[_Drawn], keys: int, room: int | None) -> int:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from typing import TextIO
 
-from rich.cells import cell_len
-
 _USUAL = 80  # columns of a terminal that does not tell
 
 
@@ -36,6 +34,8 @@ def folded(text: str, width: int | None) -> str:
 
 
 def _parts(line: str, width: int) -> list[str]:
+    from rich.cells import cell_len  # only what goes to a terminal needs it
+
     if cell_len(line) <= width:
         return [line]
     parts = [""]

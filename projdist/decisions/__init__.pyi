@@ -1,6 +1,7 @@
 from .checking.errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
 from .families import FAMILIES, Extent, ellipsoid_text, extent_of, sensible_families
 from .limits import LIMITED, least_error
+from .map_info import INFO_MEASURES, MapInfo, info
 from .members import Rounded
 from .objectives import Objective
 from .optimization import Baseline, Optimum, best_member, optimize
@@ -24,6 +25,7 @@ __all__ = [
     "ENGINEERING_PPM",
     "FAIL_ON",
     "FAMILIES",
+    "INFO_MEASURES",
     "INTERRUPTED",
     "LDP",
     "LDP_FAMILIES",
@@ -37,6 +39,7 @@ __all__ = [
     "Check",
     "Extent",
     "HeightStatistics",
+    "MapInfo",
     "Objective",
     "Optimum",
     "Recommendation",
@@ -50,6 +53,7 @@ __all__ = [
     "estimate_crs",
     "extent_of",
     "get_purpose",
+    "info",
     "ldp",
     "least_error",
     "optimize",

@@ -25,6 +25,8 @@ GEOS_ARITHMETIC = np.errstate(divide="ignore", invalid="ignore", over="ignore")
 
 def unwrapped(ring: FloatArray) -> FloatArray:
     """The same points with longitudes that run on across the antimeridian: each edge goes the shorter way."""
+    if (np.abs(np.diff(ring[:, 0])) < _HALF_TURN).all():
+        return ring
     return np.column_stack([np.unwrap(ring[:, 0], period=_TURN), ring[:, 1]])
 
 

@@ -7,6 +7,7 @@ from .dense_samples import dense
 from .extremes import Extreme, Goal, find_extremes, measure_at
 from .field import DEFAULT_TOLERANCE, Field, named_measures, sample
 from .figures import FIGURES, AnyFigure, Figure, get_figure
+from .geometric_medians import GeometricMedian, Spread
 from .given_fields import field_of
 from .guard import tell_of_contradiction
 from .on_grids import jacobian_grid
@@ -25,6 +26,7 @@ __all__ = [
     "Extreme",
     "Field",
     "Figure",
+    "GeometricMedian",
     "Goal",
     "Integrand",
     "Links",
@@ -32,6 +34,7 @@ __all__ = [
     "Nodes",
     "Quality",
     "Samples",
+    "Spread",
     "airy_kavrayskiy_of",
     "cut_length",
     "dense",

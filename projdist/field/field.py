@@ -16,8 +16,9 @@ from projdist.field.cubature import UNDEFINED, UNDEFINED_AT_KINKS, Samples, samp
 from projdist.field.dense_samples import dense
 from projdist.field.extremes import Extreme, Goal, find_extremes
 from projdist.field.figures import AnyFigure, get_figure
+from projdist.field.geometric_medians import DenseJacobians, GeometricMedian, Spread
 from projdist.field.guard import tell_of_contradiction
-from projdist.matrices import Measure, get_measure, listed_measures, orientation
+from projdist.matrices import Measure, Modes, areal_scale, field_modes, get_measure, listed_measures, orientation
 from projdist.numerics import Estimate, get_criterion
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import Place, PointSet, RegionLike, region_for
@@ -131,6 +132,34 @@ class Field:
             areal = np.sqrt(max(self.airy_kavrayskiy.scaled**2 - angular**2, 0.0))
         angular, areal = (float(value) if np.isfinite(value) else np.inf for value in (angular, areal))
         return angular, areal
+
+    @functools.cached_property
+    def modes(self) -> Modes:
+        """The principal components of the distortion about the MDT, and their shares of its mean square.
+
+        >>> sample("plate-carree").modes
+        Modes(100 % horizontal)
+        """
+        T = self.airy_kavrayskiy.mdt  # raises where the map is singular everywhere
+        defined = areal_scale(self.jacobian) > 0
+        return field_modes(self.jacobian[defined], self.weight[defined], T)
+
+    @functools.cached_property
+    def geometric_median(self) -> GeometricMedian:
+        """The linear map T (2, 2) of the least mean of Dist_F(T^-1 J), its error, and whether it is the only one.
+
+        >>> round(float(sample("plate-carree").geometric_median.T[0, 0]), 3)  # half of the globe has less: 2 / sqrt(3)
+        1.155
+        """
+        return self._dense_jacobians.median()
+
+    def spread(self, T: ArrayLike = ((1.0, 0.0), (0.0, 1.0))) -> Spread:
+        """The mean Fisher distortion of T^-1 J by area, and what half of the area is below; each with its error."""
+        return self._dense_jacobians.spread(np.asarray(T, dtype=float))
+
+    @functools.cached_property
+    def _dense_jacobians(self) -> DenseJacobians:
+        return DenseJacobians(self.region, self._samples)
 
     def values(self, measure: AnyMeasure) -> FloatArray:
         """The values (n,) of a measure at the nodes; raises ValueError."""

@@ -1,8 +1,9 @@
 from . import spd
 from .affine import Affine
 from .decomposition import Decomposition, decompose
+from .distortion_modes import Modes, field_modes, modes
 from .energies import EXPONENT, Energy, Expansion
-from .mean_transformation import MDT, check_weights, field_mdt, mdt
+from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
 from .measures import (
     MEASURES,
     Measure,
@@ -34,6 +35,7 @@ __all__ = [
     "Energy",
     "Expansion",
     "Measure",
+    "Modes",
     "Rotation",
     "angular_distortion",
     "areal_error_ppm",
@@ -43,6 +45,8 @@ __all__ = [
     "decompose",
     "factor_distance",
     "field_mdt",
+    "field_median",
+    "field_modes",
     "field_rotation",
     "fisher",
     "get_measure",
@@ -54,6 +58,7 @@ __all__ = [
     "mdt",
     "mean_rotation",
     "meridian_convergence",
+    "modes",
     "orientation",
     "principal_scales",
     "scale_error_ppm",

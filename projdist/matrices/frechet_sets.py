@@ -17,7 +17,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.matrices.spd import symmetric_exp, transposed
 
-__all__ = ["EPS", "JacobiSet", "LapackSets", "View", "Whitened", "pieces"]
+__all__ = ["EPS", "JacobiSet", "LapackSets", "View", "Whitened", "logarithms", "pieces"]
 
 EPS = float(np.finfo(float).eps)
 _CHUNK = 1 << 15  # doubles of one array: some eight such arrays stay in a second-level cache
@@ -208,6 +208,22 @@ class JacobiSet:
         V = np.empty_like(logarithm)
         V[0, i, j] = V[0, j, i] = np.linalg.solve(self._hessian, logarithm[0, i, j] * root) / root
         return V
+
+
+def logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln(B B^T), (N, n, n), for n = 2 in closed form, and the logarithm of the condition of B, (N,)."""
+    if B.shape[-1] == 2:
+        a, b, c, d = B[:, 0, 0], B[:, 0, 1], B[:, 1, 0], B[:, 1, 1]
+        det = np.abs(a * d - b * c)
+        p, q = 0.5 * (a * a + b * b - c * c - d * d) / det, (a * c + b * d) / det
+        sinh = np.hypot(p, q)
+        r = np.arcsinh(sinh)
+        factor = np.divide(r, sinh, out=np.ones_like(sinh), where=sinh > 1e-150)
+        v, p, q = np.log(det), p * factor, q * factor
+        return np.stack([v + p, q, q, v - p], axis=-1).reshape(-1, 2, 2), r
+    U, scales, _ = np.linalg.svd(B)
+    half = np.log(scales)
+    return (U * (2.0 * half)[:, None, :]) @ transposed(U), half[:, 0] - half[:, -1]
 
 
 def pieces(A: FloatArray) -> list[slice]:

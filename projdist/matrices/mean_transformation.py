@@ -9,18 +9,18 @@ the Jacobians of a map f, T^-1 o f is its least distorting linear correction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.matrices import frechet, frechet_plane
+from projdist.matrices import frechet, frechet_medians, frechet_plane
 from projdist.matrices.spd import place
 from projdist.support import Answer, check_choice, check_numbers
 
-__all__ = ["MDT", "check_matrices", "check_weights", "field_mdt", "mdt"]
+__all__ = ["MDT", "check_matrices", "check_weights", "field_mdt", "field_median", "mdt"]
 
 _GROUP = 1 << 15  # doubles in the sets of matrices that are worked on together
 _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
@@ -36,7 +36,9 @@ class MDT(Answer):
     ln(T^-1 A_i A_i^T T^-T), which vanishes at the MDT and bounds the Fisher distance from it.
     `iterations`: the steps taken. `floor`: what rounding may leave of the gradient, some n eps times
     the mean of cosh ln cond(T^-1 A_i). The rounding of A and T themselves comes on top: eps times the
-    condition of T, in which the scales of its rows do not count.
+    condition of T, in which the scales of its rows do not count. Of the method "median" `cost` is the weighted mean of
+    Dist_F, `gradient_norm` that of the weighted mean of the unit directions to the matrices, less the weight of what
+    lies at T, and `unique` is False where others are as good: then T is in their middle.
     """
 
     T: FloatArray
@@ -45,6 +47,7 @@ class MDT(Answer):
     iterations: Any
     floor: Any
     distances: FloatArray
+    unique: Any
 
     def _line(self) -> str:
         return (
@@ -62,7 +65,7 @@ class MDT(Answer):
         return columns | {f"T_{i}{j}": np.ravel(self.T[..., i, j]) for i in range(n) for j in range(n)}
 
 
-_FIGURES = ("cost", "gradient_norm", "iterations", "floor")
+_FIGURES = ("cost", "gradient_norm", "iterations", "floor", "unique")
 
 
 def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto") -> MDT:
@@ -79,9 +82,10 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
         Not negative, of any sum; equal ones if there are none.
     method : str
         "auto" and "newton" are exact to rounding, by Newton's method, for n = 2 in coordinates of the hyperbolic plane;
-        "gradient" leaves up to 4 times the `floor`, and is slower. The others stand for comparison, with the `cost` and
-        the `gradient_norm` that they leave: "mpm" (multiplicative power means), "log_euclidean", "log_cholesky" and
-        "arithmetic".
+        "gradient" leaves up to 4 times the `floor`, and is slower. "median" is the geometric median, of the least mean
+        of Dist_F itself, to rounding, which few matrices far from the others move little. The others stand for
+        comparison, with the `cost` and the `gradient_norm` that they leave: "mpm" (multiplicative power means),
+        "log_euclidean", "log_cholesky" and "arithmetic".
 
     Returns
     -------
@@ -99,6 +103,7 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
     ----------
     D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications, Algorithm 1.
     Bini & Iannazzo 2013, Linear Algebra and its Applications 438 (gradient).
+    Fletcher, Venkatasubramanian & Joshi 2009, NeuroImage 45 (median).
     Congedo, Barachant & Bhatia 2017, IEEE Transactions on Signal Processing 65 (mpm).
     Lin 2019, SIAM Journal on Matrix Analysis and Applications (log_cholesky).
     Arsigny, Fillard, Pennec & Ayache 2007, the same journal (log_euclidean).
@@ -110,10 +115,15 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
     >>> mdt([[[1, 0], [0, 2]], [[4, 0], [0, 2]]]).T
     array([[2., 0.],
            [0., 2.]])
+
+    The median of scales is that of their logarithms:
+
+    >>> float(mdt([[[1]], [[2]], [[100]]], method="median").T[0, 0])
+    2.0
     """
     A = check_matrices(A)
     w = check_weights(weights, A.shape[:-2])
-    check_choice("method", method, ("auto", *frechet.METHODS))
+    check_choice("method", method, ("auto", *frechet.METHODS, "median"))
     return _solved(A, w, method)
 
 
@@ -126,16 +136,24 @@ def field_mdt(J: FloatArray, weights: FloatArray) -> MDT:
     return _solved(J, weights / weights.sum(), "auto")
 
 
-def _solved(A: FloatArray, w: FloatArray, method: str) -> MDT:
+def field_median(J: FloatArray, weights: FloatArray, noise: float) -> MDT:
+    """The geometric median of many samples J (N, n, n) of a smooth field, with weights that are not negative.
+
+    Distances and directions below `noise` are none. Raises ValueError for singular or non-finite matrices.
+    """
+    return _solved(J, weights / weights.sum(), "median", noise)
+
+
+def _solved(A: FloatArray, w: FloatArray, method: str, noise: float = 0.0) -> MDT:
     shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
     A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
     rows = max(1, _GROUP // (count * n * n))
-    found = []
+    found: list[frechet.Mean | frechet_medians.Median] = []
     for first in range(0, len(A), rows):
         part = slice(first, first + rows)
         try:
             with np.errstate(all="ignore"):
-                found.append(_mean(A[part], w[part], method))
+                found.append(_mean(A[part], w[part], method, noise))
         except _Singular as singular:
             row, column = singular.args
             index = (*(int(i) for i in np.unravel_index(first + row, shape)), column) if shape else column
@@ -145,16 +163,16 @@ def _solved(A: FloatArray, w: FloatArray, method: str) -> MDT:
         if not np.isfinite(found[-1].cost).all():
             raise ValueError(_TOO_FAR)
     parts: Any = found[0] if len(found) == 1 else [np.concatenate(part) for part in zip(*found, strict=True)]
-    names = [one.name for one in fields(MDT)]
     shaped = (part.reshape(shape + part.shape[1:])[()] for part in parts)
-    return MDT(**dict(zip(names, shaped, strict=True)))
+    values: dict[str, Any] = dict(zip(found[0]._fields, shaped, strict=True))
+    return MDT(**({"unique": np.ones(shape, dtype=bool)[()]} | values))
 
 
 class _Singular(Exception):
     """The first singular matrix: the numbers of its set and in it."""
 
 
-def _mean(A: FloatArray, w: FloatArray, method: str) -> frechet.Mean:
+def _mean(A: FloatArray, w: FloatArray, method: str, noise: float) -> frechet.Mean | frechet_medians.Median:
     """The means of sets of matrices, shape (B, N, n, n)."""
     if A.shape[-1] == 2 and method in ("auto", "newton"):
         points, wrong = frechet_plane.points(A)
@@ -164,6 +182,8 @@ def _mean(A: FloatArray, w: FloatArray, method: str) -> frechet.Mean:
         _refuse(np.asarray(~np.isfinite(A).all(axis=(-1, -2))))
         start, wrong = frechet.middle(A, w)
         _refuse(wrong)
+        if method == "median":
+            return frechet_medians.medians(A, w, start, noise)
         found = frechet.METHODS["newton" if method == "auto" else method](A, w, start)
     return found
 

@@ -1,7 +1,7 @@
 from .areas import CONTEXTS
 from .colours import ColourScale
 from .distributions import DISTRIBUTIONS, distribution_figure
-from .figures import SUFFIXES, figure, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
+from .figures import SUFFIXES, encoded, figure, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
 from .geoaxes import add_heatmap, add_tissot, to_cartopy
 from .ground import ground_map
 from .local_fields import local_field
@@ -26,6 +26,7 @@ __all__ = [
     "add_heatmap",
     "add_tissot",
     "distribution_figure",
+    "encoded",
     "figure",
     "ground_map",
     "heatmap",

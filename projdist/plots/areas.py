@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
+from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.transforms import TransformedPath
 from matplotlib.tri import Triangulation
 
-from projdist._typing import IntArray
+from projdist._typing import FloatArray, IntArray
 from projdist.plots.looks import look_of
 from projdist.surfaces import Surface, coast_resolution, lake_polygons, land_polygons
 
@@ -30,12 +33,12 @@ def shows_borders(surface: Surface, context: str) -> bool:
     return context in ("borders", "full") and surface.is_local
 
 
-def triangulation(surface: Surface) -> tuple[Triangulation, IntArray]:
-    """The surface for matplotlib, and the vertices that it uses."""
+def triangulation(surface: Surface, triangles: IntArray) -> tuple[Triangulation, IntArray]:
+    """Triangles of a surface for matplotlib, and the vertices that they use."""
     used = np.zeros(surface.x.size, dtype=bool)
-    used[surface.triangles] = True
+    used[triangles] = True
     kept = np.flatnonzero(used)
-    return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[surface.triangles]), kept
+    return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[triangles]), kept
 
 
 def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
@@ -74,47 +77,53 @@ def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
     """The region as a path that clips what is drawn of it; None where its triangles are the region."""
     if not surface.pieces:
         return None
-    ends = np.cumsum([len(piece) for piece in surface.pieces])
-    points = np.concatenate(surface.pieces)
+    return TransformedPath(_closed(surface.pieces), ax.transData)
+
+
+def _closed(pieces: Sequence[FloatArray]) -> Path:
+    """Polygons of (x, y) as one path."""
+    ends = np.cumsum([len(piece) for piece in pieces])
+    points = np.concatenate(pieces)
     vertices = np.insert(points, ends, points[np.append(0, ends[:-1])], axis=0)
     ends += np.arange(len(ends))
     codes = np.full(len(vertices), Path.LINETO, dtype=Path.code_type)
     codes[ends] = Path.CLOSEPOLY
     codes[np.append(0, ends[:-1] + 1)] = Path.MOVETO
-    return TransformedPath(Path(vertices, codes), ax.transData)
+    return Path(vertices, codes)
 
 
 def _draw_land(
     ax: Axes, surface: Surface, colour: str, zorder: float, context: str, resolution: str, *, lakes: bool = False
 ) -> None:
     clip = region_clip(ax, surface)
-    mapped, kept = triangulation(surface)
     has_land = not surface.domain.projection.is_of_another_body and context != "none"
     sea = look_of(ax).colours.sea
-    _fill(ax, mapped, sea if has_land else colour, zorder, clip)
+    _fill(ax, surface, surface.covering(), sea if has_land else colour, zorder, clip)
     if not has_land:
         return
-    renumbered = np.zeros(surface.x.size, dtype=int)
-    renumbered[kept] = np.arange(kept.size)
     areas = [(land_polygons(surface, resolution), colour)]
     if lakes:
         areas.append((lake_polygons(surface, resolution), sea))
     for layer, ((cells, pieces), face) in enumerate(areas, 1):
         above = zorder + 0.1 * layer
         if len(cells):
-            _fill(ax, Triangulation(mapped.x, mapped.y, renumbered[cells]), face, above, clip)
-        # The hair of an edge in the same colour closes the joints between the pieces.
-        drawn = PolyCollection(pieces, facecolors=face, edgecolors=face, linewidths=0.3, rasterized=True, zorder=above)
-        ax.add_collection(drawn, autolim=False)
-        if clip is not None:
-            drawn.set_clip_path(clip)
+            _fill(ax, surface, cells, face, above, clip)
+        if pieces:
+            # The hair of an edge in the same colour closes the joints between the pieces.
+            drawn = PathPatch(_closed(pieces), color=face, linewidth=0.3, rasterized=True, zorder=above)
+            ax.add_artist(drawn)
+            if clip is not None:
+                drawn.set_clip_path(clip)
 
 
-def _fill(ax: Axes, mapped: Triangulation, colour: str, zorder: float, clip: TransformedPath | None) -> None:
+def _fill(
+    ax: Axes, surface: Surface, triangles: IntArray, colour: str, zorder: float, clip: TransformedPath | None
+) -> None:
+    mapped, kept = triangulation(surface, triangles)
     # Of matplotlib's ways to fill many triangles, this one leaves no hairlines between them.
     filled = ax.tripcolor(
         mapped,
-        np.zeros(mapped.x.size),
+        np.zeros(kept.size),
         shading="gouraud",
         cmap=ListedColormap([colour]),
         rasterized=True,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import os
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from matplotlib import rc_context
@@ -191,10 +192,24 @@ def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = No
     if suffix not in SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
     dots = figure.dpi if dpi is None else check_dpi(dpi)
-    # One thread at a time: the salt is a setting of all of matplotlib.
-    with replacing(path, overwrite=overwrite) as new, _SAVING, rc_context({"svg.hashsalt": "projdist"}):
-        figure.savefig(new, format=suffix[1:], dpi=dots, metadata=_UNDATED[suffix])
+    with replacing(path, overwrite=overwrite) as new:
+        _write(figure, new, suffix, dots)
     return path
+
+
+def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
+    """What the file of a figure would hold, whose suffix is .png, .svg or .pdf; raises ValueError."""
+    check_instance("figure", figure, Figure, "a Figure of matplotlib")
+    check_choice("suffix", suffix, SUFFIXES)
+    content = io.BytesIO()
+    _write(figure, content, suffix, check_dpi(dpi))
+    return content.getvalue()
+
+
+def _write(figure: Figure, target: Path | BinaryIO, suffix: str, dpi: float) -> None:
+    """Write a figure without a date. One thread at a time: the salt is a setting of all of matplotlib."""
+    with _SAVING, rc_context({"svg.hashsalt": "projdist"}):
+        figure.savefig(target, format=suffix[1:], dpi=dpi, metadata=_UNDATED[suffix])
 
 
 def _draw_bar(figure: LookedFigure, scale: ColourScale, label: str) -> None:

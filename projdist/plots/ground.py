@@ -144,7 +144,7 @@ def below_ground_map(prepared: GroundMap, lines: str = "") -> str:
 
 def _draw_target(ax: Axes, prepared: GroundMap) -> str:
     """Draw the lines at which the target is missed; says so, if there are any."""
-    mapped, used = triangulation(prepared.surface)
+    mapped, used = triangulation(prepared.surface, prepared.surface.triangles)
     values, target = prepared.ppm[used], prepared.found.target_ppm
     levels = [level for level in (-target, target) if values.min() < level < values.max()]
     if not levels:

@@ -109,8 +109,8 @@ def old_map_figure(
 
 def _sheet(found: OldMap, scan: Scan | None) -> Sheet:
     """A mesh of nearly equal triangles over the hull."""
-    hull = ConvexHull(found.points.old)
-    corners = found.points.old[hull.vertices]
+    hull = ConvexHull(found.fitted.old)
+    corners = found.fitted.old[hull.vertices]
     step = float(np.sqrt(hull.volume / _VERTICES))
     inner = _inside(hull, step, 0.4 * step)
     rim = []
@@ -156,7 +156,7 @@ def _tissot(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     """Ellipses, the images of equal circles in truth."""
     _draw_ground(ax, sheet)
     _draw_grid(ax, sheet)
-    hull = ConvexHull(sheet.found.points.old)
+    hull = ConvexHull(sheet.found.fitted.old)
     step = float(np.sqrt(hull.volume / _ELLIPSES))
     while len(xy := _inside(hull, step, 0.25 * step)) < _FEWEST:  # a hull may be narrower than the step
         step *= 0.8
@@ -217,11 +217,11 @@ def _grid(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     step = _draw_grid(ax, sheet, strong=True)
     meant = found.rectifications["mdt"].affine.inverse()(found.points.new)
     lines = np.stack([found.points.old, meant], axis=1)
+    far = found.is_outlier
+    colours = np.where(far, _OUTLIER, _point(ax, sheet)).tolist()
     ax.add_collection(
-        LineCollection(list(lines), colors=_point(ax, sheet), linewidths=0.6, zorder=2.0, label="displacements"),
-        autolim=False,
+        LineCollection(list(lines), colors=colours, linewidths=0.6, zorder=2.0, label="displacements"), autolim=False
     )
-    far = np.isin(found.points.names, found.outliers)
     size = float(np.clip(3e3 / len(far), 3.0, 16.0))
     for chosen, colour in ((~far, _point(ax, sheet)), (far, _OUTLIER)):
         x, y = found.points.old[chosen].T
@@ -237,8 +237,15 @@ def _grid(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
             color=_OUTLIER,
             zorder=2.5,
         )
-    below = "Lines lead to where the MDT has the points" + ("; red: outliers" if far.any() else "")
+    below = "Lines lead to where the MDT has the points" + _red(found)
     _draw_title(ax, sheet, f"True grid, {_length(step)}", below)
+
+
+def _red(found: OldMap) -> str:
+    """What is told of outliers."""
+    if not found.is_outlier.any():
+        return ""
+    return "; red: outliers" + ("" if found.is_fitted.all() else ", left out")
 
 
 def _point(ax: Axes, sheet: Sheet) -> str:

@@ -30,6 +30,7 @@ from projdist.surfaces import (
     Indicatrices,
     Surface,
     ValuesAt,
+    crosses,
     ellipses,
     field,
     fit,
@@ -225,7 +226,7 @@ def draw_field(
     kept: FloatArray | None = None,
 ) -> None:
     """Draw prepared values as colours and isolines only, whose labels keep clear of some points (n, 2)."""
-    mapped, used = triangulation(surface)
+    mapped, used = triangulation(surface, surface.triangles)
     whole, values = values, values[used]
     if scale.measure.name == "meridian_convergence":
         mapped, values = _without_turn(mapped, values)
@@ -248,10 +249,12 @@ def draw_field(
         colours.set_clip_path(clip)
     inside = scale.levels[(scale.levels > present.min()) & (scale.levels < present.max())]
     if inside.size and shows_isolines(scale, present):
+        traced = crosses(values[mapped.triangles], inside) & ~unknown
         if values_at is not None:
-            mapped.set_mask(unknown | jumping(surface, whole, inside, values_at))
+            traced &= ~jumping(surface, whole, inside, values_at)
         lines = ax.tricontour(
-            mapped,
+            # Without the others: matplotlib looks through all of them for each level.
+            Triangulation(mapped.x, mapped.y, mapped.triangles[traced]),
             values,
             levels=inside,
             colors=look_of(ax).colours.ink,

@@ -27,6 +27,7 @@ from .knobs import Parameter
 from .names import needed_parameters, projection_names
 from .natures import Nature, nature_of
 from .parameters import defined_by, with_parameters
+from .particulars import Axis, Particulars, Setting, particulars_of
 from .planes import Graticule, Plane, Source, geographic, graticule_of, plane_of, same_map, source_of
 from .point_tables import (
     MISSING,
@@ -41,6 +42,7 @@ from .point_tables import (
 )
 from .projection import Projection, ProjectionLike
 from .registry import UNKNOWN, Facts, facts_of, proj_version
+from .same_conversions import codes_of_same_map
 from .shifts import DatumShift, datum_shift, keeps_datum, kept_datum
 from .tuning import Tunable, tunable, tuned
 from .worldmaps import WORLD_MAPS, distance_around_edge
@@ -54,6 +56,7 @@ __all__ = [
     "UNKNOWN",
     "WINKEL_PARALLEL",
     "WORLD_MAPS",
+    "Axis",
     "Conversion",
     "CrsRecord",
     "DatabaseCrs",
@@ -65,10 +68,12 @@ __all__ = [
     "GridError",
     "Nature",
     "Parameter",
+    "Particulars",
     "Plane",
     "Projection",
     "ProjectionError",
     "ProjectionLike",
+    "Setting",
     "Source",
     "Tunable",
     "add_columns",
@@ -78,6 +83,7 @@ __all__ = [
     "check_authorities",
     "check_degrees",
     "check_new_names",
+    "codes_of_same_map",
     "compose",
     "crs_of",
     "crs_records",
@@ -105,6 +111,7 @@ __all__ = [
     "needed_parameters",
     "number_text",
     "parameters_of",
+    "particulars_of",
     "pipeline_of",
     "places",
     "plane_of",

@@ -17,10 +17,10 @@ from pyproj import proj_version_str
 from pyproj.database import get_database_metadata
 from pyproj.datadir import get_data_dir
 
-__all__ = ["UNKNOWN", "Facts", "database", "facts_of", "proj_version"]
+__all__ = ["FALSE_ORIGINS", "UNKNOWN", "Facts", "database", "facts_of", "proj_version"]
 
 _AT_ONCE = 500  # codes in a query: SQLite takes 999 values
-_FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
+FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
 """EPSG's codes of false eastings and northings, which move a map and do not change it."""
 
 # Scopes of those who ask for a map for their own use, and of those that nobody states.
@@ -96,7 +96,7 @@ def _facts(rows: list[Any]) -> Facts:
     """The facts of one CRS, from a row for each of its usages."""
     frame, date, _, _, _, method, meridian, *parameters = rows[0]
     values = zip(parameters[::3], parameters[1::3], parameters[2::3], strict=True)
-    kept = frozenset(value for value in values if value[0] and value[0] not in _FALSE_ORIGINS)
+    kept = frozenset(value for value in values if value[0] and value[0] not in FALSE_ORIGINS)
     return Facts(
         frame or "",
         int(date[:4]) if date else 0,

@@ -1,7 +1,7 @@
 from .boundaries import boundary_polygon
 from .domain import Bounds, ground_size, is_part, longitude_width, normalised
 from .fields import field, filled, jacobians, measured
-from .jumps import ValuesAt, jumping
+from .jumps import ValuesAt, crosses, jumping
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons
 from .lines import graticule, graticule_steps, graticule_values, project_lines
 from .regional import shown_part, surface_of, surface_of_globe
@@ -29,6 +29,7 @@ __all__ = [
     "coast",
     "coast_resolution",
     "country_borders",
+    "crosses",
     "ellipses",
     "even_radius",
     "field",

@@ -21,7 +21,38 @@ ValuesAt = Callable[[FloatArray, FloatArray], FloatArray]
 
 def jumping(surface: Surface, values: FloatArray, levels: FloatArray, values_at: ValuesAt) -> BoolArray:
     """Which triangles of a surface have an edge along which a field passes a level by a jump."""
-    sides = np.sort(surface.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
+    corners = values[surface.triangles]
+    jumps = np.zeros(len(corners), dtype=bool)
+    # An edge along which a level is passed is of triangles that the level crosses: of few.
+    crossed = np.flatnonzero(crosses(corners, levels))
+    steepest = _STEEP * _usual_difference(surface, corners)
+    jumps[crossed] = _passed_by_jumps(surface, surface.triangles[crossed], values, levels, values_at, steepest)
+    return jumps
+
+
+def crosses(corners: FloatArray, levels: FloatArray) -> BoolArray:
+    """Which triangles, of values (n, 3) at their corners, any of the levels, in order, crosses or touches."""
+    least, most = corners.min(axis=1), corners.max(axis=1)
+    return np.asarray(np.searchsorted(levels, most, side="right") > np.searchsorted(levels, least))
+
+
+def _usual_difference(surface: Surface, corners: FloatArray) -> float:
+    """The median over the edges between nodes; NaN where there are none."""
+    known = (surface.triangles < surface.nodes).all(axis=1) & np.isfinite(corners).all(axis=1)
+    inner = corners[known]
+    return float(np.median(np.abs(inner - np.roll(inner, 1, axis=1)))) if len(inner) else np.nan
+
+
+def _passed_by_jumps(
+    surface: Surface,
+    triangles: IntArray,
+    values: FloatArray,
+    levels: FloatArray,
+    values_at: ValuesAt,
+    least: float,
+) -> BoolArray:
+    """The same of some triangles, with the least difference along an edge at which a jump is sought."""
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
     count = surface.x.size
     keys, which = np.unique((sides[..., 0] * count + sides[..., 1]).ravel(), return_inverse=True)
     edges = np.column_stack([keys // count, keys % count])
@@ -30,9 +61,7 @@ def jumping(surface: Surface, values: FloatArray, levels: FloatArray, values_at:
     passed = np.searchsorted(levels, high) > first
     inside = (edges < surface.nodes).all(axis=1) & np.isfinite(low + high)  # images of a seam are on sides of their own
     found = np.zeros(len(edges), dtype=bool)
-    step = high - low
-    steep = step > _STEEP * np.median(step[inside]) if inside.any() else inside
-    tried = np.flatnonzero(passed & inside & steep)
+    tried = np.flatnonzero(passed & inside & (high - low > least))
     if tried.size:
         found[tried] = _jumps(surface, edges[tried], levels[first[tried]], values_at)
     return np.asarray(found[which.reshape(-1, 3)].any(axis=1))

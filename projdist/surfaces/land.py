@@ -49,7 +49,7 @@ def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[Flo
 
 def _polygons(surface: Surface, area: Area) -> tuple[IntArray, list[FloatArray]]:
     found = cells_in(surface, area)
-    return surface.triangles_of(found.inside), found.pieces
+    return surface.covering(found.inside), found.pieces
 
 
 def _is_wide(surface: Surface) -> bool:

@@ -8,6 +8,7 @@ such a polygon runs along the seam, the map has its outline.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,6 +27,7 @@ _GLOBE_STEP = 0.6
 _REGION_NODES = 200
 _LONGEST = 0.25  # of the map's size: no cell is that long, unless it spans a seam that was not seen
 _HEMISPHERE = 180.0
+_BLOCK = 8  # cells on a side
 _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitudes where seams are
 
 
@@ -88,9 +90,42 @@ class Surface:
 
     def triangles_of(self, chosen: BoolArray) -> IntArray:
         """The triangles of some of the cells, first those that are `whole`, then those that are `cut`."""
-        whole = self.whole[chosen[: len(self.whole)]]
-        cut = [self.cut[k] for k in np.flatnonzero(chosen[len(self.whole) :])]
-        return triangles_of(whole, cut)
+        return triangles_of(*self._cells(chosen))
+
+    def covering(self, chosen: BoolArray | None = None) -> IntArray:
+        """A quarter as many triangles over the same cells, or all, with the same border: to fill with one colour.
+
+        Blocks of whole cells are fans about their middles, but where a fan would fold.
+        """
+        whole, cut = (self.whole, self.cut) if chosen is None else self._cells(chosen)
+        blocks = np.array(self.shape) // _BLOCK
+        row, column = np.divmod(whole[:, 0], self.shape[1])
+        block = row // _BLOCK * blocks[1] + column // _BLOCK
+        block[(row >= blocks[0] * _BLOCK) | (column >= blocks[1] * _BLOCK)] = blocks.prod()
+        filled = np.bincount(block, minlength=blocks.prod() + 1) == _BLOCK**2
+        filled[-1] = False
+        fans, numbers = self._fans(np.flatnonzero(filled), blocks[1])
+        filled[:] = False
+        filled[numbers] = True
+        return np.concatenate([fans, triangles_of(whole[~filled[block]], cut)])
+
+    def _fans(self, numbers: IntArray, in_a_row: int) -> tuple[IntArray, IntArray]:
+        """The triangles of those blocks, of some, that do not fold, and the numbers of these blocks."""
+        side, zeros = np.arange(_BLOCK), np.zeros(_BLOCK, dtype=int)
+        up = np.concatenate([zeros, side, zeros + _BLOCK, _BLOCK - side])
+        along = np.concatenate([side, zeros + _BLOCK, _BLOCK - side, zeros])
+        row, column = (_BLOCK * index for index in np.divmod(numbers, in_a_row))
+        ring = (row[:, None] + up) * self.shape[1] + (column[:, None] + along) % self.shape[1]
+        middle = (row + _BLOCK // 2) * self.shape[1] + column + _BLOCK // 2
+        x, y = self.x[ring] - self.x[middle, None], self.y[ring] - self.y[middle, None]
+        turns = np.sign(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1))
+        even = np.abs(turns.sum(axis=1)) == np.abs(turns).sum(axis=1)
+        fans = np.stack([np.broadcast_to(middle[:, None], ring.shape), ring, np.roll(ring, -1, axis=1)], axis=-1)
+        return fans[even].reshape(-1, 3), numbers[even]
+
+    def _cells(self, chosen: BoolArray) -> tuple[IntArray, list[IntArray]]:
+        """Some of the cells that are whole, and of those that are cut."""
+        return self.whole[chosen[: len(self.whole)]], [self.cut[k] for k in np.flatnonzero(chosen[len(self.whole) :])]
 
 
 def triangles_of(whole: IntArray, cut: Sequence[IntArray]) -> IntArray:
@@ -207,12 +242,13 @@ class _Builder:
             axis=-1,
         )
         whole = corners[~torn.any(axis=-1)]
-        longest = _LONGEST * self._size()
-        whole = whole[self._lengths(self.points.reshape(-1, 4)[whole, 2:]) < longest]
+        longest = _LONGEST * self._size
+        whole = whole[_longest_sides(self.points.reshape(-1, 4)[whole.T, 2:]) < longest]
         cells = np.argwhere(torn.any(axis=-1) & drawn(self.points.reshape(-1, 4)[corners]).any(axis=-1))
         walked = [(p, j, i) for j, i in cells for p in self._walk(corners[j, i], links[j, i], torn[j, i])]
-        polygons = [polygon for polygon, _, _ in walked if self._length(polygon) < longest]
-        places = [(j, i) for polygon, j, i in walked if self._length(polygon) < longest]
+        xy = np.concatenate([self.points.reshape(-1, 4), np.array(self.extra).reshape(-1, 4)])[:, 2:]
+        short = [one for one in walked if _longest_sides(xy[one[0]]) < longest]
+        polygons, places = [polygon for polygon, _, _ in short], [(j, i) for _, j, i in short]
         self._reach_out(polygons, places)
         cut = [np.array(polygon) for polygon in polygons]
         segments = [pair for polygon in polygons for pair in self._seam_sides(polygon)]
@@ -222,7 +258,9 @@ class _Builder:
         if not len(triangles):
             raise nothing_of(self.domain)
         u, v, x, y = vertices.T
-        extent = extent_of(vertices[np.unique(triangles), 2:])
+        used = np.zeros(len(vertices), dtype=bool)
+        used[triangles] = True
+        extent = extent_of(vertices[used, 2:])
         nodes = rows * columns
         sources = np.concatenate([np.arange(nodes), np.array(self.source, dtype=int)])
         return Surface(
@@ -296,8 +334,9 @@ class _Builder:
     def _is_point(self, row: FloatArray) -> bool:
         """Whether a row is a pole that has a point for its image, all or in each lobe."""
         steps = np.hypot(*np.diff(row[:, 2:], axis=0).T)
-        return bool(np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size())
+        return bool(np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size)
 
+    @functools.cached_property
     def _size(self) -> float:
         """The greater of width and height of the map."""
         xy = self.points[..., 2:].reshape(-1, 2)
@@ -341,17 +380,6 @@ class _Builder:
         sides = zip(polygon, [*polygon[1:], polygon[0]], strict=True)
         return [(one, other) for one, other in sides if min(one, other) >= nodes]
 
-    def _length(self, polygon: list[int]) -> float:
-        """The longest side of a polygon."""
-        nodes = self.rows * self.columns
-        xy = np.array([self.points.reshape(-1, 4)[k] if k < nodes else self.extra[k - nodes] for k in polygon])[:, 2:]
-        return float(self._lengths(xy))
-
-    @staticmethod
-    def _lengths(xy: FloatArray) -> FloatArray:
-        """The longest sides of polygons (..., n, 2)."""
-        return np.asarray(np.linalg.norm(xy - np.roll(xy, 1, axis=-2), axis=-1).max(axis=-1))
-
     def _edge(
         self,
         segments: list[tuple[int, int]],
@@ -375,7 +403,7 @@ class _Builder:
         if not segments:
             return np.empty((0, 2, 2))
         lines = vertices[:, 2:][np.array(segments)]
-        return np.asarray(lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 1e-6 * self._size()])
+        return np.asarray(lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 1e-6 * self._size])
 
     def _central_meridian(self) -> float | None:
         """The meridian opposite to the only tear of the equator; None if there is no such."""
@@ -386,6 +414,12 @@ class _Builder:
         if torn.size != 1:
             return None
         return float(normalised(self.across.start[row * self.width + torn[0], 0] + 180.0))
+
+
+def _longest_sides(xy: FloatArray) -> FloatArray:
+    """The longest sides of polygons, of corners (n, ..., 2)."""
+    sides = xy - np.roll(xy, 1, axis=0)
+    return np.asarray(np.hypot(sides[..., 0], sides[..., 1]).max(axis=0))
 
 
 def node_weights(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from projdist.support import check_number
 from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
 from projdist.surfaces.lines import graticule_values
 from projdist.surfaces.surface import Surface
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 _LEAST_SHARE = 0.4  # of the usual step
 _FILL = 0.8  # of the size at which the first two ellipses would touch
@@ -34,6 +31,7 @@ _SEEN, _LEAST_SEEN = 1.6, 1e-9
 _ROUND = 1e-9  # of a circle: it has no longest axis
 _NEIGHBOURS = 8
 _FEW = 9
+_COMPARED = 600  # points, each with each: 3 MB and 10 ms, a tenth of what scipy takes to load
 _MOST = 200_000  # on a globe of half a degree; smaller ones are less than a pixel
 _AT_ONCE = 500_000  # points on the ground; 100 MB
 
@@ -113,7 +111,7 @@ def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
     inside = region.contains(lon, lat)
     if isinstance(region, PointSet) or not len(region.edges) or inside.sum() >= _FEW:
         return inside
-    from scipy.spatial import cKDTree  # as above
+    from scipy.spatial import cKDTree  # slow to load, and hardly any region is so scattered
 
     tree = cKDTree(unit_vectors(lon, lat).T)
     _, nearest = tree.query(unit_vectors(region.edges[:, 0], region.edges[:, 1]).T)
@@ -127,19 +125,16 @@ def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
     The usual radius is the median over the points of that of their closest neighbour; the pairs are
     all that touch at no more.
     """
-    from scipy.spatial import cKDTree  # slow to load, and heat maps need none
-
     count = len(indicatrices.xy)
-    tree = cKDTree(indicatrices.xy)
     each = np.arange(count)
     # Neighbours on the map are not always the first to touch: they bound the radius from above.
-    near = tree.query(indicatrices.xy, min(_NEIGHBOURS, count - 1) + 1)[1]
+    near = _nearest(indicatrices.xy, min(_NEIGHBOURS, count - 1) + 1)
     limits = touching_radius(indicatrices, np.column_stack([np.repeat(each, near.shape[1]), near.ravel()]))
     bounds = np.where(near == each[:, None], np.inf, limits.reshape(near.shape)).min(axis=1)
     bound = np.partition(bounds, count // 2)[count // 2]
     # Ellipses that touch at a radius r are within r (a + a') of each other; the directions tried find a little less.
     reach = bound * principal_scales(indicatrices.J)[:, 0] / np.cos(np.pi / _DIRECTIONS)
-    pairs = _pairs_within(tree, reach)
+    pairs = _pairs_within(indicatrices.xy, reach)
     radii = touching_radius(indicatrices, pairs)
     closest = np.full(count, np.inf)
     np.minimum.at(closest, pairs, radii[:, None])
@@ -147,15 +142,34 @@ def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
     return pairs[radii <= usual], radii[radii <= usual], usual
 
 
-def _pairs_within(tree: cKDTree, reach: FloatArray) -> IntArray:
+def _nearest(xy: FloatArray, count: int) -> IntArray:
+    """The nearest of points (n, 2) to each of them, itself among them: (n, count) numbers."""
+    if len(xy) <= _COMPARED:
+        return np.argpartition(_distances(xy), count - 1, axis=1)[:, :count]
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(xy).query(xy, count)[1])
+
+
+def _pairs_within(xy: FloatArray, reach: FloatArray) -> IntArray:
     """Pairs (m, 2) of points that are no farther apart than the sum of their reaches, (n,)."""
+    count = len(xy)
+    if count <= _COMPARED:
+        return np.argwhere(np.triu(_distances(xy) <= reach[:, None] + reach, k=1))
+    from scipy.spatial import cKDTree
+
     # From the one that reaches farther, the other is at most twice as far.
-    found = tree.query_ball_point(tree.data, 2.0 * reach, return_sorted=False)
-    one, other = np.repeat(np.arange(tree.n), [len(some) for some in found]), np.concatenate(found).astype(int)
-    distance = np.linalg.norm(tree.data[one] - tree.data[other], axis=1)
+    found = cKDTree(xy).query_ball_point(xy, 2.0 * reach, return_sorted=False)
+    one, other = np.repeat(np.arange(count), [len(some) for some in found]), np.concatenate(found).astype(int)
+    distance = np.linalg.norm(xy[one] - xy[other], axis=1)
     pair = np.flatnonzero((one != other) & (distance <= reach[one] + reach[other]))
     first, second = np.minimum(one, other)[pair], np.maximum(one, other)[pair]
-    return np.column_stack(np.divmod(np.unique(first * tree.n + second), tree.n))
+    return np.column_stack(np.divmod(np.unique(first * count + second), count))
+
+
+def _distances(xy: FloatArray) -> FloatArray:
+    """Distances (n, n) between points (n, 2)."""
+    return np.asarray(np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1)))
 
 
 def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:

@@ -142,7 +142,9 @@ def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon
     """Lines joined where they meet, with the points that are seen, and only where the picture is."""
     if not lines:
         return
-    merged = shapely.line_merge(shapely.multilinestrings([shapely.linestrings(grid.exact(line)) for line in lines]))
+    points, sizes = grid.exact(np.concatenate(lines)), [len(line) for line in lines]
+    steps = shapely.linestrings(points, indices=np.repeat(np.arange(len(lines)), sizes))
+    merged = shapely.line_merge(shapely.multilinestrings(steps))
     shown = shapely.clip_by_rect(shapely.simplify(shapely.get_parts(merged), _SEEN), *window.bounds)
     for line in shapely.get_parts(shapely.get_parts(shown)):
         yield shapely.get_coordinates(line)
@@ -151,17 +153,19 @@ def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon
 def _united(polygons: Sequence[FloatArray], grid: Grid, window: shapely.Polygon) -> Iterator[FloatArray]:
     """The rings around polygons that lie side by side."""
     rings = [*_rings_around(polygons, grid)]
-    shapes = np.array([shapely.polygons(ring) for ring in rings], dtype=object)
+    if not rings:
+        return
+    indices = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
+    shapes = shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=indices))
     shapes = shapes[shapely.area(shapes) > _SMALL]
     west, south, east, north = shapely.bounds(shapes).reshape(-1, 4).T
     left, low, right, top = window.bounds
     whole = (west >= left) & (south >= low) & (east <= right) & (north <= top)
     clipped = shapely.get_parts(shapely.intersection(shapely.make_valid(shapes[~whole]), window))
     areas = np.concatenate([shapes[whole], clipped[shapely.get_type_id(clipped) == shapely.GeometryType.POLYGON]])
-    for ring in shapely.get_rings(shapely.simplify(areas, _SEEN)):
-        points = shapely.get_coordinates(ring)
-        if shapely.area(shapely.polygons(points)) > _SMALL:
-            yield points
+    seen = shapely.get_rings(shapely.simplify(areas, _SEEN))
+    for ring in seen[shapely.area(shapely.polygons(seen)) > _SMALL]:
+        yield shapely.get_coordinates(ring)
 
 
 def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatArray]:

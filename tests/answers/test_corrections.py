@@ -7,11 +7,13 @@ import pickle
 import numpy as np
 import pytest
 from pyproj import CRS, Transformer
+from scipy.optimize import brentq
 
-from projdist import Projection, correct, summarize
+from projdist import PointSet, Projection, correct, sample, summarize
 from projdist.answers.corrections import CONSTRAINTS, _direction
 from projdist.projections import ProjectionError, compose
 
+ONE_SIDE = np.array([[0.0, 0.0], [1.0, 0.0]])
 GERMANY = "box:5.9,47.3,15,55.1"
 WORLD = ["plate-carree", "mercator", "mollweide", "equal-earth", "winkel-tripel", "robinson", "sinusoidal"]
 _FIGURE = 5e-11  # half a unit of the figures' last digit
@@ -90,6 +92,77 @@ def test_constraints():
     assert found["scale"].airy_kavrayskiy_corrected == pytest.approx(found["scale"].airy_kavrayskiy_scaled, abs=_EXACT)
     gain = {name: result.airy_kavrayskiy**2 - result.airy_kavrayskiy_corrected**2 for name, result in found.items()}
     assert gain["scale"] + gain["stretch"] == pytest.approx(gain["affine"], abs=1e-9)
+
+
+# ---- by the geometric median ------------------------------------------------------------------
+
+
+def nearer_than(q, middle):
+    """The share of the sphere whose ln(1 / cos lat) differs by less than q from `middle`; sin(lat) is even by area."""
+    low, high = max(middle - q, 0.0), middle + q
+    return math.sqrt(1.0 - math.exp(-2.0 * high)) - math.sqrt(1.0 - math.exp(-2.0 * low))
+
+
+@pytest.mark.parametrize(("name", "T", "times"), [("plate-carree", (2 / 3**0.5, 1.0), 1.0), ("mercator", None, 2**0.5)])
+def test_median_of_cylindrical_maps(name, T, times):
+    """Half of the globe lies within 30 degrees of the equator: there is the median scale, and half has what follows."""
+    found = correct(name, criterion="median")
+    T = (2 / 3**0.5, 2 / 3**0.5) if T is None else T
+    assert np.abs(np.linalg.inv(found.matrix) - np.diag(T)).max() < found.matrix_error < 1e-4
+    middles = {"spread": 0.0, "spread_affine": math.log(math.e / 2), "spread_corrected": math.log(2 / math.sqrt(3))}
+    for spread, middle in middles.items():
+        truth = times * brentq(lambda q, middle=middle: nearer_than(q, middle) - 0.5, 1e-3, 1.0)
+        value, error = getattr(found, spread).median
+        assert abs(value - truth) < max(2.0 * error, 1e-4)
+    # The mean of ln(1 / cos lat) is 1 - ln 2.
+    assert found.spread.mean.value == pytest.approx(times * (1 - math.log(2)), abs=1e-5)
+    assert found.spread_corrected.mean.value < found.spread_affine.mean.value
+
+
+def test_median_of_robinson():
+    """Half of the globe has less than .165, where after the MDT it has less than .247; the squares pay for that."""
+    found = correct("robinson", criterion="median")
+    assert found.spread_corrected.median.value == pytest.approx(0.165, abs=5e-4)
+    assert found.spread_affine.median.value == pytest.approx(0.247, abs=5e-4)
+    assert found.airy_kavrayskiy_affine < found.airy_kavrayskiy_corrected
+    assert found.to_dict()["fisher_median_corrected"] == found.spread_corrected.median.value
+
+
+@pytest.mark.parametrize("region", ["country:DE", "cap:10,50,2000", "points"])
+def test_no_other_matrix_has_a_lower_mean(region):
+    """Small changes of the median raise the mean distortion; conformal and equal-area maps stay what they are."""
+    if region == "points":
+        rng = np.random.default_rng(7)
+        region = PointSet(rng.uniform(-20, 30, 50), rng.uniform(30, 70, 50), rng.uniform(1, 2, 50))
+    for name, changes in (("lcc+lat_1=30+lat_2=60", [np.eye(2)]), ("sinusoidal", [np.diag([1.0, -1.0]), ONE_SIDE])):
+        found = correct(name, region, criterion="median")
+        T = np.linalg.inv(found.matrix)
+        field = sample(name, region)
+        least = field.spread(T).mean.value
+        for V in changes:
+            for t in (-1e-2, 1e-2):
+                assert field.spread((np.eye(2) + t * V) @ T).mean.value > least
+        if name == "sinusoidal":
+            assert np.linalg.det(found.matrix) == pytest.approx(1.0, abs=1e-6)
+        else:
+            np.testing.assert_allclose(found.matrix, np.eye(2) * found.parts.scale, atol=1e-6)
+
+
+def test_a_median_that_is_not_unique():
+    """Of two places of one weight on a conformal map every scale between theirs is a median: the middle, and a word."""
+    two = PointSet(np.zeros(2), np.array([0.0, 60.0]), np.ones(2))
+    found = correct("mercator", two, criterion="median")
+    assert "other medians" in found.note
+    np.testing.assert_allclose(found.matrix, np.eye(2) / math.sqrt(2.0), atol=1e-9)
+
+
+def test_median_words():
+    """What cannot be asked for together is refused; words have no more digits than the median is good for."""
+    assert correct("plate-carree", criterion="median").words.startswith("scale 0.93059, stretch 1.1547")
+    with pytest.raises(ValueError, match=r"^Invalid constraint 'scale' with the median\. It must be affine\."):
+        correct("robinson", criterion="median", constraint="scale")
+    with pytest.raises(ValueError, match="criterion of a correction"):
+        correct("robinson", criterion="mode")
 
 
 def test_north():

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from mosaic_pictures import HEIGHT, WIDTH, cut, maps, places, save
+from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, grey_cut, maps, page, places, save, turned
 from mosaic_sets import moved, write_csv
 from PIL import Image
 
@@ -42,13 +42,91 @@ def test_registration_recovers_the_maps(model, tilt):
     assert pairs_apart(mosaic(points, model=model), H) < SUB_PIXEL
 
 
-def test_large_images_are_reduced(monkeypatch):
-    """Features of reduced images are in pixels of the whole ones, without a shift."""
+@pytest.mark.parametrize("fine", [0.5, 1.0])
+def test_large_images_are_reduced(monkeypatch, fine):
+    """Features of reduced images are in pixels of the whole ones, without a shift; larger ones are nearer."""
     pytest.importorskip("cv2")
     H = maps(np.random.default_rng(3))[:2]
     pictures = open_pictures(cut(H))
-    monkeypatch.setattr(features, "_MOST_PIXELS", 0.5 * WIDTH * HEIGHT)
-    assert pairs_apart(mosaic(match(pictures)), H) < 2 * SUB_PIXEL
+    monkeypatch.setattr(features, "_COARSE", 0.25 * WIDTH * HEIGHT)
+    monkeypatch.setattr(features, "_FINE", fine * WIDTH * HEIGHT)
+    heard = []
+    points = match(pictures, progress=lambda *steps: heard.append(steps))
+    # Two images, a pair, and the two images again.
+    assert heard[0] == (1, 2)
+    assert heard[-1] == (5, 5)
+    np.testing.assert_allclose(points.reductions, 1.0 / np.sqrt(fine))
+    assert pairs_apart(mosaic(points), H) < (2 if fine < 1 else 1) * SUB_PIXEL
+
+
+AERIAL = {
+    # What is looked at has the same size in leaves; the files differ.
+    "small": (577, 433, 1.33, 1.7e4, 6.7e4),
+    "9 megapixels": (3464, 2598, 8.0, 6e5, 2.4e6),
+}
+
+
+@pytest.mark.parametrize(
+    "size", [pytest.param(size, marks=[] if size == "small" else pytest.mark.slow) for size in AERIAL]
+)
+def test_leaves_move(monkeypatch, size):
+    """Photos whose clearest features are leaves, which no two of them share, are all found, to a pixel of the file."""
+    pytest.importorskip("cv2")
+    width, height, leaves, coarse, fine = AERIAL[size]
+    pictures, H = aerial(np.random.default_rng(1), width, height, leaves)
+    monkeypatch.setattr(features, "_COARSE", coarse)
+    monkeypatch.setattr(features, "_FINE", fine)
+    found = mosaic(match(open_pictures(pictures)))
+    assert found.images == list(range(6))
+    rim = places() * [width / WIDTH, height / HEIGHT]
+    for (i, j), S in {(m.i, m.j): np.linalg.solve(H[m.j], H[m.i]) for m in found.registration.matches}.items():
+        known = moved(S, rim)
+        inside = ((known >= 0) & (known <= [width, height])).all(axis=1)
+        got = moved(np.linalg.solve(found.matrices[j], found.matrices[i]), rim)
+        assert np.hypot(*(got - known)[inside].T).max(initial=0.0) < 1.0
+
+
+# ---- few points, and many that look alike ----------------------------------------------------
+
+
+def overlap_apart(found, H):
+    """Distances in pixels of the first two images' maps from the known ones, where the images overlap."""
+    x = np.stack(np.meshgrid(np.linspace(0, 420, 13), np.linspace(0, 320, 13)), axis=-1).reshape(-1, 2)
+    known, got = (moved(np.linalg.solve(M[1], M[0]), x) for M in (H, found.matrices))
+    inside = ((known >= 0) & (known <= [420, 320])).all(axis=1)
+    return np.hypot(*(got - known)[inside].T)
+
+
+def test_text():
+    """Of printed letters, which look alike, those at their places are told from others; of two pages none are."""
+    pytest.importorskip("cv2")
+    H = [turned(20.0, 20.0, 0.02), turned(330.0, 60.0, -0.03), turned(60.0, 270.0, 0.05)]
+    found = mosaic(match(open_pictures([grey_cut(page(3), one) for one in H])))
+    assert found.images == [0, 1, 2]
+    assert min(match.agree / match.points for match in found.registration.matches) < 0.12
+    assert overlap_apart(found, H).max() < SUB_PIXEL
+    with pytest.raises(ValueError, match=r"0 and 1, [0-9]+ of 2[0-9]+ points agree, no more than by chance"):
+        mosaic(match(open_pictures([grey_cut(page(seed), H[0]) for seed in (11, 21)])))
+
+
+@pytest.mark.parametrize(("seed", "kept"), [(2, 6), (5, 10)])
+def test_few_blobs(seed, kept):
+    """Of seven or thirteen points, as cells under a microscope have, those that are right are enough."""
+    pytest.importorskip("cv2")
+    H = [turned(20.0, 20.0, 0.02), turned(230.0, 60.0, -0.03)]
+    points = match(open_pictures([grey_cut(blobs(seed), one) for one in H]))
+    (pair,) = mosaic(points).registration.matches
+    right = np.hypot(*(moved(np.linalg.solve(H[1], H[0]), points.xi) - points.xj).T) < 4.0
+    assert pair.agree == right.sum() == kept
+    assert pair.false_alarms < -10
+
+
+def test_mirrored_pictures():
+    """A picture and its mirror image, as of a slide turned over, make no mosaic."""
+    pytest.importorskip("cv2")
+    one = cut(maps(np.random.default_rng(3)))[0]
+    with pytest.raises(ValueError, match=r"^Invalid orientation of 1\. They mirror the others"):
+        mosaic(match(open_pictures([one, np.ascontiguousarray(one[:, ::-1])])))
 
 
 @pytest.mark.slow
@@ -195,10 +273,10 @@ def test_many_images_are_matched_with_what_resembles_them(monkeypatch):
     kinds = rng.uniform(0, 255, (4, 30, 128))
     # Images 0, 4, 8 show one thing, 1, 5, 9 another; the last one nothing.
     found = [
-        features._Features(np.zeros((30, 2)), (kinds[k % 4] + rng.normal(0, 1, (30, 128))).astype(np.float32))
+        features._Features(np.zeros((30, 2)), (kinds[k % 4] + rng.normal(0, 1, (30, 128))).astype(np.float32), 1.0)
         for k in range(12)
     ]
-    found[11] = features._Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32))
+    found[11] = features._Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32), 1.0)
     pairs = set(features._candidates(found))
     assert {(k, k + 1) for k in range(11)} <= pairs
     assert {(0, 4), (0, 8), (4, 8), (1, 5), (5, 9), (3, 7)} <= pairs

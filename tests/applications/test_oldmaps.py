@@ -1,12 +1,12 @@
 """Old maps: fits with exact derivatives, the field of distortion, folds and outliers."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 from scipy.interpolate import RBFInterpolator
 
 from projdist.applications.oldmaps import (
@@ -19,6 +19,7 @@ from projdist.applications.oldmaps import (
     old_map,
 )
 from projdist.applications.oldmaps.field import hull_nodes
+from projdist.applications.oldmaps.outliers import FALSE_ALARM, _log_chance, _Residuals, wrong_points
 from projdist.field.at_points import jacobian
 from projdist.matrices.mean_transformation import mdt
 from projdist.matrices.measures import fisher
@@ -304,29 +305,104 @@ def test_folds(flip):
     assert (folds["share"], folds["area"]) == (found.fold_share, found.fold_share * found.area)
 
 
-def test_outliers():
-    """Points that are moved far are named, the farthest first, and none of a set with normal errors."""
-    rng = np.random.default_rng(8)
-    old = rng.uniform(0.0, 100.0, (60, 2))
-    new = 50.0 * old + rng.normal(0.0, 5.0, (60, 2))
-    assert old_map(ControlPoints(old, new), model="affine").outliers == ()
-    new[17] += [90.0, 0.0]
-    new[4] += [0.0, -60.0]
+def smooth(kind: str, old: np.ndarray) -> np.ndarray:
+    """True places, some 40 km large, of places on a sheet of 900 by 600."""
+    x, y = old.T / 600.0
+    both = {
+        "affine": (40 * x + 3 * y, 41 * y - 2 * x),
+        "waves": (40 * x + np.sin(6 * y), 40 * y + np.cos(5 * x + y)),
+        "conformal": (40 * x + 3 * np.exp(x) * np.cos(y), 40 * y + 3 * np.exp(x) * np.sin(y)),
+        "cone": ((3 - y) * np.sin(0.5 * x) * 25, -(3 - y) * np.cos(0.5 * x) * 25),
+    }[kind]
+    return 1000.0 * np.stack(both, axis=-1)
+
+
+def sheets(kind: str, count: int, noise: float, sets: range):
+    """Sets of scattered points of a smooth map, with normal errors in metres."""
+    for seed in sets:
+        rng = np.random.default_rng(seed)
+        old = rng.uniform([0.0, 0.0], [900.0, 600.0], (count, 2))
+        yield ControlPoints(old, smooth(kind, old) + noise * rng.normal(size=(count, 2)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [("affine", 12), ("affine", 40), *(pytest.param(k, 120, marks=pytest.mark.slow) for k in ("affine", "cone"))],
+)
+def test_false_alarms(kind, count):
+    """Of sets with normal errors and no wrong point 5 % at most have a point named; 3 standard deviations more pass."""
+    sets = 400
+    named = sum(bool(wrong_points(points).any()) for points in sheets(kind, count, 100.0, range(sets)))
+    assert named <= sets * FALSE_ALARM + 3.0 * math.sqrt(sets * FALSE_ALARM * (1.0 - FALSE_ALARM))
+
+
+@pytest.mark.parametrize("kind", ["affine", "waves", "conformal", "cone"])
+@pytest.mark.parametrize("count", [8, 40, pytest.param(300, marks=pytest.mark.slow)])
+def test_no_alarm_without_errors(kind, count):
+    """Whatever a spline lacks at the rim of a smooth map is no error of a point; rounding is none, either."""
+    for points in sheets(kind, count, 0.0, range(75 if count < 300 else 10)):
+        assert not wrong_points(points).any()
+
+
+@pytest.mark.parametrize("kind", ["affine", "waves", "cone"])
+@pytest.mark.parametrize("noise", [0.0, 100.0])
+def test_wrong_points_are_named(kind, noise):
+    """Three to ten of 100 points that are wrong by 40 errors or more are named, all; of the others few."""
+    missed = others = 0
+    for seed, points in enumerate(sheets(kind, 100, noise, range(20))):
+        rng = np.random.default_rng(1000 + seed)
+        wrong = rng.permutation(100) < rng.integers(3, 11)
+        angle, size = rng.uniform(0.0, 2.0 * np.pi, 100), rng.uniform(4e3, 1e4, 100)
+        away = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * (size * wrong)[:, None]
+        named = wrong_points(ControlPoints(points.old, points.new + away))
+        missed, others = missed + int((wrong & ~named).sum()), others + int((named & ~wrong).sum())
+    # Twenty sets with a chance of 5 % each have three such points or fewer in 98 of 100 cases.
+    assert (missed, others <= (0 if noise == 0.0 else 3)) == (0, True)
+
+
+def test_neighbours_of_a_wrong_point():
+    """Of points in pairs, 2 units apart, the one that is wrong is named, and not the one beside it."""
+    for number, points in enumerate(sheets("waves", 40, 20.0, range(20))):
+        rng = np.random.default_rng(number)
+        old = np.concatenate([points.old, points.old + 2.0])
+        new = smooth("waves", old) + rng.normal(0.0, 20.0, old.shape)
+        new[number] += [-1500.0, 1500.0]
+        named = wrong_points(ControlPoints(old, new))
+        assert (named[number], named[number + 40]) == (True, False)
+
+
+def test_the_fit_is_without_outliers():
+    """The mean Dist_F^2 with wrong points is that of the other points; if they are kept it is many times as large."""
+    (points,) = sheets("cone", 150, 30.0, range(1))
+    wrong = np.isin(np.arange(150), [3, 50, 77, 120])
+    moved = ControlPoints(points.old, points.new + np.where(wrong, 1.0, 0.0)[:, None] * [9e4, -6e4])
+    clean, found, kept = old_map(points.chosen(~wrong)), old_map(moved), old_map(moved, outliers="keep")
+    assert set(found.outliers) == set(kept.outliers) == {"4", "51", "78", "121"}
+    assert found.rectifications["mdt"].distortion == clean.rectifications["mdt"].distortion
+    assert kept.rectifications["mdt"].distortion > 5.0 * clean.rectifications["mdt"].distortion
+    assert (found.fitted.names, len(kept.fitted.names)) == (clean.points.names, 150)
+    rows = {row["id"]: row for row in found.to_dict()["points"]}
+    assert [rows[name]["outlier"] for name in ("3", "4", "51")] == [False, True, True]
+    assert rows["51"]["left_out"] == pytest.approx(math.hypot(9e4, 6e4), rel=0.01)
+    with pytest.raises(ValueError, match=r"Invalid outliers 'none'. It must be one of drop, keep"):
+        old_map(points, outliers="none")
+
+
+def test_outliers_are_told_in_order():
+    """The farthest comes first."""
+    (points,) = sheets("affine", 60, 5.0, range(1))
+    new = points.new.copy()
+    new[17] += [900.0, 0.0]
+    new[4] += [0.0, -600.0]
     names = tuple(f"P{k}" for k in range(60))
-    assert old_map(ControlPoints(old, new, names), model="affine").outliers == ("P17", "P4")
+    assert old_map(ControlPoints(points.old, new, names), model="affine").outliers == ("P17", "P4")
 
 
-def test_how_far_an_outlier_is():
-    """Of n normal residuals whose median length is m the longest is above m sqrt(ln(n / p) / ln 2) with chance p."""
-    rng = np.random.default_rng(8)
-    old = rng.uniform(0.0, 100.0, (100, 2))
-    found = old_map(ControlPoints(old, 50.0 * old), model="affine")
-    limit = math.sqrt(math.log(100 / 0.05) / math.log(2.0))
-    left_out = np.zeros((100, 2))
-    left_out[:, 1] = 1.0
-    for far, names in ((0.99 * limit, ()), (1.01 * limit, (found.points.names[30],))):
-        left_out[30] = 0.6 * far, -0.8 * far
-        assert replace(found, fit=replace(found.fit, left_out=left_out)).outliers == names
+def test_the_chance_of_a_residual():
+    """The square of a residual in the plane over its variance has the distribution F(2, 2 m)."""
+    for freedom in (1, 7, 200):
+        one = _Residuals(np.array([0.3, 5.0, 40.0]), np.ones(3), freedom)
+        np.testing.assert_allclose(_log_chance([one], 0.0), stats.f.logsf(one.square, 2, 2 * freedom), rtol=1e-9)
 
 
 def test_percentiles_of_measures():
@@ -368,6 +444,20 @@ def test_scale_and_turn_of_a_scan():
         old_map(found.points, dots_per_inch=0.0)
 
 
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_rotations_have_one_sign(flip):
+    """Of f = a z + b z^2 / 2 the sheet is turned clockwise by arg(a + b z): the mean, and what more a place has."""
+    a, b = 40.0 * np.exp(0.2j), 6.0 - 9.0j
+    z = grid(9) @ [1.0, 1.0j]
+    f = a * z + 0.5 * b * z * z
+    points = ControlPoints(grid(9) * [1.0, flip], np.stack([f.real, f.imag], axis=-1))
+    found = old_map(points, model="polynomial2")
+    more = np.array([row["rotation"] for row in found.to_dict()["points"]])
+    turned = np.degrees(np.angle(a + b * z))
+    assert np.ptp(turned) > 15.0
+    np.testing.assert_allclose(found.rectifications["mdt"].parts.rotation + more, turned, atol=1e-6)
+
+
 def test_no_denominator():
     """Without the scan's resolution there is none."""
     found = old_map(ControlPoints(*scattered()), model="affine")
@@ -392,7 +482,7 @@ def test_answer():
     data, frame = found.to_dict(), found.to_frame()
     assert list(frame.columns) == list(data["points"][0])
     assert len(frame) == len(data["points"]) == 12
-    np.testing.assert_allclose(np.hypot(*found.fit.left_out.T), frame["left_out"])
+    np.testing.assert_allclose(np.hypot(*found.residuals_left_out.T), frame["left_out"])
     assert found.to_json()
 
 
@@ -410,3 +500,17 @@ def test_nodes(corners, area, moment):
         errors.append(abs(float(weights @ nodes[:, 0] ** 2) - moment))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
     assert errors[1] < 1e-3
+
+
+def test_modes():
+    """A sheet that shrank unevenly in one direction alone has that for its only mode, to the fit's own error."""
+    side = np.linspace(0.0, 10.0, 9)
+    x, y = (axis.ravel() for axis in np.meshgrid(side, side))
+    true = np.stack([1000.0 * (x + 0.02 * x**2), 1000.0 * y], axis=-1)
+    found = old_map(ControlPoints(np.stack([x, y], axis=-1), true), model="polynomial2")
+    assert found.modes.words[0] == "horizontal"
+    assert found.modes.shares[0] == pytest.approx(1.0, abs=1e-9)
+    # ln(1 + .04 x) about its mean, x even from 0 to 10.
+    logs = np.log1p(0.04 * (np.arange(100_000) + 0.5) / 10_000)
+    assert found.modes.rms[0] == pytest.approx(logs.std(), rel=1e-4)
+    assert found.to_dict()["modes"][0]["words"] == "horizontal"

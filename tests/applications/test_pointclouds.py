@@ -465,3 +465,15 @@ def test_partners_are_mutual_and_near():
     cloud = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [500.0, 0.0]])
     template = np.array([[0.1, 0.0], [0.3, 0.0], [10.2, 0.0], [20.1, 0.0], [90.0, 0.0]])
     assert icp._partners(cloud, template).tolist() == [0, -1, 1, 2, -1]
+
+
+def test_modes():
+    """Clouds that differ by their height alone have that for their only mode, whatever the frame."""
+    points = np.random.default_rng(5).normal(size=(30, 3))
+    clouds = [points * [1.0, 1.0, height] for height in (1.0, 1.5, 3.0, 0.4)]
+    for frame in ("mdt", 0):
+        found = register(clouds, frame=frame)
+        assert found.modes.shares[0] == pytest.approx(1.0, abs=1e-12)
+        assert found.modes.rms[0] == pytest.approx(np.std(np.log([1.0, 1.5, 3.0, 0.4])), rel=1e-10)
+    assert register(clouds).modes.words[0] == "z +1.0"
+    assert len(found.to_dict()["modes"]) == 6

@@ -393,3 +393,17 @@ def test_compare_many_projections() -> None:
     words = [f"+proj=eqc +lat_ts={k / 4} +R=6371000" for k in range(200)]
     found = run_json("compare", *words, "-r", "box:0,0,10,10", *QUICK)
     assert len(found["results"]) == 200
+
+
+def test_modes() -> None:
+    """The modes of each map with their shares, on request; in CSV all three in columns."""
+    out = run_ok("compare", "robinson", "mercator", "--modes")
+    for text in ("Modes, after the best linear map", "72.7 %", "shear", "100.0 %", "size"):
+        assert text in out
+    assert out.count("mercator") == 2  # what has no part is not told
+    assert "Modes" not in run_ok("compare", "robinson")
+    (row,) = parse_csv(run_ok("compare", "mercator", "--modes", "--format", "csv"))
+    assert row["mode_1"] == "size"
+    assert float(row["mode_1_share"]) == pytest.approx(1.0, abs=1e-9)
+    found = run_json("compare", "mercator", "--modes")["results"][0]
+    assert found == summarize("mercator", modes=True).to_dict() | {"projection": "mercator"}

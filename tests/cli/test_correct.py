@@ -62,6 +62,32 @@ def test_table():
         assert text in out
 
 
+def test_median():
+    """The mean distortion and what half of the area is below, for the map as it is, after the MDT, and corrected."""
+    code, out, err = run("robinson", "--criterion", "median")
+    assert (code, err) == (0, "")
+    for text in ("half the area below", "corrected (median), measured again", "0.1652", "0.2473"):
+        assert text in out
+    assert "best scale" not in out
+    code, out, _ = run("robinson", "--criterion", "median", "--format", "json")
+    assert json.loads(out) == correct("robinson", criterion="median").to_dict() | {"projection": "robinson"}
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--criterion", "mode"], "Invalid criterion 'mode'. It must be mean or median."),
+        (["--criterion", "median", "--constraint", "scale"], "Invalid constraint 'scale' with the median."),
+        (["--criterion", "median", "--local", "500", "-o", "x.png"], "Invalid option '--criterion' with --local."),
+    ],
+)
+def test_median_options(options, said):
+    """What does not go together is refused in a line."""
+    code, out, err = run("robinson", *options)
+    assert (code, out) == (2, "")
+    assert said in err
+
+
 def test_proj_and_wkt():
     """What is printed is what pyproj reads."""
     truth = correct("moll").corrected(10.0, 50.0)

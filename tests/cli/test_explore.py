@@ -60,6 +60,7 @@ def test_a_port_that_is_taken_is_said() -> None:
     assert result.stderr == f"projdist: Invalid port '{port}'. It cannot be listened on: Address already in use.\n"
 
 
+@pytest.mark.slow
 def test_its_help_loads_nothing_slow() -> None:
     """Neither a server nor what draws."""
     code = (
@@ -73,6 +74,7 @@ def test_its_help_loads_nothing_slow() -> None:
     assert done.stdout.endswith("\n[]\n")
 
 
+@pytest.mark.slow
 def test_it_answers_as_soon_as_its_address_is_printed(tmp_path: Path) -> None:
     """Into a pipe, too; files of the command line are read by its processes; Ctrl-C leaves none of these."""
     path = tmp_path / "part.geojson"

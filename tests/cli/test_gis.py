@@ -38,7 +38,7 @@ def points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("options", "shape"),
     [
         (["--size", "40"], (40, 40)),
-        (["--size", "40,30"], (30, 40)),
+        pytest.param(["--size", "40,30"], (30, 40), marks=pytest.mark.slow),
         pytest.param(["--size", "40x30"], (30, 40), marks=pytest.mark.slow),
         pytest.param(["--resolution", "100000"], None, marks=pytest.mark.slow),
         (["--resolution", "2", "--grid", "lonlat"], (20, 20)),

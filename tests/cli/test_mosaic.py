@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 
 import numpy as np
 import pytest
@@ -89,14 +90,72 @@ def test_left_out_is_said(tmp_path, points):
     text = points.read_text().replace(")]", "), (200, 300)]")
     points.write_text(text)
     code, out, err = run("--correspondences", str(points))
-    assert (code, err) == (0, "projdist: Left out: 3. Nothing connects them with the other images.\n")
+    assert (code, err) == (1, "projdist: Left out: 3. Nothing connects them with the other images.\n")
     assert "3 images, affine" in out
+
+
+def two_groups(tmp_path):
+    """Points of images 0, 1 and 2, of 3 and 4, and of none."""
+    H = np.tile(np.eye(3), (6, 1, 1))
+    H[:, 0, 2] = [0.0, 150.0, 300.0, 5000.0, 5150.0, 9000.0]
+    return write_csv(tmp_path / "groups.csv", common_points(H))
+
+
+def test_groups(tmp_path):
+    """Of two groups the smaller is left out and named as one; with --all each is a mosaic with a file of its own."""
+    table, figure = two_groups(tmp_path), tmp_path / "frames.png"
+    code, out, err = run("--correspondences", str(table), "-f", "json")
+    assert code == 1
+    assert err == (
+        "projdist: Left out: 5; 3 and 4, which hang together. Nothing connects them with the other images.\n"
+    )
+    assert json.loads(out)["components"] == [["0", "1", "2"], ["3", "4"]]
+    report = tmp_path / "report.json"
+    words = ["--correspondences", str(table), "--all", "--compare", str(figure), "--dpi", "40"]
+    code, out, err = run(*words, "--report", str(report))
+    assert (code, err) == (1, "projdist: Left out: 5. Nothing connects them with the other images.\n")
+    second = tmp_path / "frames-2.png"
+    assert out.endswith(f"Wrote: {figure}\nWrote: {second}\nWrote: {report}\n")
+    assert "3 and 2 images, affine" in out
+    assert figure.is_file()
+    first, other = json.loads(report.read_text())["mosaics"]
+    assert [row is None for row in first["matrices"]] == [False] * 3 + [True] * 3
+    assert [row is None for row in other["matrices"]] == [True] * 3 + [False] * 2 + [True]
+    assert other["matrices"][4][0][2] - other["matrices"][3][0][2] == pytest.approx(150.0)
+    figure.unlink()
+    code, _, err = run(*words)
+    assert (code, f"'{second}'. It exists; --overwrite replaces it." in err, figure.exists()) == (2, True, False)
+    code, _, err = run(*words, "--frame", "3")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "Invalid frame '3'. With --all it must be mdt, first" in err
+    lines = run("--correspondences", str(table), "--all", "-f", "csv")[1].splitlines()
+    assert [line.split(",")[0] for line in lines] == ["image", "0", "1", "2", "3", "4"]
+
+
+def test_the_model_that_the_points_ask_for(tmp_path):
+    """Affine maps of pictures taken aslant are warned of with both errors; auto takes the homographies."""
+    rng = np.random.default_rng(4)
+    H = homographies(rng, spread=0.02, tilt=4e-4)
+    table = write_csv(tmp_path / "aslant.csv", common_points(H, rng=rng, noise=0.3))
+    words = ["--correspondences", str(table), "--tolerance", "30"]
+    code, out, err = run(*words)
+    assert code == 0
+    found = re.fullmatch(
+        r"projdist: Homographies fit the pairs to ([\d.]+) pixels RMS, affine maps to ([\d.]+): the model should be "
+        r"homography\.\n",
+        err,
+    )
+    assert 2.0 * float(found[1]) < float(found[2])
+    # Noise in both images, along both axes.
+    assert float(found[1]) == pytest.approx(0.6, rel=0.1)
+    code, out, err = run(*words, "--model", "auto", "-f", "json")
+    assert (code, err, json.loads(out)["model"]) == (0, "", "homography")
 
 
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        (["--model", "similarity"], 2, "Invalid model 'similarity'. It must be affine or homography."),
+        (["--model", "similarity"], 2, "Invalid model 'similarity'. It must be affine, homography or auto."),
         (["--model", "homography"], 2, "It has rows of the model affine; it must have some of the model homography."),
         (["--frame", "3"], 2, "Invalid frame '3'. It must be mdt, first, last, central, best, or the number"),
         (["--rotation", "none"], 2, "Invalid rotation 'none'. It must be chordal or log."),
@@ -126,7 +185,7 @@ def test_images(tmp_path):
     noise = np.random.default_rng(1).integers(0, 255, (200, 200, 3), np.uint8)
     sheets = [str(path) for path in save(tmp_path, [*cut(H), noise])]
     code, out, err = run(*sheets, "-f", "json")
-    assert (code, err) == (0, "projdist: Left out: sheet3.png. Nothing connects them with the other images.\n")
+    assert (code, err) == (1, "projdist: Left out: sheet3.png. Nothing connects them with the other images.\n")
     found = json.loads(out)
     assert found["images"] == ["sheet0.png", "sheet1.png", "sheet2.png", "sheet3.png"]
     assert found["left_out"] == ["sheet3.png"]

@@ -86,10 +86,13 @@ def test_folds_and_outliers_are_named(tmp_path):
     new[5] += [0.0, 900.0]
     path = tmp_path / "p.txt"
     np.savetxt(path, np.hstack([np.arange(40)[:, None], old, new]), fmt="%.9g")
-    out = run(path, "--smoothing", "0")[1]
+    out = run(path, "--smoothing", "0", "--outliers", "keep")[1]
     assert "The fit folds on " in out
     assert "square units), near " in out
-    assert "Outliers, the farthest first: 5" in out
+    assert "Outliers, the farthest first: 5.\n" in out
+    out = run(path, "--smoothing", "0")[1]
+    assert "The fit has no folds." in out
+    assert "Outliers, left out of the fit, the farthest first: 5.\n" in out
 
 
 def test_smoothing(points):
@@ -132,6 +135,7 @@ def test_words_are_those_of_the_pictures():
     ("words", "text"),
     [
         (["--model", "spline"], "Invalid model 'spline'. It must be helmert, affine, polynomial2, polynomial3 or tps."),
+        (["--outliers", "none"], "Invalid outliers 'none'. It must be drop or keep."),
         (["--smoothing", "-1"], "Invalid smoothing '-1'. It must be a number within 0 and 1e+09."),
         (["--smoothing", "1", "--model", "affine"], "Invalid smoothing '1' of model 'affine'. It is for tps"),
         (["--scan-dpi", "x"], "Invalid scan dpi 'x'. It must be a number within 1 and 100000."),

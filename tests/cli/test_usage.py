@@ -10,7 +10,7 @@ from projdist import __version__
 
 COMMANDS = [
     *("compare", "factors", "profile", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
-    *("world-map", "morph", "mosaic", "clouds", "oldmap", "list", "explore"),
+    *("world-map", "morph", "mosaic", "clouds", "oldmap", "list", "explore", "info"),
 ]
 
 
@@ -236,6 +236,13 @@ def test_no_arguments_is_help() -> None:
     result = run()
     assert (result.exit_code, result.stdout) == (2, "")
     assert all(command in result.stderr for command in COMMANDS)
+
+
+def test_the_list_of_commands_has_whole_sentences() -> None:
+    """In 80 columns each command has a line of its own, which ends as a sentence does."""
+    lines = run_ok("--help").partition("Commands:\n")[2].splitlines()
+    assert {line.split()[0] for line in lines} >= set(COMMANDS)
+    assert [line for line in lines if not re.fullmatch(r"  \S+ +[A-Z].*[^.]\.", line)] == []
 
 
 def test_version() -> None:

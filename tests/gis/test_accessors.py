@@ -48,7 +48,7 @@ def test_what_is_no_data_is_refused() -> None:
     ("imports", "has"),
     [
         ("geopandas, projdist.gis", True),
-        ("projdist.gis, pandas", False),
+        pytest.param("projdist.gis, pandas", False, marks=pytest.mark.slow),
         pytest.param("projdist.gis.accessors, geopandas", True, marks=pytest.mark.slow),
     ],
 )

@@ -9,6 +9,7 @@ pytestmark = pytest.mark.usefixtures("few_cells")
 PLACE = "5.96°E to 10.49°E, 45.82°N to 47.81°N"
 
 
+@pytest.mark.slow
 def test_the_region_of_several_maps_is_named_once():
     """In the line of the ellipses, and in that of the colours."""
     maps = ["EPSG:2056", "EPSG:2056"]

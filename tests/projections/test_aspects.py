@@ -93,8 +93,7 @@ def test_a_pole_at_the_centre(name, pole) -> None:
     "name",
     [
         "mollweide",
-        "winkel-tripel",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("robinson", "wagner-9")),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("winkel-tripel", "robinson", "wagner-9")),
     ],
 )
 def test_the_globe_is_turned_without_loss(name) -> None:

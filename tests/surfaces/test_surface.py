@@ -77,6 +77,28 @@ def test_triangles_cover_the_map_once(projection: str) -> None:
     assert area == pytest.approx(np.nansum(density * ground), rel=0.01)
 
 
+@pytest.mark.parametrize("projection", SEAMED)
+def test_fewer_triangles_cover_the_same(projection: str) -> None:
+    """Where one colour is enough, fans have the same border and the same area as the cells, and are far fewer."""
+    surface = surface_of(projection, step=1.0)
+    cells = np.arange(len(surface.whole) + len(surface.cut)) < 0.6 * len(surface.whole)
+    for chosen in (None, cells):
+        fine = surface.triangles if chosen is None else surface.triangles_of(chosen)
+        coarse = surface.covering(chosen)
+        assert len(coarse) < 0.5 * len(fine)
+        assert border_of(coarse) == border_of(fine)
+        corners = np.column_stack([surface.x, surface.y])
+        areas = [shapely.area(shapely.polygons(corners[triangles])).sum() for triangles in (coarse, fine)]
+        assert areas[0] == pytest.approx(areas[1], rel=1e-6)
+
+
+def border_of(triangles: np.ndarray) -> set[tuple[int, int]]:
+    """The sides that one triangle has, and no other."""
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    pairs, counts = np.unique(sides, axis=0, return_counts=True)
+    return set(map(tuple, pairs[counts == 1].tolist()))
+
+
 def test_outline_of_plate_carree_is_the_rectangle() -> None:
     """All of the outline is on the rectangle, and its length is the perimeter."""
     surface = surface_of("eqc")

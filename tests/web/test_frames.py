@@ -88,11 +88,11 @@ def factors_of(four: np.ndarray) -> dict[str, float]:
 
 # With the share of the area where the stated error is below 1e-3: all but beside poles, cuts and kinks.
 CASES = [
-    ("winkel-tripel", "globe", 0.94),
-    ("mercator", "globe", 0.95),
-    ("stereographic@90,0", "globe", 0.95),
+    pytest.param("winkel-tripel", "globe", 0.94, marks=pytest.mark.slow),
+    pytest.param("mercator", "globe", 0.95, marks=pytest.mark.slow),
+    pytest.param("stereographic@90,0", "globe", 0.95, marks=pytest.mark.slow),
     ("mollweide+lon_0=100", "globe", 0.95),
-    ("ortho@30,100", "globe", 0.9),
+    pytest.param("ortho@30,100", "globe", 0.9, marks=pytest.mark.slow),
     pytest.param("isea", "globe", 0.2, marks=pytest.mark.slow),
     ("goode-homolosine", "globe", 0.8),
     ("EPSG:3035", "country:DE", 1.0),
@@ -123,7 +123,9 @@ def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> 
     assert (off <= steepness * stated)[stated < 0.1].all()
 
 
-@pytest.mark.parametrize("given", ["igh", "healpix", "peirce_q"])
+@pytest.mark.parametrize(
+    "given", ["healpix", *(pytest.param(name, marks=pytest.mark.slow) for name in ("igh", "peirce_q"))]
+)
 def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
     """Between the corners of triangles of torn cells that are more than a line, within the error stated there."""
     frame = Decoded(draw_maps([given], titles=["A"], region="globe").frames[0])

@@ -1,4 +1,4 @@
-from .answers import FRAMES, Canvas, Mosaic, check_frame, mosaic
+from .answers import FRAMES, Canvas, Mosaic, check_frame, mosaic, mosaics_of_groups
 from .blending import BLENDS
 from .common import EXPOSURES
 from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
@@ -14,13 +14,15 @@ from .georeference import (
 )
 from .homographies import corners
 from .images import Picture, check_pixels, open_image, open_pictures
-from .projective import MODELS, places
-from .registration import Match, Registration, register
+from .models import ModelFit
+from .projective import CHOICES, MODELS, places
+from .registration import Match, Registration, register, register_groups
 from .rendering import Rendered, render
 from .saving import PICTURE_SUFFIXES, save_mosaic
 
 __all__ = [
     "BLENDS",
+    "CHOICES",
     "EXPOSURES",
     "FRAMES",
     "MODELS",
@@ -31,6 +33,7 @@ __all__ = [
     "Georeference",
     "Match",
     "MeanGeoreference",
+    "ModelFit",
     "Mosaic",
     "Picture",
     "Registration",
@@ -42,6 +45,7 @@ __all__ = [
     "match",
     "mean_georeference",
     "mosaic",
+    "mosaics_of_groups",
     "open_image",
     "open_pictures",
     "parse_sizes",
@@ -49,6 +53,7 @@ __all__ = [
     "read_correspondences",
     "read_world_file",
     "register",
+    "register_groups",
     "render",
     "save_mosaic",
     "world_file",

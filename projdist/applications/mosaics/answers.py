@@ -13,13 +13,14 @@ from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.frames import CommonFrames, Frame, common_frames, frame_of_image
 from projdist.applications.mosaics.homographies import corners
 from projdist.applications.mosaics.projective import places
-from projdist.applications.mosaics.registration import Registration, register
+from projdist.applications.mosaics.registration import Registration, register_groups
 from projdist.matrices import ROTATIONS, check_weights
-from projdist.support import Answer, plain
+from projdist.support import Answer, listed, plain
 
-__all__ = ["FRAMES", "Canvas", "Mosaic", "check_frame", "mosaic"]
+__all__ = ["FRAMES", "Canvas", "Mosaic", "check_frame", "mosaic", "mosaics_of_groups"]
 
 FRAMES = ("mdt", "first", "last", "central", "best")
+_SEVERAL = 2.0  # times better is worth a word
 _MOST_PIXELS = 1e8  # of a canvas: 300 MB of colours
 
 
@@ -72,11 +73,42 @@ class Mosaic(Answer):
         return [self.points.name(image) for image in self.registration.left_out]
 
     @property
+    def alone(self) -> list[str]:
+        """The names or numbers of the images that hang together with no other."""
+        grouped = {image for group in self.registration.components for image in group}
+        return [self.points.name(image) for image in self.registration.left_out if image not in grouped]
+
+    @property
     def notes(self) -> list[str]:
         """What is to be said of the result; mostly nothing."""
-        names = self.left_out
-        left = f"Left out: {', '.join(names)}. Nothing connects them with the other images." if names else ""
-        return [note for note in (left, self.common.rotation.note, self.canvas().note) if note]
+        return self.told()
+
+    def told(self, *, others: bool = True) -> list[str]:
+        """The notes; without `others` none of other groups of images, which have mosaics of their own."""
+        notes = (self._left(others), self._better, self.common.rotation.note, self.canvas().note)
+        return [note for note in notes if note]
+
+    def _left(self, others: bool) -> str:
+        """The images left out, those that hang together in one."""
+        found, name = self.registration, self.points.name
+        groups = [group for group in found.components if others and set(group) <= set(found.left_out)]
+        parts = [", ".join(self.alone)] if self.alone else []
+        parts += [listed([name(image) for image in group], "and") + ", which hang together" for group in groups]
+        return f"Left out: {'; '.join(parts)}. Nothing connects them with the other images." if parts else ""
+
+    @property
+    def _better(self) -> str:
+        """That homographies fit several times better than the affine maps that were asked for."""
+        models = self.registration.models
+        if self.registration.model != "affine" or not models:
+            return ""
+        affine, homography = models["affine"], models["homography"]
+        if affine.gric <= homography.gric or affine.rms_pixels < _SEVERAL * homography.rms_pixels:
+            return ""
+        return (
+            f"Homographies fit the pairs to {homography.rms_pixels:.3g} pixels RMS, affine maps to "
+            f"{affine.rms_pixels:.3g}: the model should be homography."
+        )
 
     def canvas(self, *, most_pixels: float | None = None) -> Canvas:
         """The picture that holds all images, of so many pixels at most."""
@@ -113,12 +145,13 @@ class Mosaic(Answer):
             },
             "matrices": self._of_all(self.matrices),
             "rms_pixels": found.rms_pixels,
+            "models": {key: fit._asdict() for key, fit in found.models.items()},
             "resultant_length": float(self.common.rotation.mean_resultant_length),
             "left_out": self.left_out,
             "components": [[name(image) for image in group] for group in found.components],
             "canvas": {"width": canvas.width, "height": canvas.height, "scale": canvas.scale},
             "pairs": [
-                {"i": name(m.i), "j": name(m.j), "points": m.points, "agree": m.agree, "reason": m.reason}
+                m._asdict() | {"i": name(m.i), "j": name(m.j), "false_alarms": plain(m.false_alarms)}
                 for m in found.matches
             ],
             "notes": self.notes,
@@ -166,16 +199,61 @@ def mosaic(
 ) -> Mosaic:
     """Bring images into a common frame by the points that they have in common.
 
-    `model`: affine maps, or homographies. `frame`: "mdt", in which the images are distorted least, or the plane of an
-    image: "first", "last", "central", "best" of all, or a number. `weights`: of the images, equal ones if not given.
-    `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as for `register`. `most_pixels`: of the
-    canvas. Raises ValueError for frames in which an image reaches infinity, and as `register` does.
+    `model`: affine maps, homographies, or "auto": those that the points ask for. `frame`: "mdt", in which the images
+    are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number. `weights`: of
+    the images, equal ones if not given. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as for
+    `register`. `most_pixels`: of the canvas. Raises ValueError for frames in which an image reaches infinity, and as
+    `register` does.
     """
+    return _mosaics(points, model, frame, weights, rotation, tolerance, most_pixels, 1)[0]
+
+
+def mosaics_of_groups(
+    points: Correspondences,
+    *,
+    model: str = "affine",
+    frame: str = "mdt",
+    weights: ArrayLike | None = None,
+    rotation: str = "chordal",
+    tolerance: float = 4.0,
+    most_pixels: float = _MOST_PIXELS,
+) -> list[Mosaic]:
+    """A mosaic of each group of images that hang together, the largest first; arguments and errors as of `mosaic`.
+
+    `frame`: a name, as an image is in one group only.
+    """
+    if not isinstance(check_frame(frame, len(points.sizes)), str):
+        raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
+    return _mosaics(points, model, frame, weights, rotation, tolerance, most_pixels, None)
+
+
+def _mosaics(
+    points: Correspondences,
+    model: str,
+    frame: str | int,
+    weights: ArrayLike | None,
+    rotation: str,
+    tolerance: float,
+    most_pixels: float,
+    most: int | None,
+) -> list[Mosaic]:
     frame = check_frame(frame, len(points.sizes))
     if rotation not in ROTATIONS:
         raise ValueError(f"Invalid rotation '{rotation}'. It must be {' or '.join(ROTATIONS)}.")
     all_weights = check_weights(weights, (len(points.sizes),))
-    found = register(points, model=model, tolerance=tolerance)
+    groups = register_groups(points, model=model, tolerance=tolerance, most=most)
+    return [_framed(points, found, frame, all_weights, rotation, most_pixels) for found in groups]
+
+
+def _framed(
+    points: Correspondences,
+    found: Registration,
+    frame: str | int,
+    all_weights: FloatArray,
+    rotation: str,
+    most_pixels: float,
+) -> Mosaic:
+    """Registered images in a frame."""
     each = check_weights(all_weights[found.images], (len(found.images),))
     common = common_frames(found, each, rotation)
     if isinstance(frame, str):

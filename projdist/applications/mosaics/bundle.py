@@ -16,7 +16,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.applications.mosaics.projective import ENTRIES, homogeneous
 
-__all__ = ["Link", "adjust", "transfer_errors"]
+__all__ = ["Link", "adjust", "transfer_errors", "transfers"]
 
 _MOST_STEPS = 200  # 5 to 10 do
 _SETTLED = 1e-13  # of a step, in half an image: rounding
@@ -33,13 +33,14 @@ class Link(NamedTuple):
 
 
 def transfer_errors(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
-    """The larger of the two distances of each pair of points under maps S (..., 3, 3) from i to j, shape (..., n).
+    """The larger of the two distances of each pair of points under maps S (..., 3, 3) from i to j, shape (..., n)."""
+    return np.maximum(*transfers(S, xi, xj))
 
-    Infinite where a point lies behind the other image's horizon.
-    """
+
+def transfers(S: FloatArray, xi: FloatArray, xj: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Both distances, in image j and in image i; infinite where a point lies behind the other image's horizon."""
     with np.errstate(all="ignore"):
-        there, back = _distances(S, xi, xj), _distances(np.asarray(np.linalg.inv(S)), xj, xi)
-    return np.maximum(there, back)
+        return _distances(S, xi, xj), _distances(np.asarray(np.linalg.inv(S)), xj, xi)
 
 
 def _distances(S: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:

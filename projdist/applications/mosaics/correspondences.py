@@ -31,8 +31,10 @@ class Correspondences:
     """Points of images i, shape (n, 2), that are points of images j.
 
     Pixels, x to the right and y down; an image covers 0 to its width and 0 to its height. `i`, `j`: numbers of images,
-    from 0. `sizes`: widths and heights of all images, shape (N, 2). `names`: of all images, or None. Raises ValueError
-    for numbers of no image, images paired with themselves, and what is not finite, with the number of the row.
+    from 0. `sizes`: widths and heights of all images, shape (N, 2). `names`: of all images, or None. `reductions`: of
+    points that were found in reduced images, pixels of the whole in one of these, (n,), 1 if not given. Raises
+    ValueError for numbers of no image, images paired with themselves, and what is not finite, with the number of the
+    row.
     """
 
     i: IntArray
@@ -41,15 +43,20 @@ class Correspondences:
     xj: FloatArray
     sizes: FloatArray
     names: tuple[str, ...] | None = None
+    reductions: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "i", np.asarray(self.i, dtype=int))
         object.__setattr__(self, "j", np.asarray(self.j, dtype=int))
         for name in ("xi", "xj", "sizes"):
             object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float).reshape(-1, 2))
+        reductions = np.ones(len(self.i)) if self.reductions is None else np.asarray(self.reductions, dtype=float)
+        object.__setattr__(self, "reductions", reductions)
         count = len(self.sizes)
         if not len(self.i) == len(self.j) == len(self.xi) == len(self.xj):
             raise ValueError("Invalid correspondences. There must be as many i and j as points of either image.")
+        if len(reductions) != len(self.i) or not (reductions >= 1).all():
+            raise ValueError("Invalid reductions of correspondences. There must be one a point, 1 or more.")
         if not count or not ((self.sizes >= 1) & (self.sizes <= _LARGEST)).all():
             raise ValueError("Invalid sizes of images. There must be some, in pixels, as 800x600.")
         if self.names is not None and len(self.names) != count:
@@ -91,9 +98,9 @@ def read_correspondences(
 ) -> Correspondences:
     """The rows of a CSV file `model,i,j,xi,yi,xj,yj` that were matched for a model.
 
-    The column model is 0 or `affine`, 1 or `homography`. `sizes`: widths and heights, one pair for all images or one an
-    image; without them a comment line must have them, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises
-    ValueError.
+    The column model is 0 or `affine`, 1 or `homography`; "auto" takes the rows of either. `sizes`: widths and heights,
+    one pair for all images or one an image; without them a comment line must have them, as
+    `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
     """
     table, stated = _read(Path(path), check_model(model))
     i, j = table[:, 0].astype(int), table[:, 1].astype(int)
@@ -150,12 +157,12 @@ def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]]
                 "numbers of two images, and pixels."
             )
         models.add(row[0])
-        if row[0] == model:
+        if model in (row[0], "auto"):
             rows.append(row[1:])
     if not rows:
         has = f"It has rows of the model {models.pop()}" if models else "It has no rows"
         raise ValueError(f"Invalid correspondences '{path}'. {has}; it must have some of the model {model}.")
-    return np.array(rows), stated
+    return np.array(list(dict.fromkeys(rows)) if model == "auto" else rows), stated
 
 
 def _stated_sizes(line: str) -> list[tuple[float, float]] | None:

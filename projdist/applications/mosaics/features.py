@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -12,83 +12,149 @@ from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.images import Picture
 from projdist.applications.mosaics.libraries import opencv
+from projdist.applications.mosaics.pairs import estimate
+from projdist.applications.mosaics.projective import places
 
 __all__ = ["match"]
 
-_MOST_PIXELS = 2e6  # of an image in which features are looked for
-_MOST_FEATURES = 3000  # of an image, the clearest
+# Pixels of an image in which features are looked for, and how many, the clearest. The clearest features of a large
+# photo are leaves and grass, which no other photo has: what images have in common is found on small ones. On larger
+# ones it is then sought only where it must be.
+_COARSE, _FINE = 6e5, 2.4e6
+_COARSE_FEATURES, _FINE_FEATURES = 3000, 8000
+_TOLERANCE = 4.0  # pixels of the small images
+_AROUND = 6.0  # pixels of the small images, about the place where a feature must be on the larger ones
 _CONTRAST = 0.02  # the least of a feature: half of Lowe's, for small and pale images
 # The nearest feature must be nearer than the second by this (D. Lowe 2004, "Distinctive image features from
 # scale-invariant keypoints", section 7.1).
 _RATIO = 0.8
-_FEWEST = 8  # points in common: fewer are chance
-_ALL_PAIRS = 40  # images
+_FEWEST = 6  # points in common: fewer decide nothing
+_ALL_PAIRS = 11  # images
 # Of more images, each is matched with those that most of its clearest features resemble (M. Brown & D. G. Lowe 2007,
 # "Automatic panoramic image stitching using invariant features", section 3.1), and with those before and behind it.
 _CLEAREST, _NEAREST, _RESEMBLING = 200, 4, 8
+_Result = TypeVar("_Result")
+_NOTHING = "Invalid images. No two of them have anything in common."
 
 
 class _Features(NamedTuple):
-    """Places (n, 2) in pixels of the whole image, and what is around them (n, 128), the clearest first."""
+    """Places (n, 2) in pixels of the whole image, and what is around them (n, 128), the clearest first.
+
+    `reduction`: pixels of the whole image in one of the image that they were found in.
+    """
 
     places: FloatArray
     descriptors: AnyArray
+    reduction: float
 
 
-def match(pictures: Sequence[Picture]) -> Correspondences:
+class _Common(NamedTuple):
+    """The points xi and xj (n, 2) that images i and j have in common, and the reduction at which they were found."""
+
+    i: int
+    j: int
+    xi: FloatArray
+    xj: FloatArray
+    reduction: float
+
+
+def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object] | None = None) -> Correspondences:
     """Points that pictures have in common, some of them wrong: what `mosaic` takes.
 
-    Features are SIFT's, of images reduced to two million pixels. Two belong together where either is nearest to the
-    other, by far. Raises ValueError where no two images have anything in common or an image is broken, and ImportError
-    without OpenCV.
+    Features are SIFT's, of images reduced to 0.6 million pixels. Two belong together where either is nearest to the
+    other, by far. Of larger images those that then match are matched again at 2.4 million pixels, each feature with
+    those about the place where it must be. `progress` hears of images and pairs done and of all. Raises ValueError
+    where no two images have anything in common or an image is broken, and ImportError without OpenCV.
     """
     if len(pictures) < 2:
         raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
-    features = [_features(picture) for picture in pictures]
-    columns: list[list[AnyArray]] = [[], [], [], []]
-    for i, j in _candidates(features):
-        first, second = _matched(features[i].descriptors, features[j].descriptors)
-        both = np.hstack([features[i].places[first], features[j].places[second]])
-        both = np.unique(both, axis=0)  # a feature with two directions is there twice
-        if len(both) >= _FEWEST:
-            for column, values in zip(
-                columns, (np.full(len(both), i), np.full(len(both), j), both[:, :2], both[:, 2:]), strict=True
-            ):
-                column.append(values)
-    if not columns[0]:
-        raise ValueError("Invalid images. No two of them have anything in common.")
-    first, second, xi, xj = (np.concatenate(column) for column in columns)
-    sizes = np.array([picture.size for picture in pictures], dtype=float)
+    steps = _Steps(progress, len(pictures))
+    features = [steps.done(_features(picture, _COARSE, _COARSE_FEATURES)) for picture in pictures]
+    pairs = _candidates(features)
+    steps.more(len(pairs))
+    found = [common for i, j in pairs if (common := steps.done(_common(i, j, features[i], features[j]))) is not None]
+    if not found:
+        raise ValueError(_NOTHING)
+    return _listed(_refined(pictures, found, steps), pictures)
+
+
+class _Steps:
+    """Tells a listener of what is done and of all."""
+
+    def __init__(self, progress: Callable[[int, int], object] | None, total: int) -> None:
+        self._progress, self._total, self._done = progress, total, 0
+
+    def more(self, count: int) -> None:
+        """So many steps are to be done besides."""
+        self._total += count
+
+    def done(self, result: _Result) -> _Result:
+        """A step is done, with this result."""
+        self._done += 1
+        if self._progress is not None:
+            self._progress(self._done, self._total)
+        return result
+
+
+def _listed(found: Sequence[_Common], pictures: Sequence[Picture]) -> Correspondences:
+    counts = [len(one.xi) for one in found]
     return Correspondences(
-        i=first, j=second, xi=xi, xj=xj, sizes=sizes, names=tuple(picture.name for picture in pictures)
+        i=np.repeat([one.i for one in found], counts),
+        j=np.repeat([one.j for one in found], counts),
+        xi=np.concatenate([one.xi for one in found]),
+        xj=np.concatenate([one.xj for one in found]),
+        sizes=np.array([picture.size for picture in pictures], dtype=float),
+        names=tuple(picture.name for picture in pictures),
+        reductions=np.repeat([one.reduction for one in found], counts),
     )
 
 
-def _features(picture: Picture) -> _Features:
+def _features(picture: Picture, most_pixels: float, most_features: int) -> _Features:
     cv2 = opencv()
     colours, mask = picture.read()
     grey = cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY)
     height, width = grey.shape
-    share = min(1.0, float(np.sqrt(_MOST_PIXELS / (width * height))))
+    share = min(1.0, float(np.sqrt(most_pixels / (width * height))))
     if share < 1.0:
         small = max(1, round(width * share)), max(1, round(height * share))
         grey = cv2.resize(grey, small, interpolation=cv2.INTER_AREA)
         mask = cv2.resize(mask, small, interpolation=cv2.INTER_NEAREST)
     # Without the precise upscale places are off by a quarter of a pixel.
-    sift = cv2.SIFT_create(nfeatures=_MOST_FEATURES, contrastThreshold=_CONTRAST, enable_precise_upscale=True)
+    sift = cv2.SIFT_create(nfeatures=most_features, contrastThreshold=_CONTRAST, enable_precise_upscale=True)
     points, descriptors = sift.detectAndCompute(grey, mask)
     if descriptors is None:
-        return _Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32))
+        return _Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32), 1.0 / share)
     order = np.argsort([-point.response for point in points], kind="stable")
     # OpenCV counts from the middle of the first pixel.
-    places = (np.array([point.pt for point in points]) + 0.5) * [width / grey.shape[1], height / grey.shape[0]]
-    return _Features(places[order], descriptors[order])
+    there = (np.array([point.pt for point in points]) + 0.5) * [width / grey.shape[1], height / grey.shape[0]]
+    return _Features(there[order], descriptors[order], 1.0 / share)
+
+
+# ---- on small images ------------------------------------------------------------------------
+
+
+def _common(i: int, j: int, a: _Features, b: _Features) -> _Common | None:
+    """The features that two images have in common; None of too few."""
+    first, second = _matched(a.descriptors, b.descriptors)
+    return _unique(i, j, a, b, first, second)
+
+
+def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second: IntArray) -> _Common | None:
+    both = np.unique(np.hstack([a.places[first], b.places[second]]), axis=0)  # one with two directions is there twice
+    if len(both) < _FEWEST:
+        return None
+    return _Common(i, j, both[:, :2], both[:, 2:], max(a.reduction, b.reduction))
 
 
 def _nearest(a: AnyArray, b: AnyArray, count: int) -> tuple[FloatArray, IntArray]:
     """Distances of each a from the nearest b, and which these are, (n, count)."""
-    cv2 = opencv()
-    distances, numbers = cv2.batchDistance(a, b, cv2.CV_32F, normType=cv2.NORM_L2, K=count)
+    squares = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2.0 * (a @ b.T)
+    rows = np.arange(len(a))
+    distances, numbers = np.zeros((len(a), count)), np.zeros((len(a), count), int)
+    for column in range(count):
+        numbers[:, column] = squares.argmin(axis=1)
+        distances[:, column] = np.sqrt(np.maximum(squares[rows, numbers[:, column]], 0.0))
+        squares[rows, numbers[:, column]] = np.inf
     return distances, numbers
 
 
@@ -105,11 +171,11 @@ def _matched(a: AnyArray, b: AnyArray) -> tuple[IntArray, IntArray]:
     return clear[back == clear], there[back == clear]
 
 
-def _candidates(features: Sequence[_Features]) -> Iterable[tuple[int, int]]:
+def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
     """The pairs of images that are worth matching: all of a few, of many those that look alike or are neighbours."""
     count = len(features)
     if count <= _ALL_PAIRS:
-        return itertools.combinations(range(count), 2)
+        return list(itertools.combinations(range(count), 2))
     clearest = [one.descriptors[:_CLEAREST] for one in features]
     everything = np.concatenate(clearest)
     owner = np.repeat(np.arange(count), [len(one) for one in clearest])
@@ -120,5 +186,65 @@ def _candidates(features: Sequence[_Features]) -> Iterable[tuple[int, int]]:
             found = owner[others][_nearest(own, everything[others], _NEAREST)[1]]
             votes = np.bincount(found.reshape(-1), minlength=count)
             alike = np.argsort(-votes, kind="stable")[:_RESEMBLING].tolist()
-            pairs |= {(min(k, other), max(k, other)) for other in alike}
+            pairs |= {(min(k, other), max(k, other)) for other in alike if other != k}
     return sorted(pairs)
+
+
+# ---- on larger ones -------------------------------------------------------------------------
+
+
+def _refined(pictures: Sequence[Picture], found: Sequence[_Common], steps: _Steps) -> list[_Common]:
+    """The points of pairs that match, found anew on larger images; those of other pairs as they are."""
+    maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
+    larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
+    steps.more(len(larger))
+    fine = {image: steps.done(_features(pictures[image], _FINE, _FINE_FEATURES)) for image in sorted(larger)}
+    again = (
+        None if S is None else _guided(one, S, fine[one.i], fine[one.j]) for one, S in zip(found, maps, strict=True)
+    )
+    return [one if new is None else new for one, new in zip(found, again, strict=True)]
+
+
+def _map_of(one: _Common, pictures: Sequence[Picture]) -> FloatArray | None:
+    """The homography from image i to image j in pixels; None where the points have none in common."""
+    sizes = np.array([pictures[one.i].size, pictures[one.j].size], dtype=float)
+    unit = float(sizes.max()) / 2.0
+    into = [np.array([[1.0 / unit, 0, -w / unit / 2], [0, 1.0 / unit, -h / unit / 2], [0, 0, 1.0]]) for w, h in sizes]
+    xi, xj = (places(M[None], x[None])[0] for M, x in zip(into, (one.xi, one.xj), strict=True))
+    area = float(sizes.prod(axis=1).min()) / unit**2
+    pair = estimate(xi, xj, "homography", _TOLERANCE * one.reduction / unit, area=area, tests=1)
+    return None if pair.S is None else np.asarray(np.linalg.solve(into[1], pair.S @ into[0]))
+
+
+def _guided(one: _Common, S: FloatArray, a: _Features, b: _Features) -> _Common | None:
+    """The features of larger images that belong together, within a few pixels of where the map S has them.
+
+    Of those about its place a feature's nearest must be nearer than the second by far, and it must be that one's
+    nearest; None where there are fewer than on the small images.
+    """
+    from scipy.spatial import KDTree  # scipy is slow to load, and few need it
+
+    predicted = places(S[None], a.places[None])[0]
+    near = np.isfinite(predicted).all(axis=1) & (np.abs(predicted) < 1e6).all(axis=1)
+    numbers = np.flatnonzero(near)
+    around = KDTree(b.places).query_ball_point(predicted[numbers], _AROUND * one.reduction)
+    first = np.repeat(numbers, [len(those) for those in around])
+    second = np.array([other for those in around for other in those], dtype=int)
+    gaps = np.linalg.norm(a.descriptors[first] - b.descriptors[second], axis=1)
+    kept = _clear(first, gaps, len(a.places)) & (gaps == _least(second, gaps, len(b.places))[second])
+    common = _unique(one.i, one.j, a, b, first[kept], second[kept])
+    return None if common is None or len(common.xi) < len(one.xi) else common
+
+
+def _least(owner: IntArray, gaps: FloatArray, count: int) -> FloatArray:
+    """The least gap of each of so many owners, infinite of those that have none."""
+    least = np.full(count, np.inf)
+    np.minimum.at(least, owner, gaps)
+    return least
+
+
+def _clear(owner: IntArray, gaps: FloatArray, count: int) -> AnyArray:
+    """Which gaps are the least of their owner's, by far."""
+    best = gaps == _least(owner, gaps, count)[owner]
+    second = _least(owner, np.where(best, np.inf, gaps), count)
+    return best & (gaps < _RATIO * second[owner])

@@ -6,9 +6,10 @@ import numpy as np
 
 from projdist._typing import FloatArray
 
-__all__ = ["ENTRIES", "LEAST", "MODELS", "check_model", "fit", "homogeneous", "jacobians", "normalised"]
+__all__ = ["CHOICES", "ENTRIES", "LEAST", "MODELS", "check_model", "fit", "homogeneous", "jacobians", "normalised"]
 
 MODELS = ("affine", "homography")
+CHOICES = (*MODELS, "auto")
 LEAST = {"affine": 3, "homography": 4}  # points that determine a map
 # The entries that a map is changed in, at the identity: all but the last, or two rows.
 ENTRIES = {
@@ -17,9 +18,9 @@ ENTRIES = {
 
 
 def check_model(model: str) -> str:
-    """The name of a model; raises ValueError for another."""
-    if model not in MODELS:
-        raise ValueError(f"Invalid model '{model}'. It must be {' or '.join(MODELS)}.")
+    """The name of a model or auto; raises ValueError for another."""
+    if model not in CHOICES:
+        raise ValueError(f"Invalid model '{model}'. It must be affine, homography or auto.")
     return model
 
 

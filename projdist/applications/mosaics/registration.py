@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,23 +10,29 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.applications.mosaics.bundle import Link, adjust
 from projdist.applications.mosaics.correspondences import Correspondences
+from projdist.applications.mosaics.models import ModelFit, Shared, compare_models
 from projdist.applications.mosaics.pairs import Pair, estimate
-from projdist.applications.mosaics.projective import check_model
+from projdist.applications.mosaics.projective import MODELS, check_model
 from projdist.support import listed
 
-__all__ = ["Match", "Registration", "register"]
+__all__ = ["Match", "Registration", "register", "register_groups"]
 
 _SHOWN = 10  # names in one message
 
 
 class Match(NamedTuple):
-    """Two images, how many points they share and how many agree on a map; where none does, the reason."""
+    """Two images, how many points they share and how many agree on a map; where none does, the reason.
+
+    `false_alarms`: decimal logarithm of how many maps chance would make as good, over all pairs; NaN where none was
+    tried.
+    """
 
     i: int
     j: int
     points: int
     agree: int
     reason: str
+    false_alarms: float
 
 
 class Registration(NamedTuple):
@@ -34,7 +40,7 @@ class Registration(NamedTuple):
 
     `images`: numbers of those that hang together, the most that do; `matrices`: their maps (n, 3, 3). `components`: all
     groups of two images or more, the largest first. `left_out`: the images beside `images`. `rms_pixels`: of the
-    symmetric transfer error. `matches`: of all pairs.
+    symmetric transfer error. `matches`: of all pairs. `models`: how either model fits the pairs.
     """
 
     model: str
@@ -45,36 +51,75 @@ class Registration(NamedTuple):
     components: list[list[int]]
     left_out: list[int]
     matches: list[Match]
+    models: dict[str, ModelFit]
 
 
 def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> Registration:
     """Register images by the points that they have in common.
 
-    `tolerance`: pixels; points of a pair of images that are farther off the pair's map are wrong. Pairs whose points
-    agree are chained, strongest first, and the chains are the start of a bundle adjustment. Raises ValueError where no
-    two images hang together, and where some images mirror others.
+    `model`: affine maps, homographies, or "auto": those that the points ask for. `tolerance`: pixels, of the reduced
+    images where points were found in such; points of a pair of images that are farther off the pair's map are wrong.
+    Pairs of which so many points agree as chance in all pairs together would not bring are chained, strongest first,
+    and the chains are the start of a bundle adjustment. Raises ValueError where no two images hang together, and where
+    some images mirror others.
     """
-    model = check_model(model)
+    return register_groups(points, model=model, tolerance=tolerance, most=1)[0]
+
+
+def register_groups(
+    points: Correspondences, *, model: str = "affine", tolerance: float = 4.0, most: int | None = None
+) -> list[Registration]:
+    """Register each group of images that hang together, the largest first; at most so many. Raises as `register`."""
+    check_model(model)
     if not tolerance > 0:
         raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
     # Coordinates from the middle of each image, in halves of the longest side.
     unit = float(points.sizes.max()) / 2.0
+    links = list(_links(points, unit))
     found = {
-        (link.i, link.j): (link, estimate(link.xi, link.xj, model, tolerance / unit)) for link in _links(points, unit)
+        name: [_estimate(link, reduction * tolerance / unit, points, unit, name) for link, reduction in links]
+        for name in MODELS
     }
-    matches = [Match(i, j, len(link.xi), int(pair.agree.sum()), pair.reason) for (i, j), (link, pair) in found.items()]
-    good = {pair: both for pair, both in found.items() if both[1].S is not None}
+    models = compare_models(_shared(links, found, unit), unit)
+    if model == "auto":
+        model = min(models, key=lambda name: models[name].gric, default=MODELS[0])
+    pairs = {(link.i, link.j): (link, pair) for (link, _), pair in zip(links, found[model], strict=True)}
+    matches = [
+        Match(i, j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
+        for (i, j), (link, pair) in pairs.items()
+    ]
+    good = {pair: both for pair, both in pairs.items() if both[1].S is not None}
     components = _components(good)
     if not components:
         raise ValueError("Invalid correspondences. No two images match: " + _why(points, matches) + ".")
-    images = components[0]
+    return [_registered(points, good, model, images, components, matches, models) for images in components[:most]]
+
+
+def _shared(links: Sequence[tuple[Link, float]], found: dict[str, list[Pair]], unit: float) -> Iterator[Shared]:
+    """The pairs of images that have a map of either model."""
+    for number, (link, reduction) in enumerate(links):
+        agree = np.logical_or(*(pairs[number].agree for pairs in found.values()))
+        if agree.any():
+            yield Shared(link, agree, reduction / unit)
+
+
+def _registered(
+    points: Correspondences,
+    good: dict[tuple[int, int], tuple[Link, Pair]],
+    model: str,
+    images: list[int],
+    components: list[list[int]],
+    matches: list[Match],
+    models: dict[str, ModelFit],
+) -> Registration:
+    """The maps of a group of images."""
+    unit = float(points.sizes.max()) / 2.0
     number = {image: place for place, image in enumerate(images)}
-    chain = _chained(images, {key: pair for key, (_, pair) in good.items()})
+    own = {(i, j): both for (i, j), both in good.items() if i in number}
+    chain = _chained(images, {key: pair for key, (_, pair) in own.items()})
     _refuse_mirrors(points, images, chain)
     links = [
-        Link(number[i], number[j], link.xi[pair.agree], link.xj[pair.agree])
-        for (i, j), (link, pair) in good.items()
-        if i in number
+        Link(number[i], number[j], link.xi[pair.agree], link.xj[pair.agree]) for (i, j), (link, pair) in own.items()
     ]
     maps, rms = adjust(chain, links, model)
     to_unit = np.tile(np.eye(3), (len(images), 1, 1))
@@ -95,11 +140,20 @@ def register(points: Correspondences, *, model: str = "affine", tolerance: float
         components,
         left_out,
         matches,
+        models,
     )
 
 
-def _links(points: Correspondences, unit: float) -> Iterable[Link]:
-    """The points of each pair of images i < j, in coordinates from the images' middles."""
+def _estimate(link: Link, tolerance: float, points: Correspondences, unit: float, model: str) -> Pair:
+    """The map of two images, among as many pairs as there may be."""
+    area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / unit**2
+    tests = len(points.sizes) * (len(points.sizes) - 1) // 2
+    return estimate(link.xi, link.xj, model, tolerance, area=area, tests=tests)
+
+
+def _links(points: Correspondences, unit: float) -> Iterator[tuple[Link, float]]:
+    """The points of each pair of images i < j, in coordinates from the images' middles, and their reduction."""
+    reductions = np.asarray(points.reductions)
     swap = points.i > points.j
     i, j = np.where(swap, points.j, points.i), np.where(swap, points.i, points.j)
     first = np.where(swap[:, None], points.xj, points.xi)
@@ -107,12 +161,8 @@ def _links(points: Correspondences, unit: float) -> Iterable[Link]:
     keys, places = np.unique(np.stack([i, j], axis=1), axis=0, return_inverse=True)
     for number, (a, b) in enumerate(keys.tolist()):
         chosen = places.reshape(-1) == number
-        yield Link(
-            a,
-            b,
-            (first[chosen] - 0.5 * points.sizes[a]) / unit,
-            (second[chosen] - 0.5 * points.sizes[b]) / unit,
-        )
+        xi, xj = (first[chosen] - 0.5 * points.sizes[a]) / unit, (second[chosen] - 0.5 * points.sizes[b]) / unit
+        yield Link(a, b, xi, xj), float(reductions[chosen].max())
 
 
 def _components(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:

@@ -6,6 +6,7 @@ leads from the old map to the truth. Means are by area on the old map, over the 
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,17 +14,30 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps.fits import Fit, affine_fit, fit, helmert_fit
+from projdist.applications.oldmaps.outliers import wrong_points
 from projdist.applications.oldmaps.points import ControlPoints
-from projdist.matrices import Affine, Decomposition, Measure, areal_scale, decompose, field_mdt, field_rotation, fisher
+from projdist.matrices import (
+    Affine,
+    Decomposition,
+    Measure,
+    Modes,
+    areal_scale,
+    decompose,
+    field_mdt,
+    field_modes,
+    field_rotation,
+    fisher,
+)
 from projdist.numerics import quantile
-from projdist.support import Answer, check_instance, check_number, plain
+from projdist.support import Answer, check_choice, check_instance, check_number, plain
 
-__all__ = ["OldMap", "Rectification", "hull_nodes", "old_map"]
+__all__ = ["OUTLIERS", "OldMap", "Rectification", "hull_nodes", "old_map"]
+
+OUTLIERS = ("drop", "keep")
+"""What becomes of wrong points: they are left out of the fit, or stay in it."""
 
 _ROWS = 100  # of nodes, and nodes in a row
 _INCH = 0.0254  # metres
-_MEDIAN = np.sqrt(2.0 * np.log(2.0))  # of the lengths of normal residuals of two coordinates, in standard deviations
-_FALSE_ALARM = 0.05  # the chance that any point of a set without outliers is named
 _SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 
@@ -81,6 +95,7 @@ class Rectification:
 class OldMap(Answer):
     """An old map as its control points show it.
 
+    `is_outlier` (n,): which points are wrong; `is_fitted` (n,): which ones the fit and the rectifications are of.
     `nodes` (m, 2) fill the hull of the points on the old map, with `weights` of the sum 1; `jacobian` (m, 2, 2) is
     there the old map's, in its units per metre, NaN where the fit folds (turns over). `rectifications` are by "mdt",
     "affine" and "helmert" (least squares). `area` is that of the hull in square units. `dots_per_inch` are those of the
@@ -88,6 +103,8 @@ class OldMap(Answer):
     """
 
     points: ControlPoints
+    is_outlier: BoolArray
+    is_fitted: BoolArray
     fit: Fit
     is_mirrored: bool
     nodes: FloatArray
@@ -108,24 +125,40 @@ class OldMap(Answer):
         """The control points that are nearest to folds, most of a fold first."""
         folded = np.isnan(self.jacobian[:, 0, 0])
         places = self.nodes[folded]
-        nearest = ((places[:, None] - self.points.old) ** 2).sum(axis=-1).argmin(axis=1)
-        share = np.bincount(nearest, self.weights[folded], len(self.points.old))
-        at_points = np.isnan(self.local_jacobian(self.points.old)[:, 0, 0])
+        points = self.fitted
+        nearest = ((places[:, None] - points.old) ** 2).sum(axis=-1).argmin(axis=1)
+        share = np.bincount(nearest, self.weights[folded], len(points.old))
+        at_points = np.isnan(self.local_jacobian(points.old)[:, 0, 0])
         order = np.argsort(-share, kind="stable")
-        return tuple(self.points.names[k] for k in order if share[k] > 0 or at_points[k])
+        return tuple(points.names[k] for k in order if share[k] > 0 or at_points[k])
 
     @property
     def outliers(self) -> tuple[str, ...]:
-        """Control points that lie farther from where the others have them than chance lets any, the farthest first."""
-        distance = np.hypot(*self.fit.left_out.T)
-        if not np.isfinite(distance).any():
-            return ()
-        # Of n normal residuals in the plane the longest exceeds sigma sqrt(2 ln(n / p)) with a chance of p.
-        sigma = np.nanmedian(distance) / _MEDIAN
-        limit = sigma * np.sqrt(2.0 * np.log(len(distance) / _FALSE_ALARM))
-        rounding = 1e-9 * float(np.ptp(self.points.new))
-        order = np.argsort(-np.nan_to_num(distance), kind="stable")
-        return tuple(self.points.names[k] for k in order if distance[k] > max(limit, rounding))
+        """The wrong points, those farthest from where the others have them first."""
+        distance = np.hypot(*self.residuals_left_out.T)
+        order = np.argsort(-distance, kind="stable")
+        return tuple(self.points.names[k] for k in order if self.is_outlier[k])
+
+    @functools.cached_property
+    def fitted(self) -> ControlPoints:
+        """The points that the fit is of."""
+        return self.points.chosen(self.is_fitted)
+
+    @functools.cached_property
+    def residuals(self) -> FloatArray:
+        """By how much the points' true places (n, 2) lie off the fitted ones."""
+        return self._of_all(self.fit.residuals)
+
+    @functools.cached_property
+    def residuals_left_out(self) -> FloatArray:
+        """By how much they lie off what is fitted to the other points (n, 2); NaN where these do not suffice."""
+        return self._of_all(self.fit.left_out)
+
+    def _of_all(self, of_fitted: FloatArray) -> FloatArray:
+        """Residuals of all points, those that the fit is not of from it."""
+        residuals = self.points.new - self.fit(self.points.old)
+        residuals[self.is_fitted] = of_fitted
+        return np.asarray(residuals)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -149,6 +182,12 @@ class OldMap(Answer):
     def denominator(self, metres_per_unit: float) -> float | None:
         """N of the scale 1 : N, where the scan's resolution is known."""
         return None if self.dots_per_inch is None else metres_per_unit * self.dots_per_inch / _INCH
+
+    @property
+    def modes(self) -> Modes:
+        """The principal components of the distortion after the MDT, on its axes, by area on the old map."""
+        known = ~np.isnan(self.jacobian[:, 0, 0])
+        return field_modes(self.corrected(self.jacobian[known]), self.weights[known], np.eye(2))
 
     def statistics(self) -> dict[str, dict[str, float]]:
         """Percentiles of the measures after the MDT, by area on the old map."""
@@ -181,27 +220,34 @@ class OldMap(Answer):
             "rectifications": corrections,
             "folds": {"share": self.fold_share, "area": self.fold_share * self.area, "near": list(self.folds_near)},
             "outliers": list(self.outliers),
+            "outliers_left_out": bool(self.is_outlier.any() and not self.is_fitted.all()),
             "statistics": self.statistics(),
+            "modes": self.modes.to_dict()["modes"],
             "notes": list(self.notes),
             "points": [{name: plain(value) for name, value in row.items()} for row in self._table()],
         }
 
     def _table(self) -> list[dict[str, Any]]:
         """A row a control point: its places, its residuals in metres, and the measures there after the MDT."""
-        J, far = self.corrected(self.local_jacobian(self.points.old)), self.outliers
+        J = self.corrected(self.local_jacobian(self.points.old))
         columns: dict[str, Any] = {"id": self.points.names}
         columns |= dict(zip(("x_old", "y_old"), self.points.old.T.tolist(), strict=True))
         columns |= dict(zip(("x_new", "y_new"), self.points.new.T.tolist(), strict=True))
-        columns |= dict(zip(("residual_x", "residual_y"), self.fit.residuals.T.tolist(), strict=True))
-        columns["left_out"] = np.hypot(*self.fit.left_out.T).tolist()
-        columns["outlier"] = [name in far for name in self.points.names]
+        columns |= dict(zip(("residual_x", "residual_y"), self.residuals.T.tolist(), strict=True))
+        columns["left_out"] = np.hypot(*self.residuals_left_out.T).tolist()
+        columns["outlier"] = self.is_outlier.tolist()
         columns["fold"] = np.isnan(J[:, 0, 0]).tolist()
         columns |= {name: measure(J).tolist() for name, measure in LOCAL_MEASURES.items()}
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def old_map(
-    points: ControlPoints, *, model: str = "tps", smoothing: float | None = None, dots_per_inch: float | None = None
+    points: ControlPoints,
+    *,
+    model: str = "tps",
+    smoothing: float | None = None,
+    outliers: str = "drop",
+    dots_per_inch: float | None = None,
 ) -> OldMap:
     """How an old map distorts, by the model that is fitted to its control points.
 
@@ -215,6 +261,12 @@ def old_map(
         Of tps, not negative: what its bending counts beside the sum of squares, where lengths are in units of the
         points' standard deviation along an axis, after the affine fit. By default that of the least generalized
         cross-validation.
+    outliers : str
+        "drop" or "keep". Control points that are wrong are always named, and fitted only if they are kept. Whatever the
+        model, they are found by splines of two orders with cross-validated smoothing: the worst is left out, by its
+        externally studentised residual, and the splines are fitted anew, as long as its chance among normal errors of
+        all points is below 5 %. What of them fits the others in the end is taken back. Eight points are needed, and no
+        more than a quarter may be wrong.
     dots_per_inch : float, optional
         Those of the scan in whose pixels the old places are given; they make denominators of scales.
 
@@ -233,7 +285,8 @@ def old_map(
     References
     ----------
     D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications (mdt).
-    Duchon 1977 (the spline), Craven & Wahba 1979 (its cross-validation).
+    Duchon 1977 (the spline), Craven & Wahba 1979 (its cross-validation), Wahba 1990 (its errors).
+    Rosner 1983, Technometrics 25 (several outliers, one after the other).
 
     Examples
     --------
@@ -246,6 +299,9 @@ def old_map(
     check_instance("control points", points, ControlPoints, "ControlPoints")
     if dots_per_inch is not None and not 0.0 < check_number("dots per inch", dots_per_inch) < np.inf:
         raise ValueError(f"Invalid dots per inch '{dots_per_inch:g}'. They must be positive.")
+    is_outlier = wrong_points(points)
+    is_fitted = np.ones_like(is_outlier) if check_choice("outliers", outliers, OUTLIERS) == "keep" else ~is_outlier
+    given, points = points, points.chosen(is_fitted)
     fitted, linear = fit(points, model, smoothing), affine_fit(points)
     is_mirrored = bool(np.linalg.det(linear.matrix) < 0)
     # Laid in the registered plane, the nodes are the same places whatever the old map's units and axes.
@@ -262,7 +318,9 @@ def old_map(
     mean = Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
     maps = {"mdt": mean, "affine": linear, "helmert": helmert_fit(points)}
     return OldMap(
-        points=points,
+        points=given,
+        is_outlier=is_outlier,
+        is_fitted=is_fitted,
         fit=fitted,
         is_mirrored=is_mirrored,
         nodes=nodes,

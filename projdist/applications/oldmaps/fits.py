@@ -13,12 +13,12 @@ from typing import Protocol
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import AnyArray, FloatArray
 from projdist.applications.oldmaps.points import ControlPoints
 from projdist.matrices import Affine
 from projdist.support import check_choice, check_number
 
-__all__ = ["MODELS", "Fit", "affine_fit", "fit", "helmert_fit"]
+__all__ = ["MODELS", "Fit", "SplineModes", "affine_fit", "fit", "helmert_fit", "normalised"]
 
 _CHUNK = 1 << 20  # doubles of the terms at some places at a time
 _SMALLEST = 1e-13  # of the largest eigenvalue of a spline: smaller ones are rounding
@@ -83,8 +83,7 @@ class Spline:
 
     def values(self, u: FloatArray) -> FloatArray:
         """Shape (m, 3 + n)."""
-        square = ((u[:, None] - self.knots) ** 2).sum(axis=-1)
-        return np.concatenate([np.ones((len(u), 1)), u, 0.5 * square * _log(square)], axis=1)
+        return np.concatenate([np.ones((len(u), 1)), u, _kernel(u, self.knots)], axis=1)
 
     def gradients(self, u: FloatArray) -> FloatArray:
         """Shape (m, 3 + n, 2)."""
@@ -150,8 +149,9 @@ def fit(points: ControlPoints, model: str = "tps", smoothing: float | None = Non
     return MODELS[model](points, smoothing)
 
 
-def _normalised(points: ControlPoints, linear: Affine) -> Affine:
-    """A linear fit followed by a shift and a scale that bring the points to a mean of 0 and a variance of 1."""
+def normalised(points: ControlPoints, linear: Affine | None = None) -> Affine:
+    """A linear fit, affine if not given, and a shift and a scale to a mean of 0 and a variance of 1 of the points."""
+    linear = affine_fit(points) if linear is None else linear
     registered = linear(points.old)
     middle = registered.mean(axis=0)
     unit = np.sqrt(((registered - middle) ** 2).mean())
@@ -159,7 +159,7 @@ def _normalised(points: ControlPoints, linear: Affine) -> Affine:
 
 
 def _similarity(points: ControlPoints, smoothing: None) -> Fit:
-    plane = _normalised(points, helmert_fit(points))
+    plane = normalised(points, helmert_fit(points))
     u = plane(points.old)
     leverage = 1.0 / len(u) + (u**2).sum(axis=1) / (u**2).sum()
     unit = np.sqrt(abs(np.linalg.det(helmert_fit(points).matrix) / np.linalg.det(plane.matrix)))
@@ -179,7 +179,7 @@ def _similarity(points: ControlPoints, smoothing: None) -> Fit:
 
 def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]:
     def polynomial(points: ControlPoints, smoothing: None) -> Fit:
-        plane, terms = _normalised(points, affine_fit(points)), Monomials(degree)
+        plane, terms = normalised(points), Monomials(degree)
         basis = terms.values(plane(points.old))
         count = basis.shape[1]
         if np.linalg.matrix_rank(basis) < count:
@@ -209,40 +209,74 @@ def _deleted(residuals: FloatArray, leverage: FloatArray) -> FloatArray:
     return residuals / np.where(rest > 1e-9, rest, np.nan)[:, None]
 
 
+class SplineModes:
+    """The modes of splines of an order (2: thin-plate) through places u, and what bending each costs (Wahba 1990).
+
+    The weights of the knots are Z (B + smoothing)^-1 Z^T y, Z a basis of what no polynomial below the order reaches;
+    `flat` is how many of these there are.
+    """
+
+    def __init__(self, u: FloatArray, order: int = 2) -> None:
+        polynomials = Monomials(order - 1).values(u)
+        self.flat = polynomials.shape[1]
+        self.Q, self.R = np.linalg.qr(polynomials, mode="complete")
+        Z = self.Q[:, self.flat :]
+        self.kernel = _kernel(u, u, order)
+        self.bending, V = np.linalg.eigh(Z.T @ self.kernel @ Z)
+        self.is_singular = bool(self.bending.size and self.bending[0] <= _SMALLEST * self.bending[-1])
+        self.bending = np.maximum(self.bending, _SMALLEST * self.bending.max(initial=0.0))
+        self.modes = Z @ V
+
+    def cross_validated(self, y: AnyArray) -> float:
+        """The smoothing of the least n RSS / tr(1 - H)^2, within interpolation and the polynomial."""
+        parts = self.modes.T @ y
+        square = (np.abs(parts.reshape(len(parts), -1)) ** 2).sum(axis=1)
+        low, high = np.log(1e-2 * self.bending[0]), np.log(1e4 * self.bending[-1])
+        for _ in range(2):
+            tried = np.linspace(low, high, _SMOOTHINGS)
+            rest = 1.0 / (1.0 + np.exp(np.log(self.bending) - tried[:, None]))  # what each mode leaves
+            score = (rest**2 @ square) / rest.sum(axis=1) ** 2
+            best = int(np.argmin(score))
+            low, high = tried[max(best - 1, 0)], tried[min(best + 1, _SMOOTHINGS - 1)]
+        return float(np.exp(tried[best]))
+
+    def precision(self, smoothing: float) -> FloatArray:
+        """1 - H (n, n), which takes the truth to the residuals."""
+        return np.asarray((self.modes * (smoothing / (self.bending + smoothing))) @ self.modes.T)
+
+
+def _kernel(u: FloatArray, knots: FloatArray, order: int = 2) -> FloatArray:
+    """r^(2 order - 2) ln r, with the sign that makes bending positive."""
+    square = ((u[:, None] - knots) ** 2).sum(axis=-1)
+    return np.asarray(0.5 * (-1.0) ** order * square ** (order - 1) * _log(square))
+
+
 def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
-    """The weights of the knots are Z (B + smoothing)^-1 Z^T y, Z a basis of what no affine map reaches (Wahba 1990)."""
     if len(points.old) <= 3:
         raise ValueError("Invalid control points for model 'tps'. There must be 4 or more.")
-    plane = _normalised(points, affine_fit(points))
+    plane = normalised(points)
     u = plane(points.old)
-    terms = Spline(u)
-    values = terms.values(u)
-    Q, R = np.linalg.qr(values[:, :3], mode="complete")
-    Z, kernel = Q[:, 3:], values[:, 3:]
-    bending, V = np.linalg.eigh(Z.T @ kernel @ Z)
-    if smoothing == 0.0 and bending[0] <= _SMALLEST * bending[-1]:
+    spline = SplineModes(u)
+    if smoothing == 0.0 and spline.is_singular:
         one, other = _closest(u)
         raise ValueError(
             f"Invalid smoothing '0'. Points '{points.names[one]}' and '{points.names[other]}' are too close on the old "
             "map to be interpolated."
         )
-    bending = np.maximum(bending, _SMALLEST * bending[-1])
-    modes = Z @ V
-    parts = modes.T @ points.new
     if smoothing is None:
-        smoothing = _cross_validated(bending, parts, len(u))
-    weights = modes @ (parts / (bending + smoothing)[:, None])
-    flat = np.linalg.solve(R[:3], Q[:, :3].T @ (points.new - kernel @ weights))
-    diagonal = (modes**2 / (bending + smoothing)).sum(axis=1)
+        smoothing = spline.cross_validated(points.new)
+    inverse = 1.0 / (spline.bending + smoothing)
+    weights = (spline.modes * inverse) @ (spline.modes.T @ points.new)
+    flat = np.linalg.solve(spline.R[:3], spline.Q[:, :3].T @ (points.new - spline.kernel @ weights))
     return Fit(
         model="tps",
         smoothing=smoothing,
-        freedom=len(u) - float((smoothing / (bending + smoothing)).sum()),
+        freedom=len(u) - float((smoothing * inverse).sum()),
         plane=plane,
-        terms=terms,
+        terms=Spline(u),
         coefficients=np.vstack([flat, weights]),
         residuals=smoothing * weights,
-        left_out=weights / diagonal[:, None],
+        left_out=weights / (spline.modes**2 @ inverse)[:, None],
     )
 
 
@@ -251,18 +285,6 @@ def _closest(u: FloatArray) -> tuple[int, int]:
     np.fill_diagonal(distance, np.inf)
     one, other = divmod(int(np.argmin(distance)), len(u))
     return one, other
-
-
-def _cross_validated(bending: FloatArray, parts: FloatArray, count: int) -> float:
-    """The smoothing of the least n RSS / tr(1 - H)^2, within interpolation and the affine map."""
-    low, high = np.log(1e-2 * bending[0]), np.log(1e4 * bending[-1])
-    for _ in range(2):
-        tried = np.linspace(low, high, _SMOOTHINGS)
-        rest = 1.0 / (1.0 + np.exp(np.log(bending) - tried[:, None]))  # what each mode leaves
-        score = (rest**2 @ (parts**2).sum(axis=1)) / rest.sum(axis=1) ** 2
-        best = int(np.argmin(score))
-        low, high = tried[max(best - 1, 0)], tried[min(best + 1, _SMOOTHINGS - 1)]
-    return float(np.exp(tried[best]))
 
 
 MODELS: dict[str, Callable[..., Fit]] = {

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection, ProjectionLike, check_degrees
 from projdist.support import check_path, is_number, number_of, numbered_rows, tell
 
@@ -69,6 +69,13 @@ class ControlPoints:
                 raise ValueError(f"Invalid control points. They must not lie on one line, as they do {where}.")
         for field, value in (("old", old), ("new", new), ("names", tuple(names))):
             object.__setattr__(self, field, value)
+
+    def chosen(self, which: BoolArray) -> ControlPoints:
+        """Some of the points."""
+        if which.all():
+            return self
+        names = tuple(name for name, one in zip(self.names, which, strict=True) if one)
+        return ControlPoints(self.old[which], self.new[which], names, self.note)
 
 
 def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | None = None) -> ControlPoints:

@@ -21,7 +21,7 @@ from projdist.applications.pointclouds.placing import (
     squared_residuals,
     upright,
 )
-from projdist.matrices import Affine, mdt
+from projdist.matrices import Affine, Modes, mdt, modes
 from projdist.support import Answer, listed
 
 __all__ = ["FRAMES", "LeftOut", "Registration", "register"]
@@ -86,6 +86,11 @@ class Registration(Answer):
         return [Affine(M, t)(y) for y, M, t in zip(self.points, self.matrices, self.shifts, strict=True)]
 
     @property
+    def modes(self) -> Modes:
+        """How the clouds differ in size, proportions and shear: the principal components of their matrices."""
+        return modes(self.matrices)
+
+    @property
     def warnings(self) -> list[str]:
         """What a reader of the figures must know, a line each; mostly nothing."""
         few = self.used < _FEW * np.array([len(cloud) for cloud in self.points])
@@ -129,6 +134,7 @@ class Registration(Answer):
             "reference": None if self.reference is None else self.names[self.reference],
             "frames": {name: {"cloud": cloud, "sum": total} for name, (cloud, total) in self.frames.items()},
             "rms": self.rms_total,
+            "modes": self.modes.to_dict()["modes"],
             "clouds": rows,
             "left_out": [{"name": one.name, "reason": one.reason} for one in self.left_out],
             "warnings": self.warnings,

@@ -288,7 +288,10 @@ export class Card {
     const study = (kind, options = {}) => () => {
       this.say("Working…");
       this.link.ask(kind, this.slot, { ...this.asked, options }, (block) => {
-        if (block.progress) return this.say(`Working: ${block.progress[0]} of ${block.progress[1]}.`);
+        if (block.progress) {
+          const [done, all] = block.progress;
+          return this.say(all ? `Working: ${done} of ${all}.` : "Working…");
+        }
         if (block.problem) return this.say(block.problem);
         this.say("");
         const before = block.before === null ? "unknown" : block.before.toPrecision(4);

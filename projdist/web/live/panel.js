@@ -105,11 +105,11 @@ export class Panel {
   // The maps of the page, and those of the list.
   draw() {
     const points = this.page.cards.filter((card) => card.figures?.angles != null && card.figures.areas != null).map((card) => (
-      { name: card.title.textContent, x: card.figures.angles, y: card.figures.areas, work: () => card.canvas.focus(), own: true }
+      { name: card.title.textContent, x: card.figures.angles, y: card.figures.areas, work: () => card.canvas.focus(), kind: "own" }
     ));
     for (const { definition, name, angles, areas } of this.rows) {
       if (angles == null || areas == null) continue;
-      points.push({ name: `${definition} ${name}`, x: angles, y: areas, work: () => this.page.add(definition) });
+      points.push({ name: `${definition} ${name}`, x: angles, y: areas, work: () => this.page.add(definition), kind: "other" });
     }
     this.plot.replaceChildren(points.length ? scatter(points) : element("p", { textContent: "No map has finite errors of both." }));
   }

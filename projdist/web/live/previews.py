@@ -28,6 +28,7 @@ _NEAR = 1e-2  # of that, the two sides of a cut are one line
 _LONGEST = 0.08  # of a map's size: longer steps of lines are torn
 _LARGE, _CORE, _FAR = 12.0, 0.9, 1.35  # as surfaces have it for maps that run off to infinity
 _MOST_HIDDEN = 0.1  # of a region, beside which scales grow beyond any step: else there is no rough figure
+_KINDS = 500  # of maps, whose turns are kept
 _AROUND, _NARROWEST = 0.05, 0.5
 
 
@@ -48,6 +49,8 @@ class Previewer:
         kind = _DIGITS.sub("", projection.definition)
         turns = [self.turns[kind]] if kind in self.turns else _TURNS
         pictures = {turn: _Picture(projection, sketch, _axes(turn, lon, lat), lon) for turn in turns}
+        if len(self.turns) == _KINDS:
+            self.turns.clear()
         self.turns[kind] = min(pictures, key=lambda turn: pictures[turn].badness)
         return pictures[self.turns[kind]].frame()
 

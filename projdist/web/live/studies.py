@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import shlex
-import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -204,9 +202,7 @@ def _picture(projection: Projection, region: Place, measure: str, suffix: str, e
         figure = plots.tissot_figure(projection, region=region)
     else:
         figure = plots.heatmap_figure(projection, region=region, measure=measure)
-    with tempfile.TemporaryDirectory() as folder:
-        path = plots.save(figure, Path(folder, f"map.{suffix}"), dpi=_DOTS)
-        return path.read_bytes()
+    return plots.encoded(figure, f".{suffix}", dpi=_DOTS)
 
 
 def _plain(value: float) -> float | None:

@@ -484,8 +484,20 @@ def test_the_region_is_moved_until_escape(live: Opener) -> None:
     page.page.mouse.move(5, 5)
     assert page.picture() == before
     assert page.page.locator("#status").inner_text() == ""
+
+
+def test_the_region_is_moved_by_keys(live: Opener) -> None:
+    """Enter takes it, arrows move it."""
+    page = live("mercator", region="country:FR")
     press(page, "Move the region")
-    page.page.locator("#status").inner_text()
+    page.until("document.getElementById('status').textContent.includes('France')")
+    page.map().focus()
+    page.page.keyboard.press("ArrowRight")
+    seen = [page.picture()]
+    for key in ("Enter", "Shift+ArrowRight", "Shift+ArrowUp"):
+        page.page.keyboard.press(key)
+        assert page.picture() not in seen
+        seen.append(page.picture())
 
 
 # ---- advice ---------------------------------------------------------------------------------
@@ -502,12 +514,14 @@ def test_the_best_maps_are_found_shown_and_pointed_at(live: Opener) -> None:
     page.page.get_by_role("button", name=f"Show {codes[0]}", exact=True).click()
     page.until("document.querySelectorAll('.card').length === 2")
     assert codes[0] in page.rest().page.locator(".card h2").nth(1).inner_text()
-    other = page.page.locator(".scatter .other").first
-    other.focus()
+    legend = page.page.locator(".scatter .key + text")
+    assert legend.all_text_contents() == ["a map of this page", "one of the best CRSs"]
+    others = page.page.locator(".scatter .other[role=button]")
+    others.first.focus()
     page.page.keyboard.press("Enter")
     page.until("document.querySelectorAll('.card').length === 3")
     page.rest()
-    page.page.locator(".scatter .other").last.click(force=True)
+    others.last.click(force=True)
     page.until("document.querySelectorAll('.card').length === 4")
     page.rest()
 

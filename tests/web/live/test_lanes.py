@@ -42,6 +42,7 @@ def test_the_newest_of_each_map_is_answered() -> None:
         assert told.blocks.empty()
 
 
+@pytest.mark.slow
 def test_what_takes_too_long_is_stopped() -> None:
     """With its process; the next request has another one."""
     told = Hearing()
@@ -124,6 +125,7 @@ def test_nothing_is_left_of_what_was_killed(tmp_path: Path) -> None:
         assert ended([int((tmp_path / "child").read_text())])
 
 
+@pytest.mark.slow
 def test_closed_pages_drop_their_requests_only() -> None:
     """Others are answered."""
     told, gone = Hearing(), Hearing()

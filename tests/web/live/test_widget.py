@@ -325,6 +325,7 @@ def test_the_script_is_one_module(make: Callable[..., Explorer], tmp_path: Path)
         subprocess.run(["node", "--check", str(tmp_path / "page.mjs")], check=True, timeout=60)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_picture_stands_where_no_page_runs(make: Callable[..., Explorer]) -> None:
     """In few bytes, and is made anew when something else is shown."""

@@ -1,0 +1,282 @@
+"""A map by itself: what it states, what it keeps as measured, how large its errors are where it is for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
+from projdist.matrices import fisher, log_anisotropy, log_areal_scale, principal_scales
+from projdist.numerics import Estimate, get_criterion
+from projdist.projections import (
+    Particulars,
+    Projection,
+    ProjectionLike,
+    codes_of_same_map,
+    nature_of,
+    particulars_of,
+)
+from projdist.regions import Cap, Place, RegionLike, region_for
+from projdist.support import Answer, plain
+
+__all__ = ["INFO_MEASURES", "INFO_TOLERANCE", "MapInfo", "info"]
+
+INFO_MEASURES = ("scale_error_ppm", "omega", "s", "h", "k")
+"""What of a map is measured over its area of use."""
+
+INFO_TOLERANCE = 1e-4
+# Nothing is kept exactly: PROJ's iterations leave 1e-6. What is not kept, as by formulas of a sphere on an ellipsoid,
+# is off by 3e-3, and by 1e-3 in a map of 500 km, for which any map is nearly everything.
+_KEPT = 1e-4
+_SMALLEST_KM = 500.0
+_NODES = 400
+_SHARE = "p99"  # of the area: the rest is where a map is singular, as at its poles
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """A measure over a region: its mean, least and largest value, each with its error; infinite where it diverges."""
+
+    mean: Estimate
+    minimum: Extreme
+    maximum: Extreme
+
+    def to_dict(self) -> dict[str, Any]:
+        """Values, errors and places; what is not finite is None."""
+        found: dict[str, Any] = {"mean": plain(self.mean.value), "mean_error": plain(self.mean.error)}
+        for name, one in (("min", self.minimum), ("max", self.maximum)):
+            found |= {name: plain(one.value), f"{name}_error": plain(one.error)}
+            found |= {f"{name}_lon": plain(one.lon), f"{name}_lat": plain(one.lat)}
+        return found
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class MapInfo(Answer):
+    """A projection by itself.
+
+    Attributes
+    ----------
+    projection, given
+        What was asked for.
+    particulars
+        What is stated: kind, code, area of use, datum, ellipsoid, unit, axes, method and parameters, deprecation.
+    departures : dict
+        By how much scales, as a ratio less 1, are off from what a conformal, an equal-area and an equidistant map keep,
+        over 99 % of the area of use; NaN where nothing could be measured.
+    keeps : tuple of str
+        Those of them that are kept to 1e-4.
+    promises : str
+        What the method is known to keep, "conformal" or "equal-area"; "" where it promises nothing.
+    same_map : dict
+        Names by the codes of CRSs that draw the same map, on other datums, or with other false origins, axes or units.
+    region, coverage
+        Where the errors are measured, and the share of it that can be projected.
+    airy_kavrayskiy : AiryKavrayskiy
+        The errors `raw`, `scaled` and `affine` over the region, with the largest of their errors.
+    measures : dict
+        The mean, `minimum` and `maximum` of `INFO_MEASURES` over the region.
+    """
+
+    projection: Projection
+    given: str
+    particulars: Particulars
+    departures: dict[str, float]
+    promises: str
+    same_map: dict[str, str]
+    region: Place
+    coverage: float
+    airy_kavrayskiy: AiryKavrayskiy
+    measures: dict[str, Spread]
+
+    @property
+    def keeps(self) -> tuple[str, ...]:
+        """What the map keeps as measured."""
+        return tuple(name for name, off in self.departures.items() if off <= _KEPT)
+
+    def _line(self) -> str:
+        kept = " and ".join(self.keeps) or "keeps nothing"
+        return f"{self.projection.name}, {kept}; AK {self.airy_kavrayskiy.raw:.4g} over {self.region.name}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; what is not finite is None."""
+        stated, ellipsoid = self.particulars, self.projection.ellipsoid
+        return {
+            "projection": self.given,
+            "code": stated.code,
+            "name": self.projection.name,
+            "kind": stated.kind,
+            "definition": self.projection.definition,
+            "deprecated": stated.deprecated,
+            "replaced_by": list(stated.replaced_by),
+            "keeps": list(self.keeps),
+            "departures": {name: plain(off) for name, off in self.departures.items()},
+            "promises": self.promises,
+            "area_of_use": {"name": stated.area_name, "bounds": self._bounds()},
+            "scope": stated.scope,
+            "remarks": stated.remarks,
+            "datum": stated.datum,
+            "geographic_crs": stated.geographic_crs,
+            "prime_meridian": stated.prime_meridian,
+            "ellipsoid": {
+                "name": stated.ellipsoid_name,
+                "a": ellipsoid.a,
+                "inverse_flattening": 1.0 / ellipsoid.f if ellipsoid.f else None,
+            },
+            "unit": {"name": stated.unit, "metres": plain(stated.unit_metres)},
+            "axes": [axis._asdict() for axis in stated.axes],
+            "method": stated.method,
+            "parameters": [one._asdict() for one in stated.parameters],
+            "same_map": [{"code": code, "name": name} for code, name in self.same_map.items()],
+            "region": {"name": self.region.name},
+            "errors": self._errors(),
+        }
+
+    def _errors(self) -> dict[str, Any]:
+        """The figures over the region."""
+        return self._figures() | {name: spread.to_dict() for name, spread in self.measures.items()}
+
+    def _figures(self) -> dict[str, Any]:
+        found = self.airy_kavrayskiy
+        return {
+            "coverage": plain(self.coverage),
+            "airy_kavrayskiy": plain(found.raw),
+            "airy_kavrayskiy_scaled": plain(found.scaled),
+            "airy_kavrayskiy_affine": plain(found.affine),
+            "error_estimate": plain(found.error),
+        }
+
+    def _bounds(self) -> list[float] | None:
+        return list(self.projection.area_of_use) if self.projection.area_of_use else None
+
+    def row(self) -> dict[str, Any]:
+        """The same as a flat row, as in a frame; what is not finite is None, lists are texts."""
+        stated = self.to_dict()
+        ellipsoid, unit, area = stated["ellipsoid"], stated["unit"], stated["area_of_use"]
+        west, south, east, north = area["bounds"] or (None,) * 4
+        one = {key: stated[key] for key in ("projection", "code", "name", "kind", "deprecated", "method")}
+        one |= {
+            "replaced_by": ";".join(stated["replaced_by"]),
+            "keeps": ";".join(self.keeps),
+            "area_of_use": area["name"],
+            "west": west,
+            "south": south,
+            "east": east,
+            "north": north,
+            "datum": stated["datum"],
+            "geographic_crs": stated["geographic_crs"],
+            "ellipsoid": ellipsoid["name"],
+            "a": ellipsoid["a"],
+            "inverse_flattening": ellipsoid["inverse_flattening"],
+            "unit": unit["name"],
+            "axes": ";".join(axis["direction"] for axis in stated["axes"]),
+            "region": self.region.name,
+        }
+        spreads = ((name, spread.to_dict()) for name, spread in self.measures.items())
+        measures = {f"{name}_{key}": value for name, spread in spreads for key, value in spread.items()}
+        return one | self._figures() | measures
+
+    def _table(self) -> list[dict[str, Any]]:
+        return [self.row()]
+
+
+def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolerance: float = INFO_TOLERANCE) -> MapInfo:
+    """What there is to know of one map: what it states, what it keeps as measured, and its errors where it is for.
+
+    Parameters
+    ----------
+    projection : ProjectionLike
+        Anything that `Projection.from_user_input` takes: a name, a PROJ string, the code of a CRS, WKT, a file, a
+        function.
+    region : RegionLike, optional
+        Where the errors are measured. Without one it is the area of use of a CRS, and the globe for other projections.
+        What a map keeps is measured over these in any case, and over 500 km at least.
+    tolerance : float, default 1e-4
+        To which the Airy-Kavrayskiy errors and the means are resolved, of their size: four digits of a card.
+
+    Returns
+    -------
+    MapInfo
+        What is stated (`particulars`), what is kept (`keeps`, `departures`), CRSs that draw the same map (`same_map`),
+        and the errors (`airy_kavrayskiy`, and `measures`: scale errors in ppm, angular deformations in degrees, areal,
+        meridional and parallel scales).
+
+    Raises
+    ------
+    ProjectionError
+        For what is no projection, or cannot be computed in the region.
+    ValueError
+        For an unknown region, and a tolerance that is not positive.
+
+    References
+    ----------
+    - J. P. Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, pages 3-6 and 20-24.
+    - EPSG Geodetic Parameter Dataset, https://epsg.org.
+
+    Examples
+    --------
+    >>> europe = info("EPSG:3035")
+    >>> europe.keeps, europe.particulars.ellipsoid_name, [axis.direction for axis in europe.particulars.axes]
+    (('equal-area',), 'GRS 1980', ['north', 'east'])
+    """
+    given = projection if isinstance(projection, str) else None
+    measured = Projection.from_user_input(projection)
+    place = region_for(region, [measured])
+    field = sample(measured, place, measures=INFO_MEASURES, tolerance=tolerance)
+    extremes = field.extremes(INFO_MEASURES)
+    stated, nature = particulars_of(measured), nature_of(measured)
+    return MapInfo(
+        projection=measured,
+        given=given or measured.label,
+        particulars=stated,
+        departures=departures_of(measured),
+        promises=nature.keeps if nature else "",
+        same_map=codes_of_same_map(stated.code) if stated.code else {},
+        region=place,
+        coverage=field.coverage,
+        airy_kavrayskiy=field.airy_kavrayskiy,
+        measures={
+            name: Spread(mean=field.mean(name), minimum=least, maximum=largest)
+            for name, (least, largest) in zip(INFO_MEASURES, extremes, strict=True)
+        },
+    )
+
+
+def departures_of(projection: Projection) -> dict[str, float]:
+    """By how much a map is off from being conformal, equal-area or equidistant, over 99 % of where it is for."""
+    nodes = nodes_of(_where_it_is_for(projection), projection.ellipsoid, _NODES)
+    J, _ = nodes.jacobian(projection)
+    counts = (nodes.weight > 0.0) & np.isfinite(fisher(J))
+    if not counts.any():
+        return dict.fromkeys(_DEPARTURES, float("nan"))
+    J, weight = J[counts], nodes.weight[counts]
+    share = get_criterion(_SHARE)
+    return {name: float(share(off(J, weight), weight)) for name, off in _DEPARTURES.items()}
+
+
+def _where_it_is_for(projection: Projection) -> Place:
+    """The area of use or the globe, or 500 km about the middle of a smaller area, where any map keeps nearly all."""
+    area = region_for(None, [projection])
+    west, south, east, north = area.bounds
+    cap = Cap((0.5 * (west + east) + 180.0) % 360.0 - 180.0, 0.5 * (south + north), _SMALLEST_KM)
+    return cap if area.area_km2 < cap.area_km2 else area
+
+
+def _of_angles(J: FloatArray, _: FloatArray) -> FloatArray:
+    return log_anisotropy(J)
+
+
+def _of_areas(J: FloatArray, weight: FloatArray) -> FloatArray:
+    """Equal-area maps have one areal scale, which need not be 1."""
+    scale = log_areal_scale(J)
+    return np.abs(scale - get_criterion("median")(scale, weight))
+
+
+def _of_distances(J: FloatArray, _: FloatArray) -> FloatArray:
+    """One of the principal scales is 1 everywhere: along meridians, from a point, or from a line."""
+    return np.min(np.abs(np.log(principal_scales(J))), axis=-1)
+
+
+_DEPARTURES = {"conformal": _of_angles, "equal-area": _of_areas, "equidistant": _of_distances}

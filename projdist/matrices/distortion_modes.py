@@ -1,0 +1,240 @@
+"""The modes of a distortion: in which independent ways matrices differ from their mean, and how much each way has.
+
+Seen from the mean T, a matrix A lies at Z = ln(T^-1 A A^T T^-T) / 2, a symmetric matrix of the norm Dist_F(T^-1 A). The
+modes are the principal components of these (Fletcher, Lu, Pizer & Joshi 2004, Principal geodesic analysis for the study
+of nonlinear statistics of shape, IEEE Transactions on Medical Imaging 23): symmetric matrices E_k of norm 1 whose
+scores <Z, E_k> are uncorrelated. The squares of the scores have the mean square of Dist_F for their sum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from projdist._typing import FloatArray
+from projdist.matrices.frechet_sets import logarithms
+from projdist.matrices.mean_transformation import check_matrices, check_weights, field_mdt, mdt
+from projdist.support import Answer, check_numbers
+
+__all__ = ["Modes", "field_modes", "modes"]
+
+_PURE = 0.1  # a ratio of two scales that is as near as that to 1, 0 or -1 is named so
+_ALONG = 7.5  # degrees, within which a direction is named
+_LEAST = 0.1  # of a mode, what is named of it in more than two dimensions
+_LEAST_SHARE = 0.005
+_NOTHING = 1e-12  # of the RMS that rounding leaves, in logarithms
+_AXES = "xyz"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Modes(Answer):
+    """The d = n (n + 1) / 2 modes of matrices, that with the greatest share first.
+
+    `T` (n, n): what they are seen from. `matrices` (d, n, n): symmetric, of norm 1; where s is the score of a mode
+    E, T^-1 A is exp(s E) up to rotations: in the direction of an eigenvector the scale is exp of s times its
+    eigenvalue. The largest eigenvalue is positive. `rms` (d,): the RMS of the scores, whose squares have the mean
+    square of Dist_F(T^-1 A) for their sum; `shares` (d,): of that sum, 0 where nothing is distorted.
+    """
+
+    T: FloatArray
+    matrices: FloatArray
+    rms: FloatArray
+
+    @property
+    def shares(self) -> FloatArray:
+        """The parts of the mean square of the distortion, of sum 1."""
+        squares = self.rms**2
+        total = float(squares.sum())
+        return squares / total if total > 0 else squares
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What each mode is, on the axes of T^-1 A."""
+        return tuple(map(_words, self.matrices))
+
+    def scores(self, A: ArrayLike) -> FloatArray:
+        """The scores (..., d) of matrices (..., n, n); NaN for singular ones."""
+        A = check_numbers("matrices", A)
+        n = self.T.shape[0]
+        if A.shape[-2:] != (n, n):
+            raise ValueError(f"Invalid shape {A.shape} of matrices. It must be (..., {n}, {n}).")
+        flat = A.reshape(-1, n, n)
+        with np.errstate(all="ignore"):
+            good = np.isfinite(flat).all(axis=(1, 2)) & (np.abs(np.linalg.det(np.nan_to_num(flat))) > 0)
+        scores = np.full((len(flat), len(self.rms)), np.nan)
+        scores[good] = np.einsum("mij,kij->mk", _seen(self.T, flat[good]), self.matrices)
+        return scores.reshape(*A.shape[:-2], -1)
+
+    @property
+    def summary(self) -> str:
+        """The modes in a line, without those that have less than half a per cent."""
+        told = [(share, word) for share, word in zip(self.shares, self.words, strict=True) if share >= _LEAST_SHARE]
+        return "; ".join(f"{100.0 * share:.0f} % {word}" for share, word in told) or "nothing is distorted"
+
+    def _line(self) -> str:
+        return self.summary
+
+    def to_dict(self) -> dict[str, Any]:
+        """`{"T", "modes": [{"share", "rms", "words", "matrix"}]}`, the greatest first."""
+        rows = zip(self.shares.tolist(), self.rms.tolist(), self.words, self.matrices.tolist(), strict=True)
+        return {
+            "T": self.T.tolist(),
+            "modes": [dict(zip(("share", "rms", "words", "matrix"), row, strict=True)) for row in rows],
+        }
+
+    def _table(self) -> dict[str, Any]:
+        """A row a mode; its matrix as E_00, E_01, ..."""
+        n = self.T.shape[0]
+        entries = {f"E_{i}{j}": self.matrices[:, i, j] for i in range(n) for j in range(n)}
+        return {"share": self.shares, "rms": self.rms, "words": list(self.words)} | entries
+
+
+def modes(A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None = None) -> Modes:
+    """The principal components of how matrices A_i differ from their mean: the modes of a distortion, and their shares.
+
+    Of the Jacobians of a map they tell whether it is sizes that are wrong, or one direction, or angles.
+
+    Parameters
+    ----------
+    A : array_like (N, n, n)
+        N matrices, of any dimension n.
+    weights : array_like (N,), optional
+        Not negative, of any sum; equal ones if there are none.
+    T : array_like (n, n), optional
+        What they are seen from; the mean distorting transformation if not given. The modes are described in the axes
+        of T^-1 A.
+
+    Returns
+    -------
+    Modes
+        n (n + 1) / 2 symmetric matrices of norm 1, the RMS of the scores in each, their shares of the whole, and words.
+
+    Raises
+    ------
+    ValueError
+        As `mdt` does, for a shape other than (N, n, n), and for a T that is singular or of another shape.
+
+    References
+    ----------
+    Fletcher, Lu, Pizer & Joshi 2004, IEEE Transactions on Medical Imaging 23 (principal geodesic analysis).
+    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications (the metric and the mean).
+
+    Examples
+    --------
+    Of diagonal matrices that differ in the first entry alone the only mode is that direction:
+
+    >>> found = modes([[[1, 0], [0, 1]], [[2, 0], [0, 1]], [[3, 0], [0, 1]]])
+    >>> found
+    Modes(100 % horizontal)
+    """
+    A = check_matrices(A)
+    if A.ndim != 3:
+        raise ValueError(f"Invalid shape {A.shape} of matrices. It must be (N, n, n).")
+    w = check_weights(weights, A.shape[:1])
+    found = mdt(A, w)  # which also checks that they are not singular
+    return _modes(A, w, found.T if T is None else _checked(T, A.shape[1:]))
+
+
+def field_modes(J: FloatArray, weights: FloatArray, T: FloatArray | None = None) -> Modes:
+    """The modes of a smooth field of matrices at the nodes of a quadrature rule, whose weights may be negative."""
+    return _modes(J, weights / weights.sum(), field_mdt(J, weights).T if T is None else T)
+
+
+def _checked(T: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    T = check_numbers("T", T)
+    if T.shape != shape or not np.isfinite(T).all() or np.linalg.matrix_rank(T) < len(T):
+        raise ValueError(f"Invalid T of shape {T.shape}. It must be an invertible matrix of shape {shape}.")
+    return T
+
+
+def _seen(T: FloatArray, A: FloatArray) -> FloatArray:
+    """ln(T^-1 A A^T T^-T) / 2 of matrices (N, n, n)."""
+    B = np.linalg.solve(np.broadcast_to(T, A.shape), A)
+    return np.asarray(0.5 * logarithms(np.asarray(B, dtype=float))[0])
+
+
+def _modes(A: FloatArray, w: FloatArray, T: FloatArray) -> Modes:
+    n = A.shape[-1]
+    i, j = np.triu_indices(n)
+    root = np.where(i == j, 1.0, np.sqrt(2.0))
+    Z = _seen(T, A)[:, i, j] * root
+    values, vectors = np.linalg.eigh(np.einsum("m,mp,mq->pq", w, Z, Z, optimize=True))
+    rms = np.sqrt(np.maximum(values, 0.0))[::-1]
+    E = np.zeros((len(root), n, n))
+    E[:, i, j] = E[:, j, i] = _settled(vectors, rms[::-1]).T[::-1] / root
+    return Modes(T=T, matrices=np.stack([_upright(one) for one in E]), rms=np.where(rms > _NOTHING, rms, 0.0))
+
+
+def _upright(E: FloatArray) -> FloatArray:
+    """E or -E: the largest eigenvalue is positive, or, if its opposite is one, too, the first entry that is not 0."""
+    low, high = np.linalg.eigvalsh(E)[[0, -1]]
+    if abs(low + high) > 1e-6:
+        return -E if -low > high else E
+    entries = E[np.triu_indices(len(E))]
+    return -E if entries[np.abs(entries) > 1e-6][0] < 0 else E
+
+
+def _settled(vectors: FloatArray, rms: FloatArray) -> FloatArray:
+    """The eigenvectors, those of no score in the order and direction of the coordinates, which else are at random."""
+    none = rms <= _NOTHING
+    if not none.any():
+        return vectors
+    spanned = vectors[:, ~none]
+    rest = np.eye(len(rms)) - spanned @ spanned.T
+    chosen: list[FloatArray] = []
+    for column in rest.T:
+        left = column - sum((one * (one @ column) for one in chosen), np.zeros(len(rms)))
+        if np.linalg.norm(left) > 1e-6 and len(chosen) < none.sum():
+            chosen.append(left / np.linalg.norm(left))
+    return np.column_stack([*chosen[::-1], spanned])
+
+
+# ---- words ------------------------------------------------------------------------------------
+
+
+def _words(E: FloatArray) -> str:
+    """What a symmetric matrix of norm 1 does."""
+    n = len(E)
+    if abs(np.trace(E)) / np.sqrt(n) > 1.0 - 0.5 * _PURE**2:
+        return "size"
+    return _plane_words(E) if n == 2 else _space_words(E)
+
+
+def _plane_words(E: FloatArray) -> str:
+    """By the scales along and across the direction of the largest."""
+    turned = float(np.degrees(0.5 * np.arctan2(2.0 * E[0, 1], E[0, 0] - E[1, 1])))
+    low, high = np.linalg.eigvalsh(E)
+    ratio = low / high
+    if ratio > 1.0 - _PURE:
+        return "size"
+    if ratio < _PURE - 1.0:
+        folded = (turned + 45.0) % 90.0 - 45.0
+        if abs(folded) <= _ALONG:
+            return "shape"
+        return "shear" if abs(folded) >= 45.0 - _ALONG else f"shape at {folded:.0f}°"
+    along, across = _direction(turned), _direction(turned + 90.0)
+    return along if abs(ratio) <= _PURE else f"{along} 1, {across} {ratio:.2f}".replace("-0.", "\N{MINUS SIGN}0.")
+
+
+def _direction(degrees: float) -> str:
+    """A direction by its angle from the x axis, anticlockwise."""
+    folded = (degrees + 90.0) % 180.0 - 90.0
+    if abs(folded) <= _ALONG:
+        return "horizontal"
+    return "vertical" if abs(folded) >= 90.0 - _ALONG else f"along {folded:.0f}°"
+
+
+def _space_words(E: FloatArray) -> str:
+    """By the entries that matter."""
+    n = len(E)
+    names = _AXES if n <= len(_AXES) else [f"{k + 1}" for k in range(n)]
+    named = [
+        (E[i, j] * (1.0 if i == j else np.sqrt(2.0)), names[i] if i == j else f"{names[i]}{names[j]}")
+        for i in range(n)
+        for j in range(i, n)
+    ]
+    shown = [f"{name} {value:+.1f}" for value, name in named if abs(value) > _LEAST]
+    return ", ".join(shown).replace("-", "\N{MINUS SIGN}")

@@ -1,0 +1,98 @@
+"""The command `info`: a card of one map."""
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import parse_markdown, refused, run, run_json, run_ok
+
+from projdist.cli.sketches import _drawn, sketch_of
+from projdist.projections import Projection
+from projdist.regions import get_region
+
+
+def test_a_card() -> None:
+    """What is stated, what is kept as measured, the errors, and a map in characters."""
+    text = run_ok("info", "EPSG:3035")
+    assert text.startswith("EPSG:3035: ETRS89-extended / LAEA Europe\n")
+    for line in (
+        "│ keeps       │ areas (equal-area, to ",
+        "│ bounds      │ 35.58°W to 44.83°E, 24.6°N to 84.73°N ",
+        "│ ellipsoid   │ GRS 1980, a 6378137 m, 1/f 298.257222101 ",
+        "│ coordinates │ northing (north), easting (east) in metre ",
+        "│ Latitude of natural origin  │      52 │ degree │",
+        "Over its area of use (33,095,996 km2)\n",
+    ):
+        assert line in text
+    assert re.search(r"\nScale error: ░ to [\d.]+, ▒ to [\d.]+, ▓ to [\d.]+, █ to [\d.]+ %; · sea\n", text)
+
+
+def test_deprecated_ones_are_said() -> None:
+    """With what shall be used."""
+    assert "│ status      │ deprecated; use EPSG:2953 instead " in run_ok("info", "EPSG:2036")
+
+
+def test_formats(tmp_path: Path) -> None:
+    """JSON has all, CSV a row, Markdown tables without the characters; a picture and a page are files."""
+    assert run_json("info", "EPSG:32633")["keeps"] == ["conformal"]
+    (row,) = csv.DictReader(io.StringIO(run_ok("info", "mollweide", "-f", "csv")))
+    assert (row["keeps"], row["kind"], row["code"]) == ("equal-area", "PROJ string", "")
+    text = run_ok("info", "EPSG:2056", "-f", "markdown")
+    assert parse_markdown(text.partition("\nParameters")[0])[0] == {"what": "kind", "it is": "projected CRS"}
+    assert "░" not in text
+    picture, page = tmp_path / "a.png", tmp_path / "a.html"
+    assert run_ok("info", "EPSG:2056", "-o", str(picture), "--dpi", "30").endswith(f"Wrote: {picture}\n")
+    assert run_ok("info", "EPSG:2056", "-o", str(page)) == f"Wrote: {page}\n"
+    assert picture.stat().st_size > 2000
+    assert "LV95" in page.read_text(encoding="utf-8")
+
+
+def test_no_promise_is_taken_for_a_measurement() -> None:
+    """A conformal method far outside of where it is meant for is told to be none."""
+    result = run("info", "+proj=nzmg +ellps=intl", "-r", "box:0,40,20,60")
+    assert "should keep │ angles, by its method: it is not conformal as measured" in result.stdout
+    assert "is not conformal here" in result.stderr
+
+
+@pytest.mark.parametrize("words", ["", "nosuch", "EPSG:4326", "EPSG:3035 EPSG:3034", "robin -o x.tif", "robin --dpi 9"])
+def test_wrong_words(words: str) -> None:
+    """One line, and no answer."""
+    result = run("info", *words.split())
+    assert result.exit_code in (1, 2)
+    assert result.stdout == ""
+    assert re.fullmatch(r"projdist: [^\n]+\n", result.stderr)
+
+
+def test_words_of_pictures_need_one() -> None:
+    assert "Invalid option '--dpi'. It needs a picture" in refused("info", "robin", "--dpi", "30")
+
+
+def test_shades_are_quarters() -> None:
+    """Sixteen characters of land in order of their errors, with sea to the right."""
+    values = np.column_stack([np.arange(16.0).reshape(4, 4), np.zeros(4)])
+    land = values >= 0
+    land[:, 4] = False
+    lines = _drawn(np.ones((4, 5), dtype=bool), values, land, unicode=True)
+    assert lines == ["░░░░·", "▒▒▒▒·", "▓▓▓▓·", "████·", "Scale error: ░ to 3.8, ▒ to 7.5, ▓ to 11, █ to 15 ppm; · sea"]
+    plain = _drawn(np.ones((4, 4), dtype=bool), 1e5 * values[:, :4], land[:, :4], unicode=False)
+    assert plain == ["----", "++++", "xxxx", "####", "Scale error: - to 38, + to 75, x to 110, # to 150 %"]
+
+
+def test_a_sketch_is_the_map(tmp_path: Path) -> None:
+    """Mercator's map of a strip of ocean is darkest at both ends, and as high as it is."""
+    strip = get_region("box:-35,-60,-25,60")
+    *lines, legend = sketch_of(Projection.from_user_input("mercator"), strip, tmp_path / "x.txt")
+    # The map is 2 ln tan(75 degrees) / (pi / 18) = 15.1 times as high as wide, and so are two characters by 15.
+    assert [len(line) for line in lines] == [2] * 15
+    assert lines[0] == lines[-1] == "██"
+    assert lines[7] == "░░"
+    assert "sea" not in legend
+
+
+def test_points_have_no_sketch(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("lon,lat\n1,2\n3,4\n")
+    assert sketch_of(Projection.from_user_input("robin"), get_region(f"points:{tmp_path / 'a.csv'}")) == []
+    assert "(2 points)" in run_ok("info", "robin", "-r", f"points:{tmp_path / 'a.csv'}")
