@@ -31,7 +31,7 @@ from projdist.projections import (
     wkt_of,
 )
 from projdist.regions import Place, RegionLike, region_for
-from projdist.support import Answer, check_choice, plain, quoted
+from projdist.support import Answer, check_bool, check_choice, plain
 
 __all__ = ["CONSTRAINTS", "CORRECTION_CRITERIA", "Correction", "correct"]
 
@@ -250,8 +250,7 @@ def correct(
     check_choice("constraint", constraint, CONSTRAINTS)
     if criterion == "median" and constraint != "affine":
         raise ValueError(f"Invalid constraint '{constraint}' with the median. It must be affine.")
-    if not isinstance(keep_north, bool | np.bool_):
-        raise ValueError(f"Invalid keep_north {quoted(keep_north)}. It must be True or False.")
+    check_bool("keep_north", keep_north)
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
     place = region_for(region, [projection])

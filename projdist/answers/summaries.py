@@ -16,7 +16,7 @@ from projdist.matrices import Measure, Modes, listed_measures
 from projdist.numerics import median, p95
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
 from projdist.regions import Box, Place, PointSet, RegionLike, region_for, share_in
-from projdist.support import Answer, plain, shown, tell
+from projdist.support import Answer, check_bool, plain, shown, tell
 
 __all__ = ["SORTS", "STATISTICS", "Comparison", "Failure", "MeasureSummary", "Summary", "compare", "summarize"]
 
@@ -240,7 +240,7 @@ def summarize(
     ProjectionError
         For what is no projection, and where no point of the region can be projected.
     ValueError
-        For an unknown region, measure or index, and a tolerance that is not positive.
+        For an unknown region, measure or index, `modes` neither True nor False, and a tolerance that is not positive.
 
     References
     ----------
@@ -293,7 +293,7 @@ def summary_of(
     given = projection if isinstance(projection, str) else None
     projection = Projection.from_user_input(projection)
     place = region_for(region, [projection])
-    published = get_indices(indices)
+    published, with_modes = get_indices(indices), check_bool("modes", modes)
     field = sample(projection, place, measures=measures, tolerance=tolerance)
     found = field.airy_kavrayskiy
     extremes = field.extremes(field.measures.values())
@@ -314,7 +314,7 @@ def summary_of(
             name: _summarize_measure(field, name, *pair) for name, pair in zip(field.measures, extremes, strict=True)
         },
         indices=_published(projection, place, published, tolerance),
-        modes=field.modes if modes else None,
+        modes=field.modes if with_modes else None,
     )
 
 
@@ -406,6 +406,7 @@ def compare(
     [('plate-carree', 0.52124), ('mercator', 0.737145)]
     """
     chosen, published = listed_measures(measures), get_indices(indices)
+    check_bool("modes", modes)
     names = [index.name for index in published]
     column = sort_column(sort, named_measures(chosen), names)  # an error here is not one of the projections
     maps: list[tuple[str, Projection]] = []

@@ -1,6 +1,7 @@
 from . import hints
 from .answers import Answer, plain
 from .checks import (
+    check_bool,
     check_choice,
     check_degrees,
     check_instance,
@@ -37,6 +38,7 @@ __all__ = [
     "Notice",
     "Processes",
     "cells_of",
+    "check_bool",
     "check_choice",
     "check_degrees",
     "check_executor",

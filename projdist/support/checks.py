@@ -13,6 +13,7 @@ from projdist._typing import FloatArray
 from projdist.support import hints
 
 __all__ = [
+    "check_bool",
     "check_choice",
     "check_degrees",
     "check_instance",
@@ -42,6 +43,13 @@ def check_number(thing: str, value: Any) -> float:
         except (TypeError, ValueError):
             pass  # said below
     raise ValueError(f"Invalid {thing} {quoted(value)}. It must be a number.")
+
+
+def check_bool(thing: str, value: Any) -> bool:
+    """A value that is True or False, and nothing like it."""
+    if not isinstance(value, bool | np.bool_):
+        raise ValueError(f"Invalid {thing} {quoted(value)}. It must be True or False.")
+    return bool(value)
 
 
 def check_whole_number(thing: str, value: Any) -> int:
