@@ -13,11 +13,13 @@ from projdist.applications.mosaics import (
     BLENDS,
     CHOICES,
     EXPOSURES,
+    FOCALS,
     FRAMES,
     Correspondences,
     Picture,
     check_frame,
     correspondences_of,
+    map_of_sphere,
     match,
     mosaic,
     mosaics_of_groups,
@@ -27,6 +29,7 @@ from projdist.applications.mosaics import (
 )
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.formats import JSON, json_text
+from projdist.cli.mosaic_panoramas import present_panoramas
 from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, figure_of_group, picture_notes
 from projdist.cli.options import (
     DpiOption,
@@ -45,6 +48,7 @@ from projdist.cli.progress import progress_bar, working
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 
+_MODELS = (*CHOICES, "rotation")
 _FIGURES = {
     "affine": "Dist_F of each image in the plane of one of them and in that of the MDT; below, the sum of squares.",
     "homography": "Dist_F of each image, RMS over it; below, the mean of squares. -: an image reaches infinity.",
@@ -75,8 +79,25 @@ def mosaic_command(
     ] = None,
     model: Annotated[
         str,
-        typer.Option(metavar="|".join(CHOICES), help="The maps of the images; auto: those that the points ask for."),
+        typer.Option(
+            metavar="|".join(_MODELS),
+            help="The maps of the images; auto: affine maps or homographies, as the points ask for; rotation: a camera "
+            "that only turns, drawn in a map projection of the sphere that it sees.",
+        ),
     ] = "affine",
+    projection: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PROJECTION",
+            help="That of --model rotation; if not given the one that distorts least what was seen.",
+        ),
+    ] = None,
+    focal: Annotated[
+        str | None,
+        typer.Option(
+            metavar="|".join(FOCALS), help="For --model rotation: one focal length for all images, or one each."
+        ),
+    ] = None,
     frame: Annotated[
         str,
         typer.Option(metavar=f"{'|'.join(FRAMES)}|INDEX", help="The common frame: the MDT's, or an image's plane."),
@@ -130,7 +151,7 @@ def mosaic_command(
         if value is not None and compare is None:
             refuse(f"Invalid option '{name}'. It needs a figure to draw: --compare FILE.")
     options: dict[str, Any] = {
-        "model": choice("model", model, list(CHOICES)),
+        "model": choice("model", model, list(_MODELS)),
         "rotation": choice("rotation", rotation, list(ROTATIONS)),
         "tolerance": number("tolerance", tolerance, 1e-3, 1e4, " of pixels"),
         "most_pixels": number("pixels", pixels, 1e3, 4e8),
@@ -140,11 +161,15 @@ def mosaic_command(
     for name, value in drawn.items():
         if value is not None and output is None:
             refuse(f"Invalid option '--{name}'. It needs a mosaic to draw: -o FILE.")
+    turning = options["model"] == "rotation"
+    _refuse_others(turning, {"--projection": projection, "--focal": focal}, frame, weights, compare)
     path = printed_or_file(report, overwrite)
     format_for(None, path, [JSON])
     with refusing():
+        if projection is not None:
+            map_of_sphere(projection)
         pictures = open_pictures(images or [])
-        given = _given(pictures, correspondences, sizes, options["model"])
+        given = _given(pictures, correspondences, sizes, "auto" if turning else options["model"])
         count = len(pictures) if given is None else len(given.sizes)
         options["frame"] = check_frame(frame, count)
         if all_groups and not isinstance(options["frame"], str):
@@ -154,16 +179,26 @@ def mosaic_command(
     target = None
     if output is not None:
         words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0]}
-        target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite)
+        target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite, sheets=not turning)
     figure = None if compare is None else PictureFile(compare, size=size, dpi=dpi, overwrite=overwrite, look=look)
+    points = _matched(pictures) if given is None else given
+    if turning:
+        present_panoramas(
+            points,
+            projection=projection,
+            focal=choice("focal", focal or FOCALS[0], list(FOCALS)),
+            tolerance=options["tolerance"],
+            most_pixels=options["most_pixels"],
+            all_groups=all_groups,
+            target=target,
+            report=path,
+            overwrite=overwrite,
+            form=form,
+        )
+        return
     try:
-        if given is None:
-            with progress_bar("images and pairs matched") as progress:
-                given = match(pictures, progress=progress)
         with working("Adjusting"):
-            groups = mosaics_of_groups(given, **options) if all_groups else [mosaic(given, **options)]
-    except ImportError as error:
-        refuse(str(error), error)
+            groups = mosaics_of_groups(points, **options) if all_groups else [mosaic(points, **options)]
     except ValueError as error:
         fail(str(error))
         raise typer.Exit(1) from error
@@ -185,6 +220,31 @@ def mosaic_command(
         fail(note)
     if left_out:
         raise typer.Exit(1)
+
+
+def _refuse_others(
+    turning: bool, own: dict[str, str | None], frame: str, weights: str | None, compare: str | None
+) -> None:
+    """Refuse options of panoramas for mosaics, and the other way round."""
+    for name, value in own.items():
+        if value is not None and not turning:
+            refuse(f"Invalid option '{name}'. It needs a camera that only turns: --model rotation.")
+    planar = {"--frame": frame if frame != "mdt" else None, "--weights": weights, "--compare": compare}
+    for name, value in planar.items():
+        if value is not None and turning:
+            refuse(f"Invalid option '{name}'. A panorama has no frame in a plane; it has a --projection.")
+
+
+def _matched(pictures: Sequence[Picture]) -> Correspondences:
+    """The points that pictures have in common."""
+    try:
+        with progress_bar("images and pairs matched") as progress:
+            return match(pictures, progress=progress)
+    except ImportError as error:
+        refuse(str(error), error)
+    except ValueError as error:
+        fail(str(error))
+        raise typer.Exit(1) from error
 
 
 def _given(

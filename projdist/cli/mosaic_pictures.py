@@ -15,7 +15,9 @@ from projdist.applications.mosaics import (
     BLENDS,
     EXPOSURES,
     PICTURE_SUFFIXES,
+    Canvas,
     Georeference,
+    MappedPanorama,
     MeanGeoreference,
     Mosaic,
     Picture,
@@ -40,8 +42,17 @@ class MosaicFile:
     """Where a mosaic goes, and how it is drawn; a wrong word ends the command with 2."""
 
     def __init__(
-        self, output: str, pictures: Sequence[Picture], *, blend: str, exposure: str, crop: bool, overwrite: bool
+        self,
+        output: str,
+        pictures: Sequence[Picture],
+        *,
+        blend: str,
+        exposure: str,
+        crop: bool,
+        overwrite: bool,
+        sheets: bool,
     ) -> None:
+        """`sheets`: whether the images may have places on the Earth."""
         if not pictures:
             refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
         self.path = file_of_kind(output, PICTURE_SUFFIXES, overwrite, "picture file")
@@ -54,7 +65,7 @@ class MosaicFile:
         }
         self._pictures, self._overwrite = pictures, overwrite
         with refusing():
-            self._sheets = [_georeference(picture) for picture in pictures]
+            self._sheets = [_georeference(picture) if sheets else None for picture in pictures]
         self._world = None
         if any(self._sheets):
             if self.path.suffix.lower() in _GEOTIFF:
@@ -72,8 +83,29 @@ class MosaicFile:
 
     def save(self, found: Mosaic) -> dict[str, Any]:
         """Draw the mosaic and write it; what was written, for the report."""
+        drawn = self._drawn(found)
+        canvas = drawn.canvas
+        place = self._place(found, canvas) if isinstance(canvas, Canvas) else None
+        with drawing(self.path):
+            self._write(drawn, place)
+        matrices = canvas.matrices.tolist() if isinstance(canvas, Canvas) else None
+        sheet = None if place is None else {**place._asdict(), "matrix": place.matrix.tolist()}
+        return self._written(drawn) | {"matrices": matrices, "georeference": sheet}
+
+    def save_panorama(self, found: MappedPanorama) -> dict[str, Any]:
+        """The same of a panorama on a map."""
+        drawn = self._drawn(found)
+        with drawing(self.path):
+            save_mosaic(drawn, self.path, overwrite=self._overwrite)
+        return self._written(drawn) | {"georeference": None}
+
+    def _written(self, drawn: Rendered) -> dict[str, Any]:
+        return {"file": str(self.path), "width": drawn.canvas.width, "height": drawn.canvas.height}
+
+    def _drawn(self, found: Mosaic | MappedPanorama) -> Rendered:
+        """What is drawn; what cannot be ends the command."""
         try:
-            drawn = render(found, self._pictures, **self._options)
+            return render(found, self._pictures, **self._options)
         except ImportError as error:
             refuse(str(error), error)
         except ValueError as error:
@@ -81,21 +113,11 @@ class MosaicFile:
             raise typer.Exit(1) from error
         except MemoryError as error:
             refuse(f"Invalid picture '{self.path}'. It needs more memory than there is: take fewer --pixels.", error)
-        place = self._place(found, drawn)
-        with drawing(self.path):
-            self._write(drawn, place)
-        return {
-            "file": str(self.path),
-            "width": drawn.canvas.width,
-            "height": drawn.canvas.height,
-            "matrices": drawn.canvas.matrices.tolist(),
-            "georeference": None if place is None else {**place._asdict(), "matrix": place.matrix.tolist()},
-        }
 
-    def _place(self, found: Mosaic, drawn: Rendered) -> MeanGeoreference | None:
+    def _place(self, found: Mosaic, canvas: Canvas) -> MeanGeoreference | None:
         sheets = [self._sheets[image] for image in found.images]
         try:
-            return mean_georeference(drawn.canvas, found.registration.sizes, sheets)
+            return mean_georeference(canvas, found.registration.sizes, sheets)
         except ValueError as error:
             fail(f"{error} The mosaic has none.")
             return None

@@ -22,7 +22,7 @@ from .measures import (
     principal_scales,
     scale_error_ppm,
 )
-from .rotations import ROTATIONS, Rotation, axes_shift, field_rotation, mean_rotation
+from .rotations import ROTATIONS, Rotation, axes_shift, field_rotation, mean_rotation, turns
 from .spd import factor_distance
 
 __all__ = [
@@ -63,4 +63,5 @@ __all__ = [
     "principal_scales",
     "scale_error_ppm",
     "spd",
+    "turns",
 ]

@@ -19,7 +19,7 @@ from projdist.matrices.mean_transformation import check_matrices, check_weights,
 from projdist.matrices.spd import lq, place, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
-__all__ = ["ROTATIONS", "Rotation", "axes_shift", "mean_rotation"]
+__all__ = ["ROTATIONS", "Rotation", "axes_shift", "mean_rotation", "turns"]
 
 # Of N orientations without any order the mean resultant length is about 1 / sqrt(N).
 _NO_ORDER = 0.1
@@ -169,6 +169,19 @@ def axes_shift(points: ArrayLike) -> FloatArray:
     if wrong.any():
         raise ValueError(f"Invalid point{place(wrong)}. It must be finite.")
     return 0.0 - points.min(axis=-2)
+
+
+def turns(w: FloatArray) -> FloatArray:
+    """The rotations (..., 3, 3) about vectors w (..., 3) by their lengths in radians: the exponential of [w]_x.
+
+    By Rodrigues' formula, I + sin(t)/t W + (1 - cos(t))/t^2 W^2 with t = |w|, the second factor without cancellation.
+    """
+    t = np.linalg.norm(w, axis=-1)[..., None, None]
+    half = 0.5 * t
+    x, y, z = np.moveaxis(w, -1, 0)
+    none = np.zeros_like(x)
+    W = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*w.shape, 3)
+    return np.asarray(np.eye(3) + np.sinc(t / np.pi) * W + 0.5 * np.sinc(half / np.pi) ** 2 * (W @ W))
 
 
 def _orientation(A: FloatArray, what: str) -> FloatArray:

@@ -72,7 +72,9 @@ def _drawn(found: Mosaic, name: str, pictures: Sequence[Picture] | None) -> Rend
 
 
 def _canvas(panel: Rendered | Canvas) -> Canvas:
-    return panel.canvas if isinstance(panel, Rendered) else panel
+    canvas = panel.canvas if isinstance(panel, Rendered) else panel
+    assert isinstance(canvas, Canvas), "what is drawn of a mosaic is in a plane"
+    return canvas
 
 
 def _draw(ax: Axes, found: Mosaic, panel: Rendered | Canvas) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mosaic_pictures import cut, maps, save
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, write_csv
+from panorama_pictures import cameras, common_directions, picture
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -155,7 +156,7 @@ def test_the_model_that_the_points_ask_for(tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        (["--model", "similarity"], 2, "Invalid model 'similarity'. It must be affine, homography or auto."),
+        (["--model", "similarity"], 2, "Invalid model 'similarity'. It must be affine, homography, auto or rotation."),
         (["--model", "homography"], 2, "It has rows of the model affine; it must have some of the model homography."),
         (["--frame", "3"], 2, "Invalid frame '3'. It must be mdt, first, last, central, best, or the number"),
         (["--rotation", "none"], 2, "Invalid rotation 'none'. It must be chordal or log."),
@@ -172,6 +173,73 @@ def test_the_model_that_the_points_ask_for(tmp_path):
 def test_refused(points, words, code, message):
     """Wrong usage ends with 2, what cannot be registered with 1; either in one line."""
     result = run("--correspondences", str(points), *words)
+    assert result[:2] == (code, "")
+    assert message in result[2]
+    assert result[2].count("\n") == 1
+
+
+@pytest.fixture
+def turned(tmp_path):
+    """Points of three pictures of a camera that turned by 25 degrees and again."""
+    R = cameras(np.random.default_rng(1), [-25.0, 0.0, 25.0])
+    points = common_directions(R, 210.0, 240, 200, np.random.default_rng(2), noise=0.2, count=3000)
+    return R, write_csv(tmp_path / "turned.csv", points)
+
+
+def test_a_camera_that_turns(turned, tmp_path):
+    """Where the pictures look, and the map that distorts least what they see; with one of one's own, too."""
+    report = tmp_path / "report.json"
+    words = ["--correspondences", str(turned[1]), "--model", "rotation"]
+    code, out, err = run(*words, "--report", str(report))
+    assert (code, err) == (0, "")
+    assert "3 images, rotation" in out
+    found = json.loads(report.read_text())
+    assert found["focals"][0] == pytest.approx(210.0, abs=5 * found["focal_errors"][0])
+    assert np.diff(found["longitudes"]).tolist() == pytest.approx([25.0, 25.0], abs=5.0)
+    errors = {row["projection"]: row["airy_kavrayskiy_scaled"] for row in found["projections"]}
+    assert min(errors, key=errors.get) == "this one"
+    assert set(errors) == {"this one", "plate carrée", "Mercator", "cylindrical", "stereographic", "plane (gnomonic)"}
+    code, out, err = run(*words, "--projection", "mollweide", "--focal", "free", "-f", "json")
+    assert (code, err) == (0, "")
+    own = json.loads(out)
+    assert own["projection"].startswith("+proj=moll")
+    assert len(set(own["focals"])) == 3
+    lines = run(*words, "--projection", "mollweide", "-f", "csv")[1].splitlines()
+    assert lines[0] == "image,longitude,latitude,roll,focal"
+    assert len(lines) == 4
+
+
+def test_a_panorama(turned, tmp_path):
+    """It is drawn in the projection that was asked for."""
+    pytest.importorskip("cv2")
+    R, table = turned
+    sheets = [str(path) for path in save(tmp_path, [picture(one, 210.0, 240, 200) for one in R])]
+    words = [*sheets, "--correspondences", str(table), "--model", "rotation", "--projection", "stereographic"]
+    out = run(*words, "-o", str(tmp_path / "p.png"), "--crop")[1]
+    assert "Projection: +proj=stere +R=6371008.7714." in out
+    with Image.open(tmp_path / "p.png") as image:
+        assert f"The mosaic has {image.size[0]} x {image.size[1]} pixels." in out
+        assert np.asarray(image)[..., 3].min() == 255
+        assert image.size[0] > 350
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["--projection", "moll"], 2, "Invalid option '--projection'. It needs a camera that only turns: --model rot"),
+        (["--focal", "free"], 2, "Invalid option '--focal'. It needs a camera that only turns: --model rotation."),
+        (["--model", "rotation", "--frame", "first"], 2, "Invalid option '--frame'. A panorama has no frame in a pla"),
+        (["--model", "rotation", "--weights", "1,1,1"], 2, "Invalid option '--weights'. A panorama has no frame"),
+        (["--model", "rotation", "--compare", "c.png"], 2, "Invalid option '--compare'. A panorama has no frame"),
+        (["--model", "rotation", "--focal", "one"], 2, "Invalid focal 'one'. It must be common or free."),
+        (["--model", "rotation", "--projection", "EPSG:3035"], 2, "Invalid projection 'EPSG:3035'. It must be of a"),
+        (["--model", "rotation", "--projection", "mollwide"], 1, "Did you mean mollweide?"),
+        (["--model", "rotation", "--tolerance", "0.001"], 1, "Invalid correspondences. No two images match: 0 and 1"),
+    ],
+)
+def test_panoramas_refused(turned, words, code, message):
+    """Options that do not go together, and what cannot be."""
+    result = run("--correspondences", str(turned[1]), *words)
     assert result[:2] == (code, "")
     assert message in result[2]
     assert result[2].count("\n") == 1

@@ -1,5 +1,7 @@
-from .answers import FRAMES, Canvas, Mosaic, check_frame, mosaic, mosaics_of_groups
+from .answers import FRAMES, Mosaic, check_frame, mosaic, mosaics_of_groups
 from .blending import BLENDS
+from .cameras import FOCALS, Cameras
+from .canvases import Canvas, SphereCanvas
 from .common import EXPOSURES
 from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
 from .features import match
@@ -15,6 +17,7 @@ from .georeference import (
 from .homographies import corners
 from .images import Picture, check_pixels, open_image, open_pictures
 from .models import ModelFit
+from .panoramas import MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
 from .projective import CHOICES, MODELS, places
 from .registration import Match, Registration, register, register_groups
 from .rendering import Rendered, render
@@ -24,30 +27,38 @@ __all__ = [
     "BLENDS",
     "CHOICES",
     "EXPOSURES",
+    "FOCALS",
     "FRAMES",
     "MODELS",
     "PICTURE_SUFFIXES",
+    "Cameras",
     "Canvas",
     "Correspondences",
     "Frame",
     "Georeference",
+    "MappedPanorama",
     "Match",
     "MeanGeoreference",
     "ModelFit",
     "Mosaic",
+    "Panorama",
     "Picture",
     "Registration",
     "Rendered",
+    "SphereCanvas",
     "check_frame",
     "check_pixels",
     "corners",
     "correspondences_of",
+    "map_of_sphere",
     "match",
     "mean_georeference",
     "mosaic",
     "mosaics_of_groups",
     "open_image",
     "open_pictures",
+    "panorama",
+    "panoramas_of_groups",
     "parse_sizes",
     "places",
     "read_correspondences",

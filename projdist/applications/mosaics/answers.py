@@ -3,38 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
+from projdist.applications.mosaics.canvases import Canvas
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.frames import CommonFrames, Frame, common_frames, frame_of_image
 from projdist.applications.mosaics.homographies import corners
 from projdist.applications.mosaics.projective import places
-from projdist.applications.mosaics.registration import Registration, register_groups
+from projdist.applications.mosaics.registration import Registration, alone, left_out_note, register_groups
 from projdist.matrices import ROTATIONS, check_weights
-from projdist.support import Answer, listed, plain
+from projdist.support import Answer, plain
 
-__all__ = ["FRAMES", "Canvas", "Mosaic", "check_frame", "mosaic", "mosaics_of_groups"]
+__all__ = ["FRAMES", "Mosaic", "check_frame", "mosaic", "mosaics_of_groups"]
 
 FRAMES = ("mdt", "first", "last", "central", "best")
 _SEVERAL = 2.0  # times better is worth a word
 _MOST_PIXELS = 1e8  # of a canvas: 300 MB of colours
-
-
-class Canvas(NamedTuple):
-    """A picture that holds all images: its size in pixels, and the matrices (n, 3, 3) from the images' pixels into it.
-
-    `scale`: that of its pixels to the frame's, below 1 where the frame would have taken too many; `note` says so.
-    """
-
-    width: int
-    height: int
-    matrices: FloatArray
-    scale: float
-    note: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -75,8 +63,8 @@ class Mosaic(Answer):
     @property
     def alone(self) -> list[str]:
         """The names or numbers of the images that hang together with no other."""
-        grouped = {image for group in self.registration.components for image in group}
-        return [self.points.name(image) for image in self.registration.left_out if image not in grouped]
+        found = self.registration
+        return [self.points.name(image) for image in alone(found.components, found.left_out)]
 
     @property
     def notes(self) -> list[str]:
@@ -85,16 +73,9 @@ class Mosaic(Answer):
 
     def told(self, *, others: bool = True) -> list[str]:
         """The notes; without `others` none of other groups of images, which have mosaics of their own."""
-        notes = (self._left(others), self._better, self.common.rotation.note, self.canvas().note)
+        left = left_out_note(self.points, self.registration.components, self.registration.left_out, others)
+        notes = (left, self._better, self.common.rotation.note, self.canvas().note)
         return [note for note in notes if note]
-
-    def _left(self, others: bool) -> str:
-        """The images left out, those that hang together in one."""
-        found, name = self.registration, self.points.name
-        groups = [group for group in found.components if others and set(group) <= set(found.left_out)]
-        parts = [", ".join(self.alone)] if self.alone else []
-        parts += [listed([name(image) for image in group], "and") + ", which hang together" for group in groups]
-        return f"Left out: {'; '.join(parts)}. Nothing connects them with the other images." if parts else ""
 
     @property
     def _better(self) -> str:

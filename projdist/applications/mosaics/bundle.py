@@ -9,14 +9,14 @@ brought together in the plane of one of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.applications.mosaics.projective import ENTRIES, homogeneous
 
-__all__ = ["Link", "adjust", "transfer_errors", "transfers"]
+__all__ = ["Chart", "Link", "Planes", "adjust", "adjust_in", "transfer_errors", "transfers"]
 
 _MOST_STEPS = 200  # 5 to 10 do
 _SETTLED = 1e-13  # of a step, in half an image: rounding
@@ -49,10 +49,53 @@ def _distances(S: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(np.where((z[..., 2] > 0) & np.isfinite(gap), gap, np.inf))
 
 
+class Chart(Protocol):
+    """The changes that maps may be given, as vectors, and what is left of the normal equations for these.
+
+    `model`: the entries of the changes E_i of M_i (I + E_i) that the normal equations are of.
+    """
+
+    @property
+    def model(self) -> str:
+        """A key of `ENTRIES`."""
+
+    def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """J^T J and J^T r of the changes, from those (N, k, N, k) and (N, k) of the entries of all E_i."""
+
+    def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
+        """The maps after a change."""
+
+
+class Planes(NamedTuple):
+    """All maps of a model but the first image's, which stays as it is."""
+
+    model: str
+
+    def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Those of all images but the first."""
+        size = gradient[1:].size
+        return normal[1:, :, 1:].reshape(size, size), gradient[1:].reshape(size)
+
+    def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
+        """M_i (I + E_i)."""
+        E = np.tile(np.eye(3), (len(M), 1, 1))
+        for number, (a, b) in enumerate(ENTRIES[self.model]):
+            E[1:, a, b] += step.reshape(len(M) - 1, -1)[:, number]
+        return M @ E
+
+
 def adjust(M: FloatArray, links: Sequence[Link], model: str) -> tuple[FloatArray, float]:
     """The maps (N, 3, 3) near the start M that make the symmetric transfer error least, and its RMS over the points.
 
-    The first image's map stays as it is. By Levenberg and Marquardt's method, M_i being changed to M_i (I + E_i), from
+    The first image's map stays as it is. Raises as `adjust_in`.
+    """
+    return adjust_in(Planes(model), M, links)[:2]
+
+
+def adjust_in(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
+    """The same over the maps that a chart reaches; and J^T J there.
+
+    By Levenberg and Marquardt's method, M_i being changed to M_i (I + E_i), from
     the right: what the errors know is M_j^-1 M_i, so neither they nor the steps depend on the plane. The normal
     equations are of 6 or 8 unknowns an image, whatever the number of points; and it ends at the rounding of the
     maps, where sparse trust-region steps by conjugate gradients take ten times as long to 1e-9. Raises ValueError where
@@ -60,8 +103,9 @@ def adjust(M: FloatArray, links: Sequence[Link], model: str) -> tuple[FloatArray
     """
     errors, cost = _errors(M, links)
     damping = 0.0
+    normal = np.zeros((0, 0))
     for _ in range(_MOST_STEPS):
-        normal, gradient = _normal_equations(M, links, errors, model)
+        normal, gradient = chart.reduced(M, *_normal_equations(M, links, errors, chart.model))
         diagonal = np.diag(normal)
         if not np.isfinite(cost) or not (diagonal > 0).all():
             break
@@ -70,7 +114,7 @@ def adjust(M: FloatArray, links: Sequence[Link], model: str) -> tuple[FloatArray
                 step = np.asarray(-np.linalg.solve(normal + np.diag(damping * diagonal), gradient))
             except np.linalg.LinAlgError:
                 step = np.full_like(gradient, np.nan)
-            tried = _moved(M, step, model)
+            tried = chart.moved(M, step)
             there, new = _errors(tried, links)
             size = float(np.abs(step).max(initial=0.0))
             if new <= cost * (1.0 + 1e-13) or size < _SETTLED or damping > _STRONGEST:
@@ -85,7 +129,7 @@ def adjust(M: FloatArray, links: Sequence[Link], model: str) -> tuple[FloatArray
     if not np.isfinite(cost):
         raise ValueError("Invalid correspondences. They do not determine the maps of the images.")
     points = sum(len(link.xi) for link in links)
-    return M, float(np.sqrt(cost / (2.0 * points)))
+    return M, float(np.sqrt(cost / (2.0 * points))), normal
 
 
 class _Way(NamedTuple):
@@ -117,7 +161,7 @@ def _errors(M: FloatArray, links: Sequence[Link]) -> tuple[list[_Way], float]:
 def _normal_equations(
     M: FloatArray, links: Sequence[Link], ways: list[_Way], model: str
 ) -> tuple[FloatArray, FloatArray]:
-    """J^T J and J^T r of the changes of all images but the first."""
+    """J^T J (N, k, N, k) and J^T r (N, k) of the entries of the changes of all images."""
     entries = ENTRIES[model]
     count, wide = len(M), len(entries)
     normal, gradient = np.zeros((count, wide, count, wide)), np.zeros((count, wide))
@@ -137,13 +181,4 @@ def _normal_equations(
         normal[b, :, a] += cross.T
         gradient[a] += flat @ Ja
         gradient[b] += flat @ Jb
-    size = (count - 1) * wide
-    return normal[1:, :, 1:].reshape(size, size), gradient[1:].reshape(size)
-
-
-def _moved(M: FloatArray, step: FloatArray, model: str) -> FloatArray:
-    """M_i (I + E_i)."""
-    E = np.tile(np.eye(3), (len(M), 1, 1))
-    for number, (a, b) in enumerate(ENTRIES[model]):
-        E[1:, a, b] += step.reshape(len(M) - 1, -1)[:, number]
-    return M @ E
+    return normal, gradient

@@ -7,27 +7,27 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import AnyArray
-from projdist.applications.mosaics.answers import Canvas, Mosaic
+from projdist.applications.mosaics.canvases import AnyCanvas
 from projdist.applications.mosaics.libraries import as_array, opencv
-from projdist.applications.mosaics.pieces import Piece, Store, bounds, shift, warped
+from projdist.applications.mosaics.pieces import Piece, Store, shift
 
-__all__ = ["EXPOSURES", "Common"]
+__all__ = ["EXPOSURES", "SMALL", "Common"]
 
 EXPOSURES = ("gain", "none")
 
-_SMALL = 3e5  # pixels of the canvas on which gains and seams are found
+SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
 
 class Common:
     """The gains of all images and the seams between them, found on a small canvas."""
 
-    def __init__(self, found: Mosaic, store: Store, blend: str, exposure: str) -> None:
+    def __init__(self, small: AnyCanvas, store: Store, blend: str, exposure: str) -> None:
+        """`small`: the canvas in at most `SMALL` pixels."""
         cv2 = opencv()
-        small = found.canvas(most_pixels=_SMALL)
         self.scale = small.scale
         pieces = [
-            warped(store.read(number), H, bounds(H, size))
-            for number, (H, size) in enumerate(zip(small.matrices, found.registration.sizes, strict=True))
+            small.warped(store.read(number), number, small.bounds(number, picture.size))
+            for number, picture in enumerate(store.pictures)
         ]
         self.places = [piece.corner for piece in pieces]
         colours, masks = [piece.pixels.colours for piece in pieces], [piece.pixels.mask for piece in pieces]
@@ -48,7 +48,7 @@ class Common:
         colours, mask = piece.pixels
         return colours if self.gains is None else self.gains.apply(number, piece.corner, colours, mask)
 
-    def cut(self, pieces: dict[int, Piece], canvas: Canvas) -> dict[int, AnyArray]:
+    def cut(self, pieces: dict[int, Piece], canvas: AnyCanvas) -> dict[int, AnyArray]:
         """The masks of pieces, along the seams; what no image would then have goes to the first that can."""
         masks = {number: piece.pixels.mask for number, piece in pieces.items()}
         if self.seams is None or not pieces:

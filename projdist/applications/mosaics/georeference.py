@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.applications.mosaics.answers import Canvas
+from projdist.applications.mosaics.canvases import Canvas
 from projdist.applications.mosaics.homographies import corners
 from projdist.applications.mosaics.projective import places
 from projdist.support import replacing

@@ -12,9 +12,9 @@ from projdist._typing import FloatArray
 from projdist.applications.mosaics.homographies import corners
 from projdist.applications.mosaics.images import Picture, Pixels
 from projdist.applications.mosaics.libraries import opencv
-from projdist.applications.mosaics.projective import jacobians, places
+from projdist.applications.mosaics.projective import jacobians
 
-__all__ = ["Box", "Piece", "Store", "bounds", "common_box", "shift", "warped"]
+__all__ = ["Box", "Piece", "Store", "common_box", "reduced", "shift", "warped"]
 
 _KEPT = 3e8  # bytes of images that are kept for the next box
 _HALF = 0.5  # an image that is drawn smaller than that is reduced first
@@ -64,14 +64,6 @@ def _filled(pixels: Pixels) -> Pixels:
     return Pixels(pixels.colours.reshape(-1, 3)[numbers[nearest]], pixels.mask)
 
 
-def bounds(H: FloatArray, size: FloatArray) -> Box:
-    """The box that an image has on the canvas."""
-    rim = places(H[None], corners(size[None]))[0]
-    left, top = np.floor(rim.min(axis=0) + 1e-6).astype(int).tolist()
-    right, bottom = np.ceil(rim.max(axis=0) - 1e-6).astype(int).tolist()
-    return left, top, right, bottom
-
-
 def common_box(a: Box, b: Box) -> Box | None:
     """What two boxes have in common."""
     box = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
@@ -86,7 +78,10 @@ def shift(x: float, y: float) -> FloatArray:
 def warped(pixels: Pixels, H: FloatArray, box: Box) -> Piece:
     """An image under its map, in a box of the canvas."""
     cv2 = opencv()
-    pixels, H = _reduced(pixels, H)
+    height, width = pixels.mask.shape
+    J = jacobians(H[None], corners(np.array([[float(width), float(height)]])))[1]
+    pixels, factor = reduced(pixels, float(np.linalg.svd(J, compute_uv=False).max()))
+    H = H @ np.diag([*(1.0 / factor), 1.0])
     # OpenCV counts from the middle of the first pixel.
     to_box = shift(-box[0] - 0.5, -box[1] - 0.5) @ H @ shift(0.5, 0.5)
     shape = box[2] - box[0], box[3] - box[1]
@@ -97,15 +92,13 @@ def warped(pixels: Pixels, H: FloatArray, box: Box) -> Piece:
     return Piece(box[:2], Pixels(colours, mask))
 
 
-def _reduced(pixels: Pixels, H: FloatArray) -> tuple[Pixels, FloatArray]:
-    """An image reduced to about the size in which it is drawn, where that is less than half."""
+def reduced(pixels: Pixels, scale: float) -> tuple[Pixels, FloatArray]:
+    """An image reduced to about the scale at which it is drawn, where that is less than half; and by what it was."""
+    if scale >= _HALF:
+        return pixels, np.ones(2)
     cv2 = opencv()
     height, width = pixels.mask.shape
-    J = jacobians(H[None], corners(np.array([[float(width), float(height)]])))[1]
-    scale = float(np.linalg.svd(J, compute_uv=False).max())
-    if scale >= _HALF:
-        return pixels, H
     small = max(1, round(scale * width)), max(1, round(scale * height))
     colours = cv2.resize(pixels.colours, small, interpolation=cv2.INTER_AREA)
     mask = cv2.resize(pixels.mask, small, interpolation=cv2.INTER_NEAREST)
-    return Pixels(colours, mask), H @ np.diag([width / small[0], height / small[1], 1.0])
+    return Pixels(colours, mask), np.array(small) / [width, height]

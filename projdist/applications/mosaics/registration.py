@@ -15,7 +15,22 @@ from projdist.applications.mosaics.pairs import Pair, estimate
 from projdist.applications.mosaics.projective import MODELS, check_model
 from projdist.support import listed
 
-__all__ = ["Match", "Registration", "register", "register_groups"]
+__all__ = [
+    "Match",
+    "Registration",
+    "alone",
+    "chained",
+    "check_tolerance",
+    "components_of",
+    "estimated",
+    "left_out_note",
+    "links_of",
+    "match_of",
+    "refuse_mirrors",
+    "register",
+    "register_groups",
+    "why_none",
+]
 
 _SHOWN = 10  # names in one message
 
@@ -71,28 +86,50 @@ def register_groups(
 ) -> list[Registration]:
     """Register each group of images that hang together, the largest first; at most so many. Raises as `register`."""
     check_model(model)
-    if not tolerance > 0:
-        raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
+    check_tolerance(tolerance)
     # Coordinates from the middle of each image, in halves of the longest side.
     unit = float(points.sizes.max()) / 2.0
-    links = list(_links(points, unit))
+    links = list(links_of(points, unit))
     found = {
-        name: [_estimate(link, reduction * tolerance / unit, points, unit, name) for link, reduction in links]
+        name: [estimated(link, reduction * tolerance / unit, points, unit, name) for link, reduction in links]
         for name in MODELS
     }
     models = compare_models(_shared(links, found, unit), unit)
     if model == "auto":
         model = min(models, key=lambda name: models[name].gric, default=MODELS[0])
     pairs = {(link.i, link.j): (link, pair) for (link, _), pair in zip(links, found[model], strict=True)}
-    matches = [
-        Match(i, j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
-        for (i, j), (link, pair) in pairs.items()
-    ]
+    matches = [match_of(link, pair) for link, pair in pairs.values()]
     good = {pair: both for pair, both in pairs.items() if both[1].S is not None}
-    components = _components(good)
+    components = components_of(good)
     if not components:
-        raise ValueError("Invalid correspondences. No two images match: " + _why(points, matches) + ".")
+        raise ValueError("Invalid correspondences. No two images match: " + why_none(points, matches) + ".")
     return [_registered(points, good, model, images, components, matches, models) for images in components[:most]]
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Raise ValueError for no number of pixels."""
+    if not tolerance > 0:
+        raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
+
+
+def left_out_note(points: Correspondences, components: Sequence[list[int]], left_out: list[int], others: bool) -> str:
+    """What is said of images left out, of those that hang together as one; without `others` of single ones only."""
+    groups = [group for group in components if others and set(group) <= set(left_out)]
+    single = [points.name(image) for image in alone(components, left_out)]
+    parts = [", ".join(single)] if single else []
+    parts += [listed([points.name(image) for image in group], "and") + ", which hang together" for group in groups]
+    return f"Left out: {'; '.join(parts)}. Nothing connects them with the other images." if parts else ""
+
+
+def alone(components: Sequence[list[int]], left_out: Sequence[int]) -> list[int]:
+    """The images that hang together with no other."""
+    grouped = {image for group in components for image in group}
+    return [image for image in left_out if image not in grouped]
+
+
+def match_of(link: Link, pair: Pair) -> Match:
+    """What is told of two images."""
+    return Match(link.i, link.j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
 
 
 def _shared(links: Sequence[tuple[Link, float]], found: dict[str, list[Pair]], unit: float) -> Iterator[Shared]:
@@ -116,8 +153,8 @@ def _registered(
     unit = float(points.sizes.max()) / 2.0
     number = {image: place for place, image in enumerate(images)}
     own = {(i, j): both for (i, j), both in good.items() if i in number}
-    chain = _chained(images, {key: pair for key, (_, pair) in own.items()})
-    _refuse_mirrors(points, images, chain)
+    chain = chained(images, {key: pair for key, (_, pair) in own.items()})
+    refuse_mirrors(points, images, chain)
     links = [
         Link(number[i], number[j], link.xi[pair.agree], link.xj[pair.agree]) for (i, j), (link, pair) in own.items()
     ]
@@ -144,14 +181,14 @@ def _registered(
     )
 
 
-def _estimate(link: Link, tolerance: float, points: Correspondences, unit: float, model: str) -> Pair:
+def estimated(link: Link, tolerance: float, points: Correspondences, unit: float, model: str) -> Pair:
     """The map of two images, among as many pairs as there may be."""
     area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / unit**2
     tests = len(points.sizes) * (len(points.sizes) - 1) // 2
     return estimate(link.xi, link.xj, model, tolerance, area=area, tests=tests)
 
 
-def _links(points: Correspondences, unit: float) -> Iterator[tuple[Link, float]]:
+def links_of(points: Correspondences, unit: float) -> Iterator[tuple[Link, float]]:
     """The points of each pair of images i < j, in coordinates from the images' middles, and their reduction."""
     reductions = np.asarray(points.reductions)
     swap = points.i > points.j
@@ -165,7 +202,7 @@ def _links(points: Correspondences, unit: float) -> Iterator[tuple[Link, float]]
         yield Link(a, b, xi, xj), float(reductions[chosen].max())
 
 
-def _components(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
+def components_of(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
     """Groups of images that pairs connect, the largest first."""
     group: dict[int, set[int]] = {}
     for i, j in pairs:
@@ -176,7 +213,7 @@ def _components(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
     )
 
 
-def _chained(images: Sequence[int], pairs: dict[tuple[int, int], Pair]) -> FloatArray:
+def chained(images: Sequence[int], pairs: dict[tuple[int, int], Pair]) -> FloatArray:
     """The maps of images into the first one, by the pairs with the most points (a maximal spanning tree)."""
     maps = {images[0]: np.eye(3)}
     strongest = sorted(pairs, key=lambda key: -int(pairs[key].agree.sum()))
@@ -190,7 +227,7 @@ def _chained(images: Sequence[int], pairs: dict[tuple[int, int], Pair]) -> Float
     return np.stack([maps[image] for image in images])
 
 
-def _refuse_mirrors(points: Correspondences, images: Sequence[int], chain: FloatArray) -> None:
+def refuse_mirrors(points: Correspondences, images: Sequence[int], chain: FloatArray) -> None:
     """Raise ValueError where images mirror the others, naming the fewer."""
     mirrors = np.linalg.det(chain) < 0
     if mirrors.any():
@@ -202,7 +239,7 @@ def _refuse_mirrors(points: Correspondences, images: Sequence[int], chain: Float
         )
 
 
-def _why(points: Correspondences, matches: Sequence[Match]) -> str:
+def why_none(points: Correspondences, matches: Sequence[Match]) -> str:
     """Reasons of the first pairs."""
     reasons = [f"{points.name(m.i)} and {points.name(m.j)}, {m.reason}" for m in matches[:3]]
     return "; ".join(reasons) + ("; ..." if len(matches) > 3 else "")

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from projdist._typing import AnyArray
-from projdist.applications.mosaics.answers import Canvas, Mosaic
 from projdist.applications.mosaics.blending import BLENDS, blender_of
-from projdist.applications.mosaics.common import EXPOSURES, Common
+from projdist.applications.mosaics.canvases import AnyCanvas
+from projdist.applications.mosaics.common import EXPOSURES, SMALL, Common
+from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.cropping import covered_box
 from projdist.applications.mosaics.images import Picture, Pixels
 from projdist.applications.mosaics.libraries import as_array
-from projdist.applications.mosaics.pieces import Box, Store, bounds, common_box, shift, warped
+from projdist.applications.mosaics.pieces import Box, Store, common_box
 
 __all__ = ["Rendered", "render"]
 
@@ -30,7 +31,7 @@ class Rendered(NamedTuple):
     """
 
     pixels: AnyArray
-    canvas: Canvas
+    canvas: AnyCanvas
     is_grey: bool
 
     @property
@@ -39,8 +40,23 @@ class Rendered(NamedTuple):
         return self.pixels[..., [0, 3]] if self.is_grey else self.pixels
 
 
+class Drawable(Protocol):
+    """What can be drawn: a `Mosaic`, or a panorama in a map projection."""
+
+    @property
+    def points(self) -> Correspondences:
+        """Those of all images."""
+
+    @property
+    def images(self) -> list[int]:
+        """The numbers of the images that are drawn."""
+
+    def canvas(self, *, most_pixels: float | None = None) -> AnyCanvas:
+        """The picture that holds them, of so many pixels at most."""
+
+
 def render(
-    found: Mosaic,
+    found: Drawable,
     pictures: Sequence[Picture],
     *,
     blend: str = "multiband",
@@ -66,9 +82,9 @@ def render(
     used = [pictures[image] for image in found.images]
     canvas = found.canvas(most_pixels=most_pixels)
     store = Store(used)
-    common = Common(found, store, blend, exposure)
+    common = Common(found.canvas(most_pixels=SMALL), store, blend, exposure)
     pixels = np.zeros((canvas.height, canvas.width, 4), np.uint8)
-    boxes = [bounds(H, size) for H, size in zip(canvas.matrices, found.registration.sizes, strict=True)]
+    boxes = [canvas.bounds(number, picture.size) for number, picture in enumerate(used)]
     for top in range(0, canvas.height, _TILE):
         for left in range(0, canvas.width, _TILE):
             tile = left, top, min(left + _TILE, canvas.width), min(top + _TILE, canvas.height)
@@ -81,7 +97,7 @@ def render(
 # ---- tiles ----------------------------------------------------------------------------------
 
 
-def _tile(tile: Box, canvas: Canvas, boxes: Sequence[Box], store: Store, common: Common, blend: str) -> AnyArray:
+def _tile(tile: Box, canvas: AnyCanvas, boxes: Sequence[Box], store: Store, common: Common, blend: str) -> AnyArray:
     """The pixels of a tile, from all images that reach it or its margin."""
     left, top, right, bottom = tile
     around = (
@@ -94,7 +110,7 @@ def _tile(tile: Box, canvas: Canvas, boxes: Sequence[Box], store: Store, common:
     for number, box in enumerate(boxes):
         part = common_box(box, around)
         if part is not None:
-            piece = warped(store.read(number), canvas.matrices[number], part)
+            piece = canvas.warped(store.read(number), number, part)
             pieces[number] = piece._replace(pixels=Pixels(common.even(number, piece), piece.pixels.mask))
     masks = common.cut(pieces, canvas)
     blender = blender_of(blend)
@@ -112,8 +128,8 @@ def _tile(tile: Box, canvas: Canvas, boxes: Sequence[Box], store: Store, common:
 # ---- cropping -------------------------------------------------------------------------------
 
 
-def _cropped(pixels: AnyArray, canvas: Canvas) -> tuple[AnyArray, Canvas]:
+def _cropped(pixels: AnyArray, canvas: AnyCanvas) -> tuple[AnyArray, AnyCanvas]:
     """The largest box of pixels that are all covered, and its canvas."""
-    left, top, right, bottom = covered_box(pixels[..., 3] > 0)
-    moved = canvas._replace(width=right - left, height=bottom - top, matrices=shift(-left, -top) @ canvas.matrices)
-    return pixels[top:bottom, left:right], moved
+    box = covered_box(pixels[..., 3] > 0)
+    left, top, right, bottom = box
+    return pixels[top:bottom, left:right], canvas.cropped(box)

@@ -1,0 +1,262 @@
+"""Pictures that hold all images of a mosaic: of a plane, and of a map of the sphere that a turning camera sees."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray
+from projdist.applications.mosaics.homographies import corners
+from projdist.applications.mosaics.images import Pixels
+from projdist.applications.mosaics.libraries import opencv
+from projdist.applications.mosaics.pieces import Box, Piece, reduced, shift, warped
+from projdist.applications.mosaics.projective import places
+from projdist.projections import Plane
+
+__all__ = ["AnyCanvas", "Camera", "Canvas", "SphereCanvas", "angles_of", "directions_of", "sphere_canvas"]
+
+_BACK = 1e-6  # radii: the inverse of a map is that where the map comes back
+_LATTICE = 300  # cells a side on which the part of a map that is seen is sought, in _PASSES ever closer
+_PASSES = 3
+_AROUND = 0.05  # of the extent of the images' points, about it
+# Directions are interpolated between pixels so far apart, in radians: the error is at most their square over eight, in
+# radii, a fiftieth of a pixel of a picture with 1500 a radian.
+_STEP, _LARGEST_STEP = 0.01, 16
+_UNBENT = 1e-3  # by which the interpolated unit vector may be shorter than 1; across a cut it is by far more
+
+
+class Canvas(NamedTuple):
+    """A picture that holds all images: its size in pixels, and the matrices (n, 3, 3) from the images' pixels into it.
+
+    `scale`: that of its pixels to the frame's, below 1 where the frame would have taken too many; `note` says so.
+    """
+
+    width: int
+    height: int
+    matrices: FloatArray
+    scale: float
+    note: str
+
+    def bounds(self, number: int, size: Sequence[float]) -> Box:
+        """The box that an image has on the canvas."""
+        rim = places(self.matrices[number][None], corners(np.array([size], dtype=float)))[0]
+        left, top = np.floor(rim.min(axis=0) + 1e-6).astype(int).tolist()
+        right, bottom = np.ceil(rim.max(axis=0) - 1e-6).astype(int).tolist()
+        return left, top, right, bottom
+
+    def warped(self, pixels: Pixels, number: int, box: Box) -> Piece:
+        """An image, in a box."""
+        return warped(pixels, self.matrices[number], box)
+
+    def cropped(self, box: Box) -> Canvas:
+        """What is in a box."""
+        left, top, right, bottom = box
+        return self._replace(width=right - left, height=bottom - top, matrices=shift(-left, -top) @ self.matrices)
+
+
+class Camera(NamedTuple):
+    """Where a camera looks, (3, 3) from its right, down and forward to the sphere's, its focal length, and its picture.
+
+    The focal length and the size, width and height, are in pixels.
+    """
+
+    rotation: FloatArray
+    focal: float
+    size: tuple[float, float]
+
+    def directions(self, x: FloatArray) -> FloatArray:
+        """Vectors (..., 3) to pixels (..., 2)."""
+        centred = (x - 0.5 * np.array(self.size)) / self.focal
+        return np.asarray(np.concatenate([centred, np.ones((*x.shape[:-1], 1))], axis=-1) @ self.rotation.T)
+
+    def pixels(self, directions: FloatArray) -> FloatArray:
+        """Pixels (..., 2) of vectors (..., 3); NaN of those behind the camera."""
+        seen = directions @ self.rotation
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = self.focal * seen[..., :2] / seen[..., 2:] + 0.5 * np.array(self.size)
+        return np.where(seen[..., 2:] > 0, x, np.nan)
+
+    def sees(self, directions: FloatArray) -> BoolArray:
+        """Whether vectors (..., 3) are in the picture."""
+        x = self.pixels(directions)
+        with np.errstate(invalid="ignore"):
+            inside = np.asarray((x >= 0) & (x <= np.array(self.size)))
+        return np.asarray(inside.all(axis=-1))
+
+
+def angles_of(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Longitudes, to the right, and latitudes, up, in degrees, of vectors (right, down, forward)."""
+    x, y, z = np.moveaxis(directions, -1, 0)
+    return np.degrees(np.arctan2(x, z)), np.degrees(np.arctan2(-y, np.hypot(x, z)))
+
+
+def directions_of(lon: FloatArray, lat: FloatArray) -> FloatArray:
+    """Unit vectors (right, down, forward) of longitudes and latitudes in degrees."""
+    lam, phi = np.radians(lon), np.radians(lat)
+    return np.stack([np.cos(phi) * np.sin(lam), -np.sin(phi), np.cos(phi) * np.cos(lam)], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class SphereCanvas:
+    """A picture of a map of the sphere that cameras see, which holds all their images.
+
+    `origin`: the coordinates of its left upper corner, `pixel`: the size of a pixel, both in the map's unit, of which
+    `radius` is the sphere's. `scale`: that of its pixels to the images', below 1 where these would have been too many.
+    """
+
+    width: int
+    height: int
+    cameras: tuple[Camera, ...]
+    plane: Plane
+    radius: float
+    origin: tuple[float, float]
+    pixel: float
+    scale: float
+    note: str
+
+    def bounds(self, number: int, size: Sequence[float]) -> Box:
+        """The box that an image has on the canvas."""
+        step, rays = self._lattice
+        seen = self.cameras[number].sees(rays)
+        # A thin image may lie between the nodes: its own, too.
+        own = self.places(self.cameras[number].directions(_nodes(size)))
+        own = own[np.asarray(np.isfinite(own).all(axis=1))]
+        rows, columns = (np.flatnonzero(np.asarray(seen.any(axis=axis))) * step for axis in (1, 0))
+        left, top = (min([*known[:1] - step, *own[:, k].astype(int)]) for k, known in enumerate((columns, rows)))
+        right, bottom = (
+            max([*known[-1:] + step + 1, *own[:, k].astype(int) + 1]) for k, known in enumerate((columns, rows))
+        )
+        return max(int(left), 0), max(int(top), 0), min(int(right), self.width), min(int(bottom), self.height)
+
+    def places(self, directions: FloatArray) -> FloatArray:
+        """Pixels (n, 2) of the canvas of vectors (n, 3); not finite where the map has none."""
+        u, v = self.plane.operation.native(*angles_of(directions))
+        return np.stack([u - self.origin[0], self.origin[1] - v], axis=-1) / self.pixel
+
+    def warped(self, pixels: Pixels, number: int, box: Box) -> Piece:
+        """An image, in a box."""
+        cv2 = opencv()
+        camera = self.cameras[number]
+        pixels, factor = reduced(pixels, self.scale)
+        x = camera.pixels(self._rays(box)) * factor
+        known = np.asarray(np.isfinite(x).all(axis=-1))
+        places = np.where(known[..., None], x, -1e4).astype(np.float32)
+        # OpenCV counts from the middle of the first pixel.
+        across, down = places[..., 0] - np.float32(0.5), places[..., 1] - np.float32(0.5)
+        colours = cv2.remap(pixels.colours, across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101)
+        mask = cv2.remap(pixels.mask, across, down, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+        return Piece(box[:2], Pixels(colours, mask))
+
+    def cropped(self, box: Box) -> SphereCanvas:
+        """What is in a box."""
+        left, top, right, bottom = box
+        origin = self.origin[0] + left * self.pixel, self.origin[1] - top * self.pixel
+        return SphereCanvas(
+            right - left,
+            bottom - top,
+            self.cameras,
+            self.plane,
+            self.radius,
+            origin,
+            self.pixel,
+            self.scale,
+            self.note,
+        )
+
+    def _exact(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Unit vectors of places on the canvas; NaN off the map."""
+        u, v = self.origin[0] + x * self.pixel, self.origin[1] - y * self.pixel
+        return directions_of(*self.plane.inverse(u, v, _BACK * self.radius))
+
+    @functools.cached_property
+    def _lattice(self) -> tuple[int, FloatArray]:
+        """How many pixels nodes are apart, and the unit vectors of nodes that reach beyond the canvas."""
+        step = int(np.clip(_STEP * self.radius / self.pixel, 1, _LARGEST_STEP))
+        x, y = np.meshgrid(np.arange(0, self.width + 2 * step, step), np.arange(0, self.height + 2 * step, step))
+        return step, self._exact(x.astype(float), y.astype(float))
+
+    def _rays(self, box: Box) -> FloatArray:
+        """Unit vectors of the pixels' middles in a box, NaN off the map."""
+        step, nodes = self._lattice
+        left, top, right, bottom = box
+        x, y = np.meshgrid(np.arange(left, right) + 0.5, np.arange(top, bottom) + 0.5)
+        row, column = (y[:, 0] // step).astype(int), (x[0] // step).astype(int)
+        down, across = (y[:, 0] / step - row)[:, None, None], (x[0] / step - column)[None, :, None]
+        above, below = nodes[row], nodes[row + 1]
+        rays = (above[:, column] * (1 - across) + above[:, column + 1] * across) * (1 - down)
+        rays += (below[:, column] * (1 - across) + below[:, column + 1] * across) * down
+        bent = ~(np.einsum("...i,...i->...", rays, rays) > 1.0 - _UNBENT)
+        rays[bent] = self._exact(x[bent], y[bent])
+        return rays
+
+
+AnyCanvas = Canvas | SphereCanvas
+
+
+def sphere_canvas(cameras: Sequence[Camera], plane: Plane, radius: float, most_pixels: float) -> SphereCanvas:
+    """The canvas of a map that holds what cameras see, its pixels as large as the images' in the mean.
+
+    Raises ValueError where the map shows nothing of it.
+    """
+    rays = np.concatenate([camera.directions(_nodes(camera.size)) for camera in cameras])
+    u, v = plane.operation.native(*angles_of(rays))
+    shown = np.isfinite(u) & np.isfinite(v)
+    if not shown.any():
+        raise ValueError("Invalid projection for these images. It shows nothing of what they do.")
+    low, high = _extent(u[shown], v[shown], cameras, plane, radius)
+    pixel = radius * _scale_of(plane, cameras, radius) / float(np.median([camera.focal for camera in cameras]))
+    extent = np.maximum((high - low) / pixel, 1.0)
+    scale = min(1.0, float(np.sqrt(most_pixels / np.prod(extent))))
+    width, height = (max(1, int(np.ceil(round(scale * side, 6)))) for side in extent)
+    full = f"{extent[0]:.0f} x {extent[1]:.0f}"
+    note = f"The canvas would have {full} pixels: it is drawn at {100 * scale:.3g} %." if scale < 1.0 else ""
+    return SphereCanvas(width, height, tuple(cameras), plane, radius, (low[0], high[1]), pixel / scale, scale, note)
+
+
+def _nodes(size: Sequence[float]) -> FloatArray:
+    """Pixels over an image, its rim among them, (n, 2)."""
+    along = np.linspace(0.0, 1.0, 25)
+    return np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2) * size
+
+
+def _extent(
+    u: FloatArray, v: FloatArray, cameras: Sequence[Camera], plane: Plane, radius: float
+) -> tuple[FloatArray, FloatArray]:
+    """The least and the greatest coordinates of what is seen.
+
+    Of the images' points those next to a cut of the map are not the outermost: cells of the map are looked up.
+    """
+    points = np.column_stack([u, v])
+    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = low - _AROUND * (high - low), high + _AROUND * (high - low)
+    for _ in range(_PASSES):
+        x, y = (np.linspace(low[axis], high[axis], _LATTICE + 1) for axis in (0, 1))
+        rays = directions_of(*plane.inverse(*np.meshgrid(x, y), _BACK * radius))
+        seen = np.asarray(np.any([camera.sees(rays) for camera in cameras], axis=0))
+        if not seen.any():
+            break
+        columns, rows = np.flatnonzero(seen.any(axis=0)), np.flatnonzero(seen.any(axis=1))
+        cell = (high - low) / _LATTICE
+        low, high = (
+            np.array([x[columns[0]], y[rows[0]]]) - cell,
+            np.array([x[columns[-1]], y[rows[-1]]]) + cell,
+        )
+    return low, high
+
+
+def _scale_of(plane: Plane, cameras: Sequence[Camera], radius: float) -> float:
+    """The mean scale of a map where cameras look: the root of areas on the map over those on the sphere."""
+    h = 1e-4
+    middles = [camera.rotation[:, 2] for camera in cameras]
+    ratios = []
+    for middle in middles:
+        axes = np.linalg.svd(middle[None])[2][1:]
+        corners_of = [middle, middle + h * axes[0], middle + h * axes[1]]
+        u, v = plane.operation.native(*angles_of(np.array(corners_of)))
+        ratios.append(abs((u[1] - u[0]) * (v[2] - v[0]) - (v[1] - v[0]) * (u[2] - u[0])) / (h * radius) ** 2)
+    usual = float(np.sqrt(np.nanmedian(np.where(np.isfinite(ratios), ratios, np.nan))))
+    return usual if np.isfinite(usual) and usual > 0 else 1.0
