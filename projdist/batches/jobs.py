@@ -138,7 +138,8 @@ def batch(
     ValueError
         For what is no region, options that are no text or numbers, and a partial file of another job.
     ImportError, OSError
-        Without Dask, and where nothing answers at its address; for a partial file that cannot be written.
+        Without Dask, and where nothing answers at its address, also later (ConnectionError); for a partial file that
+        cannot be written.
 
     References
     ----------

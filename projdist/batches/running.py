@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import math
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor
 from queue import SimpleQueue
 
 from projdist.batches.tasks import Done, Job, Task, failure, run_tasks
-from projdist.support import Processes, is_lost, open_executor, places_in
+from projdist.support import Processes, answering, is_lost, open_executor, places_in
 
 _PAYS = 1.0  # seconds of a group of tasks, against the milliseconds that it takes to send one
+_ASK = 2.0  # seconds
 _LARGEST = 100  # tasks in a group
 _LOSSES = 2  # of workers by a task, after which it is not tried again
 
@@ -42,18 +44,27 @@ class _Run:
         self._under_way: dict[Future[Done], list[Task]] = {}
         self._ended: SimpleQueue[Future[Done]] = SimpleQueue()
         self._pace = math.inf  # seconds a task
+        self._known_places, self._ask_again = 1, -math.inf
 
     def run(self) -> None:
         """Until nothing is left."""
         with self._nothing_left_behind():
             while True:
-                places = places_in(self._executor)
+                places = self._places()
                 while len(self._under_way) < places and (group := self._next(places)):
                     self._submit(group)
                 if not self._under_way:
                     return
                 future = self._ended.get()
                 self._hear(future, self._under_way.pop(future))
+
+    def _places(self) -> int:
+        """How much may be under way, which is asked of the executor now and then, as a cluster may grow."""
+        if time.monotonic() >= self._ask_again:
+            with answering():
+                self._known_places = places_in(self._executor)
+            self._ask_again = time.monotonic() + _ASK
+        return self._known_places
 
     @contextlib.contextmanager
     def _nothing_left_behind(self) -> Iterator[None]:
@@ -74,7 +85,8 @@ class _Run:
 
     def _submit(self, group: list[Task]) -> None:
         try:
-            future = self._executor.submit(run_tasks, self._job, group)
+            with answering():
+                future = self._executor.submit(run_tasks, self._job, group)
         except BrokenExecutor:  # for good: a pool of processes that somebody else has opened
             self._executor = self._stack.enter_context(Processes(max(places_in(self._executor) // 2, 1)))
             future = self._executor.submit(run_tasks, self._job, group)

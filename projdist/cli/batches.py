@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from projdist import gis
 from projdist.batches import Area, Batch, BatchResult, areas_of, batch
-from projdist.cli.errors import cannot_write, refuse, refusing, tell_problems
+from projdist.cli.errors import cannot_write, fail, refuse, refusing, tell_problems
 from projdist.cli.executors import executor_opened
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries, note
 from projdist.cli.options import format_for, output_file, printed_or_file
@@ -80,6 +82,10 @@ class RegionalWork:
                     partial=self.partial,
                     progress=progress,
                 )
+        except ConnectionError as error:
+            kept = f" '{self.partial}' has what is done; the same command goes on from it." if self.partial else ""
+            fail(f"{error}{kept}")
+            raise typer.Exit(1) from error
         except OSError as error:
             cannot_write(self.partial, error)
 
@@ -120,3 +126,9 @@ def by_region(found: Batch) -> dict[str, list[BatchResult]]:
     for result in found.results:
         groups.setdefault(result.region, []).append(result)
     return groups
+
+
+def notices_note(found: Batch) -> list[str]:
+    """Where to read what was told of results, if anything was."""
+    told = {one.region for one in found.results if one.notices}
+    return [f"Notices on {len(told)} of the regions, as on areas of use, are in JSON."] if told else []

@@ -9,7 +9,7 @@ from typing import Any
 
 from projdist.answers import Index, get_indices, sort_column, sort_order, summarize
 from projdist.batches import Batch, BatchFailure
-from projdist.cli.batches import RegionalWork, by_region, regions_given
+from projdist.cli.batches import RegionalWork, by_region, notices_note, regions_given
 from projdist.cli.cells import certain, label_of, per_cent, rounded
 from projdist.cli.errors import refusing, tell_problems
 from projdist.cli.report import Column, Report, Row, Table
@@ -65,7 +65,10 @@ def _report(found: Batch, maps: Sequence[str], column: str, indices: Sequence[In
     report = Report(
         title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
         tables=[Table(rows, [*_columns(groups, maps, figure)]), _totals(groups, maps, figure)] if rows else [],
-        notes=["* is the best of a region. JSON and CSV have all figures of every map over every region."]
+        notes=[
+            "* is the best of a region. JSON and CSV have all figures of every map over every region.",
+            *notices_note(found),
+        ]
         if rows
         else [],
         data=lambda: _data(found, groups, column, indices),

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from projdist.batches import Batch
-from projdist.cli.batches import RegionalWork, regions_given
+from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.cells import certain, per_cent
 from projdist.cli.errors import refusing
 from projdist.cli.report import Column, Report, Row, Table
@@ -48,6 +48,7 @@ def _report(found: Batch, best: Sequence[Row], options: Mapping[str, Any]) -> Re
             "The best CRS of each region; JSON and CSV have the others, too.",
             "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; in area: the share of the "
             "region in the CRS's area of use.",
+            *notices_note(found),
         ]
         if best
         else [],

@@ -16,6 +16,7 @@ from .checks import (
 )
 from .executors import (
     Processes,
+    answering,
     check_executor,
     is_lost,
     is_picklable,
@@ -37,6 +38,7 @@ __all__ = [
     "Answer",
     "Notice",
     "Processes",
+    "answering",
     "cells_of",
     "check_bool",
     "check_choice",

@@ -19,6 +19,7 @@ from projdist.support.signals import default_signals
 
 __all__ = [
     "Processes",
+    "answering",
     "check_executor",
     "is_lost",
     "is_picklable",
@@ -204,6 +205,19 @@ def is_lost(error: BaseException | None) -> bool:
     distributed = sys.modules.get("distributed")
     killed = () if distributed is None else (distributed.KilledWorker,)
     return isinstance(error, (BrokenExecutor, CancelledError, *killed))
+
+
+@contextlib.contextmanager
+def answering() -> Iterator[None]:
+    """Raise ConnectionError where an executor is a cluster that is gone, or was shut down."""
+    client = getattr(sys.modules.get("distributed"), "client", None)
+    closed = getattr(client, "ClosedClientError", OSError)  # which older versions of Dask do not have
+    try:
+        yield
+    except BrokenExecutor:
+        raise
+    except (OSError, RuntimeError, closed) as error:
+        raise ConnectionError("The executor does not answer any more.") from error
 
 
 # ---- results in order -----------------------------------------------------------------------

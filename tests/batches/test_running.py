@@ -91,3 +91,21 @@ def test_failures_are_told_in_their_place(make):
     }
     assert "not JSON compliant" in found[2]["error"]
     assert is_whole(found, but=[0, 1, 2])
+
+
+class Gone(Executor):
+    """A cluster whose connection is closed."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def submit(self, *_):
+        """As Dask and pools have it."""
+        raise self.error
+
+
+@pytest.mark.parametrize("error", [OSError("Timed out trying to connect."), RuntimeError("ConnectionPool is closed")])
+def test_a_cluster_that_is_gone(error):
+    """Is no file that cannot be written."""
+    with pytest.raises(ConnectionError, match=r"^The executor does not answer any more.$"):
+        results(Gone(error))

@@ -120,6 +120,21 @@ def test_a_partial_file_that_is_asked_for_stays(tmp_path):
     assert "It is of another job, with other options. Take another name, or remove it." in refused.stderr
 
 
+def test_a_cluster_that_goes_away(tmp_path, monkeypatch):
+    """Is told in a line, with where the results are that there are."""
+
+    def gone(*_, **__):
+        raise ConnectionError("The executor does not answer any more.")
+
+    monkeypatch.setattr("projdist.cli.batches.batch", gone)
+    result = run(*COMPARE, "-o", str(tmp_path / "a.csv"))
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr == (
+        f"projdist: The executor does not answer any more. '{tmp_path}/a.csv.partial' has what is done; the same "
+        "command goes on from it.\n"
+    )
+
+
 @pytest.mark.slow
 def test_recommendations_are_those_of_each_region():
     """JSON has for each region what `recommend` has for it, CSV all rows."""
