@@ -115,12 +115,14 @@ def _columns(scanned: bool) -> Iterator[Column]:
     yield Column("distortion", "mean Dist_F^2", lambda value: f"{round(value, 12):.4g}")
     yield Column("residual", "RMS at points,", _short, unit="m")
     yield Column("scale", "m per unit", "{:.5g}".format)
+    yield Column("scale_error", "±", "{:.2g}".format)
     if scanned:
         yield Column("denominator", "scale 1 :", _short)
     yield Column("stretch", show="{:.5g}".format)
     yield Column("stretch_azimuth", "its azimuth", _degrees)
     yield Column("shear", show=_degrees)
     yield Column("rotation", show=_degrees)
+    yield Column("rotation_error", "±", "{:.2g}".format)
 
 
 def _notes(data: dict[str, Any]) -> list[str]:
@@ -138,6 +140,7 @@ def _notes(data: dict[str, Any]) -> list[str]:
     told = ", ".join(f"{name.replace('_', ' ')} {low} to {high}" for name, low, high in spreads)
     lines.append(f"After the MDT, on nine tenths of the area: {told} degrees.")
     lines.append("Rotation: degrees by which the old map is turned clockwise, its vertical to the west of north.")
+    lines.append("±: standard errors by the points' residuals; those of affine and Helmert take distortion for errors.")
     folds = data["folds"]
     if folds["near"]:
         share = f"{100 * folds['share']:.3g} % of the area ({_short(folds['area'])} square units)"

@@ -63,7 +63,7 @@ def test_markdown(points):
     """A table that a page can hold."""
     code, out, err = run(points, *QUICK, "--format", "markdown")
     assert (code, err) == (0, "")
-    assert out.startswith("| map | mean Dist_F^2 | RMS at points, m | m per unit | stretch |")
+    assert out.startswith("| map | mean Dist_F^2 | RMS at points, m | m per unit | ± | stretch |")
     assert out.count("\n| ") == 4
 
 

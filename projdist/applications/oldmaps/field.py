@@ -65,13 +65,16 @@ class Rectification:
     """An affine map of the old map's plane that makes it a map in metres.
 
     `distortion`: the mean of Dist_F^2 of the rectified map over the nodes. `residual`: the RMS distance in metres of
-    the rectified control points from the true ones.
+    the rectified control points from the true ones. `scale_error` (metres per unit) and `rotation_error` (degrees) are
+    standard errors, by the residuals of the map that was fitted; NaN where it leaves none.
     """
 
     name: str
     affine: Affine
     distortion: float
     residual: float
+    scale_error: float
+    rotation_error: float
 
     @property
     def parts(self) -> Decomposition:
@@ -88,7 +91,8 @@ class Rectification:
         """The fields by name."""
         parts = {name: plain(float(value)) for name, value in self.parts._asdict().items()}
         given = {"matrix": self.affine.matrix.tolist(), "shift": self.affine.shift.tolist()}
-        return {"distortion": self.distortion, "residual": self.residual, **given, **parts}
+        errors = {"scale_error": plain(self.scale_error), "rotation_error": plain(self.rotation_error)}
+        return {"distortion": self.distortion, "residual": self.residual, **given, **parts, **errors}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -317,6 +321,7 @@ def old_map(
     matrix = turn.q @ np.linalg.inv(T) @ flip
     mean = Affine(matrix, (points.new - points.old @ matrix.T).mean(axis=0))
     maps = {"mdt": mean, "affine": linear, "helmert": helmert_fit(points)}
+    fits = {"mdt": fitted, "affine": fit(points, "affine"), "helmert": fit(points, "helmert")}
     return OldMap(
         points=given,
         is_outlier=is_outlier,
@@ -326,7 +331,10 @@ def old_map(
         nodes=nodes,
         weights=weights,
         jacobian=jacobian,
-        rectifications={name: _rectification(name, one, points, J, w) for name, one in maps.items()},
+        rectifications={
+            name: _rectification(name, one, points, J, w, _errors(fits[name], nodes[~folded], w))
+            for name, one in maps.items()
+        },
         area=area / float(abs(np.linalg.det(linear.matrix))),
         rotation_note=turn.note,
         dots_per_inch=dots_per_inch,
@@ -343,9 +351,29 @@ def _jacobian(fitted: Fit, old: FloatArray, is_mirrored: bool) -> tuple[FloatArr
     return jacobian, folded
 
 
-def _rectification(name: str, affine: Affine, points: ControlPoints, J: FloatArray, w: FloatArray) -> Rectification:
-    distortion = float(w @ fisher(affine.matrix @ J) ** 2 / w.sum())
-    return Rectification(name, affine, distortion, _rms(points.new - affine(points.old)))
+def _rectification(
+    name: str, affine: Affine, points: ControlPoints, J: FloatArray, w: FloatArray, errors: tuple[float, float]
+) -> Rectification:
+    matrix = affine.matrix
+    return Rectification(
+        name=name,
+        affine=affine,
+        distortion=float(w @ fisher(matrix @ J) ** 2 / w.sum()),
+        residual=_rms(points.new - affine(points.old)),
+        scale_error=errors[0] * float(np.sqrt(abs(np.linalg.det(matrix)))),
+        rotation_error=float(np.degrees(errors[1])),
+    )
+
+
+def _errors(fitted: Fit, nodes: FloatArray, w: FloatArray) -> tuple[float, float]:
+    """Standard errors of the mean logarithm of the scale, which is the MDT's, and of the mean rotation, in radians."""
+    back, w = fitted.jacobian(nodes), (w / w.sum())[:, None, None]
+    by_scale = 0.5 * np.swapaxes(np.linalg.inv(back), 1, 2)
+    # The y axis of the old map points to the second column, of a mirrored one away from it; the angle is the same.
+    x, y = back[:, 0, 1], back[:, 1, 1]
+    by_turn = np.zeros_like(back)
+    by_turn[:, 0, 1], by_turn[:, 1, 1] = -y / (x**2 + y**2), x / (x**2 + y**2)
+    return fitted.standard_error(nodes, w * by_scale), fitted.standard_error(nodes, w * by_turn)
 
 
 def hull_nodes(points: FloatArray, rows: int = _ROWS) -> tuple[FloatArray, FloatArray, float]:

@@ -22,6 +22,7 @@ __all__ = ["MODELS", "Fit", "SplineModes", "affine_fit", "fit", "helmert_fit", "
 
 _CHUNK = 1 << 20  # doubles of the terms at some places at a time
 _SMALLEST = 1e-13  # of the largest eigenvalue of a spline: smaller ones are rounding
+_LEAST_REST = 1e-9  # of degrees of freedom
 _SMOOTHINGS = 121  # tried at a time, from interpolation to the affine map, and again between the neighbours of the best
 
 
@@ -104,19 +105,30 @@ def _log(square: FloatArray) -> FloatArray:
 class Fit:
     """A map from the plane of an old map to the truth.
 
-    `freedom`: how many parameters a coordinate has, those of a smooth spline in effect: the trace of H. `smoothing` is
-    a spline's. `residuals` (n, 2): by how much the points' true places lie off the fitted ones; `left_out`: the same
-    for the map fitted to the others (NaN where these do not suffice).
+    `freedom`: how many parameters a coordinate has, those of a smooth spline in effect: the trace of H; `rest`: how
+    many are left, the trace of (1 - H)^2. `smoothing` is a spline's. `residuals` (n, 2): by how much the points' true
+    places lie off the fitted ones; `left_out`: the same for the map fitted to the others (NaN where these do not
+    suffice). `influence` takes the derivatives (k, 2) of a number by the coefficients to those by the points' true
+    coordinates (n, 2).
     """
 
     model: str
     smoothing: float | None
     freedom: float
+    rest: float
     plane: Affine
     terms: Terms
     coefficients: FloatArray
     residuals: FloatArray
     left_out: FloatArray
+    influence: Callable[[FloatArray], FloatArray]
+
+    @property
+    def noise(self) -> float:
+        """The standard deviation of a true coordinate that the residuals tell; NaN where none is left."""
+        if not self.rest > _LEAST_REST:
+            return float("nan")
+        return float(np.sqrt((self.residuals**2).sum() / (2.0 * self.rest)))
 
     def __call__(self, old: FloatArray) -> FloatArray:
         """True places (m, 2) of places on the old map."""
@@ -128,6 +140,20 @@ class Fit:
         u = self.plane(old)
         found = [self.terms.gradients(part).swapaxes(1, 2) @ self.coefficients for part in self._parts(u)]
         return np.asarray(np.concatenate(found).swapaxes(1, 2) @ self.plane.matrix)
+
+    def standard_error(self, old: FloatArray, by_jacobian: FloatArray) -> float:
+        """That of a number with the derivatives (m, 2, 2) by the Jacobians at places (m, 2), by the residuals.
+
+        The errors of the points' true coordinates are taken as independent, and as large at all points.
+        """
+        u = self.plane(old)
+        slopes = by_jacobian @ self.plane.matrix.T
+        parts, first = np.zeros_like(self.coefficients), 0
+        for part in self._parts(u):
+            last = first + len(part)
+            parts += np.einsum("mkj,mcj->kc", self.terms.gradients(part), slopes[first:last])
+            first = last
+        return self.noise * float(np.sqrt((self.influence(parts) ** 2).sum()))
 
     def _parts(self, u: FloatArray) -> list[FloatArray]:
         return np.array_split(u, u.shape[0] * len(self.coefficients) // _CHUNK + 1)
@@ -165,15 +191,23 @@ def _similarity(points: ControlPoints, smoothing: None) -> Fit:
     unit = np.sqrt(abs(np.linalg.det(helmert_fit(points).matrix) / np.linalg.det(plane.matrix)))
     coefficients = np.vstack([points.new.mean(axis=0), unit * np.eye(2)])
     residuals = points.new - Monomials(1).values(u) @ coefficients
+
+    def influence(parts: FloatArray) -> FloatArray:
+        scaled, turned = (u, u @ [[0.0, 1.0], [-1.0, 0.0]])
+        by_scale, by_turn = parts[1, 0] + parts[2, 1], parts[1, 1] - parts[2, 0]
+        return np.asarray(parts[0] / len(u) + (by_scale * scaled + by_turn * turned) / (u**2).sum())
+
     return Fit(
         model="helmert",
         smoothing=None,
         freedom=2.0,
+        rest=len(u) - 2.0,
         plane=plane,
         terms=Monomials(1),
         coefficients=coefficients,
         residuals=residuals,
         left_out=_deleted(residuals, leverage),
+        influence=influence,
     )
 
 
@@ -193,11 +227,13 @@ def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]
             model=model,
             smoothing=None,
             freedom=float(count),
+            rest=float(len(basis) - count),
             plane=plane,
             terms=terms,
             coefficients=coefficients,
             residuals=residuals,
             left_out=_deleted(residuals, (Q**2).sum(axis=1)),
+            influence=lambda parts: Q @ np.linalg.solve(R.T, parts),
         )
 
     return polynomial
@@ -268,15 +304,22 @@ def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
     inverse = 1.0 / (spline.bending + smoothing)
     weights = (spline.modes * inverse) @ (spline.modes.T @ points.new)
     flat = np.linalg.solve(spline.R[:3], spline.Q[:, :3].T @ (points.new - spline.kernel @ weights))
+
+    def influence(parts: FloatArray) -> FloatArray:
+        flat = spline.Q[:, :3] @ np.linalg.solve(spline.R[:3].T, parts[:3])
+        return np.asarray(flat + (spline.modes * inverse) @ (spline.modes.T @ (parts[3:] - spline.kernel @ flat)))
+
     return Fit(
         model="tps",
         smoothing=smoothing,
         freedom=len(u) - float((smoothing * inverse).sum()),
+        rest=float(((smoothing * inverse) ** 2).sum()),
         plane=plane,
         terms=Spline(u),
         coefficients=np.vstack([flat, weights]),
         residuals=smoothing * weights,
         left_out=weights / (spline.modes**2 @ inverse)[:, None],
+        influence=influence,
     )
 
 
