@@ -1,5 +1,14 @@
 # A map, a region
-from .projections import Projection, ProjectionError, ProjectionLike, projection_names, worldmaps
+from .projections import (
+    CrsHit,
+    CrsSearch,
+    Projection,
+    ProjectionError,
+    ProjectionLike,
+    find_crs,
+    projection_names,
+    worldmaps,
+)
 from .earth import Ellipsoid, SPHERE, WGS84
 from .regions import Box, Cap, GLOBE, PointSet, Region, RegionLike, get_region
 
@@ -133,6 +142,8 @@ __all__ = [
     "Comparison",
     "ControlPoints",
     "Correction",
+    "CrsHit",
+    "CrsSearch",
     "Derivatives",
     "Design",
     "Ellipsoid",
@@ -186,6 +197,7 @@ __all__ = [
     "estimate_crs",
     "factors",
     "field_of",
+    "find_crs",
     "get_criterion",
     "get_figure",
     "get_measure",

@@ -104,6 +104,7 @@ CALLS = {
     "distortion_ppm": lambda: {"projection": "robin", "lon": 10, "lat": 50, "height": 100},
     "elevation_factor": lambda: {"lat": 50, "height": 100, "ellipsoid": projdist.WGS84},
     "factors": lambda: {"projection": "robin", "lon": 10, "lat": 50, "measures": (), "prefix": ""},
+    "find_crs": lambda: {"text": "utm 33", "authorities": ("EPSG",), "limit": 1},
     "get_criterion": lambda: {"criterion": "mean"},
     "get_figure": lambda: {"figure": "airy"},
     "get_measure": lambda: {"measure": "omega"},

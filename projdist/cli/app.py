@@ -19,6 +19,7 @@ from projdist.support import orderly_end
 
 COMMANDS = {
     "info": ("info", "Tell what a projection is, what it keeps, and its errors."),
+    "find": ("find", "Find CRSs by words of their names, areas of use, or codes."),
     "compare": ("compare", "Compare projections over a region by their distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
     "profile": ("profile", "Scale, convergence and other measures along a line."),

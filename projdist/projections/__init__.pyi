@@ -4,6 +4,7 @@ from .breaks import breaks_of
 from .catalogue import NAMES, WINKEL_PARALLEL
 from .cf_conventions import cf_attributes
 from .composed import compose, uncomposed
+from .crs_search import CrsHit, CrsSearch, find_crs
 from .database import (
     AUTHORITIES,
     CRS,
@@ -58,7 +59,9 @@ __all__ = [
     "WORLD_MAPS",
     "Axis",
     "Conversion",
+    "CrsHit",
     "CrsRecord",
+    "CrsSearch",
     "DatabaseCrs",
     "DatumShift",
     "DerivedCrs",
@@ -93,6 +96,7 @@ __all__ = [
     "derived_crs",
     "distance_around_edge",
     "facts_of",
+    "find_crs",
     "geodesic_courses",
     "geodesic_lengths",
     "geodesic_points",

@@ -1,0 +1,363 @@
+"""Search of projected CRSs and named maps by words of their names, other names, areas of use, methods, and codes."""
+
+from __future__ import annotations
+
+import functools
+import re
+import sqlite3
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+import pyproj.list
+
+from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_IN_METRES, NOT_MAPS, TITLES
+from projdist.projections.errors import ProjectionError
+from projdist.projections.registry import database
+from projdist.support import (
+    Answer,
+    check_text,
+    check_whole_number,
+    close_words,
+    did_you_mean,
+    hints,
+    listed_values,
+    shown,
+)
+
+__all__ = ["CrsHit", "CrsSearch", "find_crs"]
+
+_AUTHORITIES = ("", "EPSG", "ESRI", "IGNF")  # in the order of hits that are as good; a bare name has none
+_MODERN = 1984  # the year of the first datum by satellites that is still in use
+_BEGINNING = 3  # letters of a word that find it
+# What a word of the query is worth where it is found.
+_IN_NAME, _BEGINS, _ELSEWHERE, _BEGINS_ELSEWHERE = 6, 4, 2, 1
+_NO_NEWS = "zone"  # people say utm 33 for UTM zone 33
+_VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")  # of EPSG's names, by their axes or a zone in the easting
+_WORD = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?")
+
+_QUERY = """
+SELECT p.auth_name, CAST(p.code AS TEXT), p.name, p.deprecated, e.name, e.description,
+       m.name, e.west_lon, e.south_lat, e.east_lon, e.north_lat,
+       COALESCE(d.publication_date, (SELECT MIN(f.publication_date) FROM geodetic_datum_ensemble_member n
+           JOIN geodetic_datum f ON f.auth_name = n.member_auth_name AND f.code = n.member_code
+           WHERE n.ensemble_auth_name = d.auth_name AND n.ensemble_code = d.code)),
+       (SELECT group_concat(a.alt_name, ' | ') FROM alias_name a
+        WHERE a.table_name = 'projected_crs' AND a.auth_name = p.auth_name AND a.code = p.code)
+FROM projected_crs p
+LEFT JOIN geodetic_crs g ON g.auth_name = p.geodetic_crs_auth_name AND g.code = p.geodetic_crs_code
+LEFT JOIN geodetic_datum d ON d.auth_name = g.datum_auth_name AND d.code = g.datum_code
+LEFT JOIN conversion_table c ON c.auth_name = p.conversion_auth_name AND c.code = p.conversion_code
+LEFT JOIN conversion_method m ON m.auth_name = c.method_auth_name AND m.code = c.method_code
+LEFT JOIN usage u ON u.object_table_name = 'projected_crs' AND u.object_auth_name = p.auth_name
+    AND u.object_code = p.code
+LEFT JOIN extent e ON e.auth_name = u.extent_auth_name AND e.code = u.extent_code
+GROUP BY p.auth_name, p.code
+"""
+_OTHER_KINDS = "SELECT auth_name || ':' || code, name, type FROM crs_view WHERE type != 'projected'"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrsHit:
+    """A projected CRS, or a map that has a name here: what it is called, and where it is used.
+
+    `code` is what any command takes: AUTHORITY:CODE or the name. `area_of_use` is west, south, east, north in degrees,
+    None where none is stated.
+    """
+
+    code: str
+    name: str
+    area_name: str = ""
+    area_of_use: tuple[float, float, float, float] | None = None
+    deprecated: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class CrsSearch(Answer):
+    """What a search found: the likeliest `results` first, of so many in `total`; `advice` where there is none."""
+
+    text: str
+    total: int
+    results: tuple[CrsHit, ...]
+    advice: str = ""
+
+    def _line(self) -> str:
+        return f"{len(self.results)} of {self.total} for '{shown(self.text)}'" + (
+            f", first {self.results[0].code}" if self.results else ""
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        hits = [asdict(hit) for hit in self.results]
+        return {"text": self.text, "total": self.total, "results": hits, "advice": self.advice}
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A flat row each."""
+        ends = ("west", "south", "east", "north")
+        rows = (asdict(hit) | dict(zip(ends, hit.area_of_use or (None,) * 4, strict=True)) for hit in self.results)
+        return [{key: value for key, value in row.items() if key != "area_of_use"} for row in rows]
+
+    def _table(self) -> list[dict[str, Any]]:
+        return self.rows()
+
+
+def find_crs(
+    text: str, *, authorities: Iterable[str] | str = (), deprecated: bool = False, limit: int = 10
+) -> CrsSearch:
+    """Projected CRSs and named maps by words of their names, areas of use and methods, or codes; the likeliest first.
+
+    Every word must be found; a word of three letters or more may be the beginning of one. Capitals, accents and
+    punctuation do not count, and digits are words of their own: utm33n is utm 33 n.
+
+    Parameters
+    ----------
+    text : str
+        The words, in any order, as "utm 33", "lambert 93", "new zealand transverse", "3035" or "EPSG:3035".
+    authorities : iterable of str, or one of them, optional
+        Only of these, as EPSG, ESRI, IGNF or IAU_2015.
+    deprecated : bool, default False
+        Deprecated ones, too. One whose code was given is found in any case.
+    limit : int, default 10
+        How many are answered, at most.
+
+    Returns
+    -------
+    CrsSearch
+        The `results`, a `CrsHit` each, and how many there are in `total`; where there is none, `advice` tells what may
+        have been meant.
+
+    Raises
+    ------
+    ValueError
+        For a text without a word or a number, an unknown authority, and a limit that is no whole number.
+
+    References
+    ----------
+    EPSG Geodetic Parameter Dataset, https://epsg.org, and the other registries in PROJ's database.
+
+    Examples
+    --------
+    >>> [hit.code for hit in find_crs("lambert 93", limit=3).results]
+    ['EPSG:2154', 'EPSG:9793', 'EPSG:9794']
+    """
+    most = check_whole_number("limit", limit)
+    words = _words(check_text("search", text))
+    if not words:
+        raise ValueError(f"Invalid search '{shown(text)}'. It must have a word or a number.")
+    entries, wanted = _entries(), _check_authorities(authorities)
+    among = [one for one in entries if not wanted or one.authority in wanted]
+    code = _code_of(text)
+    ranked = sorted(
+        (rank, k)
+        for k, one in enumerate(among)
+        if (rank := _rank(one, words, code)) is not None and (deprecated or not one.deprecated or _is_code(one, code))
+    )
+    hits = tuple(_hit(among[k]) for _, k in ranked[:most])
+    advice = "" if ranked else _advice(text, words, among, deprecated)
+    return CrsSearch(text=text, total=len(ranked), results=hits, advice=advice)
+
+
+# ---- what there is to be found --------------------------------------------------------------
+
+
+class _Entry(NamedTuple):
+    """A CRS with its words: of its names, of the name of its area of use, of its method and the area's countries."""
+
+    authority: str
+    code: str
+    name: str
+    deprecated: bool
+    area_name: str
+    bounds: tuple[float, float, float, float] | None
+    since: int
+    names: str
+    area: str
+    others: str
+
+
+@functools.cache
+def _entries() -> tuple[_Entry, ...]:
+    """All of them, in 0.2 s."""
+    try:
+        with database() as db:
+            rows = db.execute(_QUERY).fetchall()
+    except sqlite3.Error as error:
+        raise ProjectionError(f"Invalid database of PROJ. It cannot be read: {error}.") from error
+    return (*_named(), *(_entry(*row) for row in rows))
+
+
+def _named() -> list[_Entry]:
+    """The maps that have bare names."""
+    operations = pyproj.list.get_proj_operations_map()
+    left_out = {*NOT_MAPS, *NOT_IN_METRES, *ID_TITLES}
+    titles = {text: key for key, text in operations.items() if key not in left_out}
+    titles |= {title: name for name, title in reversed(TITLES.items())}  # the first name of a map
+    ids = {name: operation.split()[0] for name, operation in NAMES.items()}
+    return [
+        _Entry("", name, title, False, "", None, _MODERN, _folded(f"{name} {ids.get(name, '')} | {title}"), "", "")
+        for title, name in titles.items()
+    ]
+
+
+def _entry(
+    authority: str,
+    code: str,
+    name: str,
+    deprecated: int,
+    area: str | None,
+    countries: str | None,
+    method: str | None,
+    *rest: Any,
+) -> _Entry:
+    """A row of the database."""
+    *bounds, date, aliases = rest
+    known = None not in bounds and bounds[1] >= -90.0  # PROJ has -1000 for what is unknown
+    return _Entry(
+        authority,
+        code,
+        name,
+        bool(deprecated),
+        area or "",
+        tuple(bounds) if known else None,
+        int(date[:4]) if date else 0,
+        _folded(f"{name} | {aliases or ''}"),
+        _folded(area or ""),
+        _folded(f"{countries or ''} {method or ''}"),
+    )
+
+
+def _folded(text: str) -> str:
+    """Small letters without accents."""
+    if not text.isascii():
+        text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+    return text.lower()
+
+
+def _words(text: str) -> list[str]:
+    """Words and numbers: letters and digits are parted."""
+    return _WORD.findall(_folded(text))
+
+
+# ---- which are meant ------------------------------------------------------------------------
+
+Rank = tuple[Any, ...]
+
+
+def _code_of(text: str) -> tuple[str, str]:
+    """Authority, "" for any, and code of `EPSG:3035`, `epsg 3035` or `3035`; empty where it is none."""
+    match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)
+    return ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
+
+
+def _is_code(one: _Entry, code: tuple[str, str]) -> bool:
+    return bool(one.authority) and one.code == code[1] and code[0] in ("", one.authority)
+
+
+def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str]) -> Rank | None:
+    """What hits are sorted by; None for what has not all of the words."""
+    if _is_code(one, code):
+        return (0, *_usual(one))
+    text = f"{one.names} {one.area} {one.others}"
+    if not all(word in text for word in words):  # in a tenth of the time of what follows
+        return None
+    names, area, others = (_WORD.findall(words) for words in (one.names, one.area, one.others))
+    worth = [_worth(word, (*names, *area), others) for word in words]
+    if not all(worth):
+        return None
+    spelt = _WORD.findall(_folded(one.name))
+    whole = [spelt, _WORD.findall(one.area) if one.authority else _WORD.findall(_folded(one.code))]
+    tier = 1 if list(words) in whole else 2 if _phrase(words) in _phrase(_WORD.findall(one.names)) else 3
+    variant = _VARIANT.search(one.name) is not None
+    authority, size, *number = _usual(one)
+    return (tier, -sum(worth), one.deprecated, one.since < _MODERN, authority, variant, size, len(spelt), *number)
+
+
+def _phrase(words: Iterable[str]) -> str:
+    """Words in their order, with spaces about each."""
+    return f" {' '.join(word for word in words if word != _NO_NEWS)} "
+
+
+def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
+    """What a word is worth where it is found; 0 where it is not."""
+    if word in names:
+        return _IN_NAME
+    begins = len(word) >= _BEGINNING and not word[0].isdigit()
+    if begins and any(known.startswith(word) for known in names):
+        return _BEGINS
+    if word in others:
+        return _ELSEWHERE
+    return _BEGINS_ELSEWHERE if begins and any(known.startswith(word) for known in others) else 0
+
+
+def _usual(one: _Entry) -> Rank:
+    """By authority, for larger areas first, and, of the same, by the lower code, which was registered before."""
+    authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
+    west, south, east, north = one.bounds or (0.0, 0.0, 0.0, 0.0)
+    size = round(((east - west) % 360.0 or 360.0) * (north - south)) if one.bounds else 0
+    return authority, -size, len(one.code), one.code
+
+
+def _hit(one: _Entry) -> CrsHit:
+    code = f"{one.authority}:{one.code}" if one.authority else one.code
+    return CrsHit(code=code, name=one.name, area_name=one.area_name, area_of_use=one.bounds, deprecated=one.deprecated)
+
+
+# ---- where nothing is found -----------------------------------------------------------------
+
+
+def _check_authorities(authorities: Iterable[str] | str) -> set[str]:
+    """Names of authorities in capitals; raises ValueError for one that has no maps."""
+    known = sorted({one.authority for one in _entries()} - {""})
+    given = {check_text("authority", name).strip().upper() for name in listed_values(authorities)}
+    for name in sorted(given - set(known)):
+        hint = did_you_mean(close_words(name, known))
+        raise ValueError(f"Invalid authority '{shown(name)}'. {hint}It must be {hints.listed(known, 'or')}.")
+    return given
+
+
+def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated: bool) -> str:
+    """What may have been meant: another kind of CRS, words that are spelt nearly so, or fewer of them."""
+    other = _of_another_kind(text)
+    if other:
+        return other
+    known = {word for one in among for word in _WORD.findall(f"{one.names} {one.area} {one.others}")}
+    spelt = [_nearest(word, known) for word in words]
+    if list(words) != spelt and all(spelt):
+        return did_you_mean([f"'{' '.join(spelt)}'"]).strip()
+    missing = [f"'{shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
+    if missing:
+        return f"No name and no area of use has {hints.listed(missing, 'or')}."
+    if not deprecated and any(one.deprecated and _rank(one, words, ("", "")) is not None for one in among):
+        return "Deprecated ones have these words: ask for them, too."
+    return "No one has all of these words: take fewer of them."
+
+
+def _nearest(word: str, known: set[str]) -> str:
+    """The word itself where it finds anything, or one that is spelt nearly so; "" for nonsense."""
+    if word in known or word[0].isdigit():
+        return word if word in known else ""
+    if len(word) >= _BEGINNING and any(one.startswith(word) for one in known):
+        return word
+    letters = sorted(one for one in known if not one[0].isdigit() and len(one) >= _BEGINNING)
+    return next(iter(close_words(word, letters)), "")
+
+
+def _of_another_kind(text: str) -> str:
+    """That a code or a name is a CRS which is no map."""
+    wanted = _folded(" ".join(text.split()))
+    with database() as db:
+        for code, name, kind in db.execute(_OTHER_KINDS):
+            if wanted in (code.lower(), code.lower().partition(":")[2], _folded(name)):
+                return f"{code} is {_A[kind]} ({name}), and no map."
+    return ""
+
+
+_A = {
+    "geographic 2D": "a geographic CRS",
+    "geographic 3D": "a geographic CRS with heights",
+    "geocentric": "a geocentric CRS",
+    "vertical": "a vertical CRS",
+    "compound": "a compound CRS",
+    "other": "a CRS of longitudes and latitudes",
+}
