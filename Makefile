@@ -9,7 +9,7 @@ DEMO := robinson mollweide winkel-tripel equal-earth mercator
 OLDEST_PYTHON ?= python3.11
 OLD := .venv-oldest
 
-.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks gallery world-maps reference-factors benchmarks browser clean
+.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks gallery world-maps reference-factors benchmarks benchmarks-check benchmarks-record browser clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -62,6 +62,13 @@ benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/means.py
 	$(BIN)/python benchmarks/recommend.py
+
+# What has become slower by a tenth; `make benchmarks-record` adds to benchmarks/history.csv.
+benchmarks-check: .venv/installed-test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/check.py
+
+benchmarks-record: .venv/installed-test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/check.py --record
 
 # The site: docs/_build/html/index.html.
 docs: .venv/installed-docs

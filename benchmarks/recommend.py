@@ -20,6 +20,7 @@ REGIONS = {
     "Svalbard": "box:10,76,35,81",
     "Chukotka": "box:158,62,-170,70",
     "Fiji": "box:177,-20,-178,-15",
+    "Indonesia": "country:ID",
     "Antarctica": "box:-180,-90,180,-60",
     "world": "globe",
 }
@@ -27,7 +28,7 @@ RUNS = 5
 
 SETUP = """
 import json, os, sys, time
-from projdist.decisions.recommendation.trial_nodes import shares_within
+from projdist.decisions.recommendation.pool import Pool
 from projdist.projections.database import crs_records, reasons_against
 from projdist.decisions.recommendation.search import recommend
 from projdist.regions import get_region
@@ -38,8 +39,7 @@ def clock():
     return time.perf_counter(), sum(os.times()[:4])
 """
 FLOOR = """
-records = crs_records(["EPSG", "ESRI"])
-codes = [r.code for r, s in zip(records, shares_within(region, [r.area_of_use for r in records])) if s >= 0.25]
+codes = list(Pool(region, crs_records(["EPSG", "ESRI"]), "preferred").records)
 refused, seconds = reasons_against(codes), {}
 start = clock()
 for code in codes:
