@@ -8,6 +8,7 @@ import projdist
 
 AREA = "box:8,48,12,52"
 CALLS: dict[str, Callable[[Callable[[int, int], object]], object]] = {
+    "batch": lambda progress: projdist.batch(projdist.summarize, AREA, ["robin", "moll"], progress=progress),
     "compare": lambda progress: projdist.compare(["robin", "moll"], AREA, tolerance=1e-3, progress=progress),
     "mean_map": lambda progress: projdist.mean_map(["robin"], region=AREA, degree=1, progress=progress),
     "optimize": lambda progress: projdist.optimize("eqc", AREA, free=["lat_ts"], progress=progress),

@@ -196,8 +196,11 @@ def places_in(executor: Executor) -> int:
     if isinstance(executor, Processes):
         return executor.number
     client = getattr(executor, "_client", None)  # Dask's, whose workers come and go
-    workers = sum(client.nthreads().values()) if client is not None else getattr(executor, "_max_workers", _cores())
-    return 2 * max(workers, 1)
+    if client is None:
+        return 2 * getattr(executor, "_max_workers", _cores())
+    if client.status not in ("running", "connecting"):
+        raise ConnectionError("The connection to the scheduler is closed.")
+    return 2 * max(sum(client.nthreads().values()), 1)
 
 
 def is_lost(error: BaseException | None) -> bool:
