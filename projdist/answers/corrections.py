@@ -74,7 +74,7 @@ class Correction(Answer):
     `corrected`, measured anew; `error_estimate` bounds the error of all four. `parameters` is the
     corrected map by the projection's own parameters, `pipeline` its PROJ pipeline, `wkt` its WKT2;
     each is None where there is none, and `wkt_reason` tells why. `matrix_error` is by how much the logarithms of the
-    matrix's scales may be wrong. With the criterion "median" the three `spread`s, else None, have the mean Fisher
+    matrix's scales may be wrong. With the criterion "median" the three of `spread`, else None, have the mean Fisher
     distortion by area, and what half of the area is below: as the projection is, after the best linear map (the MDT),
     and corrected.
     """
