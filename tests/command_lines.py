@@ -62,6 +62,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "convert": ("convert", "parcels.geojson", "--to", "EPSG:3035", "-o", "moved.gpkg"),
     "check": ("check", "parcels.geojson", "--crs", "EPSG:25832", "--no-recommend"),
     "check_above": ("check", "parcels.geojson", "--crs", "EPSG:3857", "--no-recommend", "--fail-above", "1%"),
+    "compare_space": ("compare", "robin", "-r", EUROPE, "--plot", "space", "-o", "space.png", "--dpi", "30"),
     "compare_modes": ("compare", "robin", "moll", "-r", EUROPE, "--modes"),
     "correct": ("correct", "mollweide", "-r", EUROPE),
     "correct_median": ("correct", "mollweide", "-r", EUROPE, "--criterion", "median"),

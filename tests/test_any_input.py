@@ -287,6 +287,20 @@ CALLS = {
         "step": None,
         "title": None,
     },
+    "plots.modes_figure": lambda: {
+        "projections": ["robin"],
+        "region": CAP,
+        "size": (4, 4),
+        "dpi": 50,
+        "titles": None,
+    },
+    "plots.space_figure": lambda: {
+        "projections": ["robin"],
+        "region": CAP,
+        "size": (4, 4),
+        "dpi": 50,
+        "titles": None,
+    },
     "plots.morph": lambda: {
         "first": "robin",
         "second": "moll",

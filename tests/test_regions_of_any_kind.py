@@ -104,6 +104,8 @@ OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "plots.heatmap_figure": lambda region, _: limits(plots.heatmap_figure(["robin"], region=region)),
     "plots.local_field": lambda region, _: drawn(plots.local_field, "robin", 10.0, region=region),
     "plots.local_figure": lambda region, _: limits(plots.local_figure("robin", 10.0, region=region)[0]),
+    "plots.modes_figure": lambda region, _: limits(plots.modes_figure(["robin"], region=region)),
+    "plots.space_figure": lambda region, _: limits(plots.space_figure(["robin"], region=region)),
     "plots.morph": film,
     "plots.tissot": lambda region, _: drawn(plots.tissot, "robin", region=region),
     "plots.tissot_figure": lambda region, _: limits(plots.tissot_figure(["robin"], region=region)),

@@ -50,6 +50,7 @@ _CONVENTION = (
 _LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
 _LAST_OF_INDICES = 1e-5
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
+PLOTS = (*DISTRIBUTIONS, "modes", "space")
 
 
 @functools.partial(with_looks, less=GRAPHS)
@@ -80,9 +81,10 @@ def compare_command(
     plot: Annotated[
         str | None,
         typer.Option(
-            metavar="|".join(DISTRIBUTIONS),
+            metavar="|".join(PLOTS),
             help="Draw to -o FILE.png, .svg or .pdf: the shares of the area by a measure (fisher, or the first of "
-            "--measure), in bins or up to a value; or errors of areas against those of angles.",
+            "--measure), in bins or up to a value; errors of areas against those of angles; the modes as fields over "
+            "the maps; or the Jacobians in the hyperbolic plane, with their mean and median.",
         ),
     ] = None,
     format: FileFormatOption = None,
@@ -118,7 +120,7 @@ def compare_command(
             area,
             measures=names,
             indices=chosen,
-            modes=modes,
+            modes=modes or plot == "modes",
             sort=sort,
             tolerance=largest,
             progress=progress,
@@ -158,17 +160,21 @@ def _picture(
     if plot is None:
         for name, value in ({"--size": size, "--dpi": dpi} | look_options(look)).items():
             if value is not None:
-                refuse(f"Invalid option '{name}'. It needs a picture to draw: --plot {'|'.join(DISTRIBUTIONS)}.")
+                refuse(f"Invalid option '{name}'. It needs a picture to draw: --plot {'|'.join(PLOTS)}.")
         return None
-    choice("plot", plot, list(DISTRIBUTIONS))
+    choice("plot", plot, list(PLOTS))
     if output is None:
         refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
     return PictureFile(output, size=size, dpi=dpi, overwrite=overwrite, look=look)
 
 
 def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFile) -> None:
-    """The distribution of the maps that could be measured."""
+    """The distribution, the modes or the space of the maps that could be measured."""
     maps = [one.projection for one in found.results]
+    if plot not in DISTRIBUTIONS:
+        drawn = {"modes": plots.modes_figure, "space": plots.space_figure}[plot]
+        picture.save(functools.partial(drawn, maps, region=found.region))
+        return
     options: dict[str, Any] = {"measure": names[0] if names else "fisher", "region": found.region}
     picture.save(functools.partial(plots.distribution_figure, maps, plot, **options))
 

@@ -157,6 +157,11 @@ class Field:
         """The mean Fisher distortion of T^-1 J by area, and what half of the area is below; each with its error."""
         return self._dense_jacobians.spread(np.asarray(T, dtype=float))
 
+    @property
+    def dense_factors(self) -> tuple[FloatArray, FloatArray]:
+        """Factors L (m, 2, 2), lower triangular with L L^T = J J^T, at very many points, and their weights (m,)."""
+        return self._dense_jacobians.whole
+
     @functools.cached_property
     def _dense_jacobians(self) -> DenseJacobians:
         return DenseJacobians(self.region, self._samples)

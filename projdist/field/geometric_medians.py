@@ -40,14 +40,14 @@ class DenseJacobians:
     """Jacobians at very many points of a region, as triangular factors, and at half as many to tell errors."""
 
     def __init__(self, region: Place | None, samples: Samples) -> None:
-        self._whole = _factors(region, samples, thinned=False)
+        self.whole = _factors(region, samples, thinned=False)
         are_points = region is None or samples.weight.shape[-1] == 1
         self._half = None if are_points else _factors(region, samples, thinned=True)
 
     def median(self) -> GeometricMedian:
         """The geometric median."""
         noise = 0.0 if self._half is None else _NOISE
-        found = field_median(*self._whole, noise)
+        found = field_median(*self.whole, noise)
         if self._half is None:
             return GeometricMedian(found.T, 0.0, bool(found.unique))
         other = field_median(*self._half, noise)
@@ -57,7 +57,7 @@ class DenseJacobians:
         """The mean and the median of Dist_F(T^-1 J)."""
         whole, half = (
             (fisher(np.asarray(np.linalg.solve(T, factors), dtype=float)), weights)
-            for factors, weights in (self._whole, self._half or self._whole)
+            for factors, weights in (self.whole, self._half or self.whole)
         )
         return Spread(*(Estimate(figure(*whole), abs(figure(*whole) - figure(*half))) for figure in (mean, median)))
 

@@ -1,7 +1,17 @@
 from .areas import CONTEXTS
 from .colours import ColourScale
 from .distributions import DISTRIBUTIONS, distribution_figure
-from .figures import SUFFIXES, encoded, figure, heatmap_figure, ldp_figure, local_figure, save, tissot_figure
+from .figures import (
+    SUFFIXES,
+    encoded,
+    figure,
+    heatmap_figure,
+    ldp_figure,
+    local_figure,
+    modes_figure,
+    save,
+    tissot_figure,
+)
 from .geoaxes import add_heatmap, add_tissot, to_cartopy
 from .ground import ground_map
 from .local_fields import local_field
@@ -11,6 +21,7 @@ from .mosaics import mosaic_figure
 from .oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
 from .pictures import heatmap, tissot
 from .profiles import profile_figure
+from .spaces import space_figure
 from .themes import Theme
 
 __all__ = [
@@ -34,11 +45,13 @@ __all__ = [
     "ldp_figure",
     "local_field",
     "local_figure",
+    "modes_figure",
     "morph",
     "mosaic_figure",
     "old_map_figure",
     "profile_figure",
     "save",
+    "space_figure",
     "tissot",
     "tissot_figure",
     "to_cartopy",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import os
 import threading
@@ -16,8 +17,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
+from projdist._typing import FloatArray
 from projdist.answers import LocalCorrections
-from projdist.matrices import get_measure
+from projdist.field import sample
+from projdist.matrices import Measure, Modes, get_measure
 from projdist.plots.areas import check_context
 from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles
 from projdist.plots.colours import ColourScale, colour_scale
@@ -31,7 +34,7 @@ from projdist.plots.titles import title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
 from projdist.support import check_choice, check_instance, check_path, check_text, quoted, replacing
-from projdist.surfaces import Surface, fit, shown_part, surface_of, tissot_points, usual_exaggeration
+from projdist.surfaces import Surface, field, fit, measured, shown_part, surface_of, tissot_points, usual_exaggeration
 
 if TYPE_CHECKING:
     from projdist.decisions import LDP  # slow to load
@@ -40,6 +43,8 @@ SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file
 _SAVING = threading.Lock()
 
+_MODE = "Part of the Fisher distortion in the mode, with its sign"
+_LEAST_SHARE, _TOLERANCE = 0.005, 1e-6
 _BESIDE, _BELOW = 0.5, 0.16  # inches for the labels of a graticule
 
 
@@ -134,6 +139,56 @@ def heatmap_figure(
         names = [one.surface.domain.projection.name for one in maps]
         _draw_bar(figure, scale, f"{label_against(scale, chosen, names, other)}{_over(maps)}")
     return figure
+
+
+def modes_figure(
+    projections: ProjectionLike | Iterable[ProjectionLike],
+    *,
+    region: RegionLike | None = None,
+    size: tuple[float, float] | None = None,
+    dpi: float = 150.0,
+    titles: Sequence[str | None] | None = None,
+    context: str = "full",
+    look: Look | str | None = None,
+) -> Figure:
+    """The modes of maps' distortions as fields over them: in a panel a mode, its signed part of the distortion.
+
+    Where it is positive the map is larger, of shapes wider, than after the best linear map, in the way that the mode is
+    called; the squares of all modes add to that of the Fisher distortion. Modes of less than half a per cent are left
+    out. `titles` are for the maps.
+    """
+    check_context(context)
+    look = look_for(look)
+    maps = _maps(projections, region, titles, None, look)
+    panels: list[_Map] = []
+    scores: list[Measure] = []
+    for one in maps:
+        found = sample(one.surface.domain.projection, one.region, tolerance=_TOLERANCE).modes
+        told = np.flatnonzero(found.shares >= _LEAST_SHARE)
+        for k in told if told.size else [0]:
+            below = f"{100.0 * found.shares[k]:.0f} % {found.words[k]}"
+            panels.append(replace(one, below=below, place=""))
+            scores.append(Measure(_MODE, functools.partial(_score, found, int(k)), kind="signed"))
+    values = [field(one.surface, score) for one, score in zip(panels, scores, strict=True)]
+    scale = colour_scale(
+        scores[0],
+        [value[: one.surface.nodes] for value, one in zip(values, panels, strict=True)],
+        [one.surface.weights for one in panels],
+        colours=look.colours,
+    )
+    with look.applied():
+        figure, axes, room = _layout(panels, size, dpi, foot=BAR, one_scale=False, look=look)
+        for ax, one, value, score in zip(axes, panels, values, scores, strict=True):
+            values_at = functools.partial(measured, one.surface.domain.projection, score)
+            draw_heatmap(ax, one.surface, value, scale, None, *one.words, context, values_at)
+        fit_titles(axes, room)
+        _draw_bar(figure, scale, f"{_MODE}{_over([replace(maps[0], place='')])}")
+    return figure
+
+
+def _score(found: Modes, k: int, J: FloatArray) -> FloatArray:
+    """The scores of Jacobians in one mode."""
+    return found.scores(J)[..., k]
 
 
 def local_figure(

@@ -1,0 +1,307 @@
+"""The space that Jacobians live in: a map as points of the hyperbolic plane, with their mean, median and geodesics.
+
+Up to rotations a Jacobian is its size and its shape, J J^T / |det J|, and the shapes are the hyperbolic plane. In
+Poincare's disc a shape lies at tanh(r / 2), r = ln(a / b), from the middle, which is sin(omega / 2), omega the maximum
+angular deformation; at twice the angle that the direction of the largest scale has with the map's horizontal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Ellipse
+
+from projdist._typing import AnyArray, FloatArray
+from projdist.field import Field, sample
+from projdist.matrices import areal_scale, get_measure
+from projdist.plots.basemap import draw_title, fit_titles
+from projdist.plots.colours import ColourScale, colour_scale, level_labels
+from projdist.plots.layouts import BAR, arranged, bar_axes
+from projdist.plots.looks import Look, look_for, look_of, scale_of
+from projdist.plots.pictures import draw_colourbar
+from projdist.plots.titles import title_of
+from projdist.projections import Projection, ProjectionLike, listed_projections
+from projdist.regions import GLOBE, RegionLike, region_for, region_title
+
+__all__ = ["disc_points", "space_figure"]
+
+_POINTS = 4000  # of equal area each
+_RAYS = 60  # points to which geodesics are drawn
+_STEPS = np.linspace(0.0, 1.0, 41)
+_TOLERANCE = 1e-6
+_MOST = 12  # maps
+_ROOM = 1.06  # of the farthest point
+_LEAST_REACH = 1e-6
+_NEARLY_ALL = 0.999  # of the points are within the circle that is drawn
+_WHOLE = 0.7  # a reach from which on the whole disc is drawn
+_RINGS = (3, 5)  # at least and at most
+_GLYPHS = 8
+_LABELS = np.radians(202.5)  # half-way between two glyphs
+
+
+@dataclass(frozen=True)
+class _Cloud:
+    """A map's Jacobians as points of the disc, their areal scales, and where the mean and the median are."""
+
+    points: AnyArray
+    sizes: FloatArray
+    mean: complex
+    median: complex
+
+
+def disc_points(J: FloatArray) -> AnyArray:
+    """The points of Poincare's disc, complex numbers (...), of matrices (..., 2, 2); NaN for singular ones."""
+    a, b, c, d = J[..., 0, 0], J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
+    area = np.abs(a * d - b * c)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = 0.5 * (a * a + b * b - c * c - d * d) + 1j * (a * c + b * d)
+        found = along / (area + 0.5 * (a * a + b * b + c * c + d * d))
+    return np.where(area > 0, found, np.nan)
+
+
+def space_figure(
+    projections: ProjectionLike | Iterable[ProjectionLike],
+    *,
+    region: RegionLike | None = None,
+    size: tuple[float, float] | None = None,
+    dpi: float = 150.0,
+    titles: Sequence[str | None] | None = None,
+    look: Look | str | None = None,
+) -> Figure:
+    """The Jacobians of maps as points of the hyperbolic plane, with their mean (the MDT) and their median.
+
+    A panel a map: in the middle of Poincare's disc is what has no angular distortion, a point's distance from it is
+    sin(omega / 2), and its direction that of the ellipses at the rim. Colours are areal scales. Each point stands for
+    the same area. Geodesics lead from the mean to some of the points.
+
+    Parameters
+    ----------
+    projections : ProjectionLike or iterable of them
+        One to 12 maps, all over one region.
+    region : RegionLike, optional
+        The default is that of `compare`.
+    size : (float, float), optional
+        Width and height in inches.
+    dpi : float, default 150
+        Dots per inch.
+    titles : sequence of str or None, optional
+        Names of the maps, None for their own.
+    look : Look or str, optional
+        How it looks, or the name of a theme.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib; `save` writes it.
+
+    Raises
+    ------
+    ProjectionError
+        For what is no projection.
+    ValueError
+        For no maps or too many, and an unknown region.
+
+    References
+    ----------
+    D. Ozeri, Riemannian Geometry Approach for Minimizing Distortion and its Applications: the space and the mean.
+
+    Examples
+    --------
+    >>> figure = space_figure("robin", region="box:0,0,60,60")
+    >>> sorted(line.get_label() for line in figure.axes[0].get_lines() if line.get_marker() != "None")
+    ['mean (MDT)', 'median']
+    """
+    listed = listed_projections(projections)
+    if not 1 <= len(listed) <= _MOST:
+        raise ValueError(f"Invalid list of {len(listed)} projections. It must name 1 to {_MOST}.")
+    maps = [Projection.from_user_input(one) for one in listed]
+    place = region_for(region, maps)
+    if titles is not None and (not isinstance(titles, list | tuple) or len(titles) != len(maps)):
+        raise ValueError(f"Invalid titles. There must be one for each of {len(maps)} maps.")
+    look = look_for(look)
+    names = [
+        title_of(one) if title is None else str(title)
+        for one, title in zip(maps, titles or [None] * len(maps), strict=True)
+    ]
+    names = [look.title] if look.title and len(maps) == 1 else names
+    clouds = [_cloud(sample(one, place, tolerance=_TOLERANCE)) for one in maps]
+    scale = colour_scale(
+        get_measure("areal_scale"),
+        [cloud.sizes for cloud in clouds],
+        [np.full(cloud.sizes.size, 1.0 / cloud.sizes.size) for cloud in clouds],
+        colours=look.colours,
+    )
+    reach = _reach(clouds)
+    over = "" if place == GLOBE else f", over {region_title(place)}"
+    with look.applied():
+        words = [(name, "") for name in names]
+        figure, panes, room = arranged(np.ones((len(maps), 2)), size, dpi, foot=BAR, words=words, look=look)
+        for ax, cloud, name in zip(panes, clouds, names, strict=True):
+            _draw(ax, cloud, scale, reach)
+            draw_title(ax, name, "")
+        _draw_legend(panes[0])
+        fit_titles(panes, room)
+        if look.colourbar:
+            draw_colourbar(figure, scale, cax=bar_axes(figure), label=f"{scale.label}{over}")
+    return figure
+
+
+def _cloud(field: Field) -> _Cloud:
+    """Places of equal area, one in the middle of each part."""
+    J, weights = field.dense_factors
+    total = np.cumsum(weights)
+    count = min(_POINTS, len(J))
+    chosen = J if count == len(J) else J[np.searchsorted(total, (np.arange(count) + 0.5) / count * total[-1])]
+    mean, median = disc_points(np.stack([field.airy_kavrayskiy.mdt, field.geometric_median.T])).tolist()
+    return _Cloud(disc_points(chosen), areal_scale(chosen), mean, median)
+
+
+def _reach(clouds: list[_Cloud]) -> float:
+    """The radius of what is drawn: the whole disc, or as much of it as nearly all points need."""
+    far = np.concatenate([np.abs([*cloud.points, cloud.mean, cloud.median]) for cloud in clouds])
+    reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), _LEAST_REACH)
+    return 1.0 if reach > _WHOLE else reach
+
+
+# ---- drawing ----------------------------------------------------------------------------------
+
+
+def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
+    colours, letters = look_of(ax).colours, scale_of(ax)
+    margin = 1.2 * reach
+    ax.set(xlim=(-margin, margin), ylim=(-margin, margin), aspect="equal")
+    ax.set_axis_off()
+    rim = Circle((0.0, 0.0), reach, facecolor="none", edgecolor=colours.outline, linewidth=0.8, zorder=1.0)
+    ax.add_patch(rim)
+    ax.plot([-reach, reach, np.nan, 0, 0], [0, 0, np.nan, -reach, reach], color=colours.quiet, linewidth=0.4, alpha=0.5)
+    far = cloud.points[np.argsort(np.abs(cloud.points - cloud.mean))][:: max(len(cloud.points) // _RAYS, 1)]
+    rays = LineCollection(
+        [_geodesic(cloud.mean, one) for one in far],
+        colors=colours.quiet,
+        linewidths=0.5,
+        alpha=0.6,
+        zorder=2.0,
+        label="geodesics from the mean",
+    )
+    order = np.argsort(np.abs(np.log(cloud.sizes)))
+    x, y = cloud.points.real[order], cloud.points.imag[order]
+    # Below all points darker ones, a little larger, so that those of the background's colour are seen.
+    under = ax.scatter(x, y, s=letters * 9.0, color=colours.quiet, linewidths=0.0, zorder=1.7, rasterized=True)
+    places = ax.scatter(
+        x,
+        y,
+        s=letters * 5.0,
+        c=scale.norm(cloud.sizes[order]),
+        cmap=scale.colours,
+        vmin=0.0,
+        vmax=1.0,
+        linewidths=0.0,
+        zorder=1.8,
+        rasterized=True,
+        label="places",
+    )
+    ax.add_collection(rays, autolim=False)
+    for drawn in (rays, under, places):
+        drawn.set_clip_path(rim)
+    for z, marker, label, area in ((cloud.mean, "D", "mean (MDT)", 34.0), (cloud.median, "s", "median", 30.0)):
+        ax.plot(
+            [z.real],
+            [z.imag],
+            marker,
+            markersize=letters * np.sqrt(area),
+            color=colours.background if marker == "D" else colours.text,
+            markeredgecolor=colours.text if marker == "D" else colours.background,
+            markeredgewidth=1.2,
+            linestyle="none",
+            zorder=4.0 if marker == "D" else 3.9,
+            label=label,
+        )
+    _draw_rings(ax, reach)
+    _draw_glyphs(ax, reach)
+
+
+def _geodesic(start: complex, end: complex) -> FloatArray:
+    """Points (m, 2) of the geodesic between two points of the disc: a straight line, seen from the one."""
+    seen = (end - start) / (1.0 - np.conj(start) * end) * _STEPS
+    line = (start + seen) / (1.0 + np.conj(start) * seen)
+    return np.stack([line.real, line.imag], axis=-1)
+
+
+def _draw_rings(ax: Axes, reach: float) -> None:
+    """Circles of equal angular deformation, named to the lower left, where most maps have no points."""
+    colours, letters = look_of(ax).colours, scale_of(ax)
+    degrees = _rings(reach)
+    for omega, label in zip(degrees, level_labels(degrees), strict=True):
+        radius = float(np.sin(np.radians(omega) / 2.0))
+        ring = Circle((0.0, 0.0), radius, facecolor="none", edgecolor=colours.quiet, linewidth=0.5, zorder=1.0)
+        ring.set_linestyle((0, (2, 2)))
+        ax.add_patch(ring)
+        x, y = radius * np.array([np.cos(_LABELS), np.sin(_LABELS)])
+        ax.text(
+            x,
+            y,
+            f"{label}°",
+            fontsize=letters * 7.0,
+            color=colours.text,
+            ha="center",
+            va="center",
+            zorder=5.0,
+            bbox={"facecolor": colours.background, "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
+        )
+
+
+def _rings(reach: float) -> FloatArray:
+    """Round numbers of degrees within a reach, evenly enough."""
+    most = np.degrees(2.0 * np.arcsin(min(reach, 1.0)))
+    if reach >= 1.0:
+        return np.array([20.0, 45.0, 90.0])
+    power = 10.0 ** np.floor(np.log10(most))
+    for step in (5.0, 2.0, 1.0, 0.5, 0.2, 0.1):
+        levels = np.arange(1, 20) * step * power
+        levels = levels[levels < 0.97 * most]
+        if levels.size >= _RINGS[0]:
+            return np.asarray(levels[: _RINGS[1]])
+    return np.array([most / 2.0])
+
+
+def _draw_glyphs(ax: Axes, reach: float) -> None:
+    """Ellipses about the rim: the shapes that lie in each direction."""
+    colours = look_of(ax).colours
+    for k in range(_GLYPHS):
+        angle = 360.0 * k / _GLYPHS
+        x, y = 1.1 * reach * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+        ellipse = Ellipse((x, y), 0.13 * reach, 0.055 * reach, angle=angle / 2.0, zorder=3.0)
+        ellipse.set(facecolor=colours.face, edgecolor=colours.edge, linewidth=0.6)
+        ax.add_patch(ellipse)
+
+
+def _draw_legend(ax: Axes) -> None:
+    colours, letters = look_of(ax).colours, scale_of(ax)
+    handles: list[Any] = [one for one in ax.get_lines() if one.get_label() in ("mean (MDT)", "median")]
+    handles += [one for one in ax.collections if str(one.get_label()).startswith("geodesics")]
+    ax.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(-0.02, -0.02),
+        fontsize=letters * 7.0,
+        frameon=False,
+        labelcolor=colours.text,
+        borderaxespad=0.0,
+        handlelength=1.4,
+    )
+    ax.text(
+        1.0,
+        0.0,
+        "Circles: angular\ndeformation ω",
+        transform=ax.transAxes,
+        ha="right",
+        va="bottom",
+        fontsize=letters * 7.0,
+        color=colours.text,
+    )
