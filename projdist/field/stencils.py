@@ -6,7 +6,7 @@ from the same samples tell the error; the diagonal tells whether the derivative 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,22 +97,34 @@ class Points:
         """The same points, with lines along the parallels and meridians however near a pole is."""
         return Points(self.projection, self.lon, self.lat, np.zeros_like(self.tangent))
 
-    def along(self, direction: tuple[float, float], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """f at signed steps (m,) along (east, north), shape (2, m, n), and the distances in metres, (m, n).
+    def along(
+        self, directions: Sequence[tuple[float, float]], steps: FloatArray
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """f at signed steps (m,) along each (east, north), shape (2, m, n), and the distances in metres, (m, n).
+
+        All in one call of the projection, which for a few points costs more than the points.
 
         Up to 89.99 degrees the lines are straight in longitude and latitude, so that those along
         a parallel or a meridian do not cross the seams and kinks that lie on parallels and
         meridians. Nearer the poles they are straight in the tangent plane, where a pole is a
-        point like others. Both have the unit velocity `direction` at the point itself. A step is
+        point like others. Both have the unit velocity of their direction at the point itself. A step is
         1 equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
         """
         ellipsoid = self.projection.ellipsoid
-        polar = self.tangent
         cos = np.cos(np.radians(self.lat))
-        distance = steps[:, None] * np.where(polar, 1.0, np.minimum(1.0, 20.0 * cos))
-        east, north = distance * direction[0], distance * direction[1]
+        distance = steps[:, None] * np.where(self.tangent, 1.0, np.minimum(1.0, 20.0 * cos))
         meridian, vertical = (radius / ellipsoid.a for radius in ellipsoid.radii(self.lat))
-        parallel = np.where(polar, 1.0, vertical * cos)
+        radii = np.where(self.tangent, 1.0, vertical * cos), meridian
+        lines = [self._line(direction, distance, *radii) for direction in directions]
+        lon, lat, taken = (np.stack(part) for part in zip(*lines, strict=True))
+        return list(zip(np.stack(self.projection(lon, lat), axis=1), taken * ellipsoid.a, strict=True))
+
+    def _line(
+        self, direction: tuple[float, float], distance: FloatArray, parallel: FloatArray, meridian: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Longitudes and latitudes (m, n) at signed distances, and these as they were taken, in equatorial radii."""
+        polar = self.tangent
+        east, north = distance * direction[0], distance * direction[1]
         lon = self.lon + np.degrees(east / parallel)
         lat = self.lat + np.degrees(north / meridian)
         # The step that was really taken: rounding of the angles, as the projection sees them in radians,
@@ -123,10 +135,11 @@ class Points:
             distance = parallel * (np.radians(lon) - np.radians(self.lon))
         if polar.any():
             lon[:, polar], lat[:, polar] = drop(
-                ellipsoid, self.lon[polar], self.lat[polar], east[:, polar], north[:, polar]
+                self.projection.ellipsoid, self.lon[polar], self.lat[polar], east[:, polar], north[:, polar]
             )
-            distance[:, polar] = (east + north if direction in (EAST, NORTH) else distance)[:, polar]
-        return np.stack(self.projection(lon, lat)), distance * ellipsoid.a
+            if direction in (EAST, NORTH):
+                distance[:, polar] = (east + north)[:, polar]
+        return lon, lat, distance
 
 
 def drop(
@@ -157,6 +170,9 @@ def drop(
 
 EAST, NORTH = (1.0, 0.0), (0.0, 1.0)
 DIAGONAL = (float(np.sqrt(0.5)), float(np.sqrt(0.5)))
+_QUADRANTS = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
+# Quadrants beside each other share a ray east, west, north or south.
+_RAYS = tuple(dict.fromkeys((x * east, y * north) for east, north in _QUADRANTS for x, y in (EAST, NORTH, DIAGONAL)))
 
 
 _Level = tuple[IntArray, FloatArray, FloatArray, FloatArray]
@@ -188,8 +204,7 @@ def _central_levels(
     for count, step in enumerate(steps, start=1):
         lines = []
         kink, noise = np.zeros((2, index.size))
-        for direction in (EAST, NORTH, DIAGONAL):
-            f, t = points.along(direction, step * offsets)
+        for f, t in points.along((EAST, NORTH, DIAGONAL), step * offsets):
             lines.append((f[:, 0::2] - f[:, 1::2], t[0::2] - t[1::2]))
             even = f[:, 0::2] + f[:, 1::2]
             fourth = even[:, 1] - 4.0 * even[:, 0] + 6.0 * centre
@@ -218,12 +233,12 @@ def _one_sided_levels(points: Points, centre: FloatArray) -> Iterator[_Level]:
     offsets = np.arange(1.0, 7.0)
     for step in _FORWARD_STEPS:
         best = np.full(index.size, np.inf)
-        for east, north in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)):
+        rays = dict(zip(_RAYS, points.along(_RAYS, step * offsets), strict=True))
+        for east, north in _QUADRANTS:
             lines = []
             noise = np.zeros(index.size)
             for direction in (EAST, NORTH, DIAGONAL):
-                signed = (direction[0] * east, direction[1] * north)
-                f, t = points.along(signed, step * offsets)
+                f, t = rays[direction[0] * east, direction[1] * north]
                 f, t = np.concatenate([centre[:, None], f], axis=1), np.concatenate([np.zeros_like(t[:1]), t])
                 lines.append((f, t))
                 fourth, sixth = (np.diff(f[:, : n + 1], n=n, axis=1)[:, 0] for n in (4, 6))
@@ -295,7 +310,7 @@ def is_torn(points: Points, centre: FloatArray) -> BoolArray:
     """Whether f jumps within 1e-7 radii of the point (against a change in proportion to the distance)."""
     jumps = []
     for distance in (1e-5, 1e-7):
-        f = np.stack([points.along(d, distance * np.array([1.0, -1.0]))[0] for d in (EAST, NORTH)])
+        f = np.stack([f for f, _ in points.along((EAST, NORTH), distance * np.array([1.0, -1.0]))])
         jumps.append(np.nan_to_num(np.abs(f - centre[:, None]), nan=0.0).max(axis=(0, 1, 2)))
     scale = points.projection.ellipsoid.a
     return np.asarray((jumps[1] > 0.5 * jumps[0]) & (jumps[1] > 1e-6 * scale))
