@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from projdist import __version__
+from projdist.cli.completion import ASKED, candidates
 from projdist.cli.parser import Command, Commands
 from projdist.support import orderly_end
 
@@ -41,6 +42,7 @@ COMMANDS = {
     "oldmap": ("oldmap", "Measure the distortion of an old map by control points."),
     "tables": ("published", "Print a table of the literature beside figures of today."),
     "list": ("lists", "List projections, measures, criteria or indices."),
+    "completion": ("completion", "Print the script for completion in bash, zsh or fish."),
 }
 """The commands, the modules that have their functions, and what help says of them without loading any."""
 
@@ -141,7 +143,11 @@ def main() -> None:
         _part_from_libraries()
     gc.set_threshold(_FIRST_COLLECTION)
     with orderly_end():
-        app()
+        if os.environ.get(ASKED):
+            words = candidates(typer.main.get_command(app), sys.argv[1:])
+            sys.stdout.write("".join(f"{word}\n" for word in words))
+        else:
+            app()
 
 
 def _part_from_libraries() -> None:

@@ -10,7 +10,7 @@ from projdist import __version__
 
 COMMANDS = [
     *("compare", "factors", "profile", "tissot", "heatmap", "recommend", "optimize", "ldp", "check", "correct"),
-    *("world-map", "morph", "mosaic", "clouds", "oldmap", "list", "explore", "info", "find"),
+    *("world-map", "morph", "mosaic", "clouds", "oldmap", "list", "explore", "info", "find", "completion"),
 ]
 
 
