@@ -61,8 +61,8 @@ RegionsOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="countries|continents|FILE",
-        help="Each of many regions: all countries or continents, the features of a file (PATH#LAYER), or a region as "
-        "of --region; may be repeated.",
+        help="Each of many regions: all countries or continents, the features of a file (PATH#LAYER), or any region; "
+        "may be repeated.",
     ),
 ]
 ExecutorOption = Annotated[
