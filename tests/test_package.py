@@ -72,6 +72,30 @@ def test_version() -> None:
     assert projdist.__version__ == stated == importlib.metadata.version("projdist")
 
 
+def test_one_extra_has_all() -> None:
+    """Of what users install."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    (everything,) = map(Requirement, extras["all"])
+    assert (everything.name, everything.extras) == ("projdist", set(EXTRAS))
+
+
+def test_the_recipe_needs_what_the_package_needs() -> None:
+    """The recipe for conda has the version and the lower bounds of pyproject.toml, under conda's names."""
+    path = ROOT / "recipe" / "recipe.yaml"
+    if not path.exists():
+        pytest.skip("needs the checkout")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = path.read_text(encoding="utf-8")
+    needed = re.findall(
+        r"^    - (\S+) (>=\S+)$", recipe.partition("\n  run:\n")[2].partition("\ntests:")[0], re.MULTILINE
+    )
+    wanted = {one.name: str(one.specifier) for one in map(Requirement, project["dependencies"])}
+    wanted["matplotlib-base"] = wanted.pop("matplotlib")
+    assert dict(needed) == wanted | {"python": ">=${{ python_min }}"}
+    assert f'version: "{project["version"]}"' in recipe
+    assert f'python_min: "{project["requires-python"].removeprefix(">=")}"' in recipe
+
+
 def test_the_oldest_versions_are_those_stated() -> None:
     """Each dependency, of extras too, has a lower bound and nothing else, and `make test-oldest` takes that version."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
