@@ -87,7 +87,7 @@ def test_the_recipe_needs_what_the_package_needs() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     recipe = path.read_text(encoding="utf-8")
     needed = re.findall(
-        r"^    - (\S+) (>=\S+)$", recipe.partition("\n  run:\n")[2].partition("\ntests:")[0], re.MULTILINE
+        r"^    - (\S+) (>=.+)$", recipe.partition("\n  run:\n")[2].partition("\ntests:")[0], re.MULTILINE
     )
     wanted = {one.name: str(one.specifier) for one in map(Requirement, project["dependencies"])}
     wanted["matplotlib-base"] = wanted.pop("matplotlib")
