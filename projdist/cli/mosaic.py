@@ -12,6 +12,7 @@ import typer
 from projdist.applications.mosaics import (
     BLENDS,
     CHOICES,
+    DEPTHS,
     EXPOSURES,
     FOCALS,
     FRAMES,
@@ -126,7 +127,17 @@ def mosaic_command(
     ] = None,
     exposure: Annotated[
         str | None,
-        typer.Option(metavar="|".join(EXPOSURES), help="Make the images equally bright (gain), or leave them."),
+        typer.Option(
+            metavar="|".join(EXPOSURES),
+            help="Make images equally bright (gain), their parts, too, as vignettes need (blocks), or leave them.",
+        ),
+    ] = None,
+    depth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="|".join(str(bits) for bits in DEPTHS),
+            help="Bits a colour of the mosaic. 8 if not given; with 16 images of 12 or 16 bits keep their values.",
+        ),
     ] = None,
     crop: Annotated[bool, typer.Option("--crop", help="Crop the mosaic to the largest box without gaps.")] = False,
     all_groups: Annotated[
@@ -157,7 +168,7 @@ def mosaic_command(
         "most_pixels": number("pixels", pixels, 1e3, 4e8),
         "weights": None if weights is None else [number("weight", word, 0.0, 1e12) for word in weights.split(",")],
     }
-    drawn = {"blend": blend, "exposure": exposure, "crop": crop or None}
+    drawn = {"blend": blend, "exposure": exposure, "depth": depth, "crop": crop or None}
     for name, value in drawn.items():
         if value is not None and output is None:
             refuse(f"Invalid option '--{name}'. It needs a mosaic to draw: -o FILE.")
@@ -178,7 +189,7 @@ def mosaic_command(
             raise ValueError(f"Invalid weights '{weights}'. There must be {count}, one an image.")
     target = None
     if output is not None:
-        words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0]}
+        words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0], "depth": depth or "8"}
         target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite, sheets=not turning)
     figure = None if compare is None else PictureFile(compare, size=size, dpi=dpi, overwrite=overwrite, look=look)
     points = _matched(pictures) if given is None else given

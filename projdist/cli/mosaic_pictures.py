@@ -13,6 +13,8 @@ import typer
 from projdist import gis, plots
 from projdist.applications.mosaics import (
     BLENDS,
+    DEEP_SUFFIXES,
+    DEPTHS,
     EXPOSURES,
     PICTURE_SUFFIXES,
     Canvas,
@@ -48,6 +50,7 @@ class MosaicFile:
         *,
         blend: str,
         exposure: str,
+        depth: str,
         crop: bool,
         overwrite: bool,
         sheets: bool,
@@ -61,8 +64,11 @@ class MosaicFile:
         self._options: dict[str, Any] = {
             "blend": choice("blend", blend, list(BLENDS)),
             "exposure": choice("exposure", exposure, list(EXPOSURES)),
+            "depth": int(choice("depth", depth, [str(bits) for bits in DEPTHS])),
             "crop": crop,
         }
+        if self._options["depth"] > 8 and self.path.suffix.lower() not in DEEP_SUFFIXES:
+            refuse(f"Invalid output '{output}'. For 16 bits a colour its suffix must be .png, .tif or .tiff.")
         self._pictures, self._overwrite = pictures, overwrite
         with refusing():
             self._sheets = [_georeference(picture) if sheets else None for picture in pictures]

@@ -49,7 +49,7 @@ def save_geotiff(
         "width": pixels.shape[1],
         "height": pixels.shape[0],
         "count": bands,
-        "dtype": "uint8",
+        "dtype": pixels.dtype.name,
         "crs": place.crs or None,
         "transform": rasterio.Affine(*place.matrix[:2].reshape(-1)),
         "compress": "deflate",

@@ -206,6 +206,75 @@ def test_upright(tmp_path, orientation):
     assert (picture.read().colours[..., 0] == upright).all()
 
 
+def test_one_range_for_all(tmp_path):
+    """Of 12 bits in files of 16, and of numbers that are no whole ones, black and white are one for all images."""
+    cv2 = pytest.importorskip("cv2")
+    values = np.arange(48).reshape(6, 8)
+    for name, one in (("dark.png", values), ("bright.tif", values * 85 + 100)):
+        Image.fromarray(one.astype(np.uint16)).save(tmp_path / name)
+    dark, bright = open_pictures([tmp_path / "dark.png", tmp_path / "bright.tif"])
+    assert dark.levels == bright.levels == (0.0, 4095.0)
+    assert (dark.read().colours[..., 0] == np.round(values * 255 / 4095)).all()
+    assert (bright.read(deep=True).colours[..., 0] == np.round((values * 85 + 100) * 65535 / 4095)).all()
+    colours = np.stack([values, 2 * values, 85 * values], axis=-1).astype(np.uint16)
+    cv2.imwrite(str(tmp_path / "colours.png"), colours[..., ::-1])
+    picture = Picture(tmp_path / "colours.png")
+    assert picture.is_deep
+    assert not picture.is_grey
+    assert (picture.read().colours == np.round(colours * 255.0 / 4095)).all()
+    assert (Picture(colours).read().colours == picture.read().colours).all()
+
+
+def test_floats(tmp_path):
+    """Floating-point TIFFs are read, of one band and of three, from what all have least to what all have most."""
+    cv2 = pytest.importorskip("cv2")
+    values = np.linspace(-3.0, 7.0, 48, dtype=np.float32).reshape(6, 8)
+    Image.fromarray(values).save(tmp_path / "one.tif")
+    cv2.imwrite(str(tmp_path / "three.tif"), np.stack([values, 0 * values, values + 10.0], axis=-1))
+    one, three = open_pictures([tmp_path / "one.tif", tmp_path / "three.tif"])
+    assert (one.is_grey, three.is_grey, three.size) == (True, False, (8, 6))
+    assert one.levels == three.levels == (-3.0, 17.0)
+    assert (one.read().colours[..., 1] == np.round((values + 3.0) * (255.0 / 20.0))).all()
+    assert (three.read().colours[..., 0] == np.round((values + 13.0) * (255.0 / 20.0))).all()
+    hole = values.copy()
+    hole[2:4, 3] = np.nan
+    pixels = Picture(hole).read()
+    assert (pixels.mask == np.where(np.isnan(hole), 0, 255)).all()
+    with pytest.raises(
+        ValueError, match=r"^Invalid image '0'. It cannot be read: its shape is \(6, 8, 5\), of float32\.$"
+    ):
+        open_pictures([np.zeros((6, 8, 5), np.float32)])
+
+
+def test_no_data(tmp_path):
+    """What a GeoTIFF calls no data is transparent."""
+    rasterio = pytest.importorskip("rasterio")
+    values = np.linspace(0.0, 1.0, 48, dtype=np.float32).reshape(6, 8)
+    values[1, 2] = -9999.0
+    options = {"driver": "GTiff", "width": 8, "height": 6, "count": 1, "dtype": "float32", "nodata": -9999.0}
+    with rasterio.open(tmp_path / "dem.tif", "w", transform=rasterio.Affine(5, 0, 9, 0, -5, 9), **options) as file:
+        file.write(values, 1)
+    picture = Picture(tmp_path / "dem.tif")
+    assert picture.levels == (0.0, 1.0)
+    assert np.argwhere(picture.read().mask == 0).tolist() == [[1, 2]]
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_deep_images_upright(tmp_path, orientation):
+    """Deep images, which OpenCV reads as they are stored, are turned as others are."""
+    pytest.importorskip("cv2")
+    values = np.arange(48, dtype=np.uint16).reshape(6, 8) * 80
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    shallow = tmp_path / "shallow.png"
+    Image.fromarray((values // 80).astype(np.uint8)).save(shallow, exif=exif)
+    Image.fromarray(values).save(tmp_path / "deep.png", exif=exif)
+    deep = Picture(tmp_path / "deep.png")
+    there = Picture(shallow).read().colours[..., 0]
+    assert deep.size == there.shape[::-1]
+    assert (deep.read(deep=True).colours[..., 0] == np.round(there * (80.0 * 65535.0 / 4095.0))).all()
+
+
 def test_bombs_are_not_read(tmp_path):
     """A file of 12 kB may claim more pixels than memory should hold."""
     path = tmp_path / "bomb.png"
@@ -218,12 +287,12 @@ def test_bombs_are_not_read(tmp_path):
 
 def test_unreadable(tmp_path):
     """What is no image, is broken or has other pixels is told with its file, in one line."""
-    text, broken, floats = (tmp_path / name for name in ("text.png", "broken.png", "floats.tif"))
+    text, broken = (tmp_path / name for name in ("text.png", "broken.png"))
     text.write_text("no image")
     Image.fromarray(np.random.default_rng(1).integers(0, 255, (90, 90), np.uint8)).save(broken)
     broken.write_bytes(broken.read_bytes()[:4000])
-    Image.fromarray(np.zeros((9, 9), np.float32)).save(floats)
-    for path, reason in ((text, "identify"), (floats, "floating-point"), (tmp_path / "none.png", "No such file")):
+    (tmp_path / "text.tif").write_text("no image")
+    for path, reason in ((text, "identify"), (tmp_path / "text.tif", "identify"), (tmp_path / "none.png", "No such")):
         with pytest.raises(ValueError, match=f"Invalid image '{path}'. .*{reason}"):
             open_pictures([path])
     with pytest.raises(ValueError, match=f"Invalid image '{broken}'. It cannot be read"):

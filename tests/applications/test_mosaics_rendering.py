@@ -165,8 +165,7 @@ def test_largest_box():
 
 def test_feathers_fall_to_the_rims_of_pieces():
     """Two pieces side by side with ten columns in common: there each counts as its distance to its own end."""
-    blender = blender_of("feather")
-    blender.prepare((0, 0, 70, 101))
+    blender = blender_of("feather", (0, 0, 70, 101))
     for left, width, grey in ((0, 50, 0), (40, 30, 200)):
         piece, whole = np.full((101, width, 3), grey, np.int16), np.full((101, width), 255, np.uint8)
         blender.feed(piece, whole, (left, 0))
@@ -221,7 +220,7 @@ def test_refused(pictures, found):
     """Wrong words and wrong images are refused in one line."""
     for options, message in (
         ({"blend": "soft"}, r"^Invalid blend 'soft'. It must be multiband, feather or none.$"),
-        ({"exposure": "auto"}, r"^Invalid exposure 'auto'. It must be gain or none.$"),
+        ({"exposure": "auto"}, r"^Invalid exposure 'auto'. It must be gain, blocks or none.$"),
     ):
         with pytest.raises(ValueError, match=message):
             render(found, pictures, **options)
@@ -266,3 +265,59 @@ def test_grey_images(tmp_path, cuts, found):
     assert drawn.is_grey
     assert drawn.bands.shape[2] == 2
     assert (np.ptp(drawn.pixels[..., :3].astype(int), axis=-1) <= 1).all()
+
+
+# ---- vignettes, and more than 8 bits -----------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_vignettes(H, cuts, found):
+    """Of pictures a third darker at their corners gains of blocks leave less than half of what shows at seams."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    far = np.hypot((x - WIDTH / 2) / (WIDTH / 2), (y - HEIGHT / 2) / (HEIGHT / 2)) / np.sqrt(2.0)
+    shade = (1.0 - 0.35 * far**2)[..., None]
+    pictures = open_pictures([np.round(shade * one).astype(np.uint8) for one in cuts])
+    spread = {}
+    for exposure in ("gain", "blocks"):
+        drawn = render(found, pictures, exposure=exposure, blend="none")
+        whole = sampled(
+            relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height
+        )
+        clear = (drawn.pixels[..., 3] > 0) & (whole.min(axis=-1) > 50)
+        steps = np.log(np.maximum(drawn.pixels[..., :3], 1.0) / np.maximum(whole, 1.0)).mean(axis=-1)
+        # What shows are steps from one picture to the next, within a few pixels.
+        both = clear[:, 4:] & clear[:, :-4]
+        spread[exposure] = np.quantile(np.abs(steps[:, 4:] - steps[:, :-4])[both], 0.99)
+    assert spread["blocks"] < 0.5 * spread["gain"]
+
+
+@pytest.mark.parametrize("blend", BLENDS)
+def test_twelve_bits(H, cuts, found, blend):
+    """Pictures of 12 bits keep their values in a mosaic of 16; one of 8 has the whole range of greys."""
+    deep = [one.astype(np.uint16) * 16 + 7 for one in cuts]
+    pictures = open_pictures(deep)
+    assert pictures[0].levels == pictures[5].levels == (0.0, 4095.0)
+    drawn = render(found, pictures, blend=blend, exposure="none", depth=16)
+    assert drawn.pixels.dtype == np.uint16
+    assert set(np.unique(drawn.pixels[..., 3])) == {0, 65535}
+    whole = sampled(relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height)
+    seen = drawn.pixels[..., 3] > 0
+    gap = (drawn.pixels[..., :3].astype(float) - (16.0 * whole + 7.0))[seen]
+    assert 10.0 * np.log10(4095.0**2 / np.mean(gap**2)) > CLEAR
+    shallow = render(found, pictures, blend=blend, exposure="none")
+    gap = (shallow.pixels[..., :3].astype(float) - drawn.pixels[..., :3] * (255.0 / 4095.0))[seen]
+    assert np.mean(gap**2) < 1.0  # roundings; and seams may run elsewhere
+
+
+def test_files_of_sixteen_bits(tmp_path, cuts, found):
+    """PNG and TIFF hold them, JPEG does not."""
+    cv2 = pytest.importorskip("cv2")
+    drawn = render(found, open_pictures([one.astype(np.uint16) * 16 for one in cuts]), blend="none", depth=16)
+    for suffix in (".png", ".tif"):
+        path = save_mosaic(drawn, tmp_path / f"deep{suffix}")
+        again = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        assert (again[..., [2, 1, 0, 3]] == drawn.pixels).all()
+    with pytest.raises(ValueError, match=r"For 16 bits a colour its suffix must be .png, .tif or .tiff.$"):
+        save_mosaic(drawn, tmp_path / "deep.jpg")
+    with pytest.raises(ValueError, match=r"^Invalid depth 12. It must be 8 or 16 bits.$"):
+        render(found, open_pictures(cuts), depth=12)

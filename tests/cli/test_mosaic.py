@@ -283,9 +283,10 @@ def test_picture(tmp_path):
         assert image.size == (written["width"], written["height"])
     known = np.diag([5.0, -5.0, 1.0]) @ H[0] @ np.linalg.inv(written["matrices"][0])
     assert np.abs(read_world_file(picture).matrix - known).max() < 1e-6
-    assert run(*words, "-o", str(tmp_path / "m.tif"))[0] == 0
+    assert run(*words, "-o", str(tmp_path / "m.tif"), "--depth", "16", "--exposure", "blocks")[0] == 0
     with rasterio.open(tmp_path / "m.tif") as image:
         assert np.abs(np.array(image.transform)[[0, 4]] - [5.0, -5.0]).max() < 0.5
+        assert image.dtypes == ("uint16",) * 4
     picture.unlink()
     for more, message in (
         (["-o", str(picture)], "m.pgw'. It exists; --overwrite replaces it."),
@@ -293,6 +294,8 @@ def test_picture(tmp_path):
         (["-o", str(tmp_path / "m.gif")], "Its suffix must be .png, .jpg, .jpeg, .tif or .tiff."),
         (["-o", str(tmp_path / "n.jpg"), "--blend", "soft"], "Invalid blend 'soft'. It must be"),
         (["-o", str(tmp_path / "n.jpg"), "--exposure", "auto"], "Invalid exposure 'auto'. It must be"),
+        (["-o", str(tmp_path / "n.jpg"), "--depth", "16"], "For 16 bits a colour its suffix must be .png, .tif or"),
+        (["-o", str(tmp_path / "n.png"), "--depth", "12"], "Invalid depth '12'. It must be 8 or 16."),
         (["--crop"], "Invalid option '--crop'. It needs a mosaic to draw: -o FILE."),
         (["--pixels", "10"], "Invalid pixels '10'."),
     ):

@@ -2,10 +2,10 @@ from .answers import FRAMES, Mosaic, check_frame, mosaic, mosaics_of_groups
 from .blending import BLENDS
 from .cameras import FOCALS, Cameras
 from .canvases import Canvas, SphereCanvas
-from .common import EXPOSURES
 from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
 from .features import match
 from .frames import Frame
+from .gains import EXPOSURES
 from .georeference import (
     Georeference,
     MeanGeoreference,
@@ -20,12 +20,14 @@ from .models import ModelFit
 from .panoramas import MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
 from .projective import CHOICES, MODELS, places
 from .registration import Match, Registration, register, register_groups
-from .rendering import Rendered, render
-from .saving import PICTURE_SUFFIXES, save_mosaic
+from .rendering import DEPTHS, Rendered, render
+from .saving import DEEP_SUFFIXES, PICTURE_SUFFIXES, save_mosaic
 
 __all__ = [
     "BLENDS",
     "CHOICES",
+    "DEEP_SUFFIXES",
+    "DEPTHS",
     "EXPOSURES",
     "FOCALS",
     "FRAMES",

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from projdist._typing import AnyArray
+from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics.canvases import AnyCanvas
+from projdist.applications.mosaics.gains import gains_of, raised
 from projdist.applications.mosaics.libraries import as_array, opencv
 from projdist.applications.mosaics.pieces import Piece, Store, shift
 
-__all__ = ["EXPOSURES", "SMALL", "Common"]
-
-EXPOSURES = ("gain", "none")
+__all__ = ["SMALL", "Common"]
 
 SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
@@ -25,28 +22,24 @@ class Common:
         """`small`: the canvas in at most `SMALL` pixels."""
         cv2 = opencv()
         self.scale = small.scale
-        pieces = [
-            small.warped(store.read(number), number, small.bounds(number, picture.size))
+        self.pieces = [
+            _shallow(small.warped(store.read(number), number, small.bounds(number, picture.size)))
             for number, picture in enumerate(store.pictures)
         ]
-        self.places = [piece.corner for piece in pieces]
-        colours, masks = [piece.pixels.colours for piece in pieces], [piece.pixels.mask for piece in pieces]
-        self.gains: Any = None
-        if exposure == "gain":
-            self.gains = cv2.detail.ExposureCompensator_createDefault(cv2.detail.ExposureCompensator_GAIN)
-            self.gains.feed(self.places, colours, masks)
-            colours = [self.even(number, piece) for number, piece in enumerate(pieces)]
+        self.places = [piece.corner for piece in self.pieces]
+        self.gains = gains_of(exposure, self.pieces)
         self.seams: list[AnyArray] | None = None
         if blend == "multiband":
+            colours = [_even(self.gains, number, piece, piece, 1.0) for number, piece in enumerate(self.pieces)]
             finder = cv2.detail.GraphCutSeamFinder("COST_COLOR")
+            masks = [piece.pixels.mask for piece in self.pieces]
             cut = finder.find([one.astype(np.float32) for one in colours], self.places, masks)
             # A pixel more on either side: what is between two small pixels belongs to both.
             self.seams = [cv2.dilate(as_array(one), None) for one in cut]
 
-    def even(self, number: int, piece: Piece) -> AnyArray:
-        """The colours of a piece of an image with its gain."""
-        colours, mask = piece.pixels
-        return colours if self.gains is None else self.gains.apply(number, piece.corner, colours, mask)
+    def even(self, number: int, piece: Piece, canvas: AnyCanvas) -> AnyArray:
+        """The colours of a piece of an image on a canvas with its gain."""
+        return _even(self.gains, number, piece, self.pieces[number], canvas.scale / self.scale)
 
     def cut(self, pieces: dict[int, Piece], canvas: AnyCanvas) -> dict[int, AnyArray]:
         """The masks of pieces, along the seams; what no image would then have goes to the first that can."""
@@ -73,3 +66,16 @@ class Common:
             seamed[number] = np.where(none[place], masks[number], seamed[number])
             none[place] &= masks[number] == 0
         return seamed
+
+
+def _even(gains: list[FloatArray] | None, number: int, piece: Piece, whole: Piece, growth: float) -> AnyArray:
+    """The colours of a piece, with its gain where there are any."""
+    return piece.pixels.colours if gains is None else raised(piece, gains[number], whole, growth)
+
+
+def _shallow(piece: Piece) -> Piece:
+    """A piece with 8 bits a colour, which gains and seams are found with."""
+    colours = piece.pixels.colours
+    if colours.dtype == np.uint8:
+        return piece
+    return piece._replace(pixels=piece.pixels._replace(colours=(colours // 257).astype(np.uint8)))

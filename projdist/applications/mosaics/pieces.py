@@ -38,14 +38,15 @@ class Piece(NamedTuple):
 class Store:
     """The images, read when they are needed; the last ones are kept."""
 
-    def __init__(self, pictures: Sequence[Picture]) -> None:
-        self.pictures = pictures
+    def __init__(self, pictures: Sequence[Picture], deep: bool = False) -> None:
+        """`deep`: with 16 bits a colour."""
+        self.pictures, self._deep = pictures, deep
         self._kept: OrderedDict[int, Pixels] = OrderedDict()
 
     def read(self, number: int) -> Pixels:
         """The pixels of an image."""
         if number not in self._kept:
-            self._kept[number] = _filled(self.pictures[number].read())
+            self._kept[number] = _filled(self.pictures[number].read(deep=self._deep))
             while len(self._kept) > 1 and sum(one.colours.nbytes for one in self._kept.values()) > _KEPT:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(number)
