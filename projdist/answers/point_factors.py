@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import AnyArray, FloatArray
 from projdist.field import Quality, derivatives, measure_at, named_measures, tell_of_contradiction
-from projdist.matrices import Measure, get_measure
+from projdist.matrices import FACTORS, Measure, factors_of
 from projdist.projections import Frame, Projection, ProjectionLike, add_columns, is_frame, places
 from projdist.support import Answer, check_degrees, plain
 
 __all__ = ["Factors", "factors"]
-
-_FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -63,7 +61,7 @@ class Factors(Answer):
 
     def columns(self) -> dict[str, AnyArray]:
         """x, y, the measures and the quality by name, each of shape (n,): what is added to a frame of points."""
-        columns = {name: getattr(self, name) for name in ("x", "y", *_FACTORS, "quality")}
+        columns = {name: getattr(self, name) for name in ("x", "y", *FACTORS, "quality")}
         return {name: np.ravel(values) for name, values in (columns | self.extra).items()}
 
 
@@ -145,14 +143,15 @@ def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: I
     found = derivatives(projection, lon, lat)
     J = found.jacobian
     tell_of_contradiction(projection, J)
-    labels = np.array([quality.label for quality in Quality])
+    worst = found.quality.max(initial=0)
+    labels = np.array([quality.label for quality in Quality if quality <= worst])
     return Factors(
         projection=projection,
         lon=lon,
         lat=lat,
         x=found.x,
         y=found.y,
-        **{name: get_measure(name)(J) for name in _FACTORS},
+        **factors_of(J),
         quality=labels[found.quality],
         error=found.error,
         jacobian=J,

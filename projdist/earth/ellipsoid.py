@@ -52,6 +52,9 @@ class Ellipsoid:
 
         Snyder 1987, equations 4-18 and 4-20. At a pole of WGS 84 both are 6 399 594 m.
         """
+        if self.is_sphere:
+            radius = np.full(np.shape(lat), self.a)
+            return radius, radius.copy()
         sin = np.sin(np.radians(lat))
         w2 = 1.0 - self.eccentricity_squared * sin * sin
         prime_vertical = self.a / np.sqrt(w2)

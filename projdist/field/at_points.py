@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.field.chebyshev_panels import panels_for
+from projdist.field.panel_points import evaluate_points
 from projdist.field.stencils import Points, fourth_order, is_torn, settle
 from projdist.matrices import principal_scales
 from projdist.projections import Projection, ProjectionLike
@@ -54,6 +56,8 @@ class Derivatives:
 _FAST_STEP = 4e-4  # at the equator; towards the poles, where most maps are singular, times sqrt(cos lat)
 _FAST_LATITUDE = 85.0
 _FAST_TARGET = 3e-12
+_MANY = 5_000  # points; polynomials on panels may pay for more
+_APART = 1e-11  # of J; differences and polynomials are good to 1e-12 each
 _CHUNK = 8192  # points at a time: the stencil's arrays stay in the cache
 _NOISE = 3e-9  # of J; on smooth maps what looks like noise to the first stage is 1e-11
 _ROUGH, _HOPELESS = 1e-8, 1e-5  # relative errors of J
@@ -140,12 +144,11 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     lon, lat = check_degrees(lon, lat)
     shape, lon, lat = lon.shape, lon.ravel(), lat.ravel()
     x, y = projection(lon, lat)
-    J = np.empty((lon.size, 2, 2))
-    error = np.empty(lon.size)
-    settled = np.empty(lon.size, dtype=bool)
-    for start in range(0, lon.size, _CHUNK):
-        part = slice(start, start + _CHUNK)
-        settled[part] = _fast_stage(projection, lon[part], lat[part], (x[part], y[part]), J[part], error[part])
+    J, error = _laid_out(lon.size)
+    settled = np.zeros(lon.size, dtype=bool)
+    if lon.size >= _MANY and np.isfinite(lon).any():
+        _panel_stage(projection, lon, lat, (x, y), J, error, settled)
+    _point_stage(projection, lon, lat, (x, y), J, error, settled)
     quality = np.zeros(lon.size, dtype=np.int8)
     hard = np.flatnonzero(~settled)
     if hard.size:
@@ -156,14 +159,89 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     )
 
 
+def _laid_out(count: int) -> tuple[FloatArray, FloatArray]:
+    """Room for Jacobians (n, 2, 2), each of whose entries lies together, as measures take them; and errors, NaN."""
+    room = np.empty((5, count))  # one array: the system is slow to give many
+    room[4] = np.nan
+    return room[:4].reshape(2, 2, count).transpose(2, 0, 1), room[4]
+
+
 def _flag_lost_digits(J: FloatArray, error: FloatArray, quality: NDArray[np.int8]) -> None:
     """Call ROUGH what is good against a but not against a much smaller b, and SINGULAR where b is lost."""
-    suspect = np.flatnonzero((quality < Quality.SEAM) & (error > 1e-6 * _ROUGH))
+    suspect = np.flatnonzero(np.concatenate([_may_lose_digits(J[part], error[part]) for part in _chunks(error.size)]))
+    suspect = suspect[quality[suspect] < Quality.SEAM]
+    if not suspect.size:
+        return
     a, b = principal_scales(J[suspect]).T
-    against_b = error[suspect] * a
-    quality[suspect[(against_b > _POOR * b) & (quality[suspect] == Quality.OK)]] = Quality.ROUGH
-    lost = suspect[against_b > _LOST * b]
+    of_a = error[suspect] * a
+    quality[suspect[(of_a > _POOR * b) & (quality[suspect] == Quality.OK)]] = Quality.ROUGH
+    lost = suspect[of_a > _LOST * b]
     J[lost], error[lost], quality[lost] = np.nan, np.nan, Quality.SINGULAR
+
+
+def _may_lose_digits(J: FloatArray, error: FloatArray) -> BoolArray:
+    """Which may be POOR: a / b is (a^2 + b^2) / |det J| at most, which is soon told."""
+    (xx, xy), (yx, yy) = J.transpose(1, 2, 0)
+    with np.errstate(invalid="ignore"):
+        return error * (xx * xx + xy * xy + yx * yx + yy * yy) >= 0.9 * _POOR * np.abs(xx * yy - xy * yx)
+
+
+def _chunks(count: int) -> list[slice]:
+    """Parts of so many points, one at least, whose arrays stay in the cache."""
+    return [slice(start, min(start + _CHUNK, count)) for start in range(0, max(count, 1), _CHUNK)]
+
+
+def _panel_stage(
+    projection: Projection,
+    lon: FloatArray,
+    lat: FloatArray,
+    centre: tuple[FloatArray, FloatArray],
+    J: FloatArray,
+    error: FloatArray,
+    settled: BoolArray,
+) -> None:
+    """Derivatives of polynomials where many points are, written into J, error and `settled`.
+
+    In each panel all points must have the x and y of the map, and a few the derivatives that differences have.
+    """
+    panels = panels_for(projection, lon, lat)
+    if panels is None:
+        return
+    found, number, at = evaluate_points(panels, lon, lat, centre, J, error)
+    found &= error <= _FAST_TARGET
+    truth, doubt = np.empty((at.size, 2, 2)), np.empty(at.size)
+    sound = _fast_stage(projection, lon[at], lat[at], (centre[0][at], centre[1][at]), truth, doubt)
+    gap, size = np.abs(J[at] - truth).sum(axis=(1, 2)), np.abs(truth).sum(axis=(1, 2))
+    wrong = sound & found[at] & ~(gap <= (_APART + 10.0 * (doubt + error[at])) * size)
+    if wrong.any():
+        found &= ~np.isin(number, number[at[wrong]])
+    settled |= found
+
+
+def _point_stage(
+    projection: Projection,
+    lon: FloatArray,
+    lat: FloatArray,
+    centre: tuple[FloatArray, FloatArray],
+    J: FloatArray,
+    error: FloatArray,
+    settled: BoolArray,
+) -> None:
+    """Differences at the points that are not settled yet."""
+    rest = np.flatnonzero(~settled)
+    whole = rest.size == lon.size
+    for chunk in _chunks(rest.size):
+        part = chunk if whole else rest[chunk]
+        place = lon[part], lat[part], (centre[0][part], centre[1][part])
+        if whole:
+            settled[part] = _fast_stage(projection, *place, J[part], error[part])
+            continue
+        there, doubt = _laid_out(place[0].size)
+        settled[part] = _fast_stage(projection, *place, there, doubt)
+        for i in (0, 1):
+            for j in (0, 1):
+                J[:, i, j][part] = there[:, i, j]
+        error[part] = doubt
 
 
 def _fast_stage(
@@ -206,7 +284,11 @@ def _fast_stage(
         # The fourth-order error falls as the square of the second-order one. At a logarithmic singularity
         # the factor is 7; 10 leaves a margin.
         truncation = 10.0 * (gap / size) ** 2
-        rounding = 1.5 * np.finfo(float).eps * (np.hypot(*centre) * (metre[0] + metre[1]) / size + 1.0 / step)
+        rounding = (
+            1.5
+            * np.finfo(float).eps
+            * (np.sqrt(centre[0] ** 2 + centre[1] ** 2) * (metre[0] + metre[1]) / size + 1.0 / step)
+        )
         # On smooth maps the fourth difference is below a fiftieth of the third; white noise in f has it larger, and
         # 8 times as large as what reaches the derivative.
         noise = np.where(kink > 0.02 * 6.0 * gap, kink / (8.0 * size), 0.0)

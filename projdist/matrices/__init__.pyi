@@ -5,11 +5,13 @@ from .distortion_modes import Modes, field_modes, modes
 from .energies import EXPONENT, Energy, Expansion
 from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
 from .measures import (
+    FACTORS,
     MEASURES,
     Measure,
     angular_distortion,
     areal_error_ppm,
     areal_scale,
+    factors_of,
     fisher,
     get_measure,
     jordan,
@@ -27,6 +29,7 @@ from .spd import factor_distance
 
 __all__ = [
     "EXPONENT",
+    "FACTORS",
     "MDT",
     "MEASURES",
     "ROTATIONS",
@@ -44,6 +47,7 @@ __all__ = [
     "check_weights",
     "decompose",
     "factor_distance",
+    "factors_of",
     "field_mdt",
     "field_median",
     "field_modes",

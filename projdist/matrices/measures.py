@@ -21,6 +21,12 @@ from projdist.support import check_numbers, hints, listed_values, quoted
 
 __all__ = ["MEASURES", "Measure", "get_measure", "principal_scales"]
 
+_SMALL, _LARGE = 1e-290, 1e300  # squares that have all their digits
+_DEGREES = 180.0 / np.pi
+_CHUNK = 8192  # Jacobians at a time: what is computed of them stays in the cache
+
+FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
+
 
 def principal_scales(J: ArrayLike) -> FloatArray:
     """The singular values of Jacobians, the largest first: a and b, the semi-axes of Tissot's indicatrix.
@@ -68,8 +74,8 @@ def principal_scales(J: ArrayLike) -> FloatArray:
 
 def _sum_and_difference(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The principal scales' sum a + b and difference a - b >= 0."""
-    similar = np.hypot(J[..., 0, 0] + J[..., 1, 1], J[..., 1, 0] - J[..., 0, 1])
-    mirrored = np.hypot(J[..., 0, 0] - J[..., 1, 1], J[..., 1, 0] + J[..., 0, 1])
+    similar = _length(J[..., 0, 0] + J[..., 1, 1], J[..., 1, 0] - J[..., 0, 1])
+    mirrored = _length(J[..., 0, 0] - J[..., 1, 1], J[..., 1, 0] + J[..., 0, 1])
     return np.maximum(similar, mirrored), np.minimum(similar, mirrored)
 
 
@@ -78,27 +84,73 @@ def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     return 0.5 * (total + difference), 0.5 * (total - difference)
 
 
+def _length(x: FloatArray, y: FloatArray) -> FloatArray:
+    """sqrt(x^2 + y^2), at a tenth of what `np.hypot` takes, which is for squares that are too large or too small."""
+    with np.errstate(over="ignore", under="ignore"):
+        square = x * x + y * y
+    odd = (square < _SMALL) | (square > _LARGE)
+    if np.any(odd):
+        return np.asarray(np.where(odd, np.hypot(x, y), np.sqrt(square)))
+    return np.sqrt(square)
+
+
 def _log(value: FloatArray) -> FloatArray:
     """The natural logarithm; NaN, not -inf, where the value is zero."""
-    return np.log(np.where(value > 0, value, np.nan))
+    return np.log(_where(value > 0, value))
 
 
 def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
-    return np.where(defined, value, np.nan)
+    return value if np.all(defined) else np.where(defined, value, np.nan)
 
 
 def _determinant(J: FloatArray) -> FloatArray:
     return np.asarray(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
 
 
+def _omega(total: FloatArray, difference: FloatArray) -> FloatArray:
+    # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
+    omega = (2.0 * _DEGREES) * np.arctan2(difference, np.sqrt((total - difference) * (total + difference)))
+    return _where(total > 0, omega)
+
+
+def _theta(J: FloatArray, h: FloatArray, k: FloatArray, s: FloatArray) -> FloatArray:
+    dot = J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]
+    return _where((h > 0) & (k > 0), _DEGREES * np.arctan2(s, np.abs(dot)))
+
+
+def _convergence(J: FloatArray, h: FloatArray) -> FloatArray:
+    return _where(h > 0, _DEGREES * np.arctan2(-J[..., 0, 1], J[..., 1, 1]))
+
+
+def _fisher(a: FloatArray, b: FloatArray) -> FloatArray:
+    log_a, log_b = _log(a), _log(b)
+    return np.sqrt(log_a * log_a + log_b * log_b)
+
+
+def factors_of(J: FloatArray) -> dict[str, FloatArray]:
+    """h, k, a, b, s, omega, theta, convergence and fisher of Jacobians (..., 2, 2), with what they share done once."""
+    flat = J.reshape(-1, 2, 2)
+    found = np.empty((len(FACTORS), len(flat)))  # one array: the system is slow to give many
+    for start in range(0, len(flat), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        some = flat[part]
+        h, k, s = meridional_scale(some), parallel_scale(some), areal_scale(some)
+        total, difference = _sum_and_difference(some)
+        a, b = 0.5 * (total + difference), 0.5 * (total - difference)
+        omega, theta, convergence = _omega(total, difference), _theta(some, h, k, s), _convergence(some, h)
+        for row, values in zip(found, (h, k, a, b, s, omega, theta, convergence, _fisher(a, b)), strict=True):
+            row[part] = values
+    return dict(zip(FACTORS, found.reshape(len(FACTORS), *J.shape[:-2]), strict=True))
+
+
 def meridional_scale(J: FloatArray) -> FloatArray:
     """Scale h along the meridian, the length of J's north column."""
-    return np.hypot(J[..., 0, 1], J[..., 1, 1])
+    return _length(J[..., 0, 1], J[..., 1, 1])
 
 
 def parallel_scale(J: FloatArray) -> FloatArray:
     """Scale k along the parallel, the length of J's east column."""
-    return np.hypot(J[..., 0, 0], J[..., 1, 0])
+    return _length(J[..., 0, 0], J[..., 1, 0])
 
 
 def areal_scale(J: FloatArray) -> FloatArray:
@@ -118,18 +170,12 @@ def tissot_semiminor(J: FloatArray) -> FloatArray:
 
 def angular_distortion(J: FloatArray) -> FloatArray:
     """Maximum angular deformation omega = 2 asin((a - b) / (a + b)) in degrees (Snyder 1987, 4-9)."""
-    total, difference = _sum_and_difference(J)
-    # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
-    omega = np.degrees(2.0 * np.arctan2(difference, np.sqrt((total - difference) * (total + difference))))
-    return _where(total > 0, omega)
+    return _omega(*_sum_and_difference(J))
 
 
 def meridian_parallel_angle(J: FloatArray) -> FloatArray:
     """Angle theta' between the meridian and the parallel on the map, 0 to 90 degrees (Snyder 1987, 4-14)."""
-    dot = J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]
-    return _where(
-        (parallel_scale(J) > 0) & (meridional_scale(J) > 0), np.degrees(np.arctan2(areal_scale(J), np.abs(dot)))
-    )
+    return _theta(J, meridional_scale(J), parallel_scale(J), areal_scale(J))
 
 
 def meridian_convergence(J: FloatArray) -> FloatArray:
@@ -138,14 +184,14 @@ def meridian_convergence(J: FloatArray) -> FloatArray:
     The surveyors' sign, PROJ's too: positive east of the central meridian of a transverse
     Mercator in the northern hemisphere.
     """
-    return _where(meridional_scale(J) > 0, np.degrees(np.arctan2(-J[..., 0, 1], J[..., 1, 1])))
+    return _convergence(J, meridional_scale(J))
 
 
 def scale_at(J: FloatArray, azimuth: ArrayLike) -> FloatArray:
     """Scale in the direction `azimuth`, degrees clockwise from north."""
     angle = np.radians(azimuth)
     east, north = np.sin(angle), np.cos(angle)
-    return np.hypot(
+    return _length(
         J[..., 0, 0] * east + J[..., 0, 1] * north,
         J[..., 1, 0] * east + J[..., 1, 1] * north,
     )
@@ -156,6 +202,8 @@ def fisher(J: FloatArray) -> FloatArray:
 
     D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".
     """
+    if J.shape[-1] == 2:
+        return _fisher(*_principal(J))
     return np.sqrt(np.sum(_log(principal_scales(J)) ** 2, axis=-1))
 
 

@@ -41,10 +41,15 @@ class Pipeline:
         """PROJ's operation; raises pyproj's ProjError."""
         return Transformer.from_pipeline(self.pipeline)
 
+    @property
+    def reads_grids(self) -> bool:
+        """Whether steps of it need a grid, which may be missing."""
+        return "grids=" in self.pipeline
+
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres, inf where undefined."""
         x, y = transform(self.transformer, lon, lat)
-        if "grids=" in self.pipeline:
+        if self.reads_grids:
             check_grids(self.transformer, (lon, lat), x)
         if self.to_metre != 1.0:
             x, y = x * self.to_metre, y * self.to_metre

@@ -15,7 +15,7 @@ from projdist._typing import FloatArray
 from projdist.earth import SPHERE, Ellipsoid
 from projdist.projections.errors import ProjectionError
 from projdist.projections.inputs import parse
-from projdist.projections.operations import CrsOperation, Function
+from projdist.projections.operations import CrsOperation, Function, Pipeline
 
 _FARTHEST = 1e10  # radii; the gnomonic map reaches as far. PROJ gives larger numbers beyond the reach of some maps
 _LONGEST_LABEL = 60  # characters
@@ -46,6 +46,12 @@ class Projection:
         """Whether it is a CRS of a planet, a moon or the like; what is no CRS has no datum, whatever its size."""
         return isinstance(self.function, CrsOperation) and not self.ellipsoid.is_earthly
 
+    @property
+    def answers_everywhere(self) -> bool:
+        """Whether any place may be asked for: PROJ tells where it has none; functions, and grids to read, may fail."""
+        operation = self.function
+        return isinstance(operation, CrsOperation) or (isinstance(operation, Pipeline) and not operation.reads_grids)
+
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Coordinates x, y in metres of points in degrees; the shape is that of lon and lat broadcast."""
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
@@ -61,10 +67,11 @@ class Projection:
                 f"Invalid projection function '{self.name}'. It must return x and y of the shape {lon.shape} of its "
                 f"arguments, not {x.shape} and {y.shape}."
             )
-        undefined = ~(np.abs(x) + np.abs(y) < _FARTHEST * self.ellipsoid.a)
-        if undefined.any():
-            x, y = np.where(undefined, np.nan, x), np.where(undefined, np.nan, y)
-        return x, y
+        farthest = _FARTHEST * self.ellipsoid.a
+        if _reach(x) + _reach(y) < farthest:  # and none is NaN
+            return x, y
+        undefined = ~(np.abs(x) + np.abs(y) < farthest)
+        return np.where(undefined, np.nan, x), np.where(undefined, np.nan, y)
 
     @classmethod
     def from_user_input(cls, value: ProjectionLike) -> Projection:
@@ -88,6 +95,11 @@ class Projection:
             raise ProjectionError(f"Invalid projection function '{function}'. It must be callable with (lon, lat).")
         label = str(name or getattr(function, "__name__", type(function).__name__))
         return cls(label, label, ellipsoid, cast(Function, function))
+
+
+def _reach(values: FloatArray) -> float:
+    """The largest of the values, either way, without arrays that are only for this; NaN if any is."""
+    return max(float(values.max()), -float(values.min())) if values.size else 0.0
 
 
 class HasWkt(Protocol):

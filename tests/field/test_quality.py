@@ -46,12 +46,12 @@ def test_coordinates_are_the_projection():
 
 
 def test_points_do_not_influence_each_other():
-    """A point has the same J alone and among 20,000 others, undefined ones too."""
-    lon, lat = random_points(20_000)
+    """A point has the same J alone and among 9,000 others, undefined ones too."""
+    lon, lat = random_points(9_000)
     lon[::7], lat[::11] = np.nan, 91.0
     projection = make("gnom")
     together = derivatives(projection, lon, lat)
-    some = np.arange(0, 20_000, 997)
+    some = np.arange(0, 9_000, 449)
     alone = derivatives(projection, lon[some], lat[some])
     # To rounding: numpy's vector loops treat the ends of an array apart.
     np.testing.assert_allclose(alone.jacobian, together.jacobian[some], rtol=1e-14)

@@ -1,0 +1,318 @@
+"""Polynomials of a map on panels, from a few evaluations each.
+
+Panels of longitudes and latitudes, as wide as resolve the map, are sampled at 14 x 14 Chebyshev nodes. The
+coefficients of x and y tell whether they have died away; those that make no difference are left out, and J is the
+polynomial's own derivative. What no panel resolves, as seams, kinks, noise and singular poles, has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.projections import Projection
+
+# The smallest panels are cells of 2.5 x 1.25 degrees, the largest 360 x 30 degrees. Longitudes are cut into nine,
+# latitudes into three, then both in halves: the edges come to lie on multiples of 20 and 10 degrees, where maps have
+# their breaks, as Goode's lobes, and on those of 5, as Robinson's table.
+_CELL_WIDTH, _CELL_HEIGHT = 2.5, 1.25
+_COLUMNS, _ROWS = 144, 24  # cells of the largest
+_WEST, _SOUTH, _NORTH = -180.0, -90.0, 90.0 - 1e-9  # the pole is in the cell below it
+_MOST_COLUMNS = 3 * _COLUMNS  # so that panels have numbers of 16 bits
+_NARROWEST = 0.1  # degrees, of a panel that may not reach beyond the points; in less, rounding is 1e-12 of J
+ORDER = 14  # nodes along a side of a panel
+_NODES = ORDER * ORDER
+_FEWEST = 100  # points in a panel: differences take 8 evaluations each, a panel 196 and some 40 microseconds
+_SPARE = 0.2  # evaluations a point that may be spent before any has paid
+_AHEAD = 4  # times as much must be allowed as the largest panels take
+_TRUNCATION = 3e-13  # of J
+_FLOOR = np.finfo(float).eps  # of x and y; coefficients round to a third of it
+_TOGETHER = 8192  # points at a time, whose arrays stay in the cache
+
+
+def _to_powers() -> FloatArray:
+    """The matrix (p, p) of Chebyshev coefficients to those of powers.
+
+    The powers of what has died away within 14 degrees are no larger than the values themselves.
+    """
+    matrix = np.zeros((ORDER, ORDER))
+    for degree, row in enumerate(np.eye(ORDER)):
+        matrix[degree, : degree + 1] = np.polynomial.chebyshev.cheb2poly(row[: degree + 1])
+    return matrix
+
+
+def _cosines(quarters: IntArray) -> FloatArray:
+    """Cosines of so many pi / (2 p), exact to rounding, which those of large angles are not."""
+    folded = np.abs((quarters + 2 * ORDER) % (4 * ORDER) - 2 * ORDER)
+    beyond = folded > ORDER
+    cos = np.cos(np.pi / (2 * ORDER) * np.where(beyond, 2 * ORDER - folded, folded))
+    return np.where(beyond, -cos, cos)
+
+
+_DEGREES = np.arange(ORDER)
+_PLACES = _cosines(2 * _DEGREES + 1)
+_COEFFICIENTS = np.where(_DEGREES == 0, 1.0, 2.0)[:, None] / ORDER * _cosines(np.outer(_DEGREES, 2 * _DEGREES + 1))
+_POWERS = _to_powers()
+
+
+@dataclass(frozen=True)
+class Panels:
+    """A map's polynomials: x, y and their derivatives, and what these may be off by.
+
+    `index` (rows, columns) has the panel of each cell of a graticule from the `corner` west and south, -1 for none.
+    """
+
+    projection: Projection
+    corner: tuple[float, float]
+    index: IntArray
+    centre: FloatArray  # (n, 2), degrees east and north
+    half: FloatArray  # (n, 2), degrees
+    kept: IntArray  # (n, 2), how many powers of the longitude and of the latitude
+    powers: FloatArray  # (n, 6, p, p): of x, y, their derivatives by the longitude and by the latitude, per radian
+    left_out: FloatArray  # (n, 2), what the others do to these, in m per radian
+    size: FloatArray  # (n,), of x and y
+
+    def at(self, lon: FloatArray, lat: FloatArray) -> NDArray[np.uint16]:
+        """The panel of each point (m,) and one more, 0 where there is none."""
+        number = np.pad(self.index + 1, ((0, 1), (0, 1))).astype(np.uint16)
+        found = np.empty(lon.size, dtype=np.uint16)
+        for part in _parts_of(lon.size):
+            rows, columns = _cells_of(lon[part], lat[part], self.corner, self.index.shape)
+            found[part] = number[rows, columns]
+        return found
+
+
+def _parts_of(count: int) -> Iterator[slice]:
+    """Parts of so many points, whose arrays stay in the cache."""
+    return (slice(start, start + _TOGETHER) for start in range(0, count, _TOGETHER))
+
+
+def _cells_of(
+    lon: FloatArray, lat: FloatArray, corner: tuple[float, float], shape: tuple[int, ...]
+) -> tuple[IntArray, IntArray]:
+    """Rows and columns (m,) of points in the graticule of the smallest panels; beyond it, one more than there are.
+
+    The north pole is in the last row.
+    """
+    rows = np.floor((np.minimum(lat, _NORTH) - corner[1]) * (1.0 / _CELL_HEIGHT))
+    columns = np.floor((lon - corner[0]) * (1.0 / _CELL_WIDTH))
+    outside = ~((np.abs(lat) <= 90.0) & (rows >= 0) & (rows < shape[0]) & (columns >= 0) & (columns < shape[1]))
+    if outside.any():
+        rows[outside], columns[outside] = shape
+    return rows.astype(np.int32), columns.astype(np.int32)
+
+
+def panels_for(projection: Projection, lon: FloatArray, lat: FloatArray) -> Panels | None:
+    """Polynomials where points (m,) lie densely enough for them to pay; None where nowhere."""
+    west, south, east, north = (float(bound.reduce(values)) for bound in (np.fmin, np.fmax) for values in (lon, lat))
+    corner, shape = _graticule(west, south, east, north)
+    if shape[1] > _MOST_COLUMNS:
+        return None
+    counts = np.zeros((shape[0] + 1) * (shape[1] + 1), dtype=np.int64)
+    for part in _parts_of(lon.size):
+        rows, columns = _cells_of(lon[part], lat[part], corner, shape)
+        counts += np.bincount(rows * np.int32(shape[1] + 1) + columns, minlength=counts.size)
+    return _laid(projection, (west, south, east, north), corner, counts.reshape(shape[0] + 1, -1)[:-1, :-1])
+
+
+def _graticule(west: float, south: float, east: float, north: float) -> tuple[tuple[float, float], tuple[int, int]]:
+    """The corner of the panels that cover a box, and how many rows and columns of cells they have."""
+    width, height = _COLUMNS * _CELL_WIDTH, _ROWS * _CELL_HEIGHT
+    left, right = (int((lon - _WEST) // width) for lon in (west, east))
+    low, high = (int((min(max(lat, -90.0), _NORTH) - _SOUTH) // height) for lat in (south, north))
+    corner = _WEST + left * width, _SOUTH + low * height
+    return corner, ((high - low + 1) * _ROWS, (right - left + 1) * _COLUMNS)
+
+
+@dataclass(frozen=True)
+class _Tiles:
+    """Rectangles of cells: their first rows and columns, and how many they have, (n,) each."""
+
+    row: IntArray
+    column: IntArray
+    rows: IntArray
+    columns: IntArray
+
+    @staticmethod
+    def covering(counts: IntArray) -> _Tiles:
+        """The largest panels, each shrunk as far as what its cells hold allows."""
+        tiles = []
+        for row in range(0, counts.shape[0], _ROWS):
+            for column in range(0, counts.shape[1], _COLUMNS):
+                held = counts[row : row + _ROWS, column : column + _COLUMNS]
+                low, rows = _shrunk(np.flatnonzero(held.any(axis=1)), _ROWS)
+                left, columns = _shrunk(np.flatnonzero(held.any(axis=0)), _COLUMNS)
+                tiles.append((row + low, column + left, rows, columns))
+        return _Tiles(*np.array(tiles).T)
+
+    @staticmethod
+    def joined(*parts: _Tiles) -> _Tiles:
+        """Several as one."""
+        return _Tiles(*(np.concatenate(one) for one in zip(*map(astuple, parts), strict=True)))
+
+    def take(self, keep: BoolArray | IntArray) -> _Tiles:
+        """Some of them."""
+        return _Tiles(self.row[keep], self.column[keep], self.rows[keep], self.columns[keep])
+
+    def cut(self, by_row: BoolArray, by_column: BoolArray) -> _Tiles:
+        """The parts of those that can be cut where that is asked for; the others are left out."""
+        by_row, by_column = by_row & (self.rows > 1), by_column & (self.columns > 1)
+        some = by_row | by_column
+        tiles = self.take(some)
+        ups, rights = np.where(by_row[some], _PARTS[tiles.rows], 1), np.where(by_column[some], _PARTS[tiles.columns], 1)
+        number = ups * rights
+        each = np.repeat(np.arange(number.size), number)
+        place = np.arange(each.size) - np.repeat(np.cumsum(number) - number, number)
+        up, right = place // rights[each], place % rights[each]
+        rows, columns = (tiles.rows // ups)[each], (tiles.columns // rights)[each]
+        return _Tiles(tiles.row[each] + up * rows, tiles.column[each] + right * columns, rows, columns)
+
+    def sums(self, below: IntArray) -> IntArray:
+        """Sums over the rectangles of what the cells hold, from the sums over all cells to the south and west."""
+        top, right = self.row + self.rows, self.column + self.columns
+        return below[top, right] - below[self.row, right] - below[top, self.column] + below[self.row, self.column]
+
+    def slices(self) -> Iterator[tuple[slice, slice]]:
+        """The rows and columns of each."""
+        for row, column, rows, columns in zip(*(one.tolist() for one in astuple(self)), strict=True):
+            yield slice(row, row + rows), slice(column, column + columns)
+
+
+def _parts(cells: int) -> int:
+    """Into how many parts so many cells are cut: a third of all longitudes is hardly ever resolved."""
+    return 9 if cells == _COLUMNS else 3 if cells % 3 == 0 else 2
+
+
+_PARTS = np.array([_parts(cells) for cells in range(_COLUMNS + 1)])
+
+
+def _shrunk(held: IntArray, cells: int) -> tuple[int, int]:
+    """The first cell, and the number of cells, of the least part of a panel that has all cells that hold something."""
+    first = 0
+    while held.size and cells > 1:
+        part = cells // _parts(cells)
+        place = (held[0] - first) // part
+        if (held[-1] - first) // part != place:
+            break
+        first, cells = first + int(place) * part, part
+    return first, cells
+
+
+def _laid(
+    projection: Projection, box: tuple[float, float, float, float], corner: tuple[float, float], counts: IntArray
+) -> Panels | None:
+    """Panels where the cells hold points enough, cut until they resolve the map or the points become too few.
+
+    The fullest come first. A fifth of an evaluation a point may be spent for nothing; each point that a polynomial is
+    found for pays for one more.
+    """
+    below = np.pad(counts.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    allowed = _SPARE * below[-1, -1]
+    tiles, laid = _Tiles.covering(counts), 0
+    if _AHEAD * tiles.row.size * _NODES > allowed:
+        return None
+    index: IntArray = np.full(counts.shape, -1)
+    found: list[tuple[FloatArray, ...]] = []
+    while True:
+        points = tiles.sums(below)
+        chosen = np.argsort(-points, kind="stable")[: int(allowed // _NODES)]
+        chosen = chosen[points[chosen] >= _FEWEST]
+        if not chosen.size:
+            break
+        waiting, tiles = tiles.take(np.delete(np.arange(points.size), chosen)), tiles.take(chosen)
+        centre, half = _bounds(projection, box, corner, tiles)
+        coefficients, size = _sampled(projection, centre, half)
+        kept, left_out = _chopped(coefficients, size, centre, half)
+        resolved = (kept <= ORDER - 2) & (half.min(axis=1) >= 0.5 * _NARROWEST)[:, None]
+        good = resolved.all(axis=1)
+        for place in tiles.take(good).slices():
+            index[place] = laid
+            laid += 1
+        allowed += points[chosen[good]].sum() - chosen.size * _NODES
+        powers = _powers(coefficients[good], kept[good], half[good])
+        found.append((centre[good], half[good], kept[good], powers, left_out[good], size[good]))
+        tiles = _Tiles.joined(waiting, tiles.take(~good).cut(~resolved[~good, 1], ~resolved[~good, 0]))
+    if not laid:
+        return None
+    centre, half, kept, powers, left_out, size = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Panels(
+        projection=projection,
+        corner=corner,
+        index=index,
+        centre=centre,
+        half=half,
+        kept=kept,
+        powers=powers,
+        left_out=left_out,
+        size=size,
+    )
+
+
+def _bounds(
+    projection: Projection,
+    box: tuple[float, float, float, float],
+    corner: tuple[float, float],
+    tiles: _Tiles,
+) -> tuple[FloatArray, FloatArray]:
+    """Centres and half sides (n, 2) of panels in degrees; those of functions do not reach beyond the points."""
+    low = np.stack([corner[0] + tiles.column * _CELL_WIDTH, corner[1] + tiles.row * _CELL_HEIGHT], axis=1)
+    high = low + np.stack([tiles.columns * _CELL_WIDTH, tiles.rows * _CELL_HEIGHT], axis=1)
+    if not projection.answers_everywhere:
+        low, high = np.maximum(low, box[:2]), np.minimum(high, box[2:])
+    return 0.5 * (low + high), 0.5 * (high - low)
+
+
+def _sampled(projection: Projection, centre: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Chebyshev coefficients (n, 2, p, p) of x and y on panels, first along the longitude; and their size (n,)."""
+    lon, lat = (centre[:, k, None] + half[:, k, None] * _PLACES for k in (0, 1))
+    lon, lat = np.repeat(lon, ORDER, axis=1), np.tile(lat, ORDER)
+    # A node may lie where the map is not defined, though no point does.
+    with np.errstate(all="ignore"):
+        values = np.stack(projection(lon, lat), axis=1).reshape(-1, 2, ORDER, ORDER)
+        size = np.abs(values).max(axis=(1, 2, 3))
+        # Less a constant, there is less to round.
+        constant = values[:, :, ORDER // 2, ORDER // 2].copy()
+        coefficients = _COEFFICIENTS @ (values - constant[:, :, None, None]) @ _COEFFICIENTS.T
+    coefficients[:, :, 0, 0] += constant
+    return coefficients, size
+
+
+def _chopped(
+    coefficients: FloatArray, size: FloatArray, centre: FloatArray, half: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """How many coefficients (n, 2) are needed along the longitude and the latitude, and what dropping the others does.
+
+    That is (n, 2), in m per radian. Where the map is not defined all are needed, and NaN is told.
+    """
+    with np.errstate(invalid="ignore"):
+        c = np.abs(coefficients)
+        c = np.sqrt((np.where(c <= _FLOOR * size[:, None, None, None], 0.0, c) ** 2).sum(axis=1))
+        east, north = np.radians(half).T[:, :, None, None]
+        cos = np.cos(np.radians(centre[:, 1]))
+        # The derivative of a Chebyshev polynomial of degree j is j^2 at most.
+        by_lon, by_lat = c * _DEGREES[:, None] ** 2 / east, c * _DEGREES**2 / north
+        harm = (by_lon / cos[:, None, None]) ** 2 + by_lat**2
+        scale = by_lon[:, 1, 0] / cos + by_lat[:, 0, 1]
+        allowed = 0.5 * (_TRUNCATION * scale) ** 2
+        beyond = [np.cumsum(harm.sum(axis=axis)[:, ::-1], axis=1)[:, ::-1] for axis in (2, 1)]
+        kept = np.stack([(~(one <= allowed[:, None])).sum(axis=1) for one in beyond], axis=1)
+        kept = np.maximum(kept, 1)
+        dropped = (_DEGREES[:, None] >= kept[:, 0, None, None]) | (kept[:, 1, None, None] <= _DEGREES)
+        left_out = [np.sqrt(((one * dropped) ** 2).sum(axis=(1, 2))) for one in (by_lon, by_lat)]
+    return kept, np.stack(left_out, axis=1)
+
+
+def _powers(coefficients: FloatArray, kept: IntArray, half: FloatArray) -> FloatArray:
+    """Coefficients (n, 6, p, p) of powers: of x and y, of their derivatives by the longitude, and by the latitude."""
+    needed = (_DEGREES[:, None] < kept[:, 0, None, None]) & (kept[:, 1, None, None] > _DEGREES)
+    values = _POWERS.T @ np.where(needed[:, None], coefficients, 0.0) @ _POWERS
+    powers = np.zeros((len(values), 6, ORDER, ORDER))
+    powers[:, :2] = values
+    east, north = np.radians(half).T[:, :, None, None, None]
+    powers[:, 2:4, :-1] = values[:, :, 1:] * _DEGREES[1:, None] / east
+    powers[:, 4:, :, :-1] = values[..., 1:] * _DEGREES[1:] / north
+    return powers
