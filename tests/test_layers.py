@@ -53,7 +53,8 @@ HOMES = {
     "distributed": {"support.executors"},
     "scipy": {
         *("numerics.minima", "matrices.measures", "regions.parts"),
-        *("applications.oldmaps.field", "applications.pointclouds.icp"),
+        *("applications.oldmaps.field", "applications.oldmaps.contours", "applications.oldmaps.rectifying"),
+        "applications.pointclouds.icp",
         *("applications.mosaics.homographies", "applications.mosaics.features"),
         *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),
     },
@@ -62,11 +63,12 @@ HOMES = {
         *("decisions.checking.outlines", "designs.overlaps"),
         *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),
-        *("gis.layers", "gis.points", "gis.conversion", "web.outlines", "web.live"),
+        *("gis.layers", "gis.old_maps", "gis.points", "gis.conversion", "web.outlines", "web.live"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.cartopy_projections", "plots.geoaxes"},
     "PIL": {
+        "applications.oldmaps.rectifying",
         "applications.mosaics.images",
         "applications.mosaics.deep_images",
         "applications.mosaics.saving",

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from projdist import plots
-from projdist.applications.oldmaps import MODELS, OUTLIERS, OldMap, old_map, read_control_points
+from projdist.applications.oldmaps import MODELS, OUTLIERS, RECTIFIED_BY, OldMap, old_map, read_control_points
 from projdist.cli.cells import fixed
-from projdist.cli.errors import refusing
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.layers import check_layer_options
+from projdist.cli.oldmap_files import LAYERS, SHEETS, OldMapFile
 from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, choice, format_of, number
 from projdist.cli.output import present
-from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
 from projdist.cli.report import Column, Report, Table
+from projdist.support import tell
 
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
 DRAWN_MEASURES = ("fisher", "areal_scale")
@@ -42,12 +46,26 @@ def oldmap_command(
     ] = "drop",
     crs: Annotated[
         str | None,
-        typer.Option(metavar="PROJECTION", help="The truth is longitudes and latitudes, to be projected with this."),
+        typer.Option(
+            metavar="PROJECTION",
+            help="The plane of the truth, given as its coordinates or as longitudes and latitudes to be projected.",
+        ),
     ] = None,
     scan_dpi: Annotated[
         str | None, typer.Option(metavar="NUMBER", help="Dots per inch of the scan, for denominators of scales.")
     ] = None,
-    image: Annotated[str | None, typer.Option(metavar="FILE", help="The scan, to draw on.")] = None,
+    image: Annotated[str | None, typer.Option(metavar="FILE", help="The scan, to draw on, or to rectify.")] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            metavar="|".join(RECTIFIED_BY),
+            help="What rectifies the scan, fit if not given; or what displacements and isolines are after, mdt.",
+        ),
+    ] = None,
+    resolution: Annotated[
+        str | None,
+        typer.Option(metavar="METRES", help="Of the rectified scan's pixels; about the scan's if not given."),
+    ] = None,
     draw: Annotated[
         list[str] | None,
         typer.Option(
@@ -60,7 +78,13 @@ def oldmap_command(
     ] = "fisher",
     format: FormatOption = "table",
     output: Annotated[
-        str | None, typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf.")
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Picture: .png, .svg or .pdf; rectified scan: .tif; displacements and isolines: .gpkg.",
+        ),
     ] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,
@@ -73,8 +97,20 @@ def oldmap_command(
     choice("outliers", outliers, list(OUTLIERS))
     choice("measure", measure, list(DRAWN_MEASURES))
     panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
-    drawn: dict[str, Any] = {"image": image, "draw": draw, "measure": None if measure == "fisher" else measure}
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, **drawn)
+    drawn: dict[str, Any] = {"draw": draw, "measure": None if measure == "fisher" else measure}
+    suffix = "" if output is None else Path(output).suffix.lower()
+    file = picture = None
+    if suffix in (*SHEETS, *LAYERS):
+        options = {f"--{name}": value for name, value in (drawn | {"size": size, "dpi": dpi}).items()}
+        check_layer_options(Path(str(output)), options | look_options(look))
+        file = OldMapFile(str(output), image=image, by=by, resolution=resolution, crs=crs, overwrite=overwrite)
+    else:
+        for name, value in (("by", by), ("resolution", resolution)):
+            if value is not None:
+                refuse(f"Invalid option '--{name}'. It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
+        beside = (*SHEETS, *LAYERS)
+        drawn |= {"image": image}
+        picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=beside, **drawn)
     with refusing():
         found = old_map(
             read_control_points(points, crs=crs),
@@ -85,7 +121,11 @@ def oldmap_command(
         )
     if picture is not None:
         _draw(found, picture, panels=panels or PANELS[:4], measure=measure, image=image)
-    present(_report(found, points, picture), form)
+    if file is not None:
+        file.save(found)
+    present(_report(found, points, file or picture), form)
+    if file is not None and crs is None:
+        tell(f"'{file.path}' has no CRS, but metres of a plane without a name; --crs states it.")
 
 
 def _draw(found: OldMap, picture: PictureFile, *, panels: Any, measure: str, image: str | None) -> None:
@@ -93,7 +133,7 @@ def _draw(found: OldMap, picture: PictureFile, *, panels: Any, measure: str, ima
     picture.save(functools.partial(plots.old_map_figure, found, draw=panels, measure=measure, image=image))
 
 
-def _report(found: OldMap, given: str, picture: PictureFile | None) -> Report:
+def _report(found: OldMap, given: str, written: PictureFile | OldMapFile | None) -> Report:
     data = found.to_dict()
     rectifications = [{"map": _NAMES[name]} | row for name, row in data["rectifications"].items()]
     return Report(
@@ -102,7 +142,7 @@ def _report(found: OldMap, given: str, picture: PictureFile | None) -> Report:
         notes=[*_notes(data), f"Modes of the distortion after the MDT: {found.modes.summary}."],
         data=lambda: data,
         rows=lambda: data["points"],
-        written=[picture.path if picture else None],
+        written=[written.path if written else None],
     )
 
 

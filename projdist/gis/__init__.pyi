@@ -2,11 +2,12 @@ from .arrays import factor_arrays, measure_arrays
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
 from .features import frame_of_geojson, frame_of_regions
 from .grids import GRIDS
-from .layers import LAYER_SUFFIXES, indicatrices, save_layer
+from .layers import LAYER_SUFFIXES, indicatrices, save_layer, save_layers
 from .libraries import check_libraries
+from .old_maps import old_map_layers
 from .points import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
 from .rasters import RASTER_SUFFIXES, Raster, raster, save_raster
-from .sheets import georeference_of, save_geotiff
+from .sheets import georeference_of, save_geotiff, save_sheet
 from .weights import weighted
 
 __all__ = [
@@ -28,13 +29,16 @@ __all__ = [
     "georeference_of",
     "indicatrices",
     "measure_arrays",
+    "old_map_layers",
     "plain_table",
     "raster",
     "read_data",
     "read_points",
     "save_geotiff",
     "save_layer",
+    "save_layers",
     "save_points",
     "save_raster",
+    "save_sheet",
     "weighted",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -87,6 +88,26 @@ def save_layer(
                 raise OSError(one_line(error)) from error
         if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
             _name_crs(new, _NO_PLACE if frame.crs is None else frame.crs.to_wkt())
+    return path
+
+
+def save_layers(
+    frames: Mapping[str, geopandas.GeoDataFrame], path: str | os.PathLike[str], *, overwrite: bool = True
+) -> Path:
+    """Write GeoDataFrames as layers of one GeoPackage, whole or not at all; raises what `save_layer` does."""
+    path = Path(path)
+    if path.suffix.lower() != ".gpkg":
+        raise ValueError(f"Invalid layer file '{path}'. Its suffix must be .gpkg, which has room for several layers.")
+    with needed_for(f"output '{path}'"):
+        import pyarrow  # noqa: F401 some CRSs are written with it
+        import pyogrio.errors
+    with replacing(path, overwrite=overwrite) as new, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
+        try:
+            for name, frame in frames.items():
+                write_layer(frame, new, {"driver": _DRIVERS[".gpkg"], "layer": name})
+        except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
+            raise OSError(one_line(error)) from error
     return path
 
 

@@ -10,10 +10,13 @@ import numpy as np
 
 from projdist._typing import AnyArray
 from projdist.applications.mosaics import Georeference, MeanGeoreference
+from projdist.applications.oldmaps import RectifiedScan
 from projdist.gis.libraries import needed_for
+from projdist.gis.rasters import FLAVOURS, flavour_of
+from projdist.projections import Projection, ProjectionLike, plane_of
 from projdist.support import one_line, replacing
 
-__all__ = ["georeference_of", "save_geotiff"]
+__all__ = ["georeference_of", "save_geotiff", "save_sheet"]
 
 
 def georeference_of(path: str | os.PathLike[str]) -> Georeference | None:
@@ -35,7 +38,12 @@ def georeference_of(path: str | os.PathLike[str]) -> Georeference | None:
 
 
 def save_geotiff(
-    pixels: AnyArray, path: str | os.PathLike[str], place: MeanGeoreference, *, overwrite: bool = True
+    pixels: AnyArray,
+    path: str | os.PathLike[str],
+    place: Georeference | MeanGeoreference,
+    *,
+    flavour: str = FLAVOURS[0],
+    overwrite: bool = True,
 ) -> None:
     """Write pixels (height, width, 2 or 4) with alpha as a GeoTIFF; raises OSError, FileExistsError, ImportError."""
     with needed_for(f"output '{path}'"):
@@ -56,6 +64,7 @@ def save_geotiff(
         "tiled": True,
         "photometric": "MINISBLACK" if bands == 2 else "RGB",
         "alpha": "YES",
+        "GEOTIFF_KEYS_FLAVOR": flavour,
     }
     with replacing(Path(path), overwrite=overwrite) as new:
         try:
@@ -64,3 +73,34 @@ def save_geotiff(
                 file.colorinterp = [*colours, ColorInterp.alpha]
         except RasterioError as error:
             raise OSError(one_line(error)) from error
+
+
+def save_sheet(
+    sheet: RectifiedScan,
+    path: str | os.PathLike[str],
+    *,
+    crs: ProjectionLike | None = None,
+    overwrite: bool = True,
+) -> Path:
+    """Write the rectified scan of an old map as a GeoTIFF in the CRS of its control points.
+
+    Without a CRS its coordinates are metres of a plane without a name. Raises ValueError for a map that is no CRS, or
+    none that a GeoTIFF can hold, FileExistsError, OSError, and ImportError without rasterio.
+    """
+    place, flavour = place_of_sheet(sheet, crs)
+    save_geotiff(sheet.pixels, path, place, flavour=flavour, overwrite=overwrite)
+    return Path(path)
+
+
+def place_of_sheet(sheet: RectifiedScan, crs: ProjectionLike | None) -> tuple[Georeference, str]:
+    """Where a sheet lies in the coordinates of a CRS, and how a GeoTIFF holds that."""
+    matrix = np.array([[sheet.side, 0.0, sheet.left], [0.0, -sheet.side, sheet.top], [0.0, 0.0, 1.0]])
+    if crs is None:
+        return Georeference(matrix, ""), FLAVOURS[0]
+    projection = Projection.from_user_input(crs)
+    plane = plane_of(projection)
+    flavour = None if plane is None else flavour_of(projection, plane)
+    if plane is None or flavour is None:
+        raise ValueError(f"Invalid CRS '{projection.label}'. A GeoTIFF has no room for it.")
+    matrix[:2] = np.linalg.solve(plane.to_metres, matrix[:2])
+    return Georeference(matrix, plane.wkt), flavour

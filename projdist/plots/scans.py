@@ -9,12 +9,11 @@ import numpy as np
 
 from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import check_pixels, open_image
-from projdist.applications.oldmaps import OldMap
+from projdist.applications.oldmaps import OldMap, scan_extent
 from projdist.support import check_path
 
 _LONGEST = 4000  # pixels of a side that are drawn
 _PAPER = 0.7  # of the pixels are darker than blank paper
-_BEYOND = 0.05  # of a side: points as far outside are still on a scan that was cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,22 +43,4 @@ def read_scan(path: str | os.PathLike[str], found: OldMap) -> Scan:
         check_pixels(image)
         image.thumbnail((_LONGEST, _LONGEST))
         pixels = np.asarray(image.convert("RGB"))
-    extent = _extent(found.points.old, found.is_mirrored, width, height)
-    share = (found.points.old - [extent[0], min(extent[2:])]) / [width, height]
-    outside = np.asarray((np.abs(share - 0.5) > 0.5 + _BEYOND).any(axis=1))
-    if outside.any():
-        name = found.points.names[int(np.argmax(outside))]
-        raise ValueError(
-            f"{text} It has {width} by {height} pixels, and {int(outside.sum())} of {len(outside)} control points lie "
-            f"outside, as '{name}'."
-        )
-    return Scan(pixels, extent)
-
-
-def _extent(old: FloatArray, is_mirrored: bool, width: int, height: int) -> tuple[float, float, float, float]:
-    """Rows are counted downwards, or, where that is not so, upwards, or downwards by negative numbers as QGIS does."""
-    if is_mirrored:
-        return 0.0, float(width), float(height), 0.0
-    if old[:, 1].mean() < 0:
-        return 0.0, float(width), -float(height), 0.0
-    return 0.0, float(width), 0.0, float(height)
+    return Scan(pixels, scan_extent(found, width, height, text))

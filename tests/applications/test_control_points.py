@@ -119,3 +119,14 @@ def test_no_file(tmp_path):
     (tmp_path / "x.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ValueError, match="It cannot be read as text"):
         read_control_points(tmp_path / "x.csv")
+
+
+def test_coordinates_of_a_crs(tmp_path):
+    """With a CRS truth that is no degrees is its coordinates, here of US survey feet, but for a stray one."""
+    path = tmp_path / "points.csv"
+    path.write_text("0,0,6500000,1900000\n10,0,6500100,1900000\n0,10,6500000,1900100\n", encoding="utf-8")
+    foot = 1200.0 / 3937.0
+    np.testing.assert_allclose(read_control_points(path, crs="EPSG:2230").new[1] / foot, [6500100, 1900000], rtol=1e-12)
+    path.write_text("0,0,7,47\n10,0,8,47\n0,10,7,48\n10,10,8,480\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"Its lat is .480"):
+        read_control_points(path, crs="EPSG:32632")

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from PIL import Image
 from typer.testing import CliRunner
 
 from projdist import old_map, plots, read_control_points
@@ -14,6 +15,7 @@ from projdist.cli import oldmap
 from projdist.cli.app import app
 
 QUICK = ["--model", "polynomial2"]
+PIPELINE = "+proj=pipeline +step +proj=merc +step +proj=affine +s11=2"
 
 
 @pytest.fixture
@@ -125,6 +127,41 @@ def test_picture(points, tmp_path):
     assert run(points, *QUICK, *words, "--overwrite")[0] == 0
 
 
+def test_sheet(points, tmp_path):
+    """The scan as a GeoTIFF in the CRS; without one that is told."""
+    rasterio = pytest.importorskip("rasterio")
+    Image.fromarray(np.full((400, 400), 99, np.uint8)).save(tmp_path / "scan.png")
+    words = ["--image", tmp_path / "scan.png", "-o", tmp_path / "x.tif"]
+    code, out, err = run(points, *QUICK, *words, "--crs", "EPSG:21781", "--resolution", "100")
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {tmp_path / 'x.tif'}\n")
+    with rasterio.open(tmp_path / "x.tif") as sheet:
+        assert (sheet.crs.to_epsg(), sheet.count, sheet.res) == (21781, 2, (100.0, 100.0))
+        # The control point 200, 200 is in the middle.
+        east, north = 6e5 + 50.0 * 200 + 0.02 * 200**2, 2e5 - 52.0 * 200 + 0.01 * 200**2
+        assert [tuple(value) for value in sheet.sample([(east, north), (east, 3e5)])] == [(99, 255), (0, 0)]
+    assert run(points, *QUICK, *words, "--crs", "EPSG:21781")[0] == 2
+    code, _, err = run(points, *QUICK, *words, "--by", "affine", "--overwrite")
+    assert (code, "has no CRS" in err) == (0, True)
+    wrong = run(points, *QUICK, *words[:2], "-o", tmp_path / "y.tif", "--crs", "apian")
+    assert (wrong[0], "A GeoTIFF has no room for it." in wrong[2]) == (2, True)
+    assert run(points, "--image", tmp_path / "x.tif", "-o", tmp_path / "x.tif", "--overwrite")[2].endswith(
+        "the scan.\n"
+    )
+
+
+def test_layers(points, tmp_path):
+    """Displacements and isolines as layers of a GeoPackage in the CRS."""
+    pyogrio = pytest.importorskip("pyogrio")
+    code, out, err = run(points, *QUICK, "-o", tmp_path / "x.gpkg", "--crs", "EPSG:21781")
+    assert (code, err) == (0, "")
+    assert out.endswith(f"Wrote: {tmp_path / 'x.gpkg'}\n")
+    layers = dict(pyogrio.list_layers(tmp_path / "x.gpkg"))
+    assert layers == dict.fromkeys(["displacements", "fisher", "areal_scale", "scale", "rotation"], "LineString")
+    assert pyogrio.read_info(tmp_path / "x.gpkg", layer="scale")["crs"] == "EPSG:21781"
+    assert pyogrio.read_info(tmp_path / "x.gpkg", layer="displacements")["features"] == 25
+
+
 def test_words_are_those_of_the_pictures():
     """The command line names the panels and measures that can be drawn."""
     assert set(oldmap.PANELS) == set(plots.OLD_MAP_PANELS)
@@ -146,8 +183,16 @@ def test_words_are_those_of_the_pictures():
         (["--draw", "map", "-o", "x.png"], "Invalid panel 'map'. It must be tissot, heatmap, rotation, scale or grid."),
         (["--measure", "h", "-o", "x.png"], "Invalid measure 'h'. It must be fisher or areal_scale."),
         (["--image", "none.jpg", "-o", "x.png"], "Invalid image 'none.jpg'. It cannot be read: No such file"),
+        (["-o", "x.tif"], "Invalid output 'x.tif'. It is of the scan: --image FILE."),
+        (["-o", "x.tif", "--image", "none.jpg"], "Invalid image 'none.jpg'. It cannot be read: No such file"),
+        (["-o", "x.tif", "--image", "a.jpg", "--by", "x"], "Invalid rectification 'x'. It must be fit, mdt, affine or"),
+        (["-o", "x.tif", "--image", "a.jpg", "--dpi", "90"], "Invalid option '--dpi' for 'x.tif'. It is for pictures."),
+        (["-o", "x.gpkg", "--by", "fit"], "Invalid rectification 'fit'. It must be mdt, affine or helmert."),
+        (["-o", "x.gpkg", "--image", "a.jpg"], "Invalid option '--image' for 'x.gpkg'. It is for pictures and rectif"),
+        (["-o", "x.gpkg", "--crs", PIPELINE], "PROJ has no CRS of it."),
+        (["--by", "mdt"], "Invalid option '--by'. It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg."),
         (["--size", "0.6,0.6", "-o", "x.png"], "Invalid size '0.6,0.6'. It has no room for 4 panels."),
-        (["-o", "x.gif"], "Invalid picture file 'x.gif'. Its suffix must be .png, .svg or .pdf."),
+        (["-o", "x.gif"], "Invalid output 'x.gif'. Its suffix must be .png, .svg, .pdf, .tif, .tiff or .gpkg."),
     ],
 )
 def test_wrong_words(words, text, points, tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.projections import Projection, ProjectionLike, check_degrees
+from projdist.projections import Projection, ProjectionLike, check_degrees, plane_of
 from projdist.support import check_path, is_number, number_of, numbered_rows, tell
 
 __all__ = ["ControlPoints", "read_control_points"]
@@ -90,8 +90,9 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
     path : str or path
         A text file of three points or more.
     crs : ProjectionLike, optional
-        Anything that a `Projection` is made from. With it the truth is longitudes and latitudes in degrees, to be
-        projected with it: a plane is needed.
+        Anything that a `Projection` is made from: the plane of the truth. Most of the points within 180 and 90, or a
+        header that says so, are longitudes and latitudes in degrees, to be projected with it; else they are its
+        coordinates, in its unit.
 
     Returns
     -------
@@ -146,7 +147,7 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
         raise ValueError(f"{text} It has {len(places)} control points; there must be at least {_LEAST}.")
     old, new, note = places[:, :2], places[:, 2:], ""
     if projection is not None:
-        new = np.stack(projection(*check_degrees(*new.T)), axis=-1)
+        new = _in_metres(new, projection, is_degrees)
     elif is_degrees:
         raise ValueError(f"{text} Its truth is longitudes and latitudes; a CRS is needed that makes a plane of them.")
     elif (np.abs(new) <= [180.0, 90.0]).all():
@@ -155,6 +156,14 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
         return ControlPoints(old, new, tuple(names), note)
     except ValueError as error:
         raise ValueError(f"{text} {error}") from error
+
+
+def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> FloatArray:
+    """The truth in metres of a projection's plane, of degrees or of coordinates of the CRS."""
+    if is_degrees or (np.abs(new) <= [180.0, 90.0]).all(axis=1).mean() > 0.5:
+        return np.stack(projection(*check_degrees(*new.T)), axis=-1)
+    plane = plane_of(projection)
+    return new if plane is None else np.asarray(new @ plane.to_metres.T)
 
 
 def _table(path: Path, text: str) -> tuple[list[str], bool, list[tuple[int, list[str]]]]:

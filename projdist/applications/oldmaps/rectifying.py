@@ -1,0 +1,206 @@
+"""Scans of old maps, brought to the plane of the truth."""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from projdist._typing import AnyArray, FloatArray
+from projdist.applications.mosaics import check_pixels, open_image
+from projdist.applications.oldmaps.field import OldMap
+from projdist.applications.oldmaps.scans import scan_extent
+from projdist.matrices import Affine
+from projdist.support import check_choice, check_instance, check_number, check_path
+
+__all__ = ["RECTIFIED_BY", "RectifiedScan", "rectify"]
+
+RECTIFIED_BY = ("fit", "mdt", "affine", "helmert")
+"""By the map that was fitted, or by one of the rectifications."""
+
+_MOST_PIXELS = 1e8
+_COARSEST = 32  # pixels between the places that are computed; those between are interpolated
+_INTERPOLATION = 0.05  # pixels of the scan that this may cost
+_STEPS, _CONVERGED = 30, 1e-4  # of Newton's method, in pixels
+_AROUND = 0.1  # of the affine fit's sides: farther out no fitted map is drawn
+_RIM = 33  # places along a side of the scan, by which the extent is found
+_WHOLE = 1e-6  # of a pixel: a side that ends so near to a pixel's edge ends there
+_ROWS = 256  # drawn at a time
+_DEEP = 257  # 65535 / 255
+_GREY = ("1", "L", "LA", "La")
+
+
+class RectifiedScan(NamedTuple):
+    """Rows from north to south of square pixels, `side` metres large, from the corner at `left`, `top` in metres.
+
+    `pixels` (height, width, 2 or 4) of uint8: grey or red, green and blue, and alpha, 0 where the scan is not.
+    """
+
+    pixels: AnyArray
+    left: float
+    top: float
+    side: float
+
+
+class _Scan(NamedTuple):
+    """Pixels (height, width, 1 or 3) and where places on the old map have them: 0, 0 in the middle of the first."""
+
+    pixels: AnyArray
+    size: tuple[int, int]
+    place: Affine
+
+
+class _Inverse(NamedTuple):
+    """The way from truth to the pixels of a scan, by Newton's method from where the affine fit has them."""
+
+    found: OldMap
+    by: str
+    scan: _Scan
+
+    def __call__(self, new: FloatArray) -> FloatArray:
+        """Pixels (m, 2); NaN where the fit has none, or folds."""
+        if self.by != "fit":
+            return self.scan.place(self.found.rectifications[self.by].affine.inverse()(new))
+        fit = self.found.fit
+        old = self.found.rectifications["affine"].affine.inverse()(new)
+        moving = np.arange(len(new))
+        for _ in range(_STEPS):
+            here = old[moving]
+            step = np.linalg.solve(_regular(fit.jacobian(here)), (new[moving] - fit(here))[..., None])[..., 0]
+            old[moving] = here + step
+            moving = moving[~(np.hypot(*step.T) <= _CONVERGED)]
+            if not moving.size:
+                break
+        old[moving] = np.nan
+        known = np.flatnonzero(np.isfinite(old[:, 0]))
+        old[known[np.isnan(self.found.local_jacobian(old[known])[:, 0, 0])]] = np.nan
+        return self.scan.place(old)
+
+
+def _regular(J: FloatArray) -> FloatArray:
+    """Matrices, the identity for what cannot be inverted."""
+    return np.where((np.linalg.det(J) == 0.0)[:, None, None], np.eye(2), J)
+
+
+def rectify(
+    found: OldMap, image: str | os.PathLike[str], *, by: str = "fit", resolution: float | None = None
+) -> RectifiedScan:
+    """The scan of an old map as a picture of the true plane, north up.
+
+    Parameters
+    ----------
+    found : OldMap
+        The old map, whose control points are in pixels of the scan.
+    image : str or path
+        The scan, in any format that Pillow reads; deep colours become 8 bits.
+    by : str
+        "fit": by the map that was fitted, which brings control points to their places as well as it does and bends all
+        between; "mdt", "affine" or "helmert": by that linear rectification, which keeps what is straight straight.
+    resolution : float, optional
+        Metres of a pixel's side; by default two digits of what a pixel of the scan has on average.
+
+    Returns
+    -------
+    RectifiedScan
+
+    Raises
+    ------
+    ValueError
+        For what is no image, points outside of it, an unknown `by`, and too many pixels.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import numpy as np
+    >>> from PIL import Image
+    >>> from projdist import ControlPoints, old_map
+    >>> points = ControlPoints([[0, 0], [8, 0], [0, 4], [8, 4]], [[0, 40], [80, 40], [0, 0], [80, 0]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "scan.png")
+    ...     Image.fromarray(np.arange(32, dtype=np.uint8).reshape(4, 8)).save(path)
+    ...     sheet = rectify(old_map(points, model="affine"), path)
+    >>> sheet.pixels[..., 0].tolist() == np.arange(32).reshape(4, 8).tolist(), sheet.side
+    (True, 10.0)
+    """
+    check_instance("old map", found, OldMap, "an OldMap")
+    check_choice("rectification", by, RECTIFIED_BY)
+    if resolution is not None and not 0.0 < check_number("resolution", resolution) < np.inf:
+        raise ValueError(f"Invalid resolution '{resolution:g}'. It must be positive.")
+    scale = float(found.rectifications["mdt"].parts.scale)
+    side = float(f"{scale:.2g}") if resolution is None else float(resolution)
+    scan = _read(check_path("image", image), found, max(int(side / scale), 1))
+    inverse = _Inverse(found, by, scan)
+    west, south, east, north = _bounds(found, by, scan)
+    first, last = np.floor(west / side + _WHOLE), np.ceil(north / side - _WHOLE)
+    columns, rows = int(np.ceil(east / side - _WHOLE) - first), int(last - np.floor(south / side + _WHOLE))
+    if columns * rows > _MOST_PIXELS:
+        raise ValueError(f"Invalid resolution '{side:g}'. It makes {columns * rows:.3g} pixels; {_MOST_PIXELS:g} do.")
+    left, top = float(first * side), float(last * side)
+
+    def places(step: float, shift: float = 0.0) -> FloatArray:
+        """Pixels of the scan (2, rows, columns) at every so many pixels of the picture, the first in the middle."""
+        u, v = np.meshgrid(*(0.5 + step * (np.arange(np.ceil(n / step) + 1) + shift) for n in (columns, rows)))
+        found = inverse(np.stack([left + side * u.ravel(), top - side * v.ravel()], axis=-1))
+        return np.moveaxis(found.reshape(*u.shape, 2), -1, 0)
+
+    step = _COARSEST
+    while True:
+        lattice = places(step)
+        middles = 0.25 * (lattice[:, 1:, 1:] + lattice[:, :-1, 1:] + lattice[:, 1:, :-1] + lattice[:, :-1, :-1])
+        away = np.hypot(*(places(step, 0.5)[:, :-1, :-1] - middles))
+        if step == 1 or not np.nanmax(away, initial=0.0) > _INTERPOLATION:
+            return RectifiedScan(_drawn(scan.pixels, lattice, step, (rows, columns)), left, top, side)
+        step //= 2
+
+
+def _read(path: str | os.PathLike[str], found: OldMap, coarser: int) -> _Scan:
+    """The scan, its pixels by so many together."""
+    from PIL import Image  # slow to load, and few need it
+
+    text = f"Invalid image '{path}'."
+    with open_image(path, text) as image:
+        check_pixels(image)
+        size = image.size
+        if image.mode.startswith("I"):
+            image = Image.fromarray(np.clip(np.asarray(image).astype(np.int64) // _DEEP, 0, 255).astype(np.uint8))
+        plain = image.convert("L" if image.mode in _GREY else "RGB")
+        pixels = np.asarray(plain.reduce(coarser))
+    left, right, bottom, top = scan_extent(found, *size, text)
+    spread = np.array([size[0] / (right - left), size[1] / (bottom - top)]) / coarser
+    return _Scan(np.atleast_3d(pixels), size, Affine(np.diag(spread), -0.5 - spread * [left, top]))
+
+
+def _bounds(found: OldMap, by: str, scan: _Scan) -> tuple[float, float, float, float]:
+    """West, south, east and north of the scan in truth; of a fit not far beyond what the affine fit has."""
+    height, width = scan.pixels.shape[:2]
+    u, v = np.meshgrid(*(np.linspace(-0.5, n - 0.5, _RIM) for n in (width, height)))
+    old = scan.place.inverse()(np.stack([u.ravel(), v.ravel()], axis=-1))
+    affine = found.rectifications["affine" if by == "fit" else by].affine(old)
+    low, high = affine.min(axis=0), affine.max(axis=0)
+    if by == "fit":
+        new = found.fit(old)[~np.isnan(found.local_jacobian(old)[:, 0, 0])]
+        around = _AROUND * (high - low)
+        low, high = np.maximum(new.min(axis=0), low - around), np.minimum(new.max(axis=0), high + around)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _drawn(scan: AnyArray, lattice: FloatArray, step: int, shape: tuple[int, int]) -> AnyArray:
+    """The picture, whose pixels lie in the scan as the lattice says; bilinear, some rows at a time."""
+    from scipy.ndimage import map_coordinates  # slow to load, and few need it
+
+    rows, columns = shape
+    height, width = scan.shape[:2]
+    drawn = np.zeros((rows, columns, scan.shape[2] + 1), np.uint8)
+    for first in range(0, rows, _ROWS):
+        last = min(first + _ROWS, rows)
+        grid = np.meshgrid(np.arange(first, last) / step, np.arange(columns) / step, indexing="ij")
+        u, v = (map_coordinates(values, grid, order=1, mode="nearest") for values in lattice)
+        with np.errstate(invalid="ignore"):
+            inside = (np.abs(u - 0.5 * (width - 1)) <= 0.5 * width) & (np.abs(v - 0.5 * (height - 1)) <= 0.5 * height)
+        at = np.stack([v[inside], u[inside]])
+        for band in range(scan.shape[2]):
+            values = map_coordinates(scan[..., band], at, np.float32, order=1, mode="nearest")
+            drawn[first:last, :, band][inside] = np.rint(values).astype(np.uint8)
+        drawn[first:last, :, -1][inside] = 255
+    return drawn

@@ -1,0 +1,124 @@
+"""Rectified scans: generated scans of known maps come back to the plane of the truth."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from projdist.applications.oldmaps import RECTIFIED_BY, ControlPoints, old_map, rectify
+
+WIDTH, HEIGHT = 500, 380  # pixels of the scan
+HALF = 0.5  # a pixel, which a rectified place may be off
+
+
+def truth(x, y, bent):
+    """True places of pixels, of which one is 20 m large; rows go down."""
+    x, y = x / 500.0, y / 500.0
+    east = x + 0.1 * y + bent * (0.12 * x * x + 0.06 * np.sin(3 * y))
+    north = -y + 0.07 * x - bent * (0.1 * x * y + 0.04 * np.sin(4 * x))
+    return 6e5 + 1e4 * east, 2e5 + 1e4 * north
+
+
+def relief(east, north):
+    """Grey as waves of 600 to 2000 m."""
+    waves = np.sin(east / 100.0) * np.cos(north / 130.0) + np.sin((east + 2.0 * north) / 320.0)
+    return 128.0 + 55.0 * waves
+
+
+def sheet(bent, place, tmp_path, model="tps"):
+    """An old map of 80 control points, and its scan; `place` takes columns and rows to the points' coordinates."""
+    columns, rows = np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5)
+    path = tmp_path / "scan.png"
+    Image.fromarray(np.rint(relief(*truth(columns, rows, bent))).astype(np.uint8)).save(path)
+    u, v = (part.ravel() for part in np.meshgrid(np.linspace(0, WIDTH, 10), np.linspace(0, HEIGHT, 8)))
+    points = ControlPoints(np.stack(place(u, v), axis=-1), np.stack(truth(u, v, bent), axis=-1))
+    return old_map(points, model=model), path
+
+
+def shifts(found):
+    """By how many pixels blocks of a rectified scan lie off the truth: least squares along the slopes of the grey."""
+    height, width = found.pixels.shape[:2]
+    east = found.left + found.side * (np.arange(width) + 0.5)
+    north = found.top - found.side * (np.arange(height) + 0.5)
+    true = relief(*np.meshgrid(east, north))
+    slopes = np.gradient(true)
+    gaps = found.pixels[..., 0] - true
+    away = []
+    for row in range(0, height - 40, 40):
+        for column in range(0, width - 40, 40):
+            block = slice(row, row + 40), slice(column, column + 40)
+            if (found.pixels[(*block, -1)] == 255).all():
+                A = np.stack([slope[block].ravel() for slope in slopes], axis=-1)
+                away.append(np.hypot(*np.linalg.lstsq(A, gaps[block].ravel(), rcond=None)[0]))
+    assert len(away) > 40
+    return np.array(away)
+
+
+WAYS = {
+    "down": lambda u, v: (u, v),
+    "up": lambda u, v: (u, HEIGHT - v),
+    "negative": lambda u, v: (u, -v),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_bent_map_comes_back(way, tmp_path):
+    """By the spline each block is within half a pixel of its place, whichever way rows are counted."""
+    found = rectify(*sheet(1.0, WAYS[way], tmp_path))
+    assert found.side == 22.0
+    assert shifts(found).max() < HALF
+    assert set(np.unique(found.pixels[..., -1])) == {0, 255}
+
+
+@pytest.mark.parametrize("by", RECTIFIED_BY)
+def test_linear_maps_come_back(by, tmp_path):
+    """An affine map does by every way but a similarity's, which a stretched sheet cannot come back by."""
+    away = shifts(rectify(*sheet(0.0, WAYS["down"], tmp_path, model="affine"), by=by)).max()
+    assert (away < HALF) == (by != "helmert")
+
+
+def test_a_bent_map_stays_bent_by_linear_maps(tmp_path):
+    """What is straight stays straight: places are off by many pixels."""
+    found, path = sheet(1.0, WAYS["down"], tmp_path)
+    assert np.median(shifts(rectify(found, path, by="mdt"))) > HALF
+
+
+def test_resolution(tmp_path):
+    """Larger pixels lie on multiples of their side, and have the mean of what is in them."""
+    found = rectify(*sheet(1.0, WAYS["down"], tmp_path), resolution=60.0)
+    assert (found.left % 60.0, found.top % 60.0) == (0.0, 0.0)
+    assert shifts_of_coarse(found) < HALF
+
+
+def shifts_of_coarse(found):
+    """The mean shift of all that is there."""
+    height, width = found.pixels.shape[:2]
+    places = np.meshgrid(found.left + 60.0 * (np.arange(width) + 0.5), found.top - 60.0 * (np.arange(height) + 0.5))
+    true, there = relief(*places), found.pixels[..., -1] == 255
+    A = np.stack([slope[there] for slope in np.gradient(true)], axis=-1)
+    return np.hypot(*np.linalg.lstsq(A, (found.pixels[..., 0] - true)[there], rcond=None)[0])
+
+
+@pytest.mark.parametrize("mode", ["RGB", "RGBA", "P", "I;16"])
+def test_kinds_of_images(mode, tmp_path):
+    """Colours, palettes and deep greys are read; what is grey stays so."""
+    found, path = sheet(0.0, WAYS["down"], tmp_path, model="affine")
+    with Image.open(path) as image:
+        grey = np.asarray(image)
+        new = Image.fromarray(grey.astype(np.uint16) * 257) if mode == "I;16" else image.convert(mode)
+        new.save(tmp_path / "other.png")
+    plain, other = rectify(found, path), rectify(found, tmp_path / "other.png")
+    assert other.pixels.shape[2] == (2 if mode == "I;16" else 4)
+    np.testing.assert_allclose(other.pixels[..., 0].astype(int), plain.pixels[..., 0], atol=5 if mode == "P" else 0)
+
+
+def test_wrong_words(tmp_path):
+    """What makes no sheet is refused."""
+    found, path = sheet(0.0, WAYS["down"], tmp_path, model="affine")
+    with pytest.raises(ValueError, match=r"Invalid rectification 'tps'. It must be one of fit, mdt, affine, helmert"):
+        rectify(found, path, by="tps")
+    with pytest.raises(ValueError, match=r"Invalid resolution '0'. It must be positive"):
+        rectify(found, path, resolution=0)
+    with pytest.raises(ValueError, match=r"Invalid resolution '0.001'. It makes 8.93e\+13 pixels; 1e\+08 do"):
+        rectify(found, path, resolution=0.001)
+    with pytest.raises(ValueError, match=r"It has 500 by 380 pixels, and 80 of 80 control points lie outside, as '1'"):
+        rectify(old_map(ControlPoints(found.points.old + 900.0, found.points.new), model="affine"), path)
