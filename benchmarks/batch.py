@@ -17,9 +17,9 @@ import time
 from typing import Any
 
 import projdist
-from projdist.batches import areas_of, batch
-from projdist.batches.jobs import _tasks
-from projdist.batches.tasks import Job, run_tasks
+from projdist.answers import areas_of, batch
+from projdist.answers.batches.jobs import _tasks
+from projdist.answers.batches.tasks import Job, run_tasks
 from projdist.regions import region_names
 
 MAPS = ["mollweide", "robinson", "winkel-tripel", "equal-earth", "mercator", "EPSG:3035"]

@@ -102,7 +102,7 @@ from .decisions import (
 from .designs import Design, MeanMap, PlaneMean, WorldMap, design, mean_map, mean_plane_map, world_map
 
 # Many regions at once
-from .batches import Batch, BatchFailure, BatchResult, batch
+from .answers import Batch, BatchFailure, BatchResult, batch
 
 # The same mean elsewhere
 from .applications import mosaics, oldmaps, pointclouds

@@ -17,7 +17,7 @@ PACKAGE = Path(projdist.__file__).parent
 
 # The table of docs/how_it_works.md. Each room imports another only through that room's face, its `__init__`.
 WAIST = {"support", "numerics", "matrices", "earth", "projections", "regions"}
-BELOW_PLOTS = {*WAIST, "field", "answers", "decisions", "designs", "batches", "applications", "surfaces"}
+BELOW_PLOTS = {*WAIST, "field", "answers", "decisions", "designs", "applications", "surfaces"}
 MAY_IMPORT = {
     "support": set(),
     "earth": set(),
@@ -29,7 +29,6 @@ MAY_IMPORT = {
     "answers": {*WAIST, "field"},
     "decisions": {*WAIST, "field", "answers"},
     "designs": {*WAIST, "field", "answers", "decisions"},
-    "batches": {"support", "projections", "regions"},
     "applications": {"support", "numerics", "matrices", "projections"},
     "surfaces": {"numerics", "matrices", "earth", "projections", "regions", "field", "support"},
     "plots": BELOW_PLOTS,
@@ -40,7 +39,7 @@ MAY_IMPORT = {
 # Packages for users to import from, besides the rooms.
 FACES = {*MAY_IMPORT, "applications.mosaics", "applications.oldmaps", "applications.pointclouds"}
 FOR_ALL = {"_typing"}
-NEEDS_VERSION = {"cli.app", "batches.jobs"}
+NEEDS_VERSION = {"cli.app", "answers.batches.jobs"}
 
 HOMES = {
     "pyproj": {"projections"},

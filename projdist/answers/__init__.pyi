@@ -1,3 +1,4 @@
+from .batches import Area, Batch, BatchFailure, BatchResult, areas_of, batch
 from .correction_fields import LocalCorrections, local_corrections
 from .corrections import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
 from .distance_measures import DISTANCE_MEASURES
@@ -40,6 +41,10 @@ __all__ = [
     "SORTS",
     "STATISTICS",
     "TABLES",
+    "Area",
+    "Batch",
+    "BatchFailure",
+    "BatchResult",
     "Comparison",
     "Correction",
     "Factors",
@@ -54,6 +59,8 @@ __all__ = [
     "PublishedRow",
     "PublishedTable",
     "Summary",
+    "areas_of",
+    "batch",
     "compare",
     "correct",
     "distance_distortion",

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from projdist import gis
-from projdist.batches import Area, Batch, BatchResult, areas_of, batch
+from projdist.answers import Area, Batch, BatchResult, areas_of, batch
 from projdist.cli.errors import cannot_write, fail, refuse, refusing, tell_problems
 from projdist.cli.executors import executor_opened
 from projdist.cli.layers import LAYER_SUFFIXES, check_libraries, note

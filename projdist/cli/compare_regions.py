@@ -7,8 +7,7 @@ import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from projdist.answers import Index, get_indices, sort_column, sort_order, summarize
-from projdist.batches import Batch, BatchFailure
+from projdist.answers import Batch, BatchFailure, Index, get_indices, sort_column, sort_order, summarize
 from projdist.cli.batches import RegionalWork, by_region, notices_note, regions_given
 from projdist.cli.cells import certain, label_of, per_cent, rounded
 from projdist.cli.errors import refusing, tell_problems

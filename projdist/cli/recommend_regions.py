@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from projdist.batches import Batch
+from projdist.answers import Batch
 from projdist.cli.batches import RegionalWork, notices_note, regions_given
 from projdist.cli.cells import certain, per_cent
 from projdist.cli.errors import refusing

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor
 from queue import SimpleQueue
 
-from projdist.batches.tasks import Done, Job, Task, failure, run_tasks
+from projdist.answers.batches.tasks import Done, Job, Task, failure, run_tasks
 from projdist.support import Processes, answering, is_lost, open_executor, places_in
 
 _PAYS = 1.0  # seconds of a group of tasks, against the milliseconds that it takes to send one

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from projdist.batches.areas import Area
+from projdist.answers.batches.areas import Area
 from projdist.projections import proj_version
 from projdist.regions import Place
 from projdist.support import Answer, notices_kept, without_processes

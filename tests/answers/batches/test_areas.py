@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import projdist
-from projdist.batches import areas_of
+from projdist.answers import areas_of
 from projdist.regions import PointSet, get_region
 
 SQUARE = {"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]]}

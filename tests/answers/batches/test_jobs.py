@@ -17,9 +17,9 @@ from batch_functions import always_killed, name_of, once_killed, slow
 from dask_clusters import dask_cluster
 
 import projdist
-from projdist.batches import areas_of, batch
-from projdist.batches.jobs import _tasks
-from projdist.batches.tasks import Job, run_tasks
+from projdist.answers import areas_of, batch
+from projdist.answers.batches.jobs import _tasks
+from projdist.answers.batches.tasks import Job, run_tasks
 
 BANDS = [f"box:{k},0,{k + 1},1" for k in range(8)]
 MAPS = ["mollweide", "EPSG:3035", "+proj=lcc +lat_1=40 +lat_2=60"]
