@@ -53,7 +53,7 @@ HOMES = {
     "scipy": {
         *("numerics.minima", "matrices.measures", "regions.parts"),
         *("applications.oldmaps.field", "applications.oldmaps.contours", "applications.oldmaps.rectifying"),
-        "applications.pointclouds.icp",
+        *("applications.pointclouds.icp", "applications.pointclouds.outliers"),
         *("applications.mosaics.homographies", "applications.mosaics.features"),
         *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),
     },

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +14,8 @@ from projdist.cli.options import FormatOption, OverwriteOption, choice, format_o
 from projdist.cli.output import drawing, present
 from projdist.cli.report import Column, Report, Table
 from projdist.support import refuse_existing
+
+_FARTHEST = 3  # points that are named
 
 
 def clouds_command(
@@ -45,6 +47,10 @@ def clouds_command(
             help="Fit that prefers no cloud and shrinks none, or least squares onto the first.",
         ),
     ] = "symmetric",
+    robust: Annotated[
+        bool,
+        typer.Option("--robust", help="Leave out points that are no partners of those with their row or id."),
+    ] = False,
     format: FormatOption = "table",
     output: Annotated[
         str | None,
@@ -73,6 +79,7 @@ def clouds_command(
             frame=_frame(frame, files),
             method=method,
             names=files,
+            robust=robust,
         )
     if output is not None:
         _write(found, clouds, targets, Path(output), overwrite)
@@ -161,9 +168,18 @@ def _report(found: Registration, output: str | None) -> Report:
         notes=[
             "Dist_F: distortion of a cloud's matrix, 0 for a rotation; as frame: the sum of Dist_F^2 if all were "
             "brought to that cloud; rms: distance from the points' mean places in the frame. Matrices: --format json.",
+            *_worst(found),
             f"Modes, in which the clouds differ: {found.modes.summary}.",
         ],
         data=lambda: answer,
         rows=lambda: rows,
         written=[Path(output) if output else None],
     )
+
+
+def _worst(found: Registration) -> Iterator[str]:
+    """The points that are farthest from where the others have them, where that is known."""
+    far = sorted((one for each in found.worst for one in each), key=lambda one: -one.distance)[:_FARTHEST]
+    if far:
+        told = ", ".join(f"{one.point} of {Path(one.cloud).name} {one.distance:.3g}" for one in far)
+        yield f"Farthest from where the others have them, by the fit without them: {told}."

@@ -142,3 +142,27 @@ def test_refused(files: list[str], tmp_path: Path) -> None:
         assert (code, out, err.count("\n")) == (2, "", 1), words
         assert err.startswith(f"projdist: {said}"), err
     assert not (tmp_path / "out").exists()
+
+
+def test_wrong_partners(tmp_path):
+    """Exchanged rows are told on standard error, and left out on request; the worst points are in the notes."""
+    rng = np.random.default_rng(2)
+    points = rng.normal(size=(30, 2))
+    files = []
+    for k in range(2):
+        cloud = points + 0.01 * rng.normal(size=points.shape)
+        if k:
+            cloud[[3, 8]] = cloud[[8, 3]]
+        files.append(tmp_path / f"{k}.csv")
+        np.savetxt(files[-1], cloud, delimiter=",", header="x,y", comments="")
+    words = ["clouds", *map(str, files)]
+    told = CliRunner().invoke(app, words)
+    assert told.exit_code == 0
+    assert "Wrong partners, which a robust fit leaves out" in told.stderr
+    assert "Farthest from where the others have them" in told.stdout
+    data = json.loads(CliRunner().invoke(app, [*words, "--robust", "--format", "json"]).stdout)
+    assert {one["point"] for one in data["wrong"]} == {"4", "9"}
+    assert data["rms"] < 0.02
+    refused = CliRunner().invoke(app, [*words, "--robust", "--correspond", "icp"])
+    assert refused.exit_code == 2
+    assert "Invalid robust with the correspondence icp." in refused.stderr

@@ -3,7 +3,7 @@
 from projdist.applications.pointclouds.affine import FITS, AffineFit, affine_fit
 from projdist.applications.pointclouds.correspondence import CORRESPONDENCES
 from projdist.applications.pointclouds.files import SUFFIXES, CloudFile, read_cloud
-from projdist.applications.pointclouds.registration import FRAMES, LeftOut, Registration, register
+from projdist.applications.pointclouds.registration import FRAMES, LeftOut, Registration, WrongPoint, register
 
 __all__ = [
     "CORRESPONDENCES",
@@ -14,6 +14,7 @@ __all__ = [
     "CloudFile",
     "LeftOut",
     "Registration",
+    "WrongPoint",
     "affine_fit",
     "read_cloud",
     "register",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,6 +13,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.applications.pointclouds.affine import check_fit
 from projdist.applications.pointclouds.correspondence import arranged
 from projdist.applications.pointclouds.groupwise import Group, consensus, kept_clouds, onto_first
+from projdist.applications.pointclouds.outliers import FALSE_ALARM, wrong_partners
 from projdist.applications.pointclouds.placing import (
     dist_squares,
     into_cloud,
@@ -22,9 +23,9 @@ from projdist.applications.pointclouds.placing import (
     upright,
 )
 from projdist.matrices import Affine, Modes, mdt, modes
-from projdist.support import Answer, listed
+from projdist.support import Answer, check_bool, listed
 
-__all__ = ["FRAMES", "LeftOut", "Registration", "register"]
+__all__ = ["FRAMES", "LeftOut", "Registration", "WrongPoint", "register"]
 
 FRAMES = ("first", "last", "central", "best", "mdt")
 _SHRUNK = 0.01  # of the volume; what is less nobody sees
@@ -32,6 +33,8 @@ _NOISY = 0.5  # of a cloud's variance along an axis: less that agrees with the o
 _SINGULAR = 1e3  # the condition of a matrix: a thousandth of the extent that the others have along an axis
 _FEW = 0.5  # of the points of a cloud
 _SHOWN = 10  # names in one message
+_ROUNDS = 30  # in which wrong points are found: one of each number a round
+_WORST = 5  # points of a cloud that are told
 
 
 class LeftOut(NamedTuple):
@@ -39,6 +42,14 @@ class LeftOut(NamedTuple):
 
     name: str
     reason: str
+
+
+class WrongPoint(NamedTuple):
+    """A point that is not the partner of those it is said to be, and how far it is from where they have it."""
+
+    cloud: str
+    point: str
+    distance: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -55,7 +66,9 @@ class Registration(Answer):
     over that of the target, 0 for the symmetric fit. `mirrored` (N,): whether a cloud is a mirror image
     of most. `conditions` (N,): of the matrices into the frame of the MDT. `points`: of the registered
     clouds, as given. `settled`: whether the fit came to its end. `note`: what is to be said of the
-    mean orientation.
+    mean orientation. `wrong`: points that chance does not put where they are, with a chance of 5 % that any is named
+    where all are right; `robust`: whether they were left out. `left_out_distances` (N, M): in the frame, how far each
+    point is from where the others have it by the fit without it, NaN where that is not known; `point_names` (M,).
     """
 
     names: tuple[str, ...]
@@ -79,6 +92,20 @@ class Registration(Answer):
     points: tuple[FloatArray, ...]
     settled: bool
     note: str
+    robust: bool
+    wrong: tuple[WrongPoint, ...]
+    left_out_distances: FloatArray
+    point_names: tuple[str, ...]
+
+    @property
+    def worst(self) -> list[list[WrongPoint]]:
+        """Of each cloud the points that are farthest from where the others have them, at most five."""
+        found = []
+        for name, distances in zip(self.names, self.left_out_distances, strict=True):
+            order = np.argsort(-np.nan_to_num(distances, nan=-1.0), kind="stable")[:_WORST]
+            chosen = [int(k) for k in order if np.isfinite(distances[k])]
+            found.append([WrongPoint(name, self.point_names[k], float(distances[k])) for k in chosen])
+        return found
 
     @property
     def aligned(self) -> list[FloatArray]:
@@ -105,6 +132,12 @@ class Registration(Answer):
         if (mean := float(self.shrinkage[1:].mean())) < -_SHRUNK:
             left = f"{100 * np.exp(mean):.2g} % of their volume"
             said.append(f"Least squares shrinks the clouds, on average to {left}; the symmetric fit shrinks none.")
+        if self.wrong:
+            named = [f"{one.point} of '{one.cloud}'" for one in self.wrong]
+            more = f" and {len(named) - _SHOWN} more" if len(named) > _SHOWN else ""
+            what = "Left out as wrong partners" if self.robust else "Wrong partners, which a robust fit leaves out"
+            chance = f"with a chance of {100 * FALSE_ALARM:g} % that any is named where all are right"
+            said.append(f"{what} ({chance}): point {', '.join(named[:_SHOWN])}{more}.")
         if not self.settled:
             said.append("The fit has not settled: the clouds hang together too loosely, or are too noisy.")
         return [*said, self.note] if self.note else said
@@ -124,8 +157,9 @@ class Registration(Answer):
     def to_dict(self) -> dict[str, Any]:
         """`{"dimension", "method", ..., "frames": {"first": {"cloud", "sum"}, ...}, "clouds": [{"name", ...}]}`."""
         rows = [dict(zip(self._columns(), row, strict=True)) for row in zip(*self._columns().values(), strict=True)]
-        for row, M, t in zip(rows, self.matrices, self.shifts, strict=True):
-            row |= {"matrix": M.tolist(), "shift": t.tolist()}
+        for row, M, t, worst in zip(rows, self.matrices, self.shifts, self.worst, strict=True):
+            far = [{"point": one.point, "distance": one.distance} for one in worst]
+            row |= {"matrix": M.tolist(), "shift": t.tolist(), "worst": far}
         return {
             "dimension": self.shifts.shape[1],
             "method": self.method,
@@ -136,6 +170,8 @@ class Registration(Answer):
             "rms": self.rms_total,
             "modes": self.modes.to_dict()["modes"],
             "clouds": rows,
+            "robust": self.robust,
+            "wrong": [one._asdict() for one in self.wrong],
             "left_out": [{"name": one.name, "reason": one.reason} for one in self.left_out],
             "warnings": self.warnings,
         }
@@ -168,6 +204,7 @@ def register(
     frame: str | int = "mdt",
     method: str = "symmetric",
     names: Sequence[str] | None = None,
+    robust: bool = False,
 ) -> Registration:
     """Register clouds of shape (M_i, n), at least two, in one frame by an affine map each.
 
@@ -178,10 +215,17 @@ def register(
     of Dist_F^2), a name or a number. With the MDT the clouds keep their mean orientation and place.
     `method`: "symmetric", no cloud is a reference and none shrinks; "least_squares" fits all to the
     first cloud, which shrinks them. `names`: of the clouds, for messages; numbers if not given.
+    `robust`: points that are no partners of those they are said to be are left out; else they are told. They are found
+    by iteratively reweighted least squares with Tukey's biweight, and by Hotelling's T^2 of what it suspects; of clouds
+    without such points 5 % have one named. Not with "icp", which finds partners itself.
 
     Raises ValueError where fewer than two clouds share enough points (n + 1, not in one plane).
     """
     check_fit(method)
+    if check_bool("robust", robust) and correspond == "icp":
+        raise ValueError(
+            "Invalid robust with the correspondence icp. It is for rows and ids, whose partners are given."
+        )
     arrays, labels = _checked(clouds, names)
     wanted = _frame(frame, labels)
     points, seen = arranged(arrays, labels, correspond, ids)
@@ -192,13 +236,24 @@ def register(
         raise ValueError(f"Invalid clouds. Fewer than two share points enough; {why}.")
     labels, arrays = [labels[i] for i in kept.clouds], [arrays[i] for i in kept.clouds]
     points, seen = points[kept.clouds], seen[kept.clouds]
-    group, mirrored = upright(consensus(points, seen) if method == "symmetric" else onto_first(points, seen))
+    fit = consensus if method == "symmetric" else onto_first
+    there, wrong = seen, np.zeros_like(seen) if correspond == "icp" else _wrong(fit, points, seen)
+    if robust:
+        seen = there & ~wrong
+    group, mirrored = upright(fit(points, seen))
     found, sums = mdt(group.A), np.array([dist_squares(A, group.A).sum() for A in group.A])
-    A, shift, rotation = into_mdt(group, found.T, mirrored, points)
+    A, shift, rotation = into_mdt(group, found.T, mirrored, np.where(seen[..., None], points, np.nan))
     reference = _reference(wanted, labels, left_out, sums)
     if reference is not None:
         A, shift = into_cloud(group, reference)
     squares, used = squared_residuals(placed(A, shift, points), seen)
+    distances = np.full(seen.shape, np.nan)
+    if correspond != "icp":
+        # Of a wrong point from where the right ones have it, and of these from where the other right ones have them.
+        places = placed(A, shift, points)
+        whole, right = (wrong_partners(places, some).left_out for some in (there, there & ~wrong))
+        distances = np.where(wrong | np.isnan(right), whole, right)
+    marks = _point_names(correspond, ids, points.shape[1])
     return Registration(
         names=tuple(labels),
         method=method,
@@ -221,7 +276,36 @@ def register(
         points=tuple(arrays),
         settled=group.settled,
         note=rotation.note,
+        robust=robust,
+        wrong=tuple(
+            WrongPoint(labels[i], marks[k], float(distances[i, k]))
+            for i, k in sorted(np.argwhere(wrong).tolist(), key=lambda at: -np.nan_to_num(distances[at[0], at[1]]))
+        ),
+        left_out_distances=distances,
+        point_names=marks,
     )
+
+
+def _wrong(fit: Callable[[FloatArray, BoolArray], Group], points: FloatArray, seen: BoolArray) -> BoolArray:
+    """The points that are no partners of the others, (N, M), once what is wrong is no part of the fit."""
+    wrong = np.zeros_like(seen)
+    for _ in range(_ROUNDS):
+        kept = seen & ~wrong
+        if len(kept_clouds(points, kept).clouds) < len(points):
+            break
+        group = fit(points, kept)
+        more = wrong_partners(placed(group.A, group.shift, points), kept).wrong
+        if not more.any():
+            break
+        wrong |= more
+    return wrong
+
+
+def _point_names(correspond: str, ids: Sequence[Sequence[str]] | None, count: int) -> tuple[str, ...]:
+    """The ids, or the numbers of the rows from 1 on."""
+    if correspond == "id" and ids is not None:
+        return tuple(dict.fromkeys(str(mark) for marks in ids for mark in marks))
+    return tuple(str(k + 1) for k in range(count))
 
 
 # ---- what is asked for ----------------------------------------------------------------------
