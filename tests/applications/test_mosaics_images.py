@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, grey_cut, maps, page, places, save, turned
+from mosaic_pictures import HEIGHT, WIDTH, aerial, blobs, cut, grey_cut, maps, page, places, save, spectrum, turned
 from mosaic_sets import moved, write_csv
 from PIL import Image
 
@@ -141,6 +141,21 @@ def test_many_images_are_not_all_matched(monkeypatch):
     some = match(pictures)
     assert len(set(zip(some.i, some.j, strict=True))) < len(set(zip(everything.i, everything.j, strict=True)))
     assert pairs_apart(mosaic(some), H[order]) < SUB_PIXEL
+
+
+@pytest.mark.slow
+def test_tiles():
+    """Fifteen tiles, more than are all matched with one another, are found in their places by fewer pairs."""
+    pytest.importorskip("cv2")
+    rng = np.random.default_rng(1)
+    scene = 110.0 + 30.0 * spectrum(rng, 1500, 950, 3.0, 100.0)
+    H = [turned(40.0 + 260.0 * (k % 5), 40.0 + 260.0 * (k // 5), 0.03 * rng.normal()) for k in range(15)]
+    points = match(open_pictures([grey_cut(scene, one, WIDTH, HEIGHT + 60) for one in H]))
+    pairs = set(zip(points.i.tolist(), points.j.tolist(), strict=True))
+    assert len(pairs) < 15 * 14 / 2
+    found = mosaic(points)
+    assert found.images == list(range(15))
+    assert pairs_apart(found, np.stack(H)) < SUB_PIXEL
 
 
 def test_nothing_in_common():
