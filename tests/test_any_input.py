@@ -125,6 +125,7 @@ CALLS = {
     "hessian": lambda: {"projection": "robin", "lon": 10, "lat": 50},
     "indices": lambda: {"projection": "robin", "region": CAP, "names": "airy", "tolerance": 1e-3},
     "info": lambda: {"projection": "robin", "region": CAP, "tolerance": 1e-3},
+    "interpolant": lambda: {"projection": "robin", "region": CAP},
     "jacobian": lambda: {"projection": "robin", "lon": 10, "lat": 50},
     "jacobian_grid": lambda: {"projection": "robin", "lon": [10, 11], "lat": [50, 51]},
     "ldp": lambda: {

@@ -92,6 +92,7 @@ ANSWERS: dict[str, Callable[[Any], Any]] = {
 }
 OTHERS: dict[str, Callable[[Any, Path], Any]] = {
     "field_of": lambda region, _: projdist.field_of(of_plate_carree, region=region).weight.sum(),
+    "interpolant": lambda region, _: projdist.interpolant("robin", region)([8.05, 8.15], 48.1).jacobian,
     "gis.indicatrices": lambda region, _: gis.indicatrices("robin", region=region, step=0.1).total_bounds,
     "gis.measure_arrays": lambda region, _: extent_of_arrays(region),
     "gis.raster": lambda region, _: gis.raster("robin", ["fisher"], region=region, size=20).pixels.transform,

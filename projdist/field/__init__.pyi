@@ -10,6 +10,7 @@ from .figures import FIGURES, AnyFigure, Figure, get_figure
 from .geometric_medians import GeometricMedian, Spread
 from .given_fields import field_of
 from .guard import tell_of_contradiction
+from .interpolants import Interpolant, interpolant
 from .on_grids import jacobian_grid
 from .panel_mesh import Integrand
 from .second_derivatives import hessian
@@ -29,6 +30,7 @@ __all__ = [
     "GeometricMedian",
     "Goal",
     "Integrand",
+    "Interpolant",
     "Links",
     "Map",
     "Nodes",
@@ -46,6 +48,7 @@ __all__ = [
     "find_tears",
     "get_figure",
     "hessian",
+    "interpolant",
     "is_interrupted",
     "jacobian",
     "jacobian_grid",

@@ -55,7 +55,7 @@ class Derivatives:
 
 _FAST_STEP = 4e-4  # at the equator; towards the poles, where most maps are singular, times sqrt(cos lat)
 _FAST_LATITUDE = 85.0
-_FAST_TARGET = 3e-12
+FAST_TARGET = 3e-12
 _MANY = 5_000  # points; polynomials on panels may pay for more
 _APART = 1e-11  # of J; differences and polynomials are good to 1e-12 each
 _CHUNK = 8192  # points at a time: the stencil's arrays stay in the cache
@@ -153,7 +153,7 @@ def derivatives(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike) -> D
     hard = np.flatnonzero(~settled)
     if hard.size:
         _hard_stage(projection, lon, lat, x, y, hard, J, error, quality)
-    _flag_lost_digits(J, error, quality)
+    flag_lost_digits(J, error, quality)
     return Derivatives(
         x.reshape(shape), y.reshape(shape), J.reshape(*shape, 2, 2), quality.reshape(shape), error.reshape(shape)
     )
@@ -166,7 +166,7 @@ def _laid_out(count: int) -> tuple[FloatArray, FloatArray]:
     return room[:4].reshape(2, 2, count).transpose(2, 0, 1), room[4]
 
 
-def _flag_lost_digits(J: FloatArray, error: FloatArray, quality: NDArray[np.int8]) -> None:
+def flag_lost_digits(J: FloatArray, error: FloatArray, quality: NDArray[np.int8]) -> None:
     """Call ROUGH what is good against a but not against a much smaller b, and SINGULAR where b is lost."""
     suspect = np.flatnonzero(np.concatenate([_may_lose_digits(J[part], error[part]) for part in _chunks(error.size)]))
     suspect = suspect[quality[suspect] < Quality.SEAM]
@@ -208,7 +208,7 @@ def _panel_stage(
     if panels is None:
         return
     found, number, at = evaluate_points(panels, lon, lat, centre, J, error)
-    found &= error <= _FAST_TARGET
+    found &= error <= FAST_TARGET
     truth, doubt = np.empty((at.size, 2, 2)), np.empty(at.size)
     sound = _fast_stage(projection, lon[at], lat[at], (centre[0][at], centre[1][at]), truth, doubt)
     gap, size = np.abs(J[at] - truth).sum(axis=(1, 2)), np.abs(truth).sum(axis=(1, 2))
@@ -293,7 +293,7 @@ def _fast_stage(
         # 8 times as large as what reaches the derivative.
         noise = np.where(kink > 0.02 * 6.0 * gap, kink / (8.0 * size), 0.0)
         error[:] = truncation + rounding + noise
-        settled = (truncation <= _FAST_TARGET) & (noise <= _NOISE) & (np.abs(lat) <= _FAST_LATITUDE)
+        settled = (truncation <= FAST_TARGET) & (noise <= _NOISE) & (np.abs(lat) <= _FAST_LATITUDE)
     return np.asarray(settled)
 
 

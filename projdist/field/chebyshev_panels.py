@@ -27,6 +27,7 @@ _NARROWEST = 0.1  # degrees, of a panel that may not reach beyond the points; in
 ORDER = 14  # nodes along a side of a panel
 _NODES = ORDER * ORDER
 _FEWEST = 100  # points in a panel: differences take 8 evaluations each, a panel 196 and some 40 microseconds
+_PER_CELL = 300  # points that a region counts as: dense enough for any panel
 _SPARE = 0.2  # evaluations a point that may be spent before any has paid
 _AHEAD = 4  # times as much must be allowed as the largest panels take
 _TRUNCATION = 3e-13  # of J
@@ -117,6 +118,18 @@ def panels_for(projection: Projection, lon: FloatArray, lat: FloatArray) -> Pane
         rows, columns = _cells_of(lon[part], lat[part], corner, shape)
         counts += np.bincount(rows * np.int32(shape[1] + 1) + columns, minlength=counts.size)
     return _laid(projection, (west, south, east, north), corner, counts.reshape(shape[0] + 1, -1)[:-1, :-1])
+
+
+def panels_over(projection: Projection, bounds: tuple[float, float, float, float]) -> Panels | None:
+    """Polynomials over a box of longitudes and latitudes, west, south, east, north; None where nowhere."""
+    corner, shape = _graticule(*bounds)
+    if shape[1] > _MOST_COLUMNS:
+        return None
+    low = np.floor((np.array(bounds[1::-1]) - corner[::-1]) / (_CELL_HEIGHT, _CELL_WIDTH)).astype(int)
+    high = np.ceil((np.array(bounds[:1:-1]) - corner[::-1]) / (_CELL_HEIGHT, _CELL_WIDTH)).astype(int)
+    counts = np.zeros(shape, dtype=np.int64)
+    counts[low[0] : max(high[0], low[0] + 1), low[1] : max(high[1], low[1] + 1)] = _PER_CELL
+    return _laid(projection, bounds, corner, counts)
 
 
 def _graticule(west: float, south: float, east: float, north: float) -> tuple[tuple[float, float], tuple[int, int]]:

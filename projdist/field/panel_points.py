@@ -102,6 +102,25 @@ def evaluate_points(
     return found, number, order[np.concatenate([first, (first + last) // 2, last])]
 
 
+def interpolate_points(
+    panels: Panels,
+    lon: FloatArray,
+    lat: FloatArray,
+    xy: tuple[FloatArray, FloatArray],
+    J: FloatArray,
+    error: FloatArray,
+) -> BoolArray:
+    """x, y, J (m, 2, 2) and its relative error, written where points (m,) lie in panels; and which these are."""
+    number, found = panels.at(lon, lat), np.zeros(lon.size, dtype=bool)
+    order = np.argsort(number, kind="stable")
+    given, scratch = np.stack([lon, lat], axis=1), _Scratch()
+    for pieces in _groups(np.bincount(number, minlength=len(panels.centre) + 1)):
+        index = order[pieces[0][1] : pieces[-1][2]]
+        _evaluate_group(panels, pieces, index, given, J, error, found, scratch)
+        xy[0][index], xy[1][index] = scratch.of(scratch.out, 6, index.size)[:2]
+    return found
+
+
 def _evaluate_group(
     panels: Panels,
     pieces: list[tuple[int, int, int]],
@@ -112,19 +131,20 @@ def _evaluate_group(
     found: BoolArray,
     scratch: _Scratch,
 ) -> BoolArray:
-    """What `evaluate_points` does for pieces of panels, whose points have an index; which pieces are good."""
+    """J and its error for pieces of panels, whose points have an index; which pieces have x and y as given."""
     m, first = index.size, pieces[0][1]
     there, begins, sizes = np.array([(number - 1, begin - first, end - begin) for number, begin, end in pieces]).T
     places, out, known = (
         scratch.of(array, rows, m) for array, rows in ((scratch.places, 2), (scratch.out, 6), (scratch.known, 2))
     )
     beside = scratch.beside[:m]
-    rows = np.take(given, index, axis=0, out=scratch.rows[: 4 * m].reshape(m, 4), mode="clip")
-    places[:], known[:] = rows[:, :2].T, rows[:, 2:].T
+    columns = given.shape[1]
+    rows = np.take(given, index, axis=0, out=scratch.rows[: columns * m].reshape(m, columns), mode="clip")
+    places[:] = rows[:, :2].T
     for k, begin, end in pieces:
         part = slice(begin - first, end - first)
         _evaluate_panel(panels, k - 1, places[:, part], out[:, part], beside[part], scratch)
-    known -= out[:2]
+    np.subtract(rows[:, 2:].T if columns == 4 else out[:2], out[:2], out=known)
     gap = np.abs(known, out=known).max(axis=0, out=known[0])
     rounding = 0.5 * _EPS * panels.size[there]
     good = np.asarray(np.maximum.reduceat(gap, begins) <= _DISAGREEMENT * rounding)
