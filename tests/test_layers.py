@@ -53,6 +53,7 @@ HOMES = {
     "scipy": {
         *("numerics.minima", "matrices.measures", "regions.parts"),
         *("applications.oldmaps.field", "applications.oldmaps.contours", "applications.oldmaps.rectifying"),
+        "applications.oldmaps.several",
         *("applications.pointclouds.icp", "applications.pointclouds.outliers"),
         *("applications.mosaics.homographies", "applications.mosaics.features"),
         *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),

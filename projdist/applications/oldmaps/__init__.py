@@ -6,18 +6,21 @@ from projdist.applications.oldmaps.fits import MODELS, Fit, affine_fit, fit, hel
 from projdist.applications.oldmaps.points import ControlPoints, read_control_points
 from projdist.applications.oldmaps.rectifying import RECTIFIED_BY, RectifiedScan, rectify
 from projdist.applications.oldmaps.scans import scan_extent
+from projdist.applications.oldmaps.several import CommonGround, common_ground
 
 __all__ = [
     "LOCAL_MEASURES",
     "MODELS",
     "OUTLIERS",
     "RECTIFIED_BY",
+    "CommonGround",
     "ControlPoints",
     "Fit",
     "OldMap",
     "Rectification",
     "RectifiedScan",
     "affine_fit",
+    "common_ground",
     "fit",
     "helmert_fit",
     "isolines",

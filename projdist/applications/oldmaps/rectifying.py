@@ -10,6 +10,7 @@ import numpy as np
 from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import check_pixels, open_image
 from projdist.applications.oldmaps.field import OldMap
+from projdist.applications.oldmaps.inverses import old_places
 from projdist.applications.oldmaps.scans import scan_extent
 from projdist.matrices import Affine
 from projdist.support import check_choice, check_instance, check_number, check_path
@@ -22,7 +23,6 @@ RECTIFIED_BY = ("fit", "mdt", "affine", "helmert")
 _MOST_PIXELS = 1e8
 _COARSEST = 32  # pixels between the places that are computed; those between are interpolated
 _INTERPOLATION = 0.05  # pixels of the scan that this may cost
-_STEPS, _CONVERGED = 30, 1e-4  # of Newton's method, in pixels
 _AROUND = 0.1  # of the affine fit's sides: farther out no fitted map is drawn
 _RIM = 33  # places along a side of the scan, by which the extent is found
 _WHOLE = 1e-6  # of a pixel: a side that ends so near to a pixel's edge ends there
@@ -52,7 +52,7 @@ class _Scan(NamedTuple):
 
 
 class _Inverse(NamedTuple):
-    """The way from truth to the pixels of a scan, by Newton's method from where the affine fit has them."""
+    """The way from truth to the pixels of a scan."""
 
     found: OldMap
     by: str
@@ -60,27 +60,9 @@ class _Inverse(NamedTuple):
 
     def __call__(self, new: FloatArray) -> FloatArray:
         """Pixels (m, 2); NaN where the fit has none, or folds."""
-        if self.by != "fit":
-            return self.scan.place(self.found.rectifications[self.by].affine.inverse()(new))
-        fit = self.found.fit
-        old = self.found.rectifications["affine"].affine.inverse()(new)
-        moving = np.arange(len(new))
-        for _ in range(_STEPS):
-            here = old[moving]
-            step = np.linalg.solve(_regular(fit.jacobian(here)), (new[moving] - fit(here))[..., None])[..., 0]
-            old[moving] = here + step
-            moving = moving[~(np.hypot(*step.T) <= _CONVERGED)]
-            if not moving.size:
-                break
-        old[moving] = np.nan
-        known = np.flatnonzero(np.isfinite(old[:, 0]))
-        old[known[np.isnan(self.found.local_jacobian(old[known])[:, 0, 0])]] = np.nan
-        return self.scan.place(old)
-
-
-def _regular(J: FloatArray) -> FloatArray:
-    """Matrices, the identity for what cannot be inverted."""
-    return np.where((np.linalg.det(J) == 0.0)[:, None, None], np.eye(2), J)
+        if self.by == "fit":
+            return self.scan.place(old_places(self.found, new))
+        return self.scan.place(self.found.rectifications[self.by].affine.inverse()(new))
 
 
 def rectify(
