@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.tri import Triangulation
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import ConvexHull
@@ -227,14 +228,17 @@ def _grid(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
         x, y = found.points.old[chosen].T
         ax.scatter(x, y, s=size, c=colour, linewidths=0, zorder=2.2)
     for name in found.outliers[:_MOST_NAMES]:
-        place = found.points.old[found.points.names.index(name)]
+        number = found.points.names.index(name)
+        goes_right = meant[number, 0] > found.points.old[number, 0]
         ax.annotate(
             name,
-            place,
-            xytext=(3, 3),
+            found.points.old[number],
+            xytext=(-3, 3) if goes_right else (3, 3),  # beside the line
             textcoords="offset points",
+            horizontalalignment="right" if goes_right else "left",
             fontsize=scale_of(ax) * 6.5,
             color=_OUTLIER,
+            path_effects=[withStroke(linewidth=1.8, foreground=look_of(ax).colours.halo)],
             zorder=2.5,
         )
     below = "Lines lead to where the MDT has the points" + _red(found)
