@@ -16,8 +16,8 @@ from projdist.field.at_points import derivatives
 from projdist.field.panel_mesh import STENCIL, Integrand, Mesh, SecondOrder
 from projdist.field.panels import tails
 from projdist.field.second_derivatives import hessian
-from projdist.projections import Projection, ProjectionError
-from projdist.regions import Place, PointSet, Region
+from projdist.projections import Projection, ProjectionError, own_pole_of
+from projdist.regions import Box, Place, PointSet, Region, TurnedGlobe
 from projdist.support import check_number
 
 __all__ = ["Samples", "sample_panels"]
@@ -68,6 +68,7 @@ class Samples:
     evaluations: int
     limit: str
     hessian: FloatArray | None
+    charted: Region | None = None  # the region whose chart u, v and patch are of; None for points
 
     def mean(self, values: FloatArray, slope: FloatArray | float, *, most: float = UNDEFINED) -> tuple[float, float]:
         """Mean over the covered area of values (n, 10, 10) at the nodes, and its estimated error.
@@ -138,6 +139,7 @@ def sample_panels(
         raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
     if isinstance(region, PointSet):
         return _at_points(projection, region, bool(second_order))
+    region = charted_for(projection, region)
     mesh = Mesh(projection, region, integrands, second_order)
     limit = mesh.refine(_AiryKavrayskiyGoal(tolerance), max_evaluations)
     for column in range(2, len(mesh.peaks)):
@@ -164,7 +166,14 @@ def sample_panels(
         evaluations=mesh.evaluations,
         limit=limit,
         hessian=H,
+        charted=region,
     )
+
+
+def charted_for(projection: Projection, region: Region) -> Region:
+    """The region in the chart that suits a map: the globe about the map's own pole, as far as that is known."""
+    pole = own_pole_of(projection) if isinstance(region, Box) and region.is_globe else None
+    return TurnedGlobe(*pole) if pole else region
 
 
 def _nothing(projection: Projection, region: Region | PointSet) -> ProjectionError:

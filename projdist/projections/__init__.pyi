@@ -27,6 +27,7 @@ from .inputs import listed_projections
 from .knobs import Parameter
 from .names import needed_parameters, projection_names
 from .natures import Nature, nature_of
+from .own_poles import OwnPole, own_pole_of
 from .parameters import defined_by, with_parameters
 from .particulars import Axis, Particulars, Setting, particulars_of
 from .planes import Graticule, Plane, Source, geographic, graticule_of, plane_of, same_map, source_of
@@ -70,6 +71,7 @@ __all__ = [
     "Graticule",
     "GridError",
     "Nature",
+    "OwnPole",
     "Parameter",
     "Particulars",
     "Plane",
@@ -114,6 +116,7 @@ __all__ = [
     "nature_of",
     "needed_parameters",
     "number_text",
+    "own_pole_of",
     "parameters_of",
     "particulars_of",
     "pipeline_of",

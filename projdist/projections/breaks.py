@@ -14,7 +14,7 @@ from projdist.earth import SMOOTH, Breaks
 from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.projection import Projection
 
-__all__ = ["breaks_of"]
+__all__ = ["breaks_of", "known_breaks", "numbers_of"]
 
 _SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
 
@@ -36,12 +36,26 @@ def _of_text(pipeline: str) -> Breaks:
     """Of a PROJ string."""
     if any(part in pipeline for part in _SHIFTED):
         return SMOOTH
-    values = dict(token[1:].partition("=")[::2] for token in pipeline.split())
-    try:
-        centre = float(values.get("lon_0", 0.0))
-    except ValueError:  # in degrees and minutes
-        return SMOOTH
-    return _turned(_known().get(("operation", values.get("proj", "")), SMOOTH), centre)
+    values = numbers_of(pipeline)
+    centre = values.get("lon_0", 0.0)
+    return known_breaks(str(values.get("proj")), centre) if isinstance(centre, float) else SMOOTH
+
+
+def numbers_of(pipeline: str) -> dict[str, float | str]:
+    """The parameters of a PROJ string: numbers, and what else is text."""
+    found: dict[str, float | str] = {}
+    for token in pipeline.split():
+        name, _, text = token.removeprefix("+").partition("=")
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = text
+    return found
+
+
+def known_breaks(operation: str, centre: float) -> Breaks:
+    """The breaks of one of PROJ's operations about a central meridian, and the meridian opposite."""
+    return _turned(_known().get(("operation", operation), SMOOTH), centre)
 
 
 @functools.lru_cache(maxsize=256)

@@ -16,6 +16,7 @@ from .reading import crs_name
 from .region import ChartPoints, Clips, Region
 from .shares import share_in
 from .titles import region_title
+from .turned import TurnedGlobe
 
 __all__ = [
     "GLOBE",
@@ -30,6 +31,7 @@ __all__ = [
     "Polygons",
     "Region",
     "RegionLike",
+    "TurnedGlobe",
     "bounding_box",
     "cells_of",
     "combine",

@@ -29,7 +29,9 @@ SLIVER = 1e-13
 """Of a panel; what is smaller is rounding."""
 
 
-def patch_panels(bounds: tuple[float, float, float, float], breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+def patch_panels(
+    bounds: tuple[float, float, float, float], breaks: Breaks = SMOOTH, widest: float = _WIDEST
+) -> tuple[IntArray, FloatArray]:
     """Patch numbers (n,) and rectangles (n, 4) of u and v that make up a box, and end where a map is known to."""
     west, south, east, north = bounds
     low, high = max(south, -_POLAR), min(north, _POLAR)
@@ -42,7 +44,23 @@ def patch_panels(bounds: tuple[float, float, float, float], breaks: Breaks = SMO
             known = tuple(90.0 - lat for lat in breaks.parallels) if patch == 1 else breaks.parallels
             distances = _between(near, far, (*_COLATITUDES, *known))
             bands.append((patch, np.cbrt([near, *distances, far]).tolist()))
-    lons = [_meridians(west, east, meridians) for meridians in (breaks.northern, breaks.southern)]
+    return _crossed(bands, (west, east), breaks, widest)
+
+
+def plain_panels(
+    bounds: tuple[float, float, float, float], breaks: Breaks, widest: float
+) -> tuple[IntArray, FloatArray]:
+    """The same in patch 0 alone, for maps that are smooth at the poles, or have too much rounding there."""
+    west, south, east, north = bounds
+    lats = [south, *_between(south, north, (0.0, *breaks.parallels)), north]
+    return _crossed([(0, lats)], (west, east), breaks, widest)
+
+
+def _crossed(
+    bands: list[tuple[int, list[float]]], ends: tuple[float, float], breaks: Breaks, widest: float
+) -> tuple[IntArray, FloatArray]:
+    """The panels of bands of patches, between longitudes."""
+    lons = [_meridians(*ends, meridians, widest) for meridians in (breaks.northern, breaks.southern)]
     numbers, rectangles = [], []
     for patch, edges in bands:
         for v0, v1 in itertools.pairwise(edges):
@@ -58,13 +76,13 @@ def _between(low: float, high: float, values: tuple[float, ...]) -> list[float]:
     return sorted({value for value in values if low + margin < value < high - margin})
 
 
-def _meridians(west: float, east: float, breaks: tuple[float, ...]) -> list[float]:
+def _meridians(west: float, east: float, breaks: tuple[float, ...], widest: float) -> list[float]:
     """Longitudes from west to east by way of breaks, none too far from the next."""
     turned = tuple(lon + turn for lon in breaks for turn in (-720.0, -360.0, 0.0, 360.0, 720.0))
     ends = [west, *_between(west, east, turned), east]
     found = [west]
     for a, b in itertools.pairwise(ends):
-        found += np.linspace(a, b, math.ceil((b - a) / _WIDEST) + 1)[1:].tolist()
+        found += np.linspace(a, b, math.ceil((b - a) / widest) + 1)[1:].tolist()
     return found
 
 

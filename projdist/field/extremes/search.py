@@ -46,7 +46,7 @@ def find_extremes(
         return [_signed(goal, _best_point(samples, goal)) for goal in goals]
     if not goals:
         return []
-    search = _Search(projection, region, samples, goals)
+    search = _Search(projection, samples.charted or region, samples, goals)
     return [_signed(goal, one) for goal, one in zip(goals, search.run(), strict=True)]
 
 
