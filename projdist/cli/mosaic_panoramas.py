@@ -15,6 +15,7 @@ from projdist.cli.mosaic_pictures import MosaicFile, picture_notes
 from projdist.cli.output import present, put
 from projdist.cli.progress import working
 from projdist.cli.report import Column, Report, Table
+from projdist.projections import ProjectionLike
 
 # What panoramas are usually drawn in, beside the best; the first is called spherical elsewhere.
 _USUAL = {
@@ -82,9 +83,10 @@ def _result(found: MappedPanorama) -> dict[str, Any]:
     from projdist.answers import compare  # slow to load
 
     radius = found.projection.ellipsoid.a
-    usual = [f"+proj={name} +R={radius}" for name in _USUAL]
-    others = compare([found.projection, *usual], found.panorama, tolerance=_TOLERANCE)
-    names = dict(zip(usual, _USUAL.values(), strict=True)) | {found.projection.definition: "this one"}
+    usual = {f"+proj={name} +R={radius}": words for name, words in _USUAL.items()}
+    names = usual | {found.projection.definition: "this one"}
+    maps: list[ProjectionLike] = [found.projection, *(usual.keys() - {found.projection.definition})]
+    others = compare(maps, found.panorama, tolerance=_TOLERANCE)
     rows = [
         {
             "projection": names.get(one.projection.definition, one.projection.name),

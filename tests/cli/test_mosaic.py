@@ -209,6 +209,33 @@ def test_a_camera_that_turns(turned, tmp_path):
     assert len(lines) == 4
 
 
+def test_the_projection_is_told_once(turned):
+    """One that is usual is not there twice."""
+    words = ["--correspondences", str(turned[1]), "--model", "rotation", "--projection", "mercator", "-f", "json"]
+    rows = json.loads(run(*words)[1])["projections"]
+    assert sorted(row["projection"] for row in rows) == [
+        *("cylindrical", "plane (gnomonic)", "plate carrée", "stereographic", "this one")
+    ]
+
+
+def test_two_panoramas(tmp_path):
+    """Two groups of pictures of turning cameras are two panoramas with --all, and one that is alone is named."""
+    rng = np.random.default_rng(3)
+    points = common_directions(
+        cameras(rng, [-100, -80, -60, 60, 80, 180], wobble=1.0), 210.0, 240, 200, rng, count=4000
+    )
+    table = write_csv(tmp_path / "groups.csv", points)
+    words = ["--correspondences", str(table), "--model", "rotation", "--projection", "stereographic", "-f", "json"]
+    code, out, err = run(*words)
+    assert code == 1
+    assert err.startswith("projdist: Left out: 5; 3 and 4, which hang together. Nothing connects them")
+    code, out, err = run(*words, "--all")
+    assert (code, err) == (1, "projdist: Left out: 5. Nothing connects them with the other images.\n")
+    first, other = json.loads(out)["mosaics"]
+    assert [row is None for row in first["focals"]] == [False] * 3 + [True] * 3
+    assert [row is None for row in other["focals"]] == [True] * 3 + [False] * 2 + [True]
+
+
 def test_a_panorama(turned, tmp_path):
     """It is drawn in the projection that was asked for."""
     pytest.importorskip("cv2")

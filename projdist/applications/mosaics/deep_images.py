@@ -92,7 +92,7 @@ def read_deep(path: Path, nothing: float | None, orientation: int) -> Deep:
     cv2 = opencv()
     read = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if read is None:
-        raise ValueError("OpenCV does not know its kind of pixels")
+        raise ValueError("it is broken, or its pixels are of a kind that OpenCV does not know")
     if read.ndim == 3 and read.shape[2] >= 3:
         read = read[..., [2, 1, 0, *range(3, read.shape[2])]]
     deep = array_of(_upright(read, orientation))
