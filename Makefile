@@ -9,7 +9,7 @@ DEMO := robinson mollweide winkel-tripel equal-earth mercator
 OLDEST_PYTHON ?= python3.11
 OLD := .venv-oldest
 
-.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks gallery world-maps reference-factors benchmarks benchmarks-check benchmarks-record browser clean
+.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks notebooks-check gallery world-maps reference-factors benchmarks benchmarks-check benchmarks-record browser clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -46,8 +46,12 @@ lint: .venv/installed-test
 types: .venv/installed-test
 	$(BIN)/mypy
 
+# The notebooks with their outputs, anew; and whether they still run and say the same.
 notebooks: .venv/installed-notebook
 	$(BIN)/python notebooks/run.py
+
+notebooks-check: .venv/installed-notebook
+	$(BIN)/python notebooks/run.py --check
 
 gallery: .venv/installed
 	$(BIN)/python docs/make_gallery.py
