@@ -541,3 +541,22 @@ def test_wrong_ids():
         register([first, second], correspond="icp", robust=True)
     with pytest.raises(ValueError, match=r"^Invalid robust '1'\. It must be True or False\."):
         register([first, second], robust=1)
+
+
+@pytest.mark.parametrize("missing", [0, 8])
+def test_closest_points_turned_all_around(missing):
+    """Affine images of plane clouds in any order, turned by any angle, points missing on either side, find partners."""
+    n, rng = 2, np.random.default_rng(2 + missing)
+    for _ in range(10):
+        base = rng.uniform(-1.0, 1.0, size=(80, n)) * np.linspace(1.0, 0.7, n)
+        turn = np.linalg.qr(rng.normal(size=(n, n)))[0]
+        turn[0] *= np.linalg.det(turn)
+        A = turn @ (np.eye(n) + 0.15 * rng.normal(size=(n, n)))
+        if np.linalg.det(A) < 0:
+            continue  # mirror images are not looked for
+        rows = [rng.permutation(80)[missing:] for _ in range(2)]
+        first, second = (base[k] + 0.005 * rng.normal(size=(len(k), n)) for k in rows)
+        found = register([first, second @ A.T], correspond="icp", frame="first")
+        both = np.intersect1d(*rows)
+        k, m = (np.array([int(np.flatnonzero(one == point)[0]) for point in both]) for one in rows)
+        assert np.sqrt(np.mean((found.aligned[1][m] - first[k]) ** 2)) < 0.02

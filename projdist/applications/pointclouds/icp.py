@@ -1,11 +1,15 @@
 """Which points of clouds correspond, where nobody says so: affine iterative closest points (Besl & McKay 1992).
 
-The clouds start as they lie. Pairs are mutual nearest neighbours between a cloud and the template, the cloud with the
-most points, and the fits are symmetric: the usual one-sided pairs and least squares shrink an affine map to a point.
-Distances are taken where the template is whitened, so that an affine map of all clouds changes nothing.
+The clouds start as they lie and, where that finds few partners, with equal moments, in two and three dimensions turned
+all around. Pairs are mutual nearest neighbours between a cloud and the template, the cloud with the most points, and
+the fits are symmetric: the usual one-sided pairs and least squares shrink an affine map to a point. Distances are taken
+where the template is whitened, so that an affine map of all clouds changes nothing.
 """
 
 from __future__ import annotations
+
+from itertools import permutations, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +21,9 @@ from projdist.matrices import Affine
 __all__ = ["nearest_points"]
 
 _STEPS = 100  # at most; some 20 do, and partners that come again end it sooner
+_TURNS = 24  # starts all around the plane
+_BEST = 4  # of them, which are fitted affinely
+_ENOUGH = 0.95  # of the points of the smaller cloud: with so many partners there is nothing to look for
 _FAR = 4.0  # median distances of the pairs, beyond which a pair is none
 
 
@@ -54,22 +61,46 @@ def nearest_points(clouds: list[FloatArray]) -> tuple[FloatArray, BoolArray]:
 def _pairwise(cloud: FloatArray, template: FloatArray) -> IntArray:
     """For each point of the template the number of a cloud's point, or -1, once a cloud is laid onto the template.
 
-    Of two starts, as they lie and with equal moments, the one counts that leaves the nearer neighbours.
+    It starts as it lies and, if few points find partners so, with equal moments and turned. The start counts that finds
+    the most partners, of equally many that of the nearer ones.
     """
     if min(rank(cloud), rank(template)) < cloud.shape[1]:
         return np.full(len(template), -1)
-    found = [_laid(cloud, start, template) for start in (cloud, _turned(cloud, template))]
-    return min(found, key=lambda laid: laid[1])[0]
+    found = [_laid(cloud, cloud, template)]
+    if found[0].paired < _ENOUGH * min(len(cloud), len(template)):
+        turned = sorted((_turned(cloud, template, turn) for turn in _turns(cloud.shape[1])), key=lambda one: -one[1])
+        found += [_laid(cloud, start, template) for start, _ in turned[:_BEST]]
+    return min(found, key=lambda laid: (-laid.paired, laid.distance)).partners
 
 
-def _turned(cloud: FloatArray, template: FloatArray) -> FloatArray:
-    """A cloud with the centre and the covariance of the template, turned onto it by closest points."""
+class _Laid(NamedTuple):
+    """The partners where affine fits and partners agree, how many, and the median distance of nearest points."""
+
+    partners: IntArray
+    paired: int
+    distance: float
+
+
+def _turns(n: int) -> list[FloatArray]:
+    """Rotations to start from: evenly all around in the plane, those of a cube in space, else none."""
+    if n == 2:
+        angles = 2.0 * np.pi * np.arange(_TURNS) / _TURNS
+        return [np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]) for a in angles]
+    if n != 3:
+        return [np.eye(n)]
+    signed = [
+        np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product([1.0, -1.0], repeat=3)
+    ]
+    return [one for one in signed if np.linalg.det(one) > 0]
+
+
+def _turned(cloud: FloatArray, template: FloatArray, turn: FloatArray) -> tuple[FloatArray, int]:
+    """A cloud with the moments of the template, turned onto it by closest points from a start, and their number."""
     y, z = whitened(cloud), whitened(template)
     scale = np.sqrt(len(template))
     # The roots are symmetric, so that whitening turns neither.
     basis, target = scale * _round(cloud - y.centre), scale * _round(template - z.centre)
     basis *= np.sqrt(len(cloud) / len(template))
-    turn = np.eye(cloud.shape[1])
     known: set[bytes] = set()
     while True:
         found = _partners(basis @ turn.T, target)
@@ -80,11 +111,11 @@ def _turned(cloud: FloatArray, template: FloatArray) -> FloatArray:
         U[:, -1] *= np.linalg.det(U @ V)
         turn = U @ V
     back = np.linalg.lstsq(target, template - z.centre, rcond=None)[0]
-    return basis @ turn.T @ back + z.centre
+    return basis @ turn.T @ back + z.centre, int(np.sum(found >= 0))
 
 
-def _laid(cloud: FloatArray, start: FloatArray, template: FloatArray) -> tuple[IntArray, float]:
-    """The partners where affine fits and partners agree, and the median distance of the template's nearest points."""
+def _laid(cloud: FloatArray, start: FloatArray, template: FloatArray) -> _Laid:
+    """A cloud laid onto the template by affine fits to closest points, from a start."""
     moved, known = start, set[bytes]()
     while True:
         partners = _partners(moved, template)
@@ -92,10 +123,10 @@ def _laid(cloud: FloatArray, start: FloatArray, template: FloatArray) -> tuple[I
             break
         pairs = partners >= 0
         if min(rank(cloud[partners[pairs]]), rank(template[pairs])) < cloud.shape[1]:
-            return np.full(len(template), -1), np.inf
+            return _Laid(np.full(len(template), -1), 0, np.inf)
         fit = fit_whitened(whitened(cloud[partners[pairs]]), whitened(template[pairs]), "symmetric")
         moved = fit(cloud)
-    return partners, float(np.median(_nearest(moved, template)[1]))
+    return _Laid(partners, int(np.sum(partners >= 0)), float(np.median(_nearest(moved, template)[1])))
 
 
 def _again(partners: IntArray, known: set[bytes]) -> bool:
