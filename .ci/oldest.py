@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 # Extras of what develops projdist, of which the newest will do, and the one that is the others together.
-TOOLS = {"test", "wheel-test", "browser-test", "notebook", "docs", "all"}
+TOOLS = {"test", "wheel-test", "browser-test", "benchmark", "notebook", "docs", "all"}
 FLOOR = re.compile(r"([A-Za-z0-9._-]+)>=([0-9.]+)")
 
 

@@ -114,7 +114,7 @@ USAGE = {
     "compare robin --tolerance -inf": r"Invalid tolerance '-inf'. It must be a number within 1e-15 and 1.",
     "compare": r"Missing argument 'PROJECTION...'. See 'projdist compare --help'",
     "compare --": r"Missing argument 'PROJECTION...'",
-    "compare robin --plot pie -o x.png": r"Invalid plot 'pie'. It must be histogram, cumulative or pareto.",
+    "compare robin --plot pie -o x.png": r"plot 'pie'. It must be histogram, cumulative, pareto, modes or space.",
     "compare robin --plot pareto": r"Invalid option '--plot pareto'. It needs a picture to draw to: -o FILE.png.",
     "compare robin --plot pareto -o x.csv": r"Invalid picture file 'x.csv'. Its suffix must be .png, .svg or .pdf.",
     "compare robin --dpi 30": r"Invalid option '--dpi'. It needs a picture to draw: --plot histogram",
