@@ -103,6 +103,7 @@ def nearer_than(q, middle):
     return math.sqrt(1.0 - math.exp(-2.0 * high)) - math.sqrt(1.0 - math.exp(-2.0 * low))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "T", "times"), [("plate-carree", (2 / 3**0.5, 1.0), 1.0), ("mercator", None, 2**0.5)])
 def test_median_of_cylindrical_maps(name, T, times):
     """Half of the globe lies within 30 degrees of the equator: there is the median scale, and half has what follows."""
@@ -119,6 +120,7 @@ def test_median_of_cylindrical_maps(name, T, times):
     assert found.spread_corrected.mean.value < found.spread_affine.mean.value
 
 
+@pytest.mark.slow
 def test_median_of_robinson():
     """Half of the globe has less than .165, where after the MDT it has less than .247; the squares pay for that."""
     found = correct("robinson", criterion="median")
@@ -128,7 +130,7 @@ def test_median_of_robinson():
     assert found.to_dict()["fisher_median_corrected"] == found.spread_corrected.median.value
 
 
-@pytest.mark.parametrize("region", ["country:DE", "cap:10,50,2000", "points"])
+@pytest.mark.parametrize("region", ["country:DE", pytest.param("cap:10,50,2000", marks=pytest.mark.slow), "points"])
 def test_no_other_matrix_has_a_lower_mean(region):
     """Small changes of the median raise the mean distortion; conformal and equal-area maps stay what they are."""
     if region == "points":

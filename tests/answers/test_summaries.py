@@ -335,6 +335,7 @@ def test_comparison_is_ordered():
     assert found.failures == ()
 
 
+@pytest.mark.slow
 def test_comparison_in_the_order_asked_for(monkeypatch):
     """As given, by name, by an index, by a measure, alone its mean; what has no bound goes last, as poles of s do."""
     given = ["mercator", "mollweide", "natural-earth"]

@@ -66,6 +66,7 @@ AERIAL = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "size", [pytest.param(size, marks=[] if size == "small" else pytest.mark.slow) for size in AERIAL]
 )
@@ -97,6 +98,7 @@ def overlap_apart(found, H):
     return np.hypot(*(got - known)[inside].T)
 
 
+@pytest.mark.slow
 def test_text():
     """Of printed letters, which look alike, those at their places are told from others; of two pages none are."""
     pytest.importorskip("cv2")

@@ -73,6 +73,7 @@ def test_the_least_symmetric_transfer_error():
     assert found.focals[0] == pytest.approx(best.x[6], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_error_of_the_focal_length():
     """It is the standard deviation over many sets of noisy points."""
     R = cameras(np.random.default_rng(1), [-30.0, 0.0, 30.0])
@@ -174,7 +175,7 @@ def angles(name, canvas):
 @pytest.mark.parametrize(
     ("name", "projection", "blend", "size"),
     [
-        ("150 degrees", "stereographic", "feather", 0.5),
+        pytest.param("150 degrees", "stereographic", "feather", 0.5, marks=pytest.mark.slow),
         pytest.param("150 degrees", "mercator", "multiband", 1.0, marks=pytest.mark.slow),
         pytest.param("a full turn", "plate-carree", "multiband", 1.0, marks=pytest.mark.slow),
         pytest.param("all round", "plate-carree", "none", 1.0, marks=pytest.mark.slow),
@@ -203,6 +204,7 @@ def test_the_panorama_is_the_sphere(name, projection, blend, size):
     assert np.ptp(columns) > 0.97 * drawn.canvas.width
 
 
+@pytest.mark.slow
 def test_directions_between_nodes():
     """Directions that are interpolated are the map's own to a twentieth of a pixel, NaN where it has none."""
     R, f = turned("a full turn")
@@ -248,6 +250,7 @@ def test_it_is_a_region():
     assert plane.area == pytest.approx(angle, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_the_map_that_distorts_least():
     """Over a full turn it is a cylinder with the closed form's parallel, where plate carrée and Mercator are worse."""
     R, f = turned("a full turn", wobble=0.0)

@@ -197,6 +197,7 @@ def test_the_number_of_false_alarms():
     assert again == pytest.approx(found, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_chance_is_not_believed():
     """Of a hundred pairs of images with random points none is accepted: a tenth of one is to be expected."""
     rng = np.random.default_rng(12)
@@ -208,6 +209,7 @@ def test_chance_is_not_believed():
 # ---- the model ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @MODELS
 def test_the_model_that_made_the_points(model):
     """It is chosen over many sets of noisy points; exact points, too, which both models fit, are of the simpler one."""

@@ -291,6 +291,7 @@ def test_vignettes(H, cuts, found):
     assert spread["blocks"] < 0.5 * spread["gain"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blend", BLENDS)
 def test_twelve_bits(H, cuts, found, blend):
     """Pictures of 12 bits keep their values in a mosaic of 16; one of 8 has the whole range of greys."""

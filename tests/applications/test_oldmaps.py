@@ -473,8 +473,11 @@ def test_standard_errors_of_helmert():
     assert exact.to_dict()["rectifications"]["affine"]["scale_error"] is None
 
 
-@pytest.mark.parametrize("flip", [1.0, -1.0])
-@pytest.mark.parametrize(("model", "smoothing"), [("polynomial2", None), ("tps", 0.02)])
+SPLINE = pytest.param("tps", 0.02, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("flip", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
+@pytest.mark.parametrize(("model", "smoothing"), [("polynomial2", None), SPLINE])
 def test_standard_errors_go_through_the_mean(model, smoothing, flip):
     """They are the noise times the root of the squares of what each coordinate moves the scale and the turn by."""
     old, new = scattered(12)

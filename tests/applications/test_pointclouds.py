@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from projdist.applications.pointclouds import FRAMES, affine_fit, icp, register
@@ -191,6 +191,8 @@ def test_frames(seed, n):
     assert pair.sums.mean() == pytest.approx(2 * pair.mdt_sum, rel=EXACT)
 
 
+@pytest.mark.slow
+@settings(max_examples=25)
 @CASES
 def test_known_means(seed, n):
     """Clouds made by (G exp(S_i / 2) Q_i)^-1, S_i of sum 0, have the MDT G: T stands on the left, T^-1 A_i.
@@ -543,6 +545,7 @@ def test_wrong_ids():
         register([first, second], robust=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", [0, 8])
 def test_closest_points_turned_all_around(missing):
     """Affine images of plane clouds in any order, turned by any angle, points missing on either side, find partners."""

@@ -20,6 +20,7 @@ def conformal(slope, ground=(0.0, 1.0), change=((1.0, 0.0), (0.0, 1.0))):
     return old_map(ControlPoints(old, 1000.0 * np.stack([x, y], axis=-1)), smoothing=0.0)
 
 
+@pytest.mark.slow
 def test_the_way_back():
     """What the fit brings to a place is where that is on the old map; beyond folds there is nothing."""
     found = conformal(0.4)
@@ -30,6 +31,7 @@ def test_the_way_back():
     assert np.isnan(old_places(folded, np.array([[0.5, 0.5]]))).all()
 
 
+@pytest.mark.slow
 def test_the_mean_of_conformal_maps():
     """It has the geometric mean of their scales, and the mean of their turns: exp of the mean slope."""
     ground = common_ground([conformal(slope) for slope in SLOPES])
@@ -43,6 +45,7 @@ def test_the_mean_of_conformal_maps():
     np.testing.assert_allclose(J[inside], np.conj(J[inside, ::-1, ::-1]) * [[1, -1], [-1, 1]], atol=2.0 * SPLINE)
 
 
+@pytest.mark.slow
 def test_units_and_axes_do_not_count():
     """A mirrored, stretched and turned copy of a sheet has the same field: the mean is the sheet's own."""
     plain, other = conformal(0.4), conformal(0.4, change=((30.0, -80.0), (-50.0, -20.0)))
@@ -53,6 +56,7 @@ def test_units_and_axes_do_not_count():
     assert mean.total < 1e-4
 
 
+@pytest.mark.slow
 def test_common_ground():
     """It is where the hulls overlap, in truth."""
     ground = common_ground([conformal(0.4), conformal(0.3j, ground=(0.6, 1.8))])

@@ -62,6 +62,7 @@ def test_table():
         assert text in out
 
 
+@pytest.mark.slow
 def test_median():
     """The mean distortion and what half of the area is below, for the map as it is, after the MDT, and corrected."""
     code, out, err = run("robinson", "--criterion", "median")

@@ -35,6 +35,7 @@ def test_deprecated_ones_are_said() -> None:
     assert "│ status      │ deprecated; use EPSG:2953 instead " in run_ok("info", "EPSG:2036")
 
 
+@pytest.mark.slow
 def test_formats(tmp_path: Path) -> None:
     """JSON has all, CSV a row, Markdown tables without the characters; a picture and a page are files."""
     assert run_json("info", "EPSG:32633")["keeps"] == ["conformal"]

@@ -186,6 +186,7 @@ def turned(tmp_path):
     return R, write_csv(tmp_path / "turned.csv", points)
 
 
+@pytest.mark.slow
 def test_a_camera_that_turns(turned, tmp_path):
     """Where the pictures look, and the map that distorts least what they see; with one of one's own, too."""
     report = tmp_path / "report.json"
@@ -218,6 +219,7 @@ def test_the_projection_is_told_once(turned):
     ]
 
 
+@pytest.mark.slow
 def test_two_panoramas(tmp_path):
     """Two groups of pictures of turning cameras are two panoramas with --all, and one that is alone is named."""
     rng = np.random.default_rng(3)
@@ -236,6 +238,7 @@ def test_two_panoramas(tmp_path):
     assert [row is None for row in other["focals"]] == [True] * 3 + [False] * 2 + [True]
 
 
+@pytest.mark.slow
 def test_a_panorama(turned, tmp_path):
     """It is drawn in the projection that was asked for."""
     pytest.importorskip("cv2")

@@ -150,6 +150,7 @@ def test_sheet(points, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_layers(points, tmp_path):
     """Displacements and isolines as layers of a GeoPackage in the CRS."""
     pyogrio = pytest.importorskip("pyogrio")

@@ -59,6 +59,7 @@ def test_table(found):
         assert text in out
 
 
+@pytest.mark.slow
 def test_far_parts_are_told_once():
     """What lies far away stands on the standard error; the answer says what part it is for, and no more of it."""
     code, out, err = run("country:FR", "--authority", "EPSG", "--datum", "RGF93 v1", "--limit", "1")
@@ -332,6 +333,7 @@ def test_no_bar_of_what_takes_a_moment(monkeypatch):
         assert move is None
 
 
+@pytest.mark.slow
 def test_words_for_what_cannot_be_counted(monkeypatch):
     """They come after a moment, and go; where there is no terminal there are none."""
     monkeypatch.setenv("TERM", "xterm")

@@ -54,6 +54,7 @@ def square(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_command_takes_its_lines(script: types.ModuleType, tmp_path: Path) -> None:
     """Each line is one that the command runs; the region is the box of the extent."""
     pytest.importorskip("geopandas")

@@ -31,6 +31,7 @@ def conformal():
 # ---- truths ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_best_stereographic_map_of_a_cap():
     """k grows as 1 / cos^2(c / 2) from the middle, c the distance over the Gaussian radius: half of that remains."""
     found = best("stere", CAP, "max_scale_error_ppm")

@@ -67,6 +67,7 @@ def unevenness(J: np.ndarray) -> np.ndarray:
     return np.abs(s - 1.0 / s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("round_k", [1e-6, 7e-6, 5e-5])
 @pytest.mark.parametrize("criterion", [*CRITERIA, "mean_scale_error_ppm", "airy_kavrayskiy", "canters_ar", unevenness])
 def test_best_rounded_scale(criterion: AnyFigure, round_k: float) -> None:

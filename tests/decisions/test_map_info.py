@@ -84,6 +84,7 @@ def test_what_is_stated() -> None:
     assert (len(frame), frame.keeps[0], frame["axes"][0]) == (1, "equal-area", "north;east")
 
 
+@pytest.mark.slow
 def test_what_diverges() -> None:
     """Scales without bound are null, and nothing of JSON is infinite."""
     found = info("mercator")

@@ -183,6 +183,7 @@ def _scale_error(J: np.ndarray) -> np.ndarray:
     return 1e6 * np.abs(principal_scales(J) - 1.0).max(axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "own"),
     [

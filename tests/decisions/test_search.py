@@ -460,6 +460,7 @@ def one_over_s(J):
     return 1.0 / np.abs(np.linalg.det(J))
 
 
+@pytest.mark.slow
 def test_functions_of_users():
     """By the mean of a function, also of one that cannot be pickled; values are those of the fields."""
     belt = "box:-30,0,30,60"

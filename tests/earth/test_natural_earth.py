@@ -153,6 +153,7 @@ def box_of(west: float, south: float, east: float, north: float) -> shapely.Geom
     return shapely.union(shapely.intersection(window, globe), shapely.intersection(moved, globe))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("resolution", ["50m", pytest.param("10m", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("size", [0.3, 3.0, 20.0])
 def test_land_within_windows_is_that_part_of_all_land(resolution: str, size: float) -> None:

@@ -73,6 +73,7 @@ def test_jacobians_of_layouts(region):
     np.testing.assert_allclose(found.jacobian[inside], truth, atol=2e-6)
 
 
+@pytest.mark.slow
 def test_a_plan_is_bounded(monkeypatch):
     """However many panels maps need, a plan keeps some, and regions of which there are too many are forgotten."""
     plan_of.cache_clear()

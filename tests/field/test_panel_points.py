@@ -240,6 +240,7 @@ def test_a_torn_map():
     assert (found.quality <= Quality.ONE_SIDED).all()
 
 
+@pytest.mark.slow
 def test_noise_costs_little():
     """A map that no polynomial resolves costs a fifth of an evaluation a point more."""
     lon, lat = scattered()
@@ -256,6 +257,7 @@ def test_noise_costs_little():
     assert counted.count - few.count <= 0.2 * MANY
 
 
+@pytest.mark.slow
 def test_a_map_that_looks_at_all_its_points():
     """A function whose answer depends on what else it is asked is compared with itself at every point."""
     lon, lat = scattered(limit=60.0)

@@ -17,6 +17,7 @@ def conformal(flip=1.0):
     return old_map(ControlPoints(np.stack([x, flip * y], -1), np.stack([f.real, f.imag], -1)), model="polynomial2")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flip", [1.0, -1.0])
 def test_isolines_of_a_conformal_map(flip):
     """At places f(z) of isolines the scale is that of the MDT over |A + B z|, the turn arg(A + B z) less its mean."""
@@ -44,6 +45,7 @@ def test_no_isolines_of_what_does_not_vary():
     assert list(gis.old_map_layers(found)) == ["displacements"]
 
 
+@pytest.mark.slow
 def test_layers_in_feet(tmp_path):
     """Lines lead from where the rectification has the points to the truth, in the CRS's unit; isolines are whole."""
     pyogrio = pytest.importorskip("pyogrio")

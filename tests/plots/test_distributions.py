@@ -49,6 +49,7 @@ def test_the_front() -> None:
     assert _front(points, 1e-3) == [0, 1, 3, 5]
 
 
+@pytest.mark.slow
 def test_labels_do_not_overlap() -> None:
     """Each map of the trade has its name, and none hides another."""
     maps = ["robin", "moll", "mercator", "eqearth", "eck4", "wag4", "hammer", "kav7", "winkel-tripel", "natearth"]

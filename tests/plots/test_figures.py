@@ -247,6 +247,7 @@ def test_indicatrices_on_given_axes() -> None:
     assert 1e5 < largest < 0.5 * np.radians(5.0) * 6371e3
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_small_distortions_are_exaggerated_and_the_picture_says_so() -> None:
     """France on Lambert-93 has the same circles everywhere, but for a factor; axes are lines of their own."""

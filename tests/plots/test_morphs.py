@@ -28,6 +28,7 @@ def areas(found: Blend, share: float) -> np.ndarray:
     return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
 
 
+@pytest.mark.slow
 def test_both_ends_are_the_maps() -> None:
     """As they are, also where the second is turned for the way."""
     found = blend(f"+proj=stere +lat_0=90 +R={R}", f"+proj=aeqd +lat_0=90 +lon_0=150 +R={R}", "box:-180,30,180,89")
@@ -43,6 +44,7 @@ def test_nothing_is_turned_over_on_the_way() -> None:
     assert min(sizes[0], sizes[2]) < sizes[1] < max(sizes[0], sizes[2])
 
 
+@pytest.mark.slow
 def test_colours_are_of_the_map_on_the_way() -> None:
     """Half way from plate carree to Mercator k = 1 / cos(lat) and h = (1 + k) / 2 on a sphere."""
     found = blend(f"+proj=eqc +R={R}", f"+proj=merc +R={R}", "box:-60,-40,60,60")

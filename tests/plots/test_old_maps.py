@@ -31,6 +31,7 @@ def scan(tmp_path):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("panels", [["grid"], ["tissot", "scale"], pytest.param(PANELS, marks=pytest.mark.slow)])
 def test_panels(panels, tmp_path):
     """Each panel has its title and, if coloured, its bar; none lies upon another; one unit is the same in x and y."""

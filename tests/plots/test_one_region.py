@@ -26,6 +26,7 @@ def test_the_region_of_one_map_is_in_its_title():
     assert figure.axes[-1].get_xlabel() == "Fisher distortion"
 
 
+@pytest.mark.slow
 def test_the_globe_is_not():
     """Nor where one CRS among others has an area of its own."""
     figure = plots.tissot_figure(["EPSG:3857", "robin"], size=(3, 2))

@@ -81,6 +81,7 @@ def test_space_refuses():
         plots.space_figure("robin", titles=["a", "b"])
 
 
+@pytest.mark.slow
 def test_modes_figure():
     """A panel a mode with its share and words; modes without a share are left out; one colour bar."""
     figure = plots.modes_figure(["mercator", "mollweide"], region="globe", dpi=40)

@@ -197,6 +197,7 @@ def check_json(folder: Path, value: Any, word: str) -> None:
     region_or_line(f"{word}:{path}")
 
 
+@pytest.mark.slow
 @FEW
 @given(value=collections(POLYGONS), word=st.sampled_from(["file", "geodesic"]))
 def test_geojson_of_polygons(tmp_path: Path, value: Any, word: str) -> None:

@@ -20,6 +20,7 @@ def test_islands_are_drawn_however_small(text: str) -> None:
     assert area == pytest.approx(1e6 * region.area_km2, rel=1e-3)  # sides of pieces are straight on the map
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["country:LI", pytest.param("country:DE", marks=pytest.mark.slow)])
 def test_pieces_of_a_region_are_side_by_side(text: str) -> None:
     """A country's area on an equal-area map, to the bend of the sides of cells; no piece covers another."""

@@ -115,6 +115,7 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
     from scipy.stats import chi2
 
     n = y.shape[1]
+    half = chi2.median(n)
     w = np.ones(len(y))
     covariance = np.eye(n)
     for step in range(2 * _STEPS):
@@ -126,7 +127,7 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
             again /= again.max()
         else:
             # Of normal errors half have less than the median of chi^2; a fit of p numbers to m points leaves less.
-            sigma2 = np.median(squares) / chi2.median(n) * len(y) / (len(y) - X.shape[1])
+            sigma2 = np.median(squares) / half * len(y) / (len(y) - X.shape[1])
             squares = squares / max(sigma2, 1e-300)
             u = squares / (_KERNEL**2 * n)
             again = np.where(u < 1.0, (1.0 - u) ** 2, 0.0)

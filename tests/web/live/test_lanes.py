@@ -57,6 +57,7 @@ def test_what_takes_too_long_is_stopped() -> None:
         assert (told.next()["id"], found.pid != first) == (3, True)
 
 
+@pytest.mark.slow
 def test_what_nobody_foresaw_is_told(caplog: pytest.LogCaptureFixture) -> None:
     """In one line on the page, with its trace once in the log, which is standard error's; the lane goes on."""
     told = Hearing()

@@ -341,6 +341,7 @@ def test_a_picture_stands_where_no_page_runs(make: Callable[..., Explorer]) -> N
     assert widget._repr_mimebundle_()[0]["image/png"] != first["image/png"]
 
 
+@pytest.mark.slow
 def test_without_anywidget_one_line_says_so() -> None:
     """And the package itself does not ask for it."""
     script = """
