@@ -139,7 +139,8 @@ def sample_panels(
         raise ValueError(f"Invalid tolerance '{tolerance}'. It must be above 0.")
     if isinstance(region, PointSet):
         return _at_points(projection, region, bool(second_order))
-    region = charted_for(projection, region)
+    if not second_order:
+        region = charted_for(projection, region)
     mesh = Mesh(projection, region, integrands, second_order)
     limit = mesh.refine(_AiryKavrayskiyGoal(tolerance), max_evaluations)
     for column in range(2, len(mesh.peaks)):
@@ -171,7 +172,10 @@ def sample_panels(
 
 
 def charted_for(projection: Projection, region: Region) -> Region:
-    """The region in the chart that suits a map: the globe about the map's own pole, as far as that is known."""
+    """The region in the chart that suits a map: the globe about the map's own pole, as far as that is known.
+
+    Not for second derivatives, as east and north turn without bound about the Earth's poles, which its panels hold.
+    """
     pole = own_pole_of(projection) if isinstance(region, Box) and region.is_globe else None
     return TurnedGlobe(*pole) if pole else region
 
