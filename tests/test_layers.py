@@ -220,7 +220,7 @@ def test_help_loads_nothing_slow() -> None:
 
 
 def test_the_version_and_the_list_of_commands_load_no_library() -> None:
-    """They take what Python and the parser of the command line take: no numpy, no pyproj, nor rich but with old typers."""
+    """They take what Python and the parser of the command line take: no numpy, no pyproj, nor rich (old typers do)."""
     slow = {"numpy", "pyproj", "matplotlib", "scipy", "shapely", "rich", "PIL"} - loaded_by("import typer")
     assert loaded_by(COMMAND_LINES.format(lines=("--version", "--help"))) & slow == set()
 

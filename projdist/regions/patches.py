@@ -64,7 +64,7 @@ def _crossed(
     numbers, rectangles = [], []
     for patch, edges in bands:
         for v0, v1 in itertools.pairwise(edges):
-            southern = patch == 2 or (patch == 0 and v0 + v1 < 0.0)
+            southern = int(patch == 2 or (patch == 0 and v0 + v1 < 0.0))
             rectangles += [(u0, u1, v0, v1) for u0, u1 in itertools.pairwise(lons[southern])]
             numbers += [patch] * (len(lons[southern]) - 1)
     return np.array(numbers), np.array(rectangles)

@@ -184,6 +184,7 @@ def test_without_opencv(monkeypatch):
 
 def test_kinds_of_images(tmp_path):
     """Grey and coloured images of 8 and 16 bits, with palettes and alpha, are read alike."""
+    pytest.importorskip("cv2")
     values = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
     grey, colours = Image.fromarray(values), Image.fromarray(np.repeat(values[..., None], 3, axis=2))
     alpha = colours.copy()

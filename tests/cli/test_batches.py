@@ -204,5 +204,6 @@ def test_ctrl_c_and_the_same_command(tmp_path):
 )
 def test_refused(words, message, tmp_path, monkeypatch):
     """In one line, before the work."""
+    pytest.importorskip("geopandas")
     monkeypatch.chdir(tmp_path)
     assert refusal(*words.split()).startswith(message)

@@ -198,6 +198,8 @@ def test_words_are_those_of_the_pictures():
 )
 def test_wrong_words(words, text, points, tmp_path, monkeypatch):
     """One line on standard error, and nothing else."""
+    pytest.importorskip("geopandas")
+    pytest.importorskip("rasterio")
     monkeypatch.chdir(tmp_path)
     code, out, err = run(points.name, *(words if "--model" in words or "--smoothing" in words else [*words, *QUICK]))
     assert (code, out) == (2, "")

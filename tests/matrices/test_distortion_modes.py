@@ -101,6 +101,7 @@ def test_words(E, words):
 
 def test_nothing_distorted():
     """Equal matrices have modes without a share, and these are told in order."""
+    pytest.importorskip("pandas")
     found = modes(np.broadcast_to(np.diag([2.0, 3.0]), (4, 2, 2)))
     np.testing.assert_array_equal(found.shares, 0.0)
     assert sorted(found.words) == ["horizontal", "shear", "vertical"]
@@ -178,6 +179,7 @@ def test_mollweide():
 
 def test_robinson():
     """Three quarters of Robinson's error lie from west to east, the rest is shear."""
+    pytest.importorskip("pandas")
     found = summarize("robinson", modes=True)
     assert found.modes.words[1] == "shear"
     assert found.modes.words[0].startswith("horizontal")

@@ -191,6 +191,7 @@ def test_far_apart_and_near():
 
 def test_sets_of_sets():
     """Sets on leading axes have each its own median and numbers."""
+    pytest.importorskip("pandas")
     rng = np.random.default_rng(4)
     A, w = random_matrices(rng, 72, 2, 0.5).reshape(2, 3, 12, 2, 2), rng.uniform(size=(2, 3, 12))
     A[0, 1] = [[2.0, 0.0], [0.0, 1.0]] * np.exp(np.arange(12.0))[:, None, None]

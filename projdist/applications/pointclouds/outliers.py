@@ -130,7 +130,7 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
             sigma2 = np.median(squares) / half * len(y) / (len(y) - X.shape[1])
             squares = squares / max(sigma2, 1e-300)
             u = squares / (_KERNEL**2 * n)
-            again = np.where(u < 1.0, (1.0 - u) ** 2, 0.0)
+            again = np.maximum(1.0 - u, 0.0) ** 2
             inside = residual * np.sqrt(again)[:, None]
             covariance = inside.T @ inside / max(again.sum(), 1.0) + (_ROUNDING * scale) ** 2 * np.eye(n)
         if step > _STEPS and np.abs(again - w).max() < _SAME:

@@ -103,5 +103,6 @@ def test_files_within_words(tmp_path):
 )
 def test_refused(given, message):
     """In one line."""
+    pytest.importorskip("geopandas")
     with pytest.raises(ValueError, match=f"^{message}"):
         areas_of(given)

@@ -96,7 +96,7 @@ def test_what_is_dragged_is_set_and_what_is_set_is_shown(notebook: Notebook, axe
     figures, title, canvas = (page.locator(f".card {name}").first for name in (".figures", "h2", "canvas.map"))
     notebook.until(lambda: "each ±" in figures.inner_text())
     error = projdist.sample("robinson", "globe").airy_kavrayskiy.raw
-    assert f"over the globe: {error:.3f};" in figures.inner_text()
+    assert f"over the globe: {error:.3f}" in figures.inner_text()
     assert (
         page.locator(".projdist-explore").evaluate("(node) => getComputedStyle(node).backgroundColor")
         == "rgb(20, 24, 29)"
