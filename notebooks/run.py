@@ -84,8 +84,9 @@ def _kinds(cell: Any) -> list[str]:
 
 
 def _said(cell: Any) -> str:
-    """What a cell prints, and its value as text."""
-    return "".join(one.get("text") or one.get("data", {}).get("text/plain", "") for one in cell.outputs)
+    """What a cell prints, and its value as text; what it says on standard error last, as that may come at any time."""
+    outputs = sorted(cell.outputs, key=lambda one: one.get("name") == "stderr")
+    return "".join(one.get("text") or one.get("data", {}).get("text/plain", "") for one in outputs)
 
 
 def _alike(before: str, after: str, varies: bool) -> bool:
