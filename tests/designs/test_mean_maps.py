@@ -261,7 +261,8 @@ def test_nothing_near_is_nearer() -> None:
 def test_the_variance_inequality() -> None:
     """What a map's total has more than the bound is its squared distance from the mean metric at least.
 
-    So it is wherever curvature is not positive (K.-T. Sturm 2003, Contemporary Mathematics 338, proposition 4.4).
+    So it is wherever curvature is not positive (K.-T. Sturm 2003, Contemporary Mathematics 338, proposition 4.4). Two
+    maps and their mean are on one geodesic, where both are the same but for the rounding of sums of 400 numbers.
     """
     J, w = np.stack([homography(H, X, Y) for H in HOMOGRAPHIES]), np.full(X.size, 1.0 / X.size)
     counts = np.array([2.0, 1.0])
@@ -270,7 +271,7 @@ def test_the_variance_inequality() -> None:
     from_middle = Targets(middle[None], np.array([counts.sum()]), w)
     bound = targets.total(middle)
     for other in (*J, mean_plane_map(X, Y, J, weights=counts, degree=3).jacobian(X, Y)):
-        assert targets.total(other) - bound >= from_middle.total(other)
+        assert targets.total(other) - bound >= (1.0 - 1e-13) * from_middle.total(other)
 
 
 def test_the_start_does_not_matter(winkel: MeanMap) -> None:
