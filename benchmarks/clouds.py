@@ -21,7 +21,9 @@ KINDS = {
     "2-D, a tenth outliers": {"n": 2, "turn": 30.0, "noise": 0.01, "missing": 0.0, "outliers": 0.1},
     "2-D, noise .03, both": {"n": 2, "turn": 30.0, "noise": 0.03, "missing": 0.1, "outliers": 0.1},
     "3-D": {"n": 3, "turn": 30.0, "noise": 0.01, "missing": 0.0, "outliers": 0.0},
+    "3-D, turned by up to 180": {"n": 3, "turn": 180.0, "noise": 0.01, "missing": 0.0, "outliers": 0.0},
     "3-D, both": {"n": 3, "turn": 30.0, "noise": 0.03, "missing": 0.1, "outliers": 0.1},
+    "3-D, both, turned by up to 180": {"n": 3, "turn": 180.0, "noise": 0.03, "missing": 0.1, "outliers": 0.1},
     "5-D": {"n": 5, "turn": 30.0, "noise": 0.01, "missing": 0.0, "outliers": 0.0},
     "5-D, both": {"n": 5, "turn": 30.0, "noise": 0.03, "missing": 0.1, "outliers": 0.1},
 }
@@ -84,7 +86,7 @@ def main():
                 hits += error < 3.0 * kind["noise"] * np.sqrt(kind["n"])
             found[method], spent[method] = hits, (time.process_time() - start) / sets
         told = [f"{label} {found[one]} found, {spent[one]:.3f} s" for label, one in (("ICP", by_icp), ("CPD", by_cpd))]
-        print(f"{name:26} {'; '.join(told)}")
+        print(f"{name:30} {'; '.join(told)}")
 
 
 if __name__ == "__main__":
