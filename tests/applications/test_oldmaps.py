@@ -19,7 +19,8 @@ from projdist.applications.oldmaps import (
     old_map,
 )
 from projdist.applications.oldmaps.field import hull_nodes
-from projdist.applications.oldmaps.outliers import FALSE_ALARM, _log_chance, _Residuals, wrong_points
+from projdist.applications.oldmaps.fits import SplineModes
+from projdist.applications.oldmaps.outliers import FALSE_ALARM, _log_chance, _Others, _Residuals, wrong_points
 from projdist.field.at_points import jacobian
 from projdist.matrices.mean_transformation import mdt
 from projdist.matrices.measures import fisher
@@ -369,6 +370,40 @@ def test_neighbours_of_a_wrong_point():
         new[number] += [-1500.0, 1500.0]
         named = wrong_points(ControlPoints(old, new))
         assert (named[number], named[number + 40]) == (True, False)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_points_left_out_one_by_one(order):
+    """Residuals and their variances are those of splines solved anew, as linear systems, without the points.
+
+    The system is that of the kernel r^2 ln r, or -r^4 ln r, and polynomials (Wahba 1990, equation 2.4.23); a residual
+    from the fit to the others has the variance K(x, x) + smoothing - k^T M k by the same system (her section 1.5).
+    """
+    rng = np.random.default_rng(4)
+    u, z = rng.normal(size=(30, 2)), rng.normal(size=30) + 1j * rng.normal(size=30)
+    spline = SplineModes(u, order)
+    smoothing = spline.cross_validated(z)
+    others = _Others(spline, z, 4)
+    x, y = u.T
+    P = np.stack([x**i * y**j for i in range(order) for j in range(order - i)], axis=-1)
+    square = ((u[:, None] - u) ** 2).sum(axis=-1)
+    K = 0.5 * (-1.0) ** order * square ** (order - 1) * np.log(np.where(square > 0, square, 1.0))
+    left = np.arange(30)
+    for point in (7, 22, 0, 13):
+        others.leave_out(point)
+        left = left[left != point]
+        found = others.residuals()
+        for k in left[::9]:
+            rest = left[left != k]
+            corner = np.zeros((P.shape[1],) * 2)
+            system = np.block([[K[np.ix_(rest, rest)] + smoothing * np.eye(len(rest)), P[rest]], [P[rest].T, corner]])
+            reach = np.concatenate([K[k, rest], P[k]])
+            fitted = np.linalg.solve(system, np.concatenate([z[rest], np.zeros(P.shape[1])]))
+            spread = K[k, k] + smoothing - reach @ np.linalg.solve(system, reach)
+            noise = np.vdot(z[rest], fitted[: len(rest)]).real / (len(rest) - P.shape[1])
+            np.testing.assert_allclose(found.square[k], abs(z[k] - reach @ fitted) ** 2, rtol=ROUNDING)
+            np.testing.assert_allclose(found.variance[k], noise * spread, rtol=ROUNDING)
+        assert found.freedom == len(left) - 1 - P.shape[1]
 
 
 def test_the_fit_is_without_outliers():

@@ -248,20 +248,23 @@ def _deleted(residuals: FloatArray, leverage: FloatArray) -> FloatArray:
 class SplineModes:
     """The modes of splines of an order (2: thin-plate) through places u, and what bending each costs (Wahba 1990).
 
-    The weights of the knots are Z (B + smoothing)^-1 Z^T y, Z a basis of what no polynomial below the order reaches;
-    `flat` is how many of these there are.
+    The weights of the knots are M (B + smoothing)^-1 M^T y, the columns of M a basis of what no polynomial below the
+    order reaches; `flat` is how many of these there are.
     """
 
     def __init__(self, u: FloatArray, order: int = 2) -> None:
         polynomials = Monomials(order - 1).values(u)
         self.flat = polynomials.shape[1]
-        self.Q, self.R = np.linalg.qr(polynomials, mode="complete")
-        Z = self.Q[:, self.flat :]
+        self.Q, self.R = np.linalg.qr(polynomials)
         self.kernel = _kernel(u, u, order)
-        self.bending, V = np.linalg.eigh(Z.T @ self.kernel @ Z)
+        part = self.kernel @ self.Q
+        part -= 0.5 * self.Q @ (self.Q.T @ part)
+        bent = self.kernel - part @ self.Q.T - self.Q @ part.T
+        # The polynomials, which cost nothing, come first with a cost below 0.
+        bending, modes = np.linalg.eigh(bent - np.linalg.norm(bent) * (self.Q @ self.Q.T))
+        self.bending, self.modes = bending[self.flat :], modes[:, self.flat :]
         self.is_singular = bool(self.bending.size and self.bending[0] <= _SMALLEST * self.bending[-1])
         self.bending = np.maximum(self.bending, _SMALLEST * self.bending.max(initial=0.0))
-        self.modes = Z @ V
 
     def cross_validated(self, y: AnyArray) -> float:
         """The smoothing of the least n RSS / tr(1 - H)^2, within interpolation and the polynomial."""
@@ -276,9 +279,9 @@ class SplineModes:
             low, high = tried[max(best - 1, 0)], tried[min(best + 1, _SMOOTHINGS - 1)]
         return float(np.exp(tried[best]))
 
-    def precision(self, smoothing: float) -> FloatArray:
-        """1 - H (n, n), which takes the truth to the residuals."""
-        return np.asarray((self.modes * (smoothing / (self.bending + smoothing))) @ self.modes.T)
+    def root(self, smoothing: float) -> FloatArray:
+        """F of 1 - H = F F^T, which takes the truth to the residuals."""
+        return np.asarray(self.modes * np.sqrt(smoothing / (self.bending + smoothing)))
 
 
 def _kernel(u: FloatArray, knots: FloatArray, order: int = 2) -> FloatArray:
@@ -303,10 +306,10 @@ def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
         smoothing = spline.cross_validated(points.new)
     inverse = 1.0 / (spline.bending + smoothing)
     weights = (spline.modes * inverse) @ (spline.modes.T @ points.new)
-    flat = np.linalg.solve(spline.R[:3], spline.Q[:, :3].T @ (points.new - spline.kernel @ weights))
+    flat = np.linalg.solve(spline.R, spline.Q.T @ (points.new - spline.kernel @ weights))
 
     def influence(parts: FloatArray) -> FloatArray:
-        flat = spline.Q[:, :3] @ np.linalg.solve(spline.R[:3].T, parts[:3])
+        flat = spline.Q @ np.linalg.solve(spline.R.T, parts[:3])
         return np.asarray(flat + (spline.modes * inverse) @ (spline.modes.T @ (parts[3:] - spline.kernel @ flat)))
 
     return Fit(

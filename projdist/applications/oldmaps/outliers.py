@@ -68,27 +68,19 @@ def _worst(points: ControlPoints) -> list[int]:
     splines = [SplineModes(u, order) for order in _ORDERS]
     if not _has_freedom(splines, count - 1):
         return []
-    precisions = [spline.precision(spline.cross_validated(z)) for spline in splines]
-    products = [G @ z for G in precisions]
-    left = np.ones(count, dtype=bool)
+    most = count // _MOST
+    others = [_Others(spline, z, most) for spline in splines]
     out: list[int] = []
     wrong = 0
-    while len(out) < min(count // _MOST, wrong + max(count // _HIDDEN, 1)) and _has_freedom(
-        splines, count - len(out) - 1
-    ):
-        residuals = [
-            _left_out(G, w, z, left, spline) for G, w, spline in zip(precisions, products, splines, strict=True)
-        ]
-        chance = np.where(left, _log_chance(residuals, rounding), np.inf)
+    while len(out) < min(most, wrong + max(count // _HIDDEN, 1)) and _has_freedom(splines, count - len(out) - 1):
+        chance = _log_chance([one.residuals() for one in others], rounding)
+        chance[out] = np.inf
         worst = int(np.argmin(chance))
         out.append(worst)
-        left[worst] = False
         if chance[worst] < np.log(FALSE_ALARM / (count - len(out) + 1)):
             wrong = len(out)
-        for G, w in zip(precisions, products, strict=True):
-            column = G[:, worst].copy()
-            w -= column * (w[worst] / column[worst])
-            G -= np.outer(column, column / column[worst])
+        for one in others:
+            one.leave_out(worst)
     return out[: -(-wrong // _MOST)]
 
 
@@ -96,13 +88,41 @@ def _has_freedom(splines: list[SplineModes], count: int) -> bool:
     return all(count > spline.flat for spline in splines)
 
 
-def _left_out(G: FloatArray, product: AnyArray, z: AnyArray, left: BoolArray, spline: SplineModes) -> _Residuals:
-    """Of each point that is left from the spline through the others."""
-    diagonal = np.where(left, G.diagonal(), 1.0)
-    own = np.abs(product) ** 2 / diagonal
-    freedom = int(left.sum()) - spline.flat - 1
-    rest = np.maximum(np.vdot(z[left], product[left]).real - own, 0.0)
-    return _Residuals(own / diagonal, rest / freedom / diagonal, freedom)
+class _Others:
+    """The spline of cross-validated smoothing through points, of which at most so many are left out one by one.
+
+    Without the points D the matrix 1 - H becomes G - G_D (G_DD)^-1 G_D^T: a point is a step of its Cholesky
+    factorisation, which takes the columns of D alone.
+    """
+
+    def __init__(self, spline: SplineModes, z: AnyArray, most: int) -> None:
+        self._z, self._flat = z, spline.flat
+        self._root = spline.root(spline.cross_validated(z))
+        self._diagonal = (self._root**2).sum(axis=1)
+        self._product = self._root @ (self._root.T @ z)
+        self._out: list[int] = []
+        self._columns, self._pivots = np.empty((len(z), most), order="F"), np.empty(most)
+
+    def leave_out(self, point: int) -> None:
+        """Fit the spline, with its smoothing, to the others."""
+        known = len(self._out)
+        columns, pivots = self._columns[:, :known], self._pivots[:known]
+        column = self._root @ self._root[point] - columns @ (columns[point] / pivots)
+        pivot = column[point]
+        self._product -= column * (self._product[point] / pivot)
+        self._diagonal -= column**2 / pivot
+        self._columns[:, known], self._pivots[known] = column, pivot
+        self._out.append(point)
+
+    def residuals(self) -> _Residuals:
+        """Of each point that is left from the spline through the others; 0 of those left out."""
+        square, diagonal = np.abs(self._product) ** 2, self._diagonal.copy()
+        square[self._out], diagonal[self._out] = 0.0, 1.0
+        own = square / diagonal
+        freedom = len(self._z) - len(self._out) - self._flat - 1
+        kept = np.vdot(self._z, self._product) - np.vdot(self._z[self._out], self._product[self._out])
+        rest = np.maximum(kept.real - own, 0.0)
+        return _Residuals(own / diagonal, rest / freedom / diagonal, freedom)
 
 
 def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
@@ -113,10 +133,10 @@ def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
     for order in _ORDERS:
         smoothing = SplineModes(u[kept], order).cross_validated(z[kept])
         spline = SplineModes(u, order)
-        G = spline.precision(smoothing)
-        product = G @ z
+        root = spline.root(smoothing)
+        product = root @ (root.T @ z)
         # Block by block: the residuals of all these points from the spline through the others.
-        covariance = np.linalg.inv(G[np.ix_(out, out)])
+        covariance = np.linalg.inv(root[out] @ root[out].T)
         away = covariance @ product[out]
         rest = max(np.vdot(z, product).real - np.vdot(product[out], away).real, 0.0)
         freedom = count - spline.flat
