@@ -242,7 +242,7 @@ def _notes(result: Recommendation) -> list[str]:
     """What the columns mean, which CRSs draw the same map, and how many are none."""
     notes = [
         *result.notes,
-        "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: to 0.1 ppm, as measured; "
+        "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: as measured; "
         "in area: the share of the region in the CRS's area of use.",
     ]
     if result.limit is not None:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from projdist._typing import FloatArray
+from projdist.decisions.properties import Properties, properties_of
 from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
-from projdist.matrices import fisher, log_anisotropy, log_areal_scale, principal_scales
-from projdist.numerics import Estimate, get_criterion
+from projdist.numerics import Estimate
 from projdist.projections import (
     Particulars,
     Projection,
@@ -19,7 +16,7 @@ from projdist.projections import (
     nature_of,
     particulars_of,
 )
-from projdist.regions import Cap, Place, RegionLike, region_for
+from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, plain
 
 __all__ = ["INFO_MEASURES", "INFO_TOLERANCE", "MapInfo", "info"]
@@ -28,12 +25,7 @@ INFO_MEASURES = ("scale_error_ppm", "omega", "s", "h", "k")
 """What of a map is measured over its area of use."""
 
 INFO_TOLERANCE = 1e-4
-# Nothing is kept exactly: PROJ's iterations leave 1e-6. What is not kept, as by formulas of a sphere on an ellipsoid,
-# is off by 3e-3, and by 1e-3 in a map of 500 km, for which any map is nearly everything.
-_KEPT = 1e-4
-_SMALLEST_KM = 500.0
 _NODES = 400
-_SHARE = "p99"  # of the area: the rest is where a map is singular, as at its poles
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,11 +55,11 @@ class MapInfo(Answer):
         What was asked for.
     particulars
         What is stated: kind, code, area of use, datum, ellipsoid, unit, axes, method and parameters, deprecation.
-    departures : dict
-        By how much scales, as a ratio less 1, are off from what a conformal, an equal-area and an equidistant map keep,
-        over 99 % of the area of use; NaN where nothing could be measured.
     keeps : tuple of str
-        Those of them that are kept to 1e-4.
+        What of areas, angles and distances is kept, as measured: "equal-area", "conformal", "equidistant".
+    departures : dict
+        By how much scales, as a ratio less 1, are off from what such maps keep, over 99 % of the area of use; NaN where
+        nothing could be measured.
     promises : str
         What the method is known to keep, "conformal" or "equal-area"; "" where it promises nothing.
     same_map : dict
@@ -83,6 +75,7 @@ class MapInfo(Answer):
     projection: Projection
     given: str
     particulars: Particulars
+    keeps: tuple[str, ...]
     departures: dict[str, float]
     promises: str
     same_map: dict[str, str]
@@ -90,11 +83,6 @@ class MapInfo(Answer):
     coverage: float
     airy_kavrayskiy: AiryKavrayskiy
     measures: dict[str, Spread]
-
-    @property
-    def keeps(self) -> tuple[str, ...]:
-        """What the map keeps as measured."""
-        return tuple(name for name, off in self.departures.items() if off <= _KEPT)
 
     def _line(self) -> str:
         kept = " and ".join(self.keeps) or "keeps nothing"
@@ -192,7 +180,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
         function.
     region : RegionLike, optional
         Where the errors are measured. Without one it is the area of use of a CRS, and the globe for other projections.
-        What a map keeps is measured over these in any case, and over 500 km at least.
+        What a map keeps is measured over these in any case.
     tolerance : float, default 1e-4
         To which the Airy-Kavrayskiy errors and the means are resolved, of their size: four digits of a card.
 
@@ -226,12 +214,13 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     place = region_for(region, [measured])
     field = sample(measured, place, measures=INFO_MEASURES, tolerance=tolerance)
     extremes = field.extremes(INFO_MEASURES)
-    stated, nature = particulars_of(measured), nature_of(measured)
+    stated, nature, properties = particulars_of(measured), nature_of(measured), properties_where_it_is_for(measured)
     return MapInfo(
         projection=measured,
         given=given or measured.label,
         particulars=stated,
-        departures=departures_of(measured),
+        keeps=properties.keeps,
+        departures=properties.departures,
         promises=nature.keeps if nature else "",
         same_map=codes_of_same_map(stated.code) if stated.code else {},
         region=place,
@@ -244,39 +233,8 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     )
 
 
-def departures_of(projection: Projection) -> dict[str, float]:
-    """By how much a map is off from being conformal, equal-area or equidistant, over 99 % of where it is for."""
-    nodes = nodes_of(_where_it_is_for(projection), projection.ellipsoid, _NODES)
+def properties_where_it_is_for(projection: Projection) -> Properties:
+    """What a map keeps over the area of use of a CRS, and over the globe for other projections."""
+    nodes = nodes_of(region_for(None, [projection]), projection.ellipsoid, _NODES)
     J, _ = nodes.jacobian(projection)
-    counts = (nodes.weight > 0.0) & np.isfinite(fisher(J))
-    if not counts.any():
-        return dict.fromkeys(_DEPARTURES, float("nan"))
-    J, weight = J[counts], nodes.weight[counts]
-    share = get_criterion(_SHARE)
-    return {name: float(share(off(J, weight), weight)) for name, off in _DEPARTURES.items()}
-
-
-def _where_it_is_for(projection: Projection) -> Place:
-    """The area of use or the globe, or 500 km about the middle of a smaller area, where any map keeps nearly all."""
-    area = region_for(None, [projection])
-    west, south, east, north = area.bounds
-    cap = Cap((0.5 * (west + east) + 180.0) % 360.0 - 180.0, 0.5 * (south + north), _SMALLEST_KM)
-    return cap if area.area_km2 < cap.area_km2 else area
-
-
-def _of_angles(J: FloatArray, _: FloatArray) -> FloatArray:
-    return log_anisotropy(J)
-
-
-def _of_areas(J: FloatArray, weight: FloatArray) -> FloatArray:
-    """Equal-area maps have one areal scale, which need not be 1."""
-    scale = log_areal_scale(J)
-    return np.abs(scale - get_criterion("median")(scale, weight))
-
-
-def _of_distances(J: FloatArray, _: FloatArray) -> FloatArray:
-    """One of the principal scales is 1 everywhere: along meridians, from a point, or from a line."""
-    return np.min(np.abs(np.log(principal_scales(J))), axis=-1)
-
-
-_DEPARTURES = {"conformal": _of_angles, "equal-area": _of_areas, "equidistant": _of_distances}
+    return properties_of(J, nodes)

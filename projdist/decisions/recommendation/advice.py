@@ -20,11 +20,11 @@ class Candidate:
 
     `value` is the figure of the criterion, `ranked` what the map counts by: the figure over the share, and for a `wide`
     map, one of the world or a continent, `standing.WIDE_FACTOR` times that. `share` is that of the region
-    within the areas of use of all these CRSs, `keeps` what the map keeps true to 0.1 ppm. `national` is whether the
-    country that the region is in has the map for its own; `datum_since` the year of the datum, None where the registry
-    has none. `ratio_to_custom` and `difference_to_custom` are the figure over, and less, that of the best custom
-    projection; None without one, the ratio also where that is no more than rounding. `over_limit` is the figure over
-    `Recommendation.limit`, None without that.
+    within the areas of use of all these CRSs, `keeps` what the map keeps true in the region, as measured. `national` is
+    whether the country that the region is in has the map for its own; `datum_since` the year of the datum, None where
+    the registry has none. `ratio_to_custom` and `difference_to_custom` are the figure over, and less, that of the best
+    custom projection; None without one, the ratio also where that is no more than rounding. `over_limit` is the figure
+    over `Recommendation.limit`, None without that.
     """
 
     code: str

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.decisions.recommendation.purposes import properties
+from projdist.decisions.properties import properties_of
 from projdist.decisions.recommendation.trial_nodes import Probe
 from projdist.earth import WGS84
 from projdist.field import (
@@ -100,7 +100,7 @@ def try_crs(trial: Trial) -> Finding | Rejected:
         modern=_is_modern(crs),
         conversion=crs.conversion,
         jacobian=J,
-        keeps=properties(J, weight),
+        keeps=properties_of(J, trial.probe).keeps,
         value=trial.ranking(J, weight),
         usual=(crs.is_upright, bool(np.all((xy > 0) | np.isnan(xy)))),
     )

@@ -11,8 +11,9 @@ from typing import Any
 
 from projdist.decisions.families import extent_of, sensible_families
 from projdist.decisions.optimization import best_member
+from projdist.decisions.properties import properties_of
 from projdist.decisions.recommendation.candidates import Distortion, Full, Rejected, measure
-from projdist.decisions.recommendation.purposes import properties, suits
+from projdist.decisions.recommendation.purposes import suits
 from projdist.decisions.recommendation.trial_nodes import Probe
 from projdist.earth import WGS84
 from projdist.field import FIGURES, Figure, jacobian
@@ -108,7 +109,7 @@ def design(task: Design) -> Custom | Rejected:
         J = jacobian(projection, task.probe.lon, task.probe.lat)
     except ProjectionError as error:
         return Rejected("", task.family, str(error))
-    keeps = properties(J, task.probe.weight)
+    keeps = properties_of(J, task.probe).keeps
     if not suits(keeps, task.purpose):
         return Rejected("", task.family, f"It is not {task.purpose} on the ellipsoid.")
     level = _LEVEL(J, task.probe.weight)
