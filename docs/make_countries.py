@@ -27,10 +27,15 @@ def main(file: Path) -> None:
     }
     for geometry in objects["countries"]:
         geometry |= {"id": PARTS[geometry["properties"]["name"]]} if geometry["properties"]["name"] in PARTS else {}
+    write(content, objects, DATA / "countries-10m.npz")
+
+
+def write(content: dict[str, Any], objects: dict[str, Any], file: Path) -> None:
+    """The arcs of a TopoJSON file as bytes, and some geometries of these."""
     np.savez_compressed(
-        DATA / "countries-10m.npz",
+        file,
         steps=byte_planes(np.concatenate(content["arcs"])),
-        sizes=sizes.astype("<u4"),
+        sizes=np.array([len(arc) for arc in content["arcs"]], dtype="<u4"),
         scale=np.array(content["transform"]["scale"]),
         origin=np.array(content["transform"]["translate"]),
         objects=np.frombuffer(json.dumps(objects, separators=(",", ":")).encode(), dtype=np.uint8),

@@ -43,9 +43,10 @@ RegionOption = Annotated[
         "--region",
         "-r",
         help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM, country:NAME, "
-        "continent:NAME, crs:CODE (its area of use), file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for "
-        "edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', ' + ' and brackets; @main behind "
-        "a region is its main part. Without one: the area of use of a CRS, if all maps have the same, else the globe.",
+        "continent:NAME, state:NAME (of the USA), crs:CODE (its area of use), file:PATH[#LAYER] (polygons), "
+        "geodesic:PATH (with geodesics for edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', "
+        "' + ' and brackets; @main behind a region is its main part. Without one: the area of use of a CRS, if all "
+        "maps have the same, else the globe.",
     ),
 ]
 WeightOption = Annotated[
@@ -60,9 +61,9 @@ WeightOption = Annotated[
 RegionsOption = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="countries|continents|FILE",
-        help="Each of many regions: all countries or continents, the features of a file (PATH#LAYER), or any region; "
-        "may be repeated.",
+        metavar="countries|continents|states|FILE",
+        help="Each of many regions: all countries, continents or states of the USA, the features of a file "
+        "(PATH#LAYER), or any region; may be repeated.",
     ),
 ]
 ExecutorOption = Annotated[

@@ -16,6 +16,7 @@ from .rings import (
     unwrapped,
 )
 from .sphere import chord_angle, destination, unit_vectors
+from .states import state_keys, state_outline
 
 __all__ = [
     "GEOS_ARITHMETIC",
@@ -48,6 +49,8 @@ __all__ = [
     "natural_earth",
     "planar",
     "shores",
+    "state_keys",
+    "state_outline",
     "unit_vectors",
     "unwrapped",
 ]

@@ -3,11 +3,11 @@ from .boxes import GLOBE, Box, bounding_box
 from .caps import Cap
 from .cells import cells_of
 from .combined import combine, geojson_of, polygons_of
-from .countries import region_names
 from .defaults import region_for
 from .files import features_from_file, polygons_from_geojson
 from .language import HasGeometry, Place, RegionLike, get_region, is_region_text, layer_path, weighted_points
 from .lines import line_of
+from .names import region_names
 from .parts import main_part
 from .patches import height_of, latitude_of
 from .points import PointSet

@@ -39,7 +39,7 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
 
 
 def _resolution(left: Region, right: Region, name: str) -> str:
-    """The one of Natural Earth that regions have; of two they would leave slivers along the same coast."""
+    """The one of the shipped outlines that regions have; of two they would leave slivers along the same coast."""
     found = {region.resolution for region in (left, right) if isinstance(region, Polygons)} - {""}
     if len(found) > 1:
         both = " and ".join(sorted(found))

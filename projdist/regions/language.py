@@ -5,6 +5,7 @@
     cap:LON,LAT,KM                  within a distance of a point
     country:NAME                    or its ISO 3166 code; country:CH@110m, country:CH@10m
     continent:NAME                  its countries
+    state:NAME                      of the USA, or its postal code
     crs:CODE                        the area of use of a CRS
     file:PATH, file:PATH#LAYER      polygons of a file, with edges straight in its coordinates
     geodesic:PATH, ...#LAYER        the same, with geodesics for edges
@@ -53,11 +54,11 @@ longitude and latitude, a GeoSeries or GeoDataFrame in whatever CRS it states, w
 """
 
 # What names a place: parts of it that are far away may not be meant. Those of all land are.
-_COMPACT = {"box", "cap", "country", "file", "geodesic"}
+_COMPACT = {"box", "cap", "country", "state", "file", "geodesic"}
 
 FORMS = (
-    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, crs:CODE, file:PATH, geodesic:PATH "
-    "or points:PATH, or a combination of these by &, - and +"
+    "globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, crs:CODE, file:PATH, "
+    "geodesic:PATH or points:PATH, or a combination of these by &, - and +"
 )
 
 _LONGEST = 20_000  # characters: twenty times what names all countries, and fast to read however they are put
@@ -96,6 +97,7 @@ def get_region(region: RegionLike) -> Place:
     References
     ----------
     Land and countries: Natural Earth, https://www.naturalearthdata.com
+    States: US Census Bureau, Cartographic Boundary Files, 2017, https://www.census.gov/geographies/mapping-files.html
     Edges of polygons: RFC 7946, The GeoJSON Format, section 3.1.1.
 
     Examples
@@ -288,7 +290,7 @@ def _region_of(text: str) -> Place:
 def _hint(text: str) -> str:
     if not text:
         return ""
-    from projdist.regions.countries import close_regions  # as above
+    from projdist.regions.names import close_regions  # as above
 
     close = close_regions(text.partition(":")[2] or text)
     return did_you_mean(close)
@@ -349,6 +351,13 @@ def _continent(text: str, argument: str) -> Region:
     return continent(name.strip(), _resolution(resolution, at))
 
 
+def _state(text: str, argument: str) -> Region:
+    from projdist.regions import states  # as above
+
+    name, at, resolution = argument.partition("@")
+    return states.state(name.strip(), resolution if at else states.RESOLUTION)
+
+
 def _crs(text: str, argument: str) -> Region:
     return Box(*area_of_use(argument))
 
@@ -389,6 +398,7 @@ _KINDS: dict[str, Callable[[str, str], Place]] = {
     "cap": _cap,
     "country": _country,
     "continent": _continent,
+    "state": _state,
     "crs": _crs,
     "file": _file,
     "geodesic": _geodesic,

@@ -43,7 +43,7 @@ class Polygons:
     """Polygons within longitudes -180 to 180, valid and disjoint, with their holes.
 
     `name` is the region in the words of `get_region`; `repairs` say what was repaired, `far` what of it lies far from
-    the rest, where that may not have been meant; `resolution` is that of Natural Earth, if it is from there.
+    the rest, where that may not have been meant; `resolution` is that of the shipped outlines, if it is from there.
     """
 
     geometry: shapely.MultiPolygon

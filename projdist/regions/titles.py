@@ -1,11 +1,11 @@
-"""Regions as a title has them: countries with their names, boxes and caps in words."""
+"""Regions as a title has them: countries and states with their names, boxes and caps in words."""
 
 from __future__ import annotations
 
 import functools
 import re
 
-from projdist.earth import latitude_text, longitude_text, natural_earth
+from projdist.earth import latitude_text, longitude_text, natural_earth, state_keys
 from projdist.regions.boxes import Box
 from projdist.regions.caps import Cap
 from projdist.regions.language import Place
@@ -18,9 +18,15 @@ def _country_names() -> dict[str, str]:
     return {row["iso_a2"]: row["name"] for row in natural_earth.country_keys() if row["iso_a2"]}
 
 
+@functools.cache
+def _state_names() -> dict[str, str]:
+    return {row["postal"]: row["name"] for row in state_keys()}
+
+
 _WORDS = (
     (re.compile(r"country:([A-Z]{2})(@\d+m)?(?![\w])"), lambda match: f"{_country_names()[match[1]]} ({match[1]})"),
-    (re.compile(r"(?:country|continent):([\w .'-]+?)(@\d+m)?(?=$|[)@]| [&+-] )"), lambda match: match[1]),
+    (re.compile(r"state:([A-Z]{2})(@\d+m)?(?![\w])"), lambda match: f"{_state_names()[match[1]]} ({match[1]})"),
+    (re.compile(r"(?:country|continent|state):([\w .'-]+?)(@\d+m)?(?=$|[)@]| [&+-] )"), lambda match: match[1]),
     (re.compile(r"(?:file|geodesic|points):(?:[^\s&()]*[/\\])?([^\s/\\&()]+)"), lambda match: match[1]),
     (re.compile(r"@main(:[\d.]+)?"), lambda match: ", main part"),
     (re.compile(r"@all"), lambda match: ""),

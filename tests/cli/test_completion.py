@@ -55,6 +55,7 @@ def test_values(line: str) -> None:
 def test_regions_and_files() -> None:
     assert candidates(ROOT, ["recommend", "co"]) == candidates(ROOT, ["info", "robin", "-r", "co"])
     assert candidates(ROOT, ["recommend", "co"]) == ["country:", "continent:"]
+    assert candidates(ROOT, ["recommend", "st"]) == ["state:"]
     assert candidates(ROOT, ["info", "robin", "-o", ""]) == []
     assert candidates(ROOT, ["find", "utm"]) == []
 

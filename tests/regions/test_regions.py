@@ -299,8 +299,8 @@ def test_name_of_the_globe(box):
 
 
 FORMS = (
-    "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, crs:CODE, file:PATH, "
-    "geodesic:PATH or points:PATH, or a combination of these by &, - and +."
+    "It must be globe, land, ocean, box:W,S,E,N, cap:LON,LAT,KM, country:NAME, continent:NAME, state:NAME, crs:CODE, "
+    "file:PATH, geodesic:PATH or points:PATH, or a combination of these by &, - and +."
 )
 WRONG = {
     "": f"Invalid region ''. {FORMS}",

@@ -16,6 +16,8 @@ from projdist.regions import get_region, region_title
         ("country:NO@main", "Norway (NO), main part"),
         ("country:Somaliland", "Somaliland"),
         ("continent:North America", "North America"),
+        ("state:california", "California (CA)"),
+        ("state:WA + state:OR", "Washington (WA) + Oregon (OR)"),
         ("box:170,-20,-170,-10", "170°E to 170°W, 20°S to 10°S"),
         ("cap:2.35,48.85,50", "50 km around 48.85°N, 2.35°E"),
         ("globe", "globe"),

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 from projdist.regions import Box, Cap, Place, PointSet, RegionLike, get_region, is_region_text, layer_path
 from projdist.support import quoted
 
-_ALL = {"countries": "country:", "continents": "continent:"}
+# Words for all regions of a kind, and one of these, by which a suffix is checked before the work.
+_ALL = {"countries": "country:France", "continents": "continent:Europe", "states": "state:Ohio"}
 _FROM_FILES = re.compile(r"\b(file|geodesic|points):", re.IGNORECASE)  # which workers may not have
 
 
@@ -32,7 +33,7 @@ class Area(NamedTuple):
 
 
 def areas_of(regions: RegionLike | Iterable[RegionLike | Area]) -> list[Area]:
-    """The regions of `countries`, `continents`, of the features of a file or frame, or of a list of any of these.
+    """The regions of `countries`, `continents`, `states`, of the features of a file or frame, or of a list of these.
 
     Names are told apart by numbers. Raises ValueError for what is no region, for none, and for points.
     """
@@ -73,17 +74,17 @@ def _areas(region: Any) -> Iterator[Area]:
 
 
 def _named(text: str) -> Iterator[Area]:
-    """The regions of a text: all countries, those of a file, or one."""
+    """The regions of a text: all countries or states, those of a file, or one."""
     from projdist.regions import features_from_file, region_names  # as above
 
     word, at, resolution = text.strip().partition("@")
     if word.lower() in _ALL:
-        kind = _ALL[word.lower()]
-        for name in region_names():
-            if name.startswith(kind):
-                yield Area(name + at + resolution, name + at + resolution)
+        one = _ALL[word.lower()]
         if at:
-            get_region(f"{kind}{'France' if kind == 'country:' else 'Europe'}{at}{resolution}")  # its detail
+            get_region(one + at + resolution)
+        for name in region_names():
+            if name.startswith(one.partition(":")[0] + ":"):
+                yield Area(name + at + resolution, name + at + resolution)
     elif not is_region_text(text):
         yield from (Area(name, json.dumps(shape)) for name, shape in features_from_file(*layer_path(text)))
     else:

@@ -113,8 +113,8 @@ def batch(
         `projdist.recommend` and `projdist.summarize`; one of a module where it runs in other processes. It answers with
         an answer of projdist's, or with what JSON can hold.
     regions : RegionLike, or a list of them
-        `"countries"`, `"continents"`, a file or a frame, whose features are the regions, or whatever `get_region` takes
-        but points.
+        `"countries"`, `"continents"`, `"states"`, a file or a frame, whose features are the regions, or whatever
+        `get_region` takes but points.
     projections : ProjectionLike or iterable of ProjectionLike, optional
         Whatever `Projection.from_user_input` takes and has a text, which is what workers are sent: no function.
     options : mapping, optional

@@ -173,10 +173,10 @@ export class Explorer {
     const groups = new Map();
     for (const value of this.countries) {
       const [kind, name] = value.includes(":") ? value.split(":") : ["world", value];
-      if (!groups.has(kind)) groups.set(kind, element("optgroup", { label: { country: "Countries", continent: "Continents" }[kind] ?? "World" }));
+      if (!groups.has(kind)) groups.set(kind, element("optgroup", { label: { country: "Countries", continent: "Continents", state: "States of the USA" }[kind] ?? "World" }));
       groups.get(kind).append(new Option(name, value));
     }
-    menu.append(...["world", "continent", "country"].map((kind) => groups.get(kind)).filter(Boolean));
+    menu.append(...["world", "continent", "country", "state"].map((kind) => groups.get(kind)).filter(Boolean));
     menu.addEventListener("change", () => {
       this.setRegion(menu.value);
       menu.value = "";

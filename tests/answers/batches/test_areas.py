@@ -20,9 +20,11 @@ def rows() -> list[dict[str, str]]:
 
 
 def test_countries_and_continents():
-    """All of the table of countries, and of their continents; in the detail that is asked for."""
+    """All of the table of countries, of their continents, and of states; in the detail that is asked for."""
     assert {area.text for area in areas_of("countries")} == {f"country:{row['name']}" for row in rows()}
     assert {area.text for area in areas_of("continents")} == {f"continent:{row['continent']}" for row in rows()}
+    assert len(areas_of("states")) == len(areas_of("states@10m")) == 56
+    assert areas_of("states")[5] == ("state:California", "state:California")
     (switzerland,) = (one for one in areas_of("countries@10m") if "Switzerland" in one.text)
     assert switzerland.text == "country:Switzerland@10m"
     assert switzerland.place().area_km2 == get_region("country:CH@10m").area_km2
@@ -96,6 +98,7 @@ def test_files_within_words(tmp_path):
     [
         ([], r"Invalid regions of a batch. There must be one at least."),
         ("countries@5m", r"Invalid suffix '@5m'. It must be one of @110m, "),
+        ("states@50m", r"Invalid suffix '@50m' of a state. It must be one of @10m, @main and @all."),
         ("nowhere.gpkg", r"Invalid region file 'nowhere.gpkg'. It cannot be read: No such file"),
         ([3.5], r"Invalid region '3.5'"),
         (PointSet([1.0], [2.0], [1.0], "mine"), r"Invalid region 'mine' of a batch. It must be an area, not points."),

@@ -421,6 +421,8 @@ def test_regions_are_typed_and_chosen(live: Opener) -> None:
     page.page.locator("#atlas").select_option("continent:Africa")
     page.until("document.querySelector('.figures').textContent.includes('Africa')")
     assert page.settled()["region"] == ["continent:Africa"]
+    page.page.locator("#atlas").select_option("state:Ohio")
+    page.until("document.querySelector('.figures').textContent.includes('Ohio')")
 
 
 @pytest.mark.parametrize("typed", ["country:Atlantis", "box:1,2", "file:/etc/passwd", "nowhere"])

@@ -1,0 +1,191 @@
+"""The states of the USA: against areas that the Census Bureau published, laws, EPSG's extents and Natural Earth."""
+
+import itertools
+
+import numpy as np
+import pyproj
+import pytest
+import shapely
+
+from projdist.earth import lakes, natural_earth, state_keys
+from projdist.regions import Polygons, get_region
+
+# km2: land and all waters. US Census Bureau, "State Area Measurements and Internal Point Coordinates", 2010,
+# https://www.census.gov/geographies/reference-files/2010/geo/state-area.html
+TOTAL = {
+    "AL": 135_767, "AK": 1_723_337, "AZ": 295_234, "AR": 137_732, "CA": 423_967, "CO": 269_601, "CT": 14_357,
+    "DE": 6_446, "FL": 170_312, "GA": 153_910, "HI": 28_313, "ID": 216_443, "IL": 149_995, "IN": 94_326, "IA": 145_746,
+    "KS": 213_100, "KY": 104_656, "LA": 135_659, "ME": 91_633, "MD": 32_131, "MA": 27_336, "MI": 250_487,
+    "MN": 225_163, "MS": 125_438, "MO": 180_540, "MT": 380_831, "NE": 200_330, "NV": 286_380, "NH": 24_214,
+    "NJ": 22_591, "NM": 314_917, "NY": 141_297, "NC": 139_391, "ND": 183_108, "OH": 116_098, "OK": 181_037,
+    "OR": 254_799, "PA": 119_280, "RI": 4_001, "SC": 82_933, "SD": 199_729, "TN": 109_153, "TX": 695_662,
+    "UT": 219_882, "VT": 24_906, "VA": 110_787, "WA": 184_661, "WV": 62_756, "WI": 169_635, "WY": 253_335,
+}  # fmt: skip
+# Without sea and Great Lakes all of it is within the outlines.
+INLAND = "AZ AR CO ID IA KS KY MO MT NE NV NM ND OK SD TN UT VT WV WY".split()
+# The same table: land and inland water, which is what ends at a shore; and of the fifty states and the capital.
+ASHORE = {"AL": 131_171 + 2_740, "AK": 1_477_953 + 49_997, "CA": 403_466 + 7_339, "CT": 12_542 + 443}
+ALL_ASHORE = 9_147_593 + 221_824
+CONTIGUOUS = [code for code in [*TOTAL, "DC"] if code not in ("AK", "HI")]
+
+# A border of n corners L km apart that are off by e km to either side changes an area by e L sqrt(n): West Virginia
+# has 230 of 9 km, off by 0.3 km, a step of longitudes in the file: 41 km2 or 0.07 %; twice to three times that.
+INLAND_TOLERANCE = 0.002
+# Bays that the table has as the sea's, or the outlines as the land's, are some hundredths of coastal states.
+SHORE_TOLERANCE = 0.005
+
+
+def state(code: str) -> Polygons:
+    region = get_region(f"state:{code}")
+    assert isinstance(region, Polygons)
+    return region
+
+
+@pytest.mark.parametrize("code", INLAND)
+def test_areas_of_inland_states(code: str) -> None:
+    """Land and water are what was published."""
+    assert state(code).area_km2 == pytest.approx(TOTAL[code], rel=INLAND_TOLERANCE)
+
+
+@pytest.mark.parametrize("code", ASHORE)
+def test_areas_of_coastal_states(code: str) -> None:
+    """Land and inland water are, without the sea."""
+    assert state(code).area_km2 == pytest.approx(ASHORE[code], rel=SHORE_TOLERANCE)
+
+
+def test_area_of_all_states() -> None:
+    """So are they of all together; none is larger than with all its waters."""
+    areas = {code: state(code).area_km2 for code in [*TOTAL, "DC"]}
+    assert sum(areas.values()) == pytest.approx(ALL_ASHORE, rel=SHORE_TOLERANCE)
+    assert [code for code in TOTAL if areas[code] > TOTAL[code] * (1.0 + INLAND_TOLERANCE)] == []
+
+
+def test_states_fit_together() -> None:
+    """Those that touch share their borders: no two overlap, and there is no gap at Four Corners."""
+    shapes = {code: state(code).geometry for code in CONTIGUOUS}
+    for one, other in itertools.combinations(CONTIGUOUS, 2):
+        if shapely.intersects(shapes[one], shapes[other]):
+            assert shapely.intersection(shapes[one], shapes[other]).area == 0.0, (one, other)
+    (corner,) = set.intersection(
+        *(set(map(tuple, shapely.get_coordinates(shapes[code]))) for code in "AZ CO NM UT".split())
+    )
+    assert corner == pytest.approx((-109.045, 36.999), abs=0.002)  # the monument; half a step of the file is 0.0018
+    together = shapely.union_all([shapes[code] for code in "AZ CO NM UT".split()])
+    assert together.geom_type == "Polygon"
+    assert not together.interiors
+
+
+def test_states_are_the_country() -> None:
+    """The 48 and the capital are as large as their land in Natural Earth, which has the Great Lakes, too."""
+    box = shapely.box(-126, 23, -66, 50)
+    country = natural_earth.country("840", "10m")
+    great_lakes = shapely.union_all([lake for lake in lakes("50m").geoms if box.contains(lake) and lake.area > 1.5])
+    without = shapely.MultiPolygon(list(shapely.difference(shapely.intersection(country, box), great_lakes).geoms))
+    whole = sum(state(code).area_km2 for code in CONTIGUOUS)
+    assert Polygons(without, "").area_km2 == pytest.approx(whole, rel=SHORE_TOLERANCE)
+
+
+# W, S, E, N. Acts of 1861 and 1868 for Colorado, Wyoming and Utah; meridians are 25, 27, 32, 34 and 37 degrees west of
+# Washington's old observatory, which is 77 degrees 3 minutes 2 seconds from Greenwich's.
+WASHINGTON = -(77.0 + 3.0 / 60.0 + 2.3 / 3600.0)
+LAWFUL = {
+    "WY": (WASHINGTON - 34, 41, WASHINGTON - 27, 45),
+    "CO": (WASHINGTON - 32, 37, WASHINGTON - 25, 41),
+    "UT": (WASHINGTON - 37, 37, WASHINGTON - 32, 42),
+}
+# What holds are the lines as surveyors marked them, up to 0.9 km off: EPSG's registry has Colorado from 109.06 W.
+SURVEYED = 0.0105  # degrees
+
+
+@pytest.mark.parametrize("code", LAWFUL)
+def test_bounds_by_law(code: str) -> None:
+    """Three states are boxes between parallels and meridians."""
+    assert state(code).bounds == pytest.approx(LAWFUL[code], abs=SURVEYED)
+
+
+# CRSs whose area of use is one state, as EPSG's registry has it.
+STATEWIDE = {
+    "AK": 3338, "CA": 3310, "CT": 26956, "DE": 26957, "ID": 8826, "MD": 26985, "MT": 32100, "NC": 32119, "NE": 32104,
+    "NH": 32110, "NJ": 32111, "OR": 2992, "RI": 32130, "SC": 32133, "TN": 32136, "TX": 3083, "VT": 32145,
+}  # fmt: skip
+EXTENT = 0.1  # degrees: there are waters to three nautical miles, 0.06, in some of them, and they are rounded
+
+
+@pytest.mark.parametrize("code", STATEWIDE)
+def test_bounds_in_the_registry(code: str) -> None:
+    """States lie where CRSs of theirs are for; Alaska runs on over the antimeridian."""
+    west, south, east, north = pyproj.CRS(STATEWIDE[code]).area_of_use.bounds
+    assert state(code).bounds == pytest.approx((west, south, east + 360 * (east < west), north), abs=EXTENT)
+
+
+def test_alaska_is_cut() -> None:
+    """Its parts lie within -180 to 180, islands on both sides in it, and all of it hangs together."""
+    alaska = state("AK")
+    west, _, east, _ = alaska.geometry.bounds
+    assert -180.0 <= west < -179.0 < 179.0 < east <= 180.0
+    inside = {
+        "Attu": (172.9, 52.9),
+        "Semisopochnoi": (179.6, 51.95),
+        "Adak": (-176.65, 51.85),
+        "Fairbanks": (-147.7, 64.8),
+    }
+    assert alaska.contains(*np.transpose(list(inside.values()))).all()
+    assert not alaska.contains(-135.1, 60.7)  # Whitehorse
+    assert alaska.far == ""
+    assert get_region("state:AK@main") is alaska
+    assert get_region("state:AK@main:60").area_km2 < 0.999 * alaska.area_km2
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("state:CA", "state:ca", "state:06", "STATE: California", "state:CA@10m"),
+        ("state:DC", "state:District of Columbia", "state:Washington, D.C."),
+        ("state:NH", "state:new-hampshire"),
+        ("state:VI", "state:US Virgin Islands", 'state:"U.S. Virgin Islands"'),
+        ("state:HI", "state:Hawai'i"),
+    ],
+    ids=lambda texts: texts[0],
+)
+def test_spellings(texts: tuple[str, ...]) -> None:
+    """A state is found by its codes and names, whatever their case; the same text is the same object."""
+    assert len({id(get_region(text)) for text in texts}) == 1
+    assert get_region(texts[0]).name == texts[0]
+
+
+def test_every_state_can_be_named() -> None:
+    """Fifty states, the capital and five territories, each by its name and codes."""
+    assert {row["postal"] for row in state_keys()} == {*TOTAL, "DC", "AS", "GU", "MP", "PR", "VI"}
+    for row in state_keys():
+        for key in ("name", "postal", "fips"):
+            assert get_region(f"state:{row[key]}").name == f"state:{row['postal']}"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "state:Californa",
+            "Invalid state 'Californa'. Did you mean California? It must be the name or postal code of a state or "
+            "territory of the USA.",
+        ),
+        (
+            "state:North",
+            "Invalid state 'North'. Did you mean North Carolina, North Dakota or Northern Mariana Islands? ",
+        ),
+        ("state:", "Invalid state ''. It must be the name or postal code of a state or territory of the USA."),
+        ("state:CA@50m", "Invalid suffix '@50m' of a state. It must be one of @10m, @main and @all."),
+        ("California", "Invalid region 'California'. Did you mean state:California? It must be globe,"),
+        ("Georgia", "Invalid region 'Georgia'. Did you mean country:Georgia or state:Georgia? It must be globe,"),
+        (
+            "state:CA + country:MX",
+            "Invalid region 'state:CA + country:MX'. Its parts are of different detail, 10m and 50m",
+        ),
+    ],
+)
+def test_refusals(text: str, message: str) -> None:
+    """What names no state is refused in a line, with what may have been meant."""
+    with pytest.raises(ValueError, match=r"^Invalid") as caught:
+        get_region(text)
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
