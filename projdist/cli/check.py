@@ -23,6 +23,7 @@ from projdist.cli.options import (
     file_of_kind,
     form_and_page,
     number,
+    output_option,
     whole_number,
 )
 from projdist.cli.output import drawing, present
@@ -73,13 +74,7 @@ def check_command(
     ] = False,
     format: ReportFormatOption = None,
     output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="The data with their errors: .gpkg or .geojson; or the report as a page: .html.",
-        ),
+        str | None, output_option("The data with their errors: .gpkg or .geojson; or the report as a page: .html.")
     ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from projdist.applications.pointclouds import CORRESPONDENCES, FITS, CloudFile, Registration, read_cloud, register
 from projdist.cli.errors import fail, refuse, refusing
-from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of
+from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, output_option
 from projdist.cli.output import drawing, present
 from projdist.cli.report import Column, Report, Table
 from projdist.support import refuse_existing
@@ -53,8 +53,7 @@ def clouds_command(
     ] = False,
     format: FormatOption = "table",
     output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="DIR", help="Directory for the moved clouds, each as its file."),
+        str | None, output_option("Directory for the moved clouds, each as its file.", metavar="DIR")
     ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 from projdist import gis
 from projdist.cli.errors import refuse
 from projdist.cli.layers import check_libraries, note
-from projdist.cli.options import OverwriteOption, choice, file_of_kind, number
+from projdist.cli.options import OverwriteOption, choice, file_of_kind, number, output_option
 from projdist.cli.output import drawing, tell_written
 from projdist.cli.progress import working
 
@@ -37,10 +37,7 @@ def convert_command(
     resolution: Annotated[
         str | None, typer.Option(metavar="NUMBER", help="The side of a pixel in the unit of the CRS.")
     ] = None,
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="A new .gpkg, .geojson, .fgb, .shp, .parquet or .tif."),
-    ] = None,
+    output: Annotated[str | None, output_option("A new .gpkg, .geojson, .fgb, .shp, .parquet or .tif.")] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Bring layers and rasters into another CRS, also one made by design, and back."""

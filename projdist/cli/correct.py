@@ -22,6 +22,7 @@ from projdist.cli.options import (
     choice,
     form_and_page,
     number,
+    output_option,
     region_given,
     report_format,
 )
@@ -56,13 +57,7 @@ def correct_command(
     ] = True,
     format: Annotated[str | None, report_format(_FORMS)] = None,
     output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="Picture of the map before and after: .png, .svg or .pdf; or a page: .html.",
-        ),
+        str | None, output_option("Picture of the map before and after: .png, .svg or .pdf; or a page: .html.")
     ] = None,
     local: Annotated[
         str | None,

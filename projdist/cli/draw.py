@@ -24,6 +24,7 @@ from projdist.cli.options import (
     levels_of,
     measure_names,
     number,
+    output_option,
     region_given,
     step_of,
 )
@@ -39,10 +40,7 @@ _TOLERANCE = 1e-5  # titles show three decimals
 def tissot_command(
     projections: Projections,
     output: Annotated[
-        str,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or layer of polygons: .gpkg, .geojson."
-        ),
+        str, output_option("Picture: .png, .svg or .pdf; or layer of polygons: .gpkg, .geojson.")
     ] = "tissot.png",
     region: RegionOption = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses.")] = None,
@@ -101,10 +99,7 @@ def heatmap_command(
             help="See 'projdist list measures'; fisher if none. A raster may have several, with commas.",
         ),
     ] = None,
-    output: Annotated[
-        str,
-        typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or GeoTIFF: .tif."),
-    ] = "heatmap.png",
+    output: Annotated[str, output_option("Picture: .png, .svg or .pdf; or GeoTIFF: .tif.")] = "heatmap.png",
     against: Annotated[
         str | None,
         typer.Option(

@@ -18,6 +18,7 @@ from projdist.cli.options import (
     format_for,
     format_of,
     measure_names,
+    output_option,
     printed_or_file,
 )
 from projdist.cli.output import present
@@ -43,12 +44,9 @@ def factors_command(
     format: FileFormatOption = None,
     output: Annotated[
         str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="File to write instead of printing; with --at, and always for the last three, its suffix tells what "
-            "it is: .csv, .parquet, .gpkg or .geojson.",
+        output_option(
+            "File to write instead of printing; with --at, and always for the last three, its suffix tells what "
+            "it is: .csv, .parquet, .gpkg or .geojson."
         ),
     ] = None,
     overwrite: OverwriteOption = False,

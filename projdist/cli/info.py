@@ -21,6 +21,7 @@ from projdist.cli.options import (
     ReportFormatOption,
     SizeOption,
     form_and_page,
+    output_option,
     region_given,
 )
 from projdist.cli.output import present
@@ -53,12 +54,7 @@ def info_command(
     format: ReportFormatOption = None,
     output: Annotated[
         str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="A heat map of the scale error: .png, .svg or .pdf; or all as a page with a live map: .html.",
-        ),
+        output_option("A heat map of the scale error: .png, .svg or .pdf; or all as a page with a live map: .html."),
     ] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,

@@ -21,6 +21,7 @@ from projdist.cli.options import (
     SizeOption,
     form_and_page,
     number,
+    output_option,
     region_of,
     report_format,
 )
@@ -66,10 +67,7 @@ def ldp_command(
     ] = None,
     name: Annotated[str | None, typer.Option(metavar="TEXT", help="The name of the CRS.")] = None,
     format: Annotated[str | None, report_format(_FORMS)] = None,
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Map of the ppm: .png, .svg or .pdf; or a page: .html."),
-    ] = None,
+    output: Annotated[str | None, output_option("Map of the ppm: .png, .svg or .pdf; or a page: .html.")] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,
     overwrite: OverwriteOption = False,

@@ -16,6 +16,7 @@ from projdist.cli.options import (
     file_of_kind,
     measure_names,
     number,
+    output_option,
     region_given,
     size_of,
     whole_number,
@@ -30,9 +31,7 @@ from projdist.projections import Projection
 def morph_command(
     first: Annotated[str, typer.Argument(metavar="PROJECTION", help="Where the film begins, as for compare.")],
     second: Annotated[str, typer.Argument(metavar="PROJECTION", help="What it flows into, and back from.")],
-    output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FILE", help="Film: .gif, or .mp4 (with ffmpeg).")
-    ] = "morph.gif",
+    output: Annotated[str, output_option("Film: .gif, or .mp4 (with ffmpeg).")] = "morph.gif",
     measure: Annotated[
         list[str] | None,
         typer.Option("--measure", "-m", help="Its colours; fisher if none (see 'projdist list measures')."),

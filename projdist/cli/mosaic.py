@@ -41,6 +41,7 @@ from projdist.cli.options import (
     format_for,
     format_of,
     number,
+    output_option,
     printed_or_file,
 )
 from projdist.cli.output import present, put
@@ -113,10 +114,7 @@ def mosaic_command(
         ),
     ] = "4",
     weights: Annotated[str | None, typer.Option(metavar="NUMBERS", help="Weights of the images, with commas.")] = None,
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="The mosaic to draw: .png, .tif, or .jpg."),
-    ] = None,
+    output: Annotated[str | None, output_option("The mosaic to draw: .png, .tif, or .jpg.")] = None,
     blend: Annotated[
         str | None,
         typer.Option(

@@ -15,7 +15,16 @@ from projdist.cli.cells import fixed
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.layers import check_layer_options
 from projdist.cli.oldmap_files import LAYERS, SHEETS, OldMapFile
-from projdist.cli.options import DpiOption, FormatOption, OverwriteOption, SizeOption, choice, format_of, number
+from projdist.cli.options import (
+    DpiOption,
+    FormatOption,
+    OverwriteOption,
+    SizeOption,
+    choice,
+    format_of,
+    number,
+    output_option,
+)
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
 from projdist.cli.report import Column, Report, Table
@@ -79,12 +88,7 @@ def oldmap_command(
     format: FormatOption = "table",
     output: Annotated[
         str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="Picture: .png, .svg or .pdf; rectified scan: .tif; displacements and isolines: .gpkg.",
-        ),
+        output_option("Picture: .png, .svg or .pdf; rectified scan: .tif; displacements and isolines: .gpkg."),
     ] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,

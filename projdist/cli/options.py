@@ -29,6 +29,11 @@ def report_format(forms: Iterable[str]) -> Any:
     return typer.Option("--format", "-f", metavar="|".join(forms), help="How to print, a table if not given.")
 
 
+def output_option(told: str, metavar: str = "FILE") -> Any:
+    """The option of a command for what it writes, which is told."""
+    return typer.Option("--output", "-o", metavar=metavar, help=told)
+
+
 Projections = Annotated[
     list[str],
     typer.Argument(
@@ -84,9 +89,7 @@ PartialOption = Annotated[
 FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="How to print.")]
 ReportFormatOption = Annotated[str | None, report_format(FORMATS)]
 FileFormatOption = Annotated[str | None, file_format(FORMATS, ".json, .csv, .md, .html or .txt")]
-OutputOption = Annotated[
-    str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
-]
+OutputOption = Annotated[str | None, output_option("File to write instead of printing.")]
 DatumOption = Annotated[
     str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
 ]

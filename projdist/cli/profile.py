@@ -22,6 +22,7 @@ from projdist.cli.options import (
     format_for,
     measure_names,
     number,
+    output_option,
     printed_or_file,
 )
 from projdist.cli.output import present
@@ -53,10 +54,7 @@ def profile_command(
     ] = None,
     format: FileFormatOption = None,
     output: Annotated[
-        str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf; or table: .csv, .json, .md or .txt."
-        ),
+        str | None, output_option("Picture: .png, .svg or .pdf; or table: .csv, .json, .md or .txt.")
     ] = None,
     size: SizeOption = None,
     dpi: DpiOption = None,

@@ -24,6 +24,7 @@ from projdist.cli.options import (
     SizeOption,
     check_plain,
     form_and_page,
+    output_option,
     refuse_regional_options,
     region_of,
     whole_number,
@@ -83,11 +84,8 @@ def recommend_command(
     format: ReportFormatOption = None,
     output: Annotated[
         str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="Heat maps of the best: .png, .svg or .pdf; or all as a page: .html. With --regions: as of compare.",
+        output_option(
+            "Heat maps of the best: .png, .svg or .pdf; or all as a page: .html. With --regions: as of compare."
         ),
     ] = None,
     size: SizeOption = None,
