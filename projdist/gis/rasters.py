@@ -63,32 +63,28 @@ def raster(
     chosen = tuple(dict.fromkeys(_named(measure) for measure in measures))
     area = region_for(region, [projection])
     plane, flavour, note = _held_plane(projection) if grid == "map" else (None, FLAVOURS[0], "")
+    coordinates: Coordinates
     if plane is not None:
         found = pixels(plane_extent(projection, plane, area), len(chosen), size, resolution)
         coordinates = OnPlane(projection, plane, min(found.width, found.height))
         values = _values(projection, chosen, area, coordinates, found)
-        if np.isfinite(values).any():
-            return Raster(
-                projection=projection,
-                measures=chosen,
-                values=values,
-                pixels=found,
-                wkt=coordinates.wkt,
-                flavour=flavour,
-                note=note,
+        if not np.isfinite(values).any():
+            note = f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
+            plane, flavour = None, FLAVOURS[0]
+    if plane is None:
+        coordinates, extent = graticule_grid(projection, area)
+        found = pixels(extent, len(chosen), size, resolution)
+        values = _values(projection, chosen, area, coordinates, found)
+        if not np.isfinite(values).any():
+            raise ValueError(
+                f"Invalid region '{area.name}'. No pixel's centre in it has a value; it needs smaller pixels."
             )
-        flavour, note = FLAVOURS[0], f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
-    graticule, extent = graticule_grid(projection, area)
-    found = pixels(extent, len(chosen), size, resolution)
-    values = _values(projection, chosen, area, graticule, found)
-    if not np.isfinite(values).any():
-        raise ValueError(f"Invalid region '{area.name}'. No pixel's centre in it has a value; it needs smaller pixels.")
     return Raster(
         projection=projection,
         measures=chosen,
         values=values,
         pixels=found,
-        wkt=graticule.wkt,
+        wkt=coordinates.wkt,
         flavour=flavour,
         note=note,
     )

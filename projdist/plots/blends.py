@@ -8,11 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field import drawn, evaluate, find_tears, jacobian
+from projdist.field import drawn, evaluate, jacobian
 from projdist.matrices import Measure
 from projdist.projections import Projection
 from projdist.regions import Place
-from projdist.surfaces import Surface, coast, graticule, graticule_steps, ground_size, normalised, surface_of
+from projdist.surfaces import (
+    Surface,
+    coast,
+    cut_at_tears,
+    graticule,
+    graticule_steps,
+    ground_size,
+    normalised,
+    surface_of,
+)
 
 _INWARD = 0.01  # of the way from a seam to the node behind it: there the side is certain
 _POLE = 89.9  # degrees: nearer to a pole maps may be singular
@@ -204,15 +213,7 @@ def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, se
         return []
     domain = surface.domain
     line = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
-    points = evaluate(domain, *np.concatenate(lines).T)
-    joined = np.flatnonzero(line[1:] == line[:-1])
-    links = find_tears(domain, points[joined], points[joined + 1], domain.radius)
-    torn = joined[links.torn]
-    gap = np.full((torn.size, 1, 4), np.nan)
-    ends = np.concatenate([links.start[links.torn][:, None], gap, links.stop[links.torn][:, None]], axis=1)
-    last = np.flatnonzero(line[1:] != line[:-1]) + 1
-    where = np.concatenate([np.repeat(torn + 1, 3), last])
-    points = np.insert(points, where, np.concatenate([ends.reshape(-1, 4), np.full((last.size, 4), np.nan)]), axis=0)
+    points = cut_at_tears(domain, evaluate(domain, *np.concatenate(lines).T), line)
     there = drawn(points)
     lon, lat = normalised(np.where(there, points[:, 0], 0.0)), np.where(there, points[:, 1], 0.0)
     one, other = (np.column_stack(projection(lon, lat)) for projection in (first, second))

@@ -20,6 +20,7 @@ from projdist.plots.label_places import place_labels
 from projdist.plots.layouts import check_dpi, check_size
 from projdist.plots.looks import Look, LookedFigure, look_for, look_of, scale_for, scale_of
 from projdist.plots.pictures import AnyMeasure
+from projdist.plots.titles import titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for
 from projdist.support import check_choice
@@ -112,11 +113,7 @@ def distribution_figure(
         raise ValueError(f"Invalid list of {len(listed)} projections. It must name 1 to {_MOST}.")
     maps = [Projection.from_user_input(one) for one in listed]
     place = region_for(region, maps)
-    names = [one.name for one in maps]
-    if titles is not None:
-        if not isinstance(titles, list | tuple) or len(titles) != len(maps):
-            raise ValueError(f"Invalid titles. There must be one for each of {len(maps)} maps.")
-        names = [name if title is None else str(title) for name, title in zip(names, titles, strict=True)]
+    names = titles_for(titles, [one.name for one in maps])
     measures: list[Any] = [] if kind == "pareto" else [chosen]
     fields = [sample(one, place, measures=measures, tolerance=_TOLERANCE) for one in maps]
     look, room = look_for(look), check_size(size)

@@ -25,7 +25,7 @@ from projdist.plots.colours import ColourScale, colour_scale, level_labels
 from projdist.plots.layouts import BAR, arranged, bar_axes
 from projdist.plots.looks import Look, look_for, look_of, scale_of
 from projdist.plots.pictures import draw_colourbar
-from projdist.plots.titles import title_of
+from projdist.plots.titles import title_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for, region_title
 
@@ -122,13 +122,8 @@ def space_figure(
         raise ValueError(f"Invalid list of {len(listed)} projections. It must name 1 to {_MOST}.")
     maps = [Projection.from_user_input(one) for one in listed]
     place = region_for(region, maps)
-    if titles is not None and (not isinstance(titles, list | tuple) or len(titles) != len(maps)):
-        raise ValueError(f"Invalid titles. There must be one for each of {len(maps)} maps.")
+    names = titles_for(titles, [title_of(one) for one in maps])
     look = look_for(look)
-    names = [
-        title_of(one) if title is None else str(title)
-        for one, title in zip(maps, titles or [None] * len(maps), strict=True)
-    ]
     names = [look.title] if look.title and len(maps) == 1 else names
     clouds = [_cloud(sample(one, place, tolerance=_TOLERANCE)) for one in maps]
     scale = colour_scale(

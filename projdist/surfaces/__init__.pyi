@@ -3,7 +3,7 @@ from .domain import Bounds, ground_size, is_part, longitude_width, normalised
 from .fields import field, filled, jacobians, measured
 from .jumps import ValuesAt, crosses, jumping
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons
-from .lines import graticule, graticule_steps, graticule_values, project_lines
+from .lines import cut_at_tears, graticule, graticule_steps, graticule_values, project_lines
 from .regional import shown_part, surface_of, surface_of_globe
 from .surface import Surface
 from .tissot_ellipses import (
@@ -30,6 +30,7 @@ __all__ = [
     "coast_resolution",
     "country_borders",
     "crosses",
+    "cut_at_tears",
     "ellipses",
     "even_radius",
     "field",

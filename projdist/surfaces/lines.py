@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import FloatArray, IntArray
 from projdist.field import drawn, evaluate, find_tears
 from projdist.surfaces.domain import POLE, Bounds, Domain, check_step, ground_size, longitude_width
 
@@ -34,6 +34,11 @@ def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> l
         where = joined[coarse] + 1
         points = np.insert(points, where, middle[coarse], axis=0)
         line = np.insert(line, where, line[where], axis=0)
+    return _pieces(cut_at_tears(domain, points, line)[:, 2:], _LONGEST * size)
+
+
+def cut_at_tears(domain: Domain, points: FloatArray, line: IntArray) -> FloatArray:
+    """Points (n, 4) of numbered lines with NaN between the lines, and between the ends on both sides of each tear."""
     joined = np.flatnonzero(line[1:] == line[:-1])
     links = find_tears(domain, points[joined], points[joined + 1], domain.radius)
     torn = joined[links.torn]
@@ -42,7 +47,7 @@ def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> l
     last = np.flatnonzero(line[1:] != line[:-1]) + 1
     where = np.concatenate([np.repeat(torn + 1, 3), last])
     filling = np.concatenate([ends.reshape(-1, 4), np.full((last.size, 4), np.nan)])
-    return _pieces(np.insert(points, where, filling, axis=0)[:, 2:], _LONGEST * size)
+    return np.insert(points, where, filling, axis=0)
 
 
 def _pieces(xy: FloatArray, longest: float) -> list[FloatArray]:

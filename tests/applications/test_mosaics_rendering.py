@@ -32,9 +32,14 @@ SIZES = np.array([[float(WIDTH), float(HEIGHT)]] * 6)
 CLEAR = 42.0
 
 
+def beneath(drawn, H):
+    """What the pixels of a mosaic show of the original."""
+    return sampled(relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height)
+
+
 def decibels(drawn, H):
     """The peak signal-to-noise ratio of what is drawn to what is there."""
-    whole = sampled(relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height)
+    whole = beneath(drawn, H)
     seen = drawn.pixels[..., 3] > 0
     gap = (drawn.pixels[..., :3].astype(float) - whole)[seen]
     return 10.0 * np.log10(255.0**2 / np.mean(gap**2))
@@ -110,9 +115,7 @@ def test_gains(H, cuts, found):
     spread = {}
     for exposure in ("gain", "none"):
         drawn = render(found, pictures, exposure=exposure, blend="none")
-        whole = sampled(
-            relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height
-        )
+        whole = beneath(drawn, H)
         clear = (drawn.pixels[..., 3] > 0) & (whole.min(axis=-1) > 50)
         ratio = np.log(np.maximum(drawn.pixels[..., :3][clear], 1.0) / whole[clear])
         spread[exposure] = ratio.std()
@@ -280,9 +283,7 @@ def test_vignettes(H, cuts, found):
     spread = {}
     for exposure in ("gain", "blocks"):
         drawn = render(found, pictures, exposure=exposure, blend="none")
-        whole = sampled(
-            relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height
-        )
+        whole = beneath(drawn, H)
         clear = (drawn.pixels[..., 3] > 0) & (whole.min(axis=-1) > 50)
         steps = np.log(np.maximum(drawn.pixels[..., :3], 1.0) / np.maximum(whole, 1.0)).mean(axis=-1)
         # What shows are steps from one picture to the next, within a few pixels.
@@ -301,7 +302,7 @@ def test_twelve_bits(H, cuts, found, blend):
     drawn = render(found, pictures, blend=blend, exposure="none", depth=16)
     assert drawn.pixels.dtype == np.uint16
     assert set(np.unique(drawn.pixels[..., 3])) == {0, 65535}
-    whole = sampled(relief(), H[0] @ np.linalg.inv(drawn.canvas.matrices[0]), drawn.canvas.width, drawn.canvas.height)
+    whole = beneath(drawn, H)
     seen = drawn.pixels[..., 3] > 0
     gap = (drawn.pixels[..., :3].astype(float) - (16.0 * whole + 7.0))[seen]
     assert 10.0 * np.log10(4095.0**2 / np.mean(gap**2)) > CLEAR
