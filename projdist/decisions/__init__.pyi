@@ -1,5 +1,6 @@
 from .checking.errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
-from .families import FAMILIES, Extent, ellipsoid_text, extent_of, sensible_families
+from .extents import Extent, extent_of
+from .families import FAMILIES, ellipsoid_text, sensible_families
 from .limits import LIMITED, least_error
 from .map_info import INFO_MEASURES, MapInfo, info
 from .members import Rounded

@@ -12,7 +12,8 @@ import functools
 
 import numpy as np
 
-from projdist.decisions.families import ellipsoid_text, extent_of
+from projdist.decisions.extents import extent_of
+from projdist.decisions.families import ellipsoid_text
 from projdist.earth import WGS84, Ellipsoid
 from projdist.field import Figure, nodes_of
 from projdist.numerics import fit_harmonic

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from projdist.answers import Failure
-from projdist.decisions.families import Extent, Family, cylinder_of, extent_of, get_family, sensible_families, usual_crs
+from projdist.decisions.extents import Extent, extent_of, usual_crs
+from projdist.decisions.families import Family, cylinder_of, get_family, sensible_families
 from projdist.decisions.limits import limit_of
 from projdist.decisions.members import DECIMALS, Flat, Members, Rounded
 from projdist.decisions.objectives import Objective

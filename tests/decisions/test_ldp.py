@@ -12,7 +12,7 @@ from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
 
 from projdist import LDP, PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
-from projdist.decisions.families import extent_of
+from projdist.decisions.extents import extent_of
 from projdist.decisions.surveying import LDP_FAMILIES
 from projdist.decisions.surveying.axes import Axis, _scanned
 from projdist.decisions.surveying.criteria import goal_of

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from pyproj import CRS
 
 from projdist import FIGURES, Figure, Projection, ProjectionError, optimize, principal_scales, summarize
-from projdist.decisions.families import cylinder_of, extent_of, get_family, sensible_families, usual_crs
+from projdist.decisions.extents import extent_of, usual_crs
+from projdist.decisions.families import cylinder_of, get_family, sensible_families
 from projdist.decisions.members import Flat, Members
 from projdist.decisions.objectives import Objective
 from projdist.decisions.optimization import _baseline

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from projdist.decisions.families import extent_of, sensible_families
+from projdist.decisions.extents import extent_of
+from projdist.decisions.families import sensible_families
 from projdist.decisions.optimization import best_member
 from projdist.decisions.properties import properties_of
 from projdist.decisions.recommendation.candidates import Distortion, Full, Rejected, measure

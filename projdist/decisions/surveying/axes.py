@@ -8,7 +8,8 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.answers import elevation_factor
-from projdist.decisions.families import Extent, ellipsoid_text, get_family
+from projdist.decisions.extents import Extent
+from projdist.decisions.families import ellipsoid_text, get_family
 from projdist.decisions.surveying.criteria import Factors, Goal, Order, rms_scale
 from projdist.decisions.surveying.ground import Ground
 from projdist.earth import Ellipsoid
