@@ -13,7 +13,7 @@ from projdist.cli.screen import room_in, takes_blocks
 from projdist.earth import land_within
 from projdist.matrices import get_measure
 from projdist.projections import Projection
-from projdist.regions import Place, PointSet, get_region
+from projdist.regions import Place, get_region
 from projdist.surfaces import Surface, coast_resolution, field, longitude_width, shown_part, surface_of
 
 _WIDEST, _HIGHEST = 64, 18  # characters
@@ -33,7 +33,7 @@ def sketch_of(projection: Projection, region: Place, output: Path | None = None)
     Nothing where the map cannot be drawn, as about a set of points, or where there is no room.
     """
     widest = min(_WIDEST, room_in(output) or _WIDEST)
-    if isinstance(region, PointSet) or widest < _NARROWEST:
+    if not region.area_km2 or widest < _NARROWEST:
         return []
     place = shown_part(region)
     try:

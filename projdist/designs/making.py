@@ -29,7 +29,7 @@ from projdist.projections import (
     geodetic_of,
     listed_projections,
 )
-from projdist.regions import Cap, Place, PointSet, RegionLike, get_region
+from projdist.regions import Cap, Place, RegionLike, get_region
 from projdist.support import check_choice, check_pair, check_text, quoted
 
 __all__ = ["design"]
@@ -295,7 +295,7 @@ def _rivals(
     for given in listed_projections(against):
         code = given
         if given == "recommend":
-            if isinstance(region, PointSet):
+            if not region.area_km2:
                 continue
             tell("recommend")
             best = recommend(region, purpose=kind.purpose, criterion=wish.figure, limit=1).results

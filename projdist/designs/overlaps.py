@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from projdist.projections import Projection
-from projdist.regions import Place, PointSet, polygons_of
+from projdist.regions import Place, polygons_of
 
 __all__ = ["overlaps"]
 
@@ -16,7 +16,7 @@ _AREA = 1e-6  # of the image: what is laid on twice; the edges' images are chord
 
 def overlaps(projection: Projection, region: Place) -> bool | None:
     """Whether the image of a region covers itself; None for points. A map that mirrors nowhere is meant."""
-    if isinstance(region, PointSet):
+    if not region.area_km2:
         return None
     outline = shapely.segmentize(polygons_of(region), _EDGE)
     image = shapely.transform(outline, lambda points: np.column_stack(projection(points[:, 0], points[:, 1])))

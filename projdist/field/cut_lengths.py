@@ -8,7 +8,7 @@ from projdist._typing import FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.field.tears import drawn, evaluate, find_tears
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Place, PointSet, Region
+from projdist.regions import GLOBE, Place, Region
 
 __all__ = ["cut_length", "is_interrupted"]
 
@@ -38,7 +38,7 @@ def cut_length(projection: Projection, region: Place) -> float:
     Links of a grid that are torn are counted, each for the width of its row or column. Gaps of less than a tenth of a
     cell do not count, and where the map ends is no cut.
     """
-    if isinstance(region, PointSet):
+    if not region.area_km2:
         return 0.0
     west, south, east, north = region.bounds
     step = max(east - west, north - south) / _CELLS
@@ -59,7 +59,7 @@ def cut_length(projection: Projection, region: Place) -> float:
     return float(np.radians(np.hypot(*lengths).sum()) * MEAN_EARTH_RADIUS / 1000.0)
 
 
-def _tears(projection: Projection, region: Region, start: FloatArray, stop: FloatArray) -> FloatArray:
+def _tears(projection: Projection, region: Place, start: FloatArray, stop: FloatArray) -> FloatArray:
     """Latitudes at which links between evaluated points (m, n, 4) are torn within the region; NaN if not."""
     links = find_tears(projection, start.reshape(-1, 4), stop.reshape(-1, 4), projection.ellipsoid.a)
     torn = np.flatnonzero(links.torn & drawn(links.start) & drawn(links.stop))

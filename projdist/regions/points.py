@@ -68,6 +68,11 @@ class PointSet:
         return 0.0
 
     @property
+    def edges(self) -> FloatArray:
+        """Points have no edges."""
+        return np.empty((0, 4))
+
+    @property
     def bounds(self) -> tuple[float, float, float, float]:
         """West, south, east, north in degrees, a little beyond the points; west < east, and east may pass 180."""
         lon = np.sort(np.mod(self.lon + 180.0, 360.0) - 180.0)

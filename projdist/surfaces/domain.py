@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 import shapely
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from projdist._typing import BoolArray, FloatArray
 from projdist.numerics import quantile
 from projdist.projections import Projection
-from projdist.regions import GLOBE, Box, Place, PointSet, RegionLike, region_for
+from projdist.regions import GLOBE, Box, Place, PointSet, Region, RegionLike, region_for
 from projdist.support import check_number
 
 Bounds = tuple[float, float, float, float]
@@ -90,7 +91,7 @@ def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
     return Domain(projection, place, box, _beyond(projection, place))
 
 
-def is_part(region: Place) -> bool:
+def is_part(region: Place) -> TypeGuard[Region]:
     """Whether a region is drawn as a part of what is around it: polygons, and what is no larger than a continent."""
     if isinstance(region, PointSet):
         return False

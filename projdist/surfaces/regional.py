@@ -8,7 +8,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection, ProjectionLike
-from projdist.regions import GLOBE, Box, Place, PointSet, Polygons, Region, RegionLike, main_part, polygons_of
+from projdist.regions import GLOBE, Box, Place, Polygons, Region, RegionLike, main_part, polygons_of
 from projdist.support import tell
 from projdist.surfaces.areas import Area, CellsIn, cells_in
 from projdist.surfaces.domain import (
@@ -38,7 +38,7 @@ def surface_of(projection: ProjectionLike, region: RegionLike | None, step: floa
     domain = domain_of(Projection.from_user_input(projection), region)
     surface = build_surface(domain, step)
     place = domain.region
-    return surface if isinstance(place, PointSet) or not is_part(place) else _regional(surface, place)
+    return _regional(surface, place) if is_part(place) else surface
 
 
 def surface_of_globe(projection: Projection, step: float) -> Surface:

@@ -12,7 +12,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import destination, unit_vectors
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
-from projdist.regions import Box, Place, PointSet
+from projdist.regions import Box, Place
 from projdist.support import check_number
 from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
 from projdist.surfaces.lines import graticule_values
@@ -109,7 +109,7 @@ def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray
 def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
     """Which points are in a region; those next to its border where it is so scattered that hardly any is in it."""
     inside = region.contains(lon, lat)
-    if isinstance(region, PointSet) or not len(region.edges) or inside.sum() >= _FEW:
+    if not len(region.edges) or inside.sum() >= _FEW:
         return inside
     from scipy.spatial import cKDTree  # slow to load, and hardly any region is so scattered
 

@@ -407,3 +407,9 @@ def test_points_of_lists():
     """Lists are taken as arrays are: on the sphere Mercator's scale is 1 / cos(lat) at each of the points."""
     points = PointSet([0.0, 1.0], [0.0, 60.0], [1.0, 1.0])
     assert summarize("mercator", points, measures=["k"]).measures["k"].mean == pytest.approx(1.5, rel=1e-9)
+
+
+def test_points_are_no_area() -> None:
+    """What asks a region for its area, its edges or its far parts need not know that it is of points."""
+    points = PointSet(np.array([0.0, 1.0]), np.array([0.0, 60.0]), np.ones(2))
+    assert (points.area_km2, points.edges.shape, points.far) == (0.0, (0, 4), "")

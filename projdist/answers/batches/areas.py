@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from projdist.regions import Box, Cap, Place, PointSet, RegionLike, get_region, is_region_text, layer_path
+from projdist.regions import Box, Cap, Place, RegionLike, get_region, is_region_text, layer_path
 from projdist.support import quoted
 
 # Words for all regions of a kind, and one of these, by which a suffix is checked before the work.
@@ -105,7 +105,7 @@ def _features(collection: Mapping[str, Any], crs: Any) -> Iterator[Area]:
 def _area(value: Any) -> Area:
     """One region, however it was given."""
     region = get_region(value)
-    if isinstance(region, PointSet):
+    if not region.area_km2:
         raise ValueError(f"Invalid region {quoted(region.name)} of a batch. It must be an area, not points.")
     if isinstance(region, Box):
         return Area(region.name, f"box:{region.west!r},{region.south!r},{region.east!r},{region.north!r}")

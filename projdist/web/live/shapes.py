@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from projdist._typing import FloatArray
-from projdist.regions import Place, PointSet, polygons_of, region_title
+from projdist.regions import Place, polygons_of, region_title
 from projdist.web.frames import Arrays
 
 _MOST = 4000  # points of a region
@@ -18,7 +18,7 @@ _MOST_OF_FEATURE = 500
 
 def outline(region: Place) -> tuple[dict[str, Any], Arrays]:
     """The border of a region, to be moved over a map, with its title and its middle; raises ValueError."""
-    if isinstance(region, PointSet) or region.bounds[2] - region.bounds[0] >= 360.0:
+    if not region.area_km2 or region.bounds[2] - region.bounds[0] >= 360.0:
         raise ValueError("Only a region that is a part of the globe can be moved over a map.")
     rings = shapely.get_rings(shapely.get_parts(polygons_of(region)))
     lines = [shapely.get_coordinates(ring) for ring in rings]

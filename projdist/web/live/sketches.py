@@ -11,7 +11,7 @@ import shapely
 
 from projdist._typing import FloatArray, IntArray
 from projdist.earth import GEOS_ARITHMETIC, land_within
-from projdist.regions import GLOBE, Place, PointSet, Region, RegionLike, polygons_of, region_for
+from projdist.regions import GLOBE, Place, RegionLike, polygons_of, region_for
 from projdist.surfaces import (
     Bounds,
     coast,
@@ -72,7 +72,7 @@ def make_sketch(region: RegionLike) -> Sketch:
     """The sketch of a region; raises ValueError."""
     region = region_for(region, [])
     place = shown_part(region)
-    if isinstance(place, PointSet) or (place.bounds == GLOBE.bounds and not is_part(place)):
+    if not place.area_km2 or (place.bounds == GLOBE.bounds and not is_part(place)):
         return _of_globe()
     u, v = _grid(place.bounds)
     lon, lat = np.meshgrid(u, v)
@@ -106,7 +106,7 @@ def _world_lines() -> Lines:
     return _packed({"graticule": graticule(GLOBE.bounds, 30.0, 30.0), "coast": coast(GLOBE.bounds, "110m", 2.0)})
 
 
-def _lines_about(region: Region) -> Lines:
+def _lines_about(region: Place) -> Lines:
     """The lines of a region and of what is around it."""
     bounds = _wider(region.bounds)
     size = max(ground_size(region.bounds))
