@@ -55,6 +55,7 @@ notebooks-check: .venv/installed-notebook
 
 gallery: .venv/installed
 	$(BIN)/python docs/make_gallery.py
+	$(BIN)/python docs/make_guide_pictures.py
 
 world-maps: .venv/installed
 	$(BIN)/python docs/make_world_maps.py

@@ -1,33 +1,22 @@
-"""Draw the pictures of the gallery and of the README, and write gallery.md: `python docs/make_gallery.py [NAME...]`.
+"""Draw the pictures of the gallery, and write gallery.md: `python docs/make_gallery.py [NAME...]`.
 
-Names of entries, `readme` or `mean`, draw only these pictures; gallery.md is always written whole.
+Names of entries draw only their pictures; gallery.md is always written whole.
 """
 
 from __future__ import annotations
 
-import io
 import sys
 import time
-from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from PIL import Image
+from small_pictures import DOCS, DPI, IMAGES, write_png
 
-from projdist import Summary, compare, correct, get_region, ldp, mean_map, plots, profile, recommend, summarize
+from projdist import Summary, get_region, plots, summarize
 
-DOCS = Path(__file__).parent
-IMAGES = DOCS / "images"
-DPI = 150
 PANEL = 3.9  # inches: the greatest width and height of a map
-README_MAPS = ({"robinson": 1.96, "mollweide": 1.99}, {"winkel-tripel": 1.63, "mercator": 1.0})  # width over height
-OMEGA = (0.0, 90.0)  # degrees
 SPHERE = "+R=6371008.7714"
 
 
@@ -271,142 +260,6 @@ def shape_of(ax: Axes) -> np.ndarray:
     return np.ptp([ax.get_xlim(), ax.get_ylim()], axis=1)
 
 
-def write_png(figure: Figure, path: Path, cmap: str = "viridis_r", colours: int = 256) -> None:
-    """A PNG with a palette: a third of the size."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI)
-    picture = Image.open(buffer).convert("RGB")
-    # The palette is chosen for the picture and, so that rare colours stay, for a strip of the whole colour map.
-    strip = np.tile((colormaps[cmap](np.linspace(0.0, 1.0, picture.width))[:, :3] * 255).astype(np.uint8), (60, 1, 1))
-    palette = Image.fromarray(np.concatenate([picture, strip])).quantize(colours)
-    indexed = picture.quantize(palette=palette, dither=Image.Dither.NONE)
-    values = np.array(indexed.getpalette()).reshape(-1, 3)
-    values[indexed.getpixel((0, 0))] = 255  # paper stays white
-    indexed.putpalette(values.ravel().tolist())
-    indexed.save(path, optimize=True)
-    print(f"{path.relative_to(DOCS)}: {picture.width} x {picture.height}, {path.stat().st_size / 1000:.0f} kB")
-
-
-def draw_readme() -> None:
-    """The README's pictures of world maps."""
-    figure = readme_figure(lambda ax, name: plots.tissot(ax, name, radius=5e5))
-    text = "Ellipses: circles on the ground with a radius of 500 km. Each map has its own scale."
-    figure.text(0.5, 0.4 / figure.get_figheight(), text, ha="center", va="center", fontsize=9, color="#555555")
-    write_png(figure, IMAGES / "readme.png", colours=96)
-
-    figure = readme_figure(lambda ax, name: plots.heatmap(ax, name, measure="omega", limits=OMEGA, colourbar=False))
-    place = figure.add_axes((0.2, 0.47 / figure.get_figheight(), 0.6, 0.13 / figure.get_figheight()))
-    colours = ScalarMappable(Normalize(*OMEGA), "viridis_r")
-    figure.colorbar(colours, cax=place, orientation="horizontal", extend="max")
-    place.set_xlabel("Angular distortion omega (degrees)", fontsize=9)
-    write_png(figure, IMAGES / "readme-heatmap.png")
-
-
-def draw_correction() -> None:
-    """The README's picture of a corrected map."""
-    result = correct("hammer")
-    figure = plots.heatmap_figure(
-        [result.projection, result.corrected],
-        airy_kavrayskiy=[result.airy_kavrayskiy, result.airy_kavrayskiy_corrected],
-        size=(8.0, 3.6),
-        dpi=DPI,
-    )
-    write_png(figure, IMAGES / "readme-corrected.png")
-
-
-def draw_regions() -> None:
-    """The README's picture of a region."""
-    africa = compare(["aitoff", "winkel-tripel", "gall-peters"], "continent:Africa")
-    figure = plots.heatmap_figure(
-        [summary.projection for summary in africa.results],
-        region=africa.region,
-        airy_kavrayskiy=[summary.airy_kavrayskiy for summary in africa.results],
-        size=(8.0, 4.2),
-        dpi=DPI,
-    )
-    write_png(figure, IMAGES / "readme-africa.png")
-
-
-def draw_recommendation() -> None:
-    """The README's picture of existing CRSs beside the best custom projection."""
-    found = recommend("box:5.9,47.3,15.0,55.1", limit=3, custom=True)
-    maps = {one.code: one for one in found.results} | {found.custom[0].proj: found.custom[0]}
-    figure = plots.heatmap_figure(
-        list(maps),
-        region=found.region,
-        titles=[*(one.code for one in found.results), f"custom {found.custom[0].family}"],
-        airy_kavrayskiy=[one.value for one in maps.values()],
-        size=(9.0, 3.9),
-        dpi=DPI,
-    )
-    write_png(figure, IMAGES / "readme-recommend.png")
-
-
-def draw_ldp() -> None:
-    """The README's picture of a low-distortion projection."""
-    found = ldp("box:-104.2,38.9,-103.2,39.6", height=1610.0, geodetic="EPSG:6318")
-    write_png(plots.ldp_figure(found, size=(5.0, 5.2), dpi=DPI), IMAGES / "readme-ldp.png")
-
-
-def draw_profile() -> None:
-    """The picture of a profile along a line with heights."""
-    line = [(9.0, 48.0, 300.0), (9.5, 48.3, 650.0), (10.4, 48.2, 500.0), (11.2, 48.9, 400.0), (12.6, 49.5, 800.0)]
-    write_png(plots.profile_figure(profile("EPSG:25832", line), dpi=DPI), IMAGES / "profile.png")
-
-
-def draw_comparisons() -> None:
-    """The pictures of maps beside each other: a difference, distributions, the trade of areas for angles, a film."""
-    less = plots.heatmap_figure(["robinson"], measure="omega", against="winkel-tripel", size=(7.0, 4.6), dpi=DPI)
-    write_png(less, IMAGES / "difference.png")
-    few = ["robinson", "mollweide", "winkel-tripel", "mercator", "equal-earth"]
-    write_png(plots.distribution_figure(few, "cumulative", measure="omega", dpi=DPI), IMAGES / "distribution.png")
-    many = [
-        *few,
-        "plate-carree",
-        "igh",
-        "hammer",
-        "aitoff",
-        "kav7",
-        "vandg",
-        "gall",
-        "eck3",
-        "patterson",
-        "times",
-        "aeqd",
-    ]
-    write_png(plots.distribution_figure(many, "pareto", dpi=DPI), IMAGES / "trade.png")
-    plots.morph("igh", "winkel-tripel", IMAGES / "morph.gif", frames=16, size=(4.8, 3.2), dpi=90)
-
-
-def draw_mean() -> None:
-    """The picture of a mean of two maps beside their average."""
-    found = mean_map(["aitoff", f"+proj=eqc +lat_ts=50.46 {SPHERE}"])
-    figure = plots.heatmap_figure(
-        [found.projection, found.average],
-        region=found.region,
-        titles=["Mean of Aitoff's map and plate carrée", "Winkel tripel, their average"],
-        airy_kavrayskiy=[found.standing(kind).airy_kavrayskiy for kind in ("mean", "average")],
-        size=(8.0, 3.8),
-        dpi=DPI,
-    )
-    write_png(figure, IMAGES / "mean-map.png")
-
-
-def readme_figure(painter: Callable[[Axes, str], object]) -> Figure:
-    """The maps of the README in rows that are all as wide as the figure, with room at the foot."""
-    gap, title, foot, width = 0.15, 0.4, 0.75, 8.0
-    heights = [(width - gap * (len(row) + 1)) / sum(row.values()) for row in README_MAPS]
-    total = foot + sum(heights) + title * len(heights)
-    figure = Figure(figsize=(width, total), dpi=DPI)
-    top = total
-    for row, height in zip(README_MAPS, heights, strict=True):
-        left, top = gap, top - title - height
-        for name, shape in row.items():
-            painter(figure.add_axes((left / width, top / total, shape * height / width, height / total)), name)
-            left += shape * height + gap
-    return figure
-
-
 HEAD = """# Gallery
 
 Made by `make gallery`. Left: Tissot's indicatrices, the images of equal small circles on the ground. Right: a measure
@@ -443,16 +296,6 @@ def main(names: list[str]) -> None:
             figure, cmap = draw(entry)
             write_png(figure, IMAGES / f"{entry.slug}.png", cmap)
             print(f"    {time.perf_counter() - start:.1f} s")
-    if not names or "readme" in names:
-        draw_readme()
-        draw_correction()
-        draw_regions()
-        draw_recommendation()
-        draw_ldp()
-        draw_profile()
-        draw_comparisons()
-    if not names or "mean" in names:
-        draw_mean()
     (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from make_gallery import write_png
+from small_pictures import write_png
 
 from projdist import Projection, plots, summarize, world_map
 

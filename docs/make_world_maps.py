@@ -11,10 +11,10 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-from make_gallery import DPI, write_png
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from small_pictures import DPI, write_png
 
 from projdist import indices, projection_names, summarize
 from projdist.projections import needed_parameters
