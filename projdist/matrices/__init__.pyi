@@ -2,20 +2,14 @@ from . import spd
 from .affine import Affine
 from .decomposition import Decomposition, decompose
 from .distortion_modes import Modes, field_modes, modes
-from .energies import EXPONENT, Energy, Expansion
-from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
-from .measures import (
+from .distortions import (
     FACTORS,
-    MEASURES,
-    Measure,
     angular_distortion,
     areal_error_ppm,
     areal_scale,
     factors_of,
     fisher,
-    get_measure,
     jordan,
-    listed_measures,
     log_anisotropy,
     log_areal_scale,
     log_scales,
@@ -24,6 +18,9 @@ from .measures import (
     principal_scales,
     scale_error_ppm,
 )
+from .energies import EXPONENT, Energy, Expansion
+from .mean_transformation import MDT, check_weights, field_mdt, field_median, mdt
+from .measures import MEASURES, Measure, get_measure, listed_measures
 from .rotations import ROTATIONS, Rotation, axes_shift, field_rotation, mean_rotation, turns
 from .spd import factor_distance
 

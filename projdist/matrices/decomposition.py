@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.matrices.measures import areal_scale, meridian_convergence, principal_scales
+from projdist.matrices.distortions import areal_scale, meridian_convergence, principal_scales
 
 __all__ = ["Decomposition", "decompose"]
 

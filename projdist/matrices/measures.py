@@ -1,4 +1,4 @@
-"""Pointwise measures of distortion, from the Jacobian alone.
+"""Pointwise measures of distortion by name.
 
 Every measure is a function of matrices `J` of shape (..., 2, 2), and of their second
 derivatives `H` of shape (..., 2, 2, 2) where it says so. A measure that is undefined at a
@@ -13,289 +13,34 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 from projdist.matrices.bending import flexion, skewness
-from projdist.support import check_numbers, hints, listed_values, quoted
-
-__all__ = ["MEASURES", "Measure", "get_measure", "principal_scales"]
-
-_SMALL, _LARGE = 1e-290, 1e300  # squares that have all their digits
-_DEGREES = 180.0 / np.pi
-_CHUNK = 8192  # Jacobians at a time: what is computed of them stays in the cache
-
-FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
-
-
-def principal_scales(J: ArrayLike) -> FloatArray:
-    """The singular values of Jacobians, the largest first: a and b, the semi-axes of Tissot's indicatrix.
-
-    For n = 2 they come from a + b and a - b, each one a hypotenuse: exact to rounding near
-    conformality, where a and b from the trace and the determinant lose half of the digits.
-
-    Parameters
-    ----------
-    J : array_like (..., n, n)
-        Jacobians, or other matrices of any dimension.
-
-    Returns
-    -------
-    ndarray (..., n)
-        Ratios, in descending order; NaN where J is not finite.
-
-    Raises
-    ------
-    ValueError
-        For values that are no numbers, and matrices that are not square.
-
-    References
-    ----------
-    Snyder 1987, Map Projections: A Working Manual, USGS Professional Paper 1395, equations 4-12 and 4-13.
-
-    Examples
-    --------
-    The eigenvalues of J^T J, here of rows 25, 20 and 20, 25, are their squares:
-
-    >>> (principal_scales([[3, 0], [4, 5]]) ** 2).round(9)
-    array([45.,  5.])
-    """
-    J = check_numbers("Jacobian", J)
-    if J.ndim < 2 or J.shape[-1] != J.shape[-2]:
-        raise ValueError(f"Invalid Jacobian shape {J.shape}. The last two axes must be equal, as in (..., 2, 2).")
-    if J.shape[-1] == 2:
-        total, difference = _sum_and_difference(J)
-        return np.stack([0.5 * (total + difference), 0.5 * (total - difference)], axis=-1)
-    finite = np.isfinite(J).all(axis=(-1, -2))
-    scales = np.full(J.shape[:-1], np.nan)
-    scales[finite] = np.linalg.svd(J[finite], compute_uv=False)
-    return scales
-
-
-def _sum_and_difference(J: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The principal scales' sum a + b and difference a - b >= 0."""
-    similar = _length(J[..., 0, 0] + J[..., 1, 1], J[..., 1, 0] - J[..., 0, 1])
-    mirrored = _length(J[..., 0, 0] - J[..., 1, 1], J[..., 1, 0] + J[..., 0, 1])
-    return np.maximum(similar, mirrored), np.minimum(similar, mirrored)
-
-
-def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
-    total, difference = _sum_and_difference(J)
-    return 0.5 * (total + difference), 0.5 * (total - difference)
-
-
-def _length(x: FloatArray, y: FloatArray) -> FloatArray:
-    """sqrt(x^2 + y^2), at a tenth of what `np.hypot` takes, which is for squares that are too large or too small."""
-    with np.errstate(over="ignore", under="ignore"):
-        square = x * x + y * y
-    odd = (square < _SMALL) | (square > _LARGE)
-    if np.any(odd):
-        return np.asarray(np.where(odd, np.hypot(x, y), np.sqrt(square)))
-    return np.sqrt(square)
-
-
-def _log(value: FloatArray) -> FloatArray:
-    """The natural logarithm; NaN, not -inf, where the value is zero."""
-    return np.log(_where(value > 0, value))
-
-
-def _where(defined: NDArray[np.bool_], value: FloatArray) -> FloatArray:
-    return value if np.all(defined) else np.where(defined, value, np.nan)
-
-
-def _determinant(J: FloatArray) -> FloatArray:
-    return np.asarray(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
-
-
-def _omega(total: FloatArray, difference: FloatArray) -> FloatArray:
-    # tan(omega / 2) = (a - b) / (2 sqrt(a b)) is safe near 0 and near 180 degrees alike.
-    omega = (2.0 * _DEGREES) * np.arctan2(difference, np.sqrt((total - difference) * (total + difference)))
-    return _where(total > 0, omega)
-
-
-def _theta(J: FloatArray, h: FloatArray, k: FloatArray, s: FloatArray) -> FloatArray:
-    dot = J[..., 0, 0] * J[..., 0, 1] + J[..., 1, 0] * J[..., 1, 1]
-    return _where((h > 0) & (k > 0), _DEGREES * np.arctan2(s, np.abs(dot)))
-
-
-def _convergence(J: FloatArray, h: FloatArray) -> FloatArray:
-    return _where(h > 0, _DEGREES * np.arctan2(-J[..., 0, 1], J[..., 1, 1]))
-
-
-def _fisher(a: FloatArray, b: FloatArray) -> FloatArray:
-    log_a, log_b = _log(a), _log(b)
-    return np.sqrt(log_a * log_a + log_b * log_b)
-
-
-def factors_of(J: FloatArray) -> dict[str, FloatArray]:
-    """h, k, a, b, s, omega, theta, convergence and fisher of Jacobians (..., 2, 2), with what they share done once."""
-    flat = J.reshape(-1, 2, 2)
-    found = np.empty((len(FACTORS), len(flat)))  # one array: the system is slow to give many
-    for start in range(0, len(flat), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        some = flat[part]
-        h, k, s = meridional_scale(some), parallel_scale(some), areal_scale(some)
-        total, difference = _sum_and_difference(some)
-        a, b = 0.5 * (total + difference), 0.5 * (total - difference)
-        omega, theta, convergence = _omega(total, difference), _theta(some, h, k, s), _convergence(some, h)
-        for row, values in zip(found, (h, k, a, b, s, omega, theta, convergence, _fisher(a, b)), strict=True):
-            row[part] = values
-    return dict(zip(FACTORS, found.reshape(len(FACTORS), *J.shape[:-2]), strict=True))
-
-
-def meridional_scale(J: FloatArray) -> FloatArray:
-    """Scale h along the meridian, the length of J's north column."""
-    return _length(J[..., 0, 1], J[..., 1, 1])
-
-
-def parallel_scale(J: FloatArray) -> FloatArray:
-    """Scale k along the parallel, the length of J's east column."""
-    return _length(J[..., 0, 0], J[..., 1, 0])
-
-
-def areal_scale(J: FloatArray) -> FloatArray:
-    """Areal scale s = a b = |det J|; whether the map mirrors is the measure `orientation`."""
-    return np.abs(_determinant(J))
-
-
-def tissot_semimajor(J: FloatArray) -> FloatArray:
-    """Largest scale a, the indicatrix' semi-major axis."""
-    return _principal(J)[0]
-
-
-def tissot_semiminor(J: FloatArray) -> FloatArray:
-    """Smallest scale b, the indicatrix' semi-minor axis."""
-    return _principal(J)[1]
-
-
-def angular_distortion(J: FloatArray) -> FloatArray:
-    """Maximum angular deformation omega = 2 asin((a - b) / (a + b)) in degrees (Snyder 1987, 4-9)."""
-    return _omega(*_sum_and_difference(J))
-
-
-def meridian_parallel_angle(J: FloatArray) -> FloatArray:
-    """Angle theta' between the meridian and the parallel on the map, 0 to 90 degrees (Snyder 1987, 4-14)."""
-    return _theta(J, meridional_scale(J), parallel_scale(J), areal_scale(J))
-
-
-def meridian_convergence(J: FloatArray) -> FloatArray:
-    """Angle from true north clockwise to grid north in degrees.
-
-    The surveyors' sign, PROJ's too: positive east of the central meridian of a transverse
-    Mercator in the northern hemisphere.
-    """
-    return _convergence(J, meridional_scale(J))
-
-
-def scale_at(J: FloatArray, azimuth: ArrayLike) -> FloatArray:
-    """Scale in the direction `azimuth`, degrees clockwise from north."""
-    angle = np.radians(azimuth)
-    east, north = np.sin(angle), np.cos(angle)
-    return _length(
-        J[..., 0, 0] * east + J[..., 0, 1] * north,
-        J[..., 1, 0] * east + J[..., 1, 1] * north,
-    )
-
-
-def fisher(J: FloatArray) -> FloatArray:
-    """Fisher distortion sqrt(sum of ln^2 of the principal scales), any dimension.
-
-    D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications".
-    """
-    if J.shape[-1] == 2:
-        return _fisher(*_principal(J))
-    return np.sqrt(np.sum(_log(principal_scales(J)) ** 2, axis=-1))
-
-
-def log_anisotropy(J: FloatArray) -> FloatArray:
-    """ln(a / b), the logarithmic distortion of angles."""
-    a, b = _principal(J)
-    return _log(a / np.where(b > 0, b, np.nan))
-
-
-def log_areal_scale(J: FloatArray) -> FloatArray:
-    """ln(a b), the logarithmic distortion of areas."""
-    return _log(areal_scale(J))
-
-
-def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ln^2 a + ln^2 b and ln(a b) in one go, NaN where the map is singular."""
-    east_x, north_x, east_y, north_y = J[..., 0, 0], J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
-    with np.errstate(over="ignore", invalid="ignore"):
-        one, other = (np.sqrt((east_x + k * north_y) ** 2 + (east_y - k * north_x) ** 2) for k in (1.0, -1.0))
-        a, b = 0.5 * (one + other), 0.5 * np.abs(one - other)
-    # Squares in the range of doubles are half as dear as `hypot`; NaN compares as false.
-    if not (a.max(initial=1.0) < _LARGE and b.min(initial=1.0) > 1.0 / _LARGE):
-        a, b = _principal(J)
-        a, b = (np.where(value > 0, value, np.nan) for value in (a, b))
-    log_a, log_b = np.log(a), np.log(b)
-    return log_a * log_a + log_b * log_b, log_a + log_b
-
-
-_LARGE = 1e100
-
-
-def airy(J: FloatArray) -> FloatArray:
-    """Airy's term sqrt(((a - 1)^2 + (b - 1)^2) / 2); its RMS is Airy's error (Airy 1861)."""
-    a, b = _principal(J)
-    return np.sqrt(0.5 * ((a - 1.0) ** 2 + (b - 1.0) ** 2))
-
-
-def kavrayskiy(J: FloatArray) -> FloatArray:
-    """Kavrayskiy's term sqrt((ln^2 a + ln^2 b) / 2), with the half that `fisher` has not."""
-    return fisher(J) / np.sqrt(2.0)
-
-
-def jordan(J: FloatArray) -> FloatArray:
-    """Jordan's term: the RMS over all directions of scale - 1 (Jordan 1896)."""
-    total, difference = _sum_and_difference(J)
-    c = 0.5 * total
-    n = (difference / np.where(total > 0, total, 1.0)) ** 2
-    # Mean scale over the directions = c (1 + n/4 + n^2/64 + ...), the perimeter of an ellipse (Ivory 1798).
-    # Written for the excess over c, the sum has no cancellation near scale 1.
-    return np.sqrt((c - 1.0) ** 2 + c * (c * n - 2.0 * _perimeter_excess(n)))
-
-
-def jordan_kavrayskiy(J: FloatArray) -> FloatArray:
-    """The RMS over all directions of ln of the scale (Kavrayskiy 1934)."""
-    total, difference = _sum_and_difference(J)
-    from scipy.special import spence  # imported here: scipy is slow to load, and few need it
-
-    # In the direction z the scale is (a + b) / 2 times |1 + n exp(2 i z)|, n = (a - b) / (a + b), whose logarithm has
-    # the Fourier coefficients n^k / k: the mean of its square is half a dilogarithm.
-    n = difference / np.where(total > 0, total, np.nan)
-    return np.asarray(np.sqrt(_log(0.5 * total) ** 2 + 0.5 * spence(1.0 - n * n)))
-
-
-def _perimeter_excess(n: FloatArray) -> FloatArray:
-    """Perimeter of an ellipse over pi (a + b), less 1, for n = ((a - b) / (a + b))^2."""
-    # A sum of squares of the binomial coefficients of sqrt(1 + x). Below n = 0.05 six terms are exact to 1e-16 n.
-    series = n * (1 / 4 + n * (1 / 64 + n * (1 / 256 + n * (25 / 16384 + n * (49 / 65536 + n * 441 / 1048576)))))
-    large = n > 0.05
-    if np.any(large):
-        from scipy.special import ellipe  # imported here: scipy is slow to load, and few need it
-
-        root = np.sqrt(n)
-        exact = 2.0 / np.pi * (1.0 + root) * ellipe(np.minimum(4.0 * root / (1.0 + root) ** 2, 1.0)) - 1.0
-        return np.asarray(np.where(large, exact, series))
-    return np.asarray(series)
-
-
-def scale_error_ppm(J: FloatArray) -> FloatArray:
-    """Largest |scale - 1| over all directions, in parts per million."""
-    a, b = _principal(J)
-    return 1e6 * np.maximum(np.abs(a - 1.0), np.abs(b - 1.0))
-
-
-def areal_error_ppm(J: FloatArray) -> FloatArray:
-    """|s - 1| in parts per million."""
-    return 1e6 * np.abs(areal_scale(J) - 1.0)
-
-
-def orientation(J: FloatArray) -> FloatArray:
-    """+1 where the map keeps orientation, -1 where it mirrors, 0 where it is singular."""
-    return np.sign(_determinant(J))
-
+from projdist.matrices.distortions import (
+    airy,
+    angular_distortion,
+    areal_error_ppm,
+    areal_scale,
+    fisher,
+    jordan,
+    jordan_kavrayskiy,
+    kavrayskiy,
+    log_anisotropy,
+    log_areal_scale,
+    meridian_convergence,
+    meridian_parallel_angle,
+    meridional_scale,
+    orientation,
+    parallel_scale,
+    scale_at,
+    scale_error_ppm,
+    tissot_semimajor,
+    tissot_semiminor,
+)
+from projdist.support import hints, listed_values, quoted
+
+__all__ = ["MEASURES", "Measure", "get_measure"]
 
 _LIMITS = {
     "angular_distortion": (0.0, 180.0),

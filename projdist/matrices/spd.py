@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.matrices.measures import principal_scales
+from projdist.matrices.distortions import principal_scales
 
 __all__ = [
     "distance",

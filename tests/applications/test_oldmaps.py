@@ -22,8 +22,8 @@ from projdist.applications.oldmaps.field import hull_nodes
 from projdist.applications.oldmaps.fits import SplineModes
 from projdist.applications.oldmaps.outliers import FALSE_ALARM, _log_chance, _Others, _Residuals, wrong_points
 from projdist.field.at_points import jacobian
+from projdist.matrices.distortions import fisher
 from projdist.matrices.mean_transformation import mdt
-from projdist.matrices.measures import fisher
 from projdist.projections import Projection
 
 ROUNDING = 1e-9  # relative; the fits solve well-conditioned systems of at most a hundred unknowns

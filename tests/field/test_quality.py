@@ -8,7 +8,7 @@ from jacobians import ACCURACY, FORMS, UNDEFINED, R, eccentricity, m_of, make, r
 
 from projdist.earth.ellipsoid import WGS84
 from projdist.field.at_points import Derivatives, Quality, derivatives, jacobian
-from projdist.matrices.measures import principal_scales
+from projdist.matrices.distortions import principal_scales
 from projdist.projections import Projection
 
 # ---- the result and its flags -----------------------------------------------------------------

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import assume, given
 from measured_matrices import MATRICES, POINTWISE, SECOND_ORDER, jacobians, value
 
-from projdist.matrices.measures import ALIASES, MEASURES, Measure, get_measure, log_scales
+from projdist.matrices.distortions import log_scales
+from projdist.matrices.measures import ALIASES, MEASURES, Measure, get_measure
 
 RNG = np.random.default_rng(20240229)
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from measured_matrices import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
 
-from projdist.matrices.measures import principal_scales
+from projdist.matrices.distortions import principal_scales
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(20240229)

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.patches import Circle
 
 from projdist import plots
-from projdist.matrices.measures import angular_distortion
+from projdist.matrices.distortions import angular_distortion
 from projdist.matrices.spd import factor_distance
 from projdist.plots.spaces import _geodesic, disc_points
 

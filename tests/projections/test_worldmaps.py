@@ -8,7 +8,7 @@ import pytest
 
 from projdist import SPHERE, Box, Projection, ProjectionError, distance_distortion, factors
 from projdist.field.cubature import sample_panels
-from projdist.matrices.measures import principal_scales
+from projdist.matrices.distortions import principal_scales
 from projdist.projections.worldmaps import WORLD_MAPS, distance_around_edge
 
 RNG = np.random.default_rng(4)
