@@ -69,6 +69,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "correct_local": ("correct", "robin", "-r", EUROPE, "--local", "500", "-o", "local.png", "--dpi", "30"),
     "mosaic": ("mosaic", "--correspondences", "common.csv"),
     "clouds": ("clouds", "a.csv", "b.csv", "c.csv", "-o", "moved"),
+    "clouds_weights": ("clouds", "a.csv", "b.csv", "--weights", "counts.txt"),
     "oldmap": ("oldmap", "control.csv", "--scan-dpi", "300", "-o", "oldmap.png", "--dpi", "30"),
     "tables": ("tables",),
     "tables_one": ("tables", "snyder"),
@@ -96,6 +97,7 @@ def write_files(folder: Path) -> None:
     names = {"name": ["Germany", "a road", "a tower"]}
     geopandas.GeoDataFrame(names, geometry=shapes, crs="EPSG:4326").to_file(folder / "parcels.geojson")
     write_csv(folder / "common.csv", common_points(affine_maps(rng, count=3), SIZES[:3], rng, noise=0.3))
+    (folder / "counts.txt").write_text("1\n2\n0\n" * 4, encoding="utf-8")
     points = rng.normal(size=(12, 3))
     for name in ("a.csv", "b.csv", "c.csv"):
         moved = points @ (np.eye(3) + 0.2 * rng.normal(size=(3, 3)))

@@ -8,7 +8,17 @@ from typing import Annotated
 
 import typer
 
-from projdist.applications.pointclouds import CORRESPONDENCES, FITS, CloudFile, Registration, read_cloud, register
+from projdist._typing import FloatArray
+from projdist.applications.pointclouds import (
+    CORRESPONDENCES,
+    FITS,
+    CloudFile,
+    Registration,
+    WeightsFile,
+    read_cloud,
+    read_weights,
+    register,
+)
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, output_option
 from projdist.cli.output import drawing, present
@@ -51,6 +61,14 @@ def clouds_command(
         bool,
         typer.Option("--robust", help="Leave out points that are no partners of those with their row or id."),
     ] = False,
+    weights: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN|FILE",
+            help="What each point counts: a column of the clouds' files, or a file with a number for each row, or id "
+            "and number. 2 is as two points, 0 as none.",
+        ),
+    ] = None,
     format: FormatOption = "table",
     output: Annotated[
         str | None, output_option("Directory for the moved clouds, each as its file.", metavar="DIR")
@@ -64,7 +82,9 @@ def clouds_command(
         choice("correspondence", correspond, list(CORRESPONDENCES))
     targets = _targets(files, output, overwrite)
     with refusing():
-        clouds = [read_cloud(file) for file in files]
+        numbers = None if weights is None or not _is_file(weights) else read_weights(weights)
+        column = weights if numbers is None else None
+        clouds = [read_cloud(file, weights=column) for file in files]
         ids = [cloud.ids for cloud in clouds if cloud.ids is not None]
         if correspond is None:
             correspond = "id" if len(ids) == len(clouds) else "rows"
@@ -79,6 +99,7 @@ def clouds_command(
             method=method,
             names=files,
             robust=robust,
+            weights=None if weights is None else _weights(clouds, numbers, correspond),
         )
     if output is not None:
         _write(found, clouds, targets, Path(output), overwrite)
@@ -89,6 +110,23 @@ def clouds_command(
         fail(warning)
     if found.left_out:
         raise typer.Exit(1)
+
+
+def _is_file(weights: str) -> bool:
+    """Whether weights are in a file, which there must be; else they are a column."""
+    path = Path(weights)
+    if not path.is_file() and (path.suffix or len(path.parts) > 1):
+        refuse(f"Invalid weights '{weights}'. There is no such file.")
+    return path.is_file()
+
+
+def _weights(clouds: Sequence[CloudFile], given: WeightsFile | None, correspond: str) -> list[FloatArray]:
+    """Of each cloud, from its column or from the file."""
+    if given is None:
+        return [cloud.weights for cloud in clouds if cloud.weights is not None]
+    if correspond == "icp":
+        refuse(f"Invalid weights '{given.path}'. With the correspondence icp they must be a column of each cloud.")
+    return [given.of_rows() if correspond == "rows" else given.of_ids(cloud) for cloud in clouds]
 
 
 def _frame(text: str, files: Sequence[str]) -> str | int:
@@ -159,7 +197,8 @@ def _report(found: Registration, output: str | None) -> Report:
     ]
     return Report(
         title=f"{len(rows)} clouds in {answer['dimension']} dimensions, by {found.correspond} ({found.method}), in the "
-        f"frame {answer['reference'] or found.frame}: rms {found.rms_total:.4g}",
+        f"frame {answer['reference'] or found.frame}{', by weights' if answer['weighted'] else ''}: "
+        f"rms {found.rms_total:.4g}",
         tables=[
             Table(rows, clouds),
             Table([{"frame": name} | figures for name, figures in answer["frames"].items()], frames),

@@ -78,6 +78,24 @@ def test_any_dimension(file):
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3, 4, 5], [np.nan] * 5])
 
 
+def test_weights(tmp_path):
+    """They are a column of a header, which is then no coordinate, or a property of PLY; empty cells are NaN."""
+    (tmp_path / "a.csv").write_text("first,second,Quality\n1,2,3\n4,5,\n")
+    cloud = read_cloud(tmp_path / "a.csv", weights="quality")
+    np.testing.assert_array_equal(cloud.points, [[1, 2], [4, 5]])
+    np.testing.assert_array_equal(cloud.weights, [3, np.nan])
+    (tmp_path / "a.ply").write_bytes(ply("ascii"))
+    np.testing.assert_array_equal(read_cloud(tmp_path / "a.ply", weights="red").weights, [0, 1, 2])
+    (tmp_path / "a.xyz").write_text("1 2 3\n")
+    for name, word, said in [
+        ("a.csv", "w", r"It has no column 'w', but first, second and quality\."),
+        ("a.ply", "w", r"Its vertices have no property 'w', but x, red, y, "),
+        ("a.xyz", "w", r"It has no column 'w'\."),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            read_cloud(tmp_path / name, weights=word)
+
+
 def test_points_that_lack_a_coordinate(file):
     """They are missing, which is told with their number."""
     with pytest.warns(Notice, match=r"^2 point\(s\) of '.*' lack a coordinate and are taken as missing: 2, 4\.$"):

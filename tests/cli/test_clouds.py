@@ -166,3 +166,49 @@ def test_wrong_partners(tmp_path):
     refused = CliRunner().invoke(app, [*words, "--robust", "--correspond", "icp"])
     assert refused.exit_code == 2
     assert "Invalid robust with the correspondence icp." in refused.stderr
+
+
+def test_weights(tmp_path: Path) -> None:
+    """A column, or a file by rows or ids, is what the library makes of the same weights."""
+    counts = np.arange(12) % 4
+    names = [f"p{k}" for k in range(12)]
+    files = []
+    for k, cloud in enumerate(CLOUDS):
+        files.append(str(tmp_path / f"{k}.csv"))
+        rows = [
+            f"{name},{x!r},{y!r},{z!r},{w}" for name, (x, y, z), w in zip(names, cloud.tolist(), counts, strict=True)
+        ]
+        Path(files[-1]).write_text("\n".join(["id,x,y,z,Quality", *rows]))
+    (tmp_path / "rows.txt").write_text("\n".join(map(str, counts)))
+    lines = [f"{name};{w}" for name, w in zip(names, counts, strict=True)]
+    (tmp_path / "ids.csv").write_text("\n".join(["id;weight", *lines[::-1]]))
+    expected = register(CLOUDS, weights=counts)
+    for words in (("quality",), (str(tmp_path / "ids.csv"),)):
+        code, out, err = run(*files, "-f", "json", "--weights", *words)
+        assert (code, err) == (0, "")
+        data = json.loads(out)
+        assert (data["weighted"], data["dimension"]) == (True, 3)
+        assert data["rms"] == pytest.approx(expected.rms_total, rel=1e-9)
+    plain = [saved(tmp_path / f"plain{k}.csv", cloud) for k, cloud in enumerate(CLOUDS)]
+    assert json.loads(run(*plain, "-f", "json", "--weights", str(tmp_path / "rows.txt"))[1])["rms"] == pytest.approx(
+        expected.rms_total, rel=1e-9
+    )
+    assert ", by weights: rms " in run(*files, "--weights", "quality")[1]
+    (tmp_path / "short.txt").write_text("1\n2\n")
+    (tmp_path / "words.txt").write_text("weight\n1\nmany\n")
+    (tmp_path / "few.csv").write_text("p0,1\n")
+    (tmp_path / "wide.csv").write_text("1,2,3\n")
+    for clouds, word, said in [
+        (files, "w", f"Invalid cloud '{files[0]}'. It has no column 'w', but id, x, y, z and quality."),
+        (files, "w.csv", "Invalid weights 'w.csv'. There is no such file."),
+        (plain, str(tmp_path / "short.txt"), f"Invalid weights of cloud '{plain[0]}'. There must be one a point, 12; "),
+        (plain, str(tmp_path / "words.txt"), f"Invalid weights '{tmp_path / 'words.txt'}'. Line 3 must end with a num"),
+        (plain, str(tmp_path / "wide.csv"), f"Invalid weights '{tmp_path / 'wide.csv'}'. It must have one column, of"),
+        (files, str(tmp_path / "few.csv"), f"Invalid weights '{tmp_path / 'few.csv'}'. It has none for the id 'p1' of"),
+        (files, str(tmp_path / "rows.txt"), f"Invalid weights '{tmp_path / 'rows.txt'}'. By ids it must have two"),
+    ]:
+        code, out, err = run(*clouds, "--weights", word)
+        assert (code, out, err.count("\n")) == (2, "", 1), word
+        assert err.startswith(f"projdist: {said}"), err
+    code, _, err = run(*plain, "--weights", str(tmp_path / "rows.txt"), "--correspond", "icp")
+    assert (code, "With the correspondence icp they must be a column of each cloud." in err) == (2, True)

@@ -4,6 +4,7 @@ from projdist.applications.pointclouds.affine import FITS, AffineFit, affine_fit
 from projdist.applications.pointclouds.correspondence import CORRESPONDENCES
 from projdist.applications.pointclouds.files import SUFFIXES, CloudFile, read_cloud
 from projdist.applications.pointclouds.registration import FRAMES, LeftOut, Registration, WrongPoint, register
+from projdist.applications.pointclouds.weights import WeightsFile, read_weights
 
 __all__ = [
     "CORRESPONDENCES",
@@ -14,8 +15,10 @@ __all__ = [
     "CloudFile",
     "LeftOut",
     "Registration",
+    "WeightsFile",
     "WrongPoint",
     "affine_fit",
     "read_cloud",
+    "read_weights",
     "register",
 ]

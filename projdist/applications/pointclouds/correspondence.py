@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray
-from projdist.applications.pointclouds.icp import nearest_points
+from projdist._typing import FloatArray
+from projdist.applications.pointclouds.icp import WeightedCloud, nearest_points
 from projdist.support import listed
 
 __all__ = ["CORRESPONDENCES", "arranged"]
@@ -16,9 +16,13 @@ CORRESPONDENCES = ("rows", "id", "icp")
 
 
 def arranged(
-    clouds: list[FloatArray], names: Sequence[str], correspond: str, ids: Sequence[Sequence[str]] | None
-) -> tuple[FloatArray, BoolArray]:
-    """Points (N, M, n) of which those with the same number are the same, NaN where missing; and where they are, (N, M).
+    clouds: list[FloatArray],
+    weights: list[FloatArray],
+    names: Sequence[str],
+    correspond: str,
+    ids: Sequence[Sequence[str]] | None,
+) -> tuple[FloatArray, FloatArray]:
+    """Points (N, M, n) of which those with the same number are the same, and their weights (N, M), 0 where missing.
 
     Raises ValueError for an unknown way, and for clouds that do not have what it needs.
     """
@@ -30,9 +34,12 @@ def arranged(
         if wrong.any():
             raise ValueError(f"Invalid cloud '{name}'. Point {int(np.argmax(wrong)) + 1} must be finite, or all NaN.")
     if correspond == "icp":
-        return nearest_points([cloud[~gaps] for cloud, gaps in zip(clouds, missing, strict=True)])
-    points = _by_rows(clouds, names) if correspond == "rows" else _by_ids(clouds, names, ids)
-    return points, np.asarray(~np.isnan(points).any(axis=2))
+        there = [~gaps & (w > 0.0) for gaps, w in zip(missing, weights, strict=True)]
+        pairs = zip(clouds, weights, there, strict=True)
+        return nearest_points([WeightedCloud(cloud[some], w[some]) for cloud, w, some in pairs])
+    together = [np.column_stack(pair) for pair in zip(clouds, weights, strict=True)]
+    found = _by_rows(together, names) if correspond == "rows" else _by_ids(together, names, ids)
+    return found[..., :-1], np.where(np.isnan(found).any(axis=2), 0.0, found[..., -1])
 
 
 def _by_rows(clouds: list[FloatArray], names: Sequence[str]) -> FloatArray:

@@ -28,13 +28,17 @@ _AXES, _NORMALS = ("x", "y", "z"), ("nx", "ny", "nz")
 
 @dataclass(frozen=True, eq=False)
 class CloudFile:
-    """The points of a file, shape (M, n), NaN where missing; their ids if it has any, else None."""
+    """The points of a file, shape (M, n), NaN where missing; their ids if it has any, else None.
+
+    `weights` (M,): of the column that was asked for, NaN where it is empty; None if none was.
+    """
 
     path: Path
     points: FloatArray
     ids: tuple[str, ...] | None
     normals: FloatArray | None
     content: _Table | Ply
+    weights: FloatArray | None = None
 
     def write(self, path: str | os.PathLike[str], A: FloatArray, shift: FloatArray, *, overwrite: bool = False) -> None:
         """The same file with its points at A y + shift, and normals, named nx, ny, nz, turned with them.
@@ -46,21 +50,23 @@ class CloudFile:
             new.write_bytes(self.content.moved(self.points @ A.T + shift, normals))
 
 
-def read_cloud(path: str | os.PathLike[str]) -> CloudFile:
+def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> CloudFile:
     """The points of a .csv, .xyz or .ply file.
 
     CSV, with commas, semicolons or tabs: with a header, columns x, y and perhaps z, or, where there are
     no such, all; a column id, name, label or point has the ids. Without a header all columns are
     coordinates, and the first has the ids if it is no number. Empty is missing; a point with some of its coordinates is
-    missing, too, which is told. XYZ: the first three numbers of each line. PLY: ascii or binary. Raises ValueError.
+    missing, too, which is told. XYZ: the first three numbers of each line. PLY: ascii or binary. `weights`: the name of
+    a column of a header, or of a property of PLY's vertices, which is then no coordinate. Raises ValueError.
     """
     path = Path(path)
     read = _READERS.get(path.suffix.lower())
     if read is None:
         raise ValueError(f"Invalid cloud '{path}'. Its suffix must be {listed(SUFFIXES, 'or')}.")
     try:
-        content = read(path.read_bytes())
-        return CloudFile(path, _whole(content.points, path), content.ids, content.normals, content)
+        content = read(path.read_bytes(), weights)
+        counts = None if weights is None else content.column(weights)
+        return CloudFile(path, _whole(content.points, path), content.ids, content.normals, content, counts)
     except OSError as error:
         raise ValueError(f"Invalid cloud '{path}'. The file cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
@@ -107,6 +113,7 @@ class _Table:
     axes: list[int]
     normal_axes: list[int]
     id_column: int | None
+    header: Sequence[str] = ()
     missing: str = "nan"
 
     @property
@@ -124,6 +131,18 @@ class _Table:
     def ids(self) -> tuple[str, ...] | None:
         k = self.id_column
         return None if k is None else tuple(row[k].strip() if k < len(row) else "" for row in self.rows)
+
+    def column(self, name: str) -> FloatArray:
+        """The numbers of a column, NaN where its cells are empty; raises CloudError."""
+        if name.lower() not in self.header:
+            there = f", but {listed(list(self.header), 'and')}" if self.header else ""
+            raise CloudError(f"It has no column '{name}'{there}.")
+        k = list(self.header).index(name.lower())
+        cells = [row[k].strip() if k < len(row) else "" for row in self.rows]
+        wrong = next((number for number, cell in enumerate(cells, start=1) if cell and not is_number(cell)), None)
+        if wrong is not None:
+            raise CloudError(f"Row {wrong} must have a number for '{name}'.")
+        return np.array([number_of(cell or "nan") for cell in cells])
 
     def _numbers(self, columns: Sequence[int]) -> FloatArray:
         numbers = []
@@ -150,7 +169,7 @@ class _Table:
         return (self.head + text.getvalue()).encode()
 
 
-def _read_csv(data: bytes) -> _Table:
+def _read_csv(data: bytes, weights: str | None) -> _Table:
     comments, lines = _split_comments(_lines(data))
     separator = next((mark for mark in ",;\t" if mark in lines[-1]), None)
     if separator is None:
@@ -171,7 +190,8 @@ def _read_csv(data: bytes) -> _Table:
     ids = next((header.index(name) for name in _IDS if name in header), None)
     axes = [header.index(name) for name in _AXES if name in header]
     if not {"x", "y"} <= set(header):
-        axes = [k for k in range(len(header)) if k != ids]
+        beside = (ids, header.index(weights.lower()) if weights and weights.lower() in header else None)
+        axes = [k for k in range(len(header)) if k not in beside]
     normals = [header.index(name) for name in _NORMALS[: len(axes)] if name in header]
     head = "".join(f"{line}\n" for line in [*comments, lines[0]])
     return _Table(
@@ -181,11 +201,12 @@ def _read_csv(data: bytes) -> _Table:
         axes=axes,
         normal_axes=normals if len(normals) == len(axes) else [],
         id_column=ids,
+        header=header,
         missing="",
     )
 
 
-def _read_xyz(data: bytes) -> _Table:
+def _read_xyz(data: bytes, weights: str | None) -> _Table:
     comments, lines = _split_comments(_lines(data))
     rows = [line.split() for line in lines]
     dimension = min(3, len(rows[0]))
@@ -222,5 +243,9 @@ def _split_comments(lines: list[str]) -> tuple[list[str], list[str]]:
     return lines[:first], lines[first:]
 
 
-_READERS: dict[str, Callable[[bytes], _Table | Ply]] = {".csv": _read_csv, ".xyz": _read_xyz, ".ply": read_ply}
+_READERS: dict[str, Callable[[bytes, str | None], _Table | Ply]] = {
+    ".csv": _read_csv,
+    ".xyz": _read_xyz,
+    ".ply": lambda data, _: read_ply(data),
+}
 SUFFIXES = tuple(_READERS)

@@ -1,7 +1,8 @@
 """Affine maps of many clouds into one frame, from points of which each is in some of the clouds.
 
-The symmetric answer is self-consistent: each cloud lies by its symmetric fit onto the mean of all, and no cloud is the
-reference. The mean is known up to an affine map, and is kept whitened. With every point in every cloud this is a
+Weights (N, M) tell what each point counts, 0 where a cloud does not have it; the mean is one by weights. The symmetric
+answer is self-consistent: each cloud lies by its symmetric fit onto the mean of all, and no cloud is the reference. The
+mean is known up to an affine map, and is kept whitened. With every point in every cloud this is a
 generalised Procrustes analysis (Gower 1975) of whitened clouds. It starts from the largest roots of generalised
 canonical correlations (Kettenring 1971; with missing points, van de Velden & Takane 2012), a symmetric eigenproblem.
 """
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.applications.pointclouds.affine import AffineFit, fit_whitened, rank, whitened
+from projdist.applications.pointclouds.affine import AffineFit, fit_whitened, pair_weights, rank, whitened
 
 __all__ = ["Group", "Kept", "consensus", "kept_clouds", "onto_first"]
 
@@ -41,44 +42,50 @@ class Kept(NamedTuple):
 # ---- which clouds ---------------------------------------------------------------------------
 
 
-def kept_clouds(points: FloatArray, seen: BoolArray, *, first_only: bool = False) -> Kept:
-    """The most clouds that hang together: points (N, M, n), and in which clouds they are, (N, M).
+def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = False) -> Kept:
+    """The most clouds that hang together: points (N, M, n), and what they count in each cloud, (N, M).
 
     A cloud joins where the points that it shares with those already there span all n dimensions;
     with `first_only` where those that it shares with the first cloud do.
     """
     n = points.shape[-1]
     reasons = {}
-    for i, (cloud, there) in enumerate(zip(points, seen, strict=True)):
-        if (dimensions := rank(cloud[there])) < n:
-            reasons[i] = _reason(int(there.sum()), dimensions, n, "it has")
+    for i in range(len(points)):
+        if (dimensions := _span(points, weights, i)) < n:
+            reasons[i] = _reason(int((weights[i] > 0.0).sum()), dimensions, n, "it has")
     able = [i for i in range(len(points)) if i not in reasons]
     best: list[int] = []
     for seed in able[:1] if first_only and able[:1] == [0] else [] if first_only else able:
-        found = _grown(points, seen, able, seed, first_only)
+        found = _grown(points, weights, able, seed, first_only)
         if len(found) > len(best):
             best = found
         if len(best) == len(able):
             break
-    there = seen[best].any(axis=0) if best else np.zeros(seen.shape[1], dtype=bool)
+    there = np.asarray(weights[best].any(axis=0))
     for i in set(able) - set(best):
-        shared = seen[i] & there
-        reasons[i] = _reason(int(shared.sum()), rank(points[i][shared]), n, "it shares with the others")
+        shared = int((there & (weights[i] > 0.0)).sum())
+        reasons[i] = _reason(shared, _span(points, weights, i, there), n, "it shares with the others")
     return Kept(best, dict(sorted(reasons.items())))
 
 
-def _grown(points: FloatArray, seen: BoolArray, able: list[int], seed: int, first_only: bool) -> list[int]:
-    members, there = [seed], seen[seed].copy()
+def _span(points: FloatArray, weights: FloatArray, i: int, there: BoolArray | None = None) -> int:
+    """How many dimensions the points of cloud i span, or those of them that are there."""
+    some = (weights[i] > 0.0) if there is None else there & (weights[i] > 0.0)
+    return rank(points[i][some], weights[i][some])
+
+
+def _grown(points: FloatArray, weights: FloatArray, able: list[int], seed: int, first_only: bool) -> list[int]:
+    members, there = [seed], weights[seed] > 0.0
     waiting = [i for i in able if i != seed]
     while True:
-        joined = [i for i in waiting if rank(points[i][seen[i] & there]) == points.shape[-1]]
+        joined = [i for i in waiting if _span(points, weights, i, there) == points.shape[-1]]
         if not joined:
             return sorted(members)
         members += joined
         waiting = [i for i in waiting if i not in joined]
         if first_only:
             return sorted(members)
-        there |= seen[joined].any(axis=0)
+        there |= weights[joined].any(axis=0)
 
 
 def _reason(count: int, dimensions: int, n: int, what: str) -> str:
@@ -90,30 +97,31 @@ def _reason(count: int, dimensions: int, n: int, what: str) -> str:
 # ---- the maps -------------------------------------------------------------------------------
 
 
-def onto_first(points: FloatArray, seen: BoolArray) -> Group:
+def onto_first(points: FloatArray, weights: FloatArray) -> Group:
     """Least squares onto the first cloud, one cloud after the other: what shrinks, for comparison."""
     fits = []
-    for cloud, there in zip(points, seen, strict=True):
-        both = there & seen[0]
-        fits.append(fit_whitened(whitened(cloud[both]), whitened(points[0][both]), "least_squares"))
+    for cloud, counts in zip(points, weights, strict=True):
+        both = (counts > 0.0) & (weights[0] > 0.0)
+        w = pair_weights(counts[both], weights[0, both])
+        fits.append(fit_whitened(whitened(cloud[both], w), whitened(points[0][both], w), "least_squares"))
     return _grouped(fits, True)
 
 
-def consensus(points: FloatArray, seen: BoolArray) -> Group:
+def consensus(points: FloatArray, weights: FloatArray) -> Group:
     """The self-consistent symmetric fit of clouds that hang together (see `kept_clouds`).
 
     Laying all clouds on their mean anew converges slowly along chains of clouds, so that each step
     goes as far as all those that would follow it, were the fits linear.
     """
-    shared = seen.sum(axis=0) > 1
-    clouds = _Clouds(points[:, shared], seen[:, shared])
+    shared = (weights > 0.0).sum(axis=0) > 1
+    clouds = _Clouds(points[:, shared], weights[:, shared])
     mean = clouds.start
     for _ in range(_STEPS):
         move = clouds.laid_anew(mean) - mean
-        change = float(np.linalg.norm(move)) / np.sqrt(mean.size)
+        change = float(np.linalg.norm(clouds.roots * move)) / np.sqrt(mean.size)
         if change < _SETTLED:
             break
-        mean = _round(mean + clouds.prolonged(move))
+        mean = clouds.rounded(mean + clouds.prolonged(move))
     return _grouped(clouds.fits(mean), change < _SETTLED_ENOUGH)
 
 
@@ -127,11 +135,12 @@ def _grouped(fits: list[AffineFit], settled: bool) -> Group:
 class _Clouds:
     """Clouds to be laid onto a mean, M points that are in two clouds at least."""
 
-    def __init__(self, points: FloatArray, seen: BoolArray) -> None:
-        self.rows = [np.flatnonzero(there) for there in seen]
+    def __init__(self, points: FloatArray, weights: FloatArray) -> None:
+        self.rows = [np.flatnonzero(counts) for counts in weights]
         self.points = [cloud[row] for cloud, row in zip(points, self.rows, strict=True)]
-        self.whitened = [whitened(cloud) for cloud in self.points]
-        self.root_counts = np.sqrt(seen.sum(axis=0))[:, None]
+        self.weights = [counts[row] for counts, row in zip(weights, self.rows, strict=True)]
+        self.whitened = [whitened(cloud, w) for cloud, w in zip(self.points, self.weights, strict=True)]
+        self.roots = np.sqrt(weights.sum(axis=0))[:, None]
         self.start, self.values, self.vectors = self._linear(points.shape[-1])
 
     def _linear(self, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -140,39 +149,42 @@ class _Clouds:
         Those fits are projections onto the affine functions of each cloud. The largest n + 1
         eigenvalues of their mean belong to the mean of the clouds and to the constant.
         """
-        F = np.zeros((len(self.root_counts), len(self.rows) * (n + 1)))
-        for i, (row, cloud) in enumerate(zip(self.rows, self.whitened, strict=True)):
-            F[row, i * (n + 1)] = 1.0 / np.sqrt(len(row))
-            F[row, i * (n + 1) + 1 : (i + 1) * (n + 1)] = cloud.basis
-        F /= self.root_counts
+        F = np.zeros((len(self.roots), len(self.rows) * (n + 1)))
+        for i, (row, cloud, w) in enumerate(zip(self.rows, self.whitened, self.weights, strict=True)):
+            root = np.sqrt(w)[:, None]
+            F[row, i * (n + 1) : (i + 1) * (n + 1)] = root * np.hstack([root / np.sqrt(w.sum()), cloud.basis])
+        F /= self.roots
         values, V = np.linalg.eigh(F.T @ F)
         some = values > _ROUNDING
         values, U = values[some], F @ V[:, some] / np.sqrt(values[some])
-        mean = U[:, -n - 1 :] / self.root_counts
-        basis = np.linalg.svd(mean - mean.mean(axis=0), full_matrices=False)[0][:, :n]
-        return basis, np.minimum(values[: -n - 1], 1.0 - _ROUNDING), U[:, : -n - 1]
+        mean = self.roots * self._centred(U[:, -n - 1 :] / self.roots)
+        basis = np.linalg.svd(mean, full_matrices=False)[0][:, :n]
+        return basis / self.roots, np.minimum(values[: -n - 1], 1.0 - _ROUNDING), U[:, : -n - 1]
 
     def fits(self, mean: FloatArray) -> list[AffineFit]:
         """Of each cloud onto the mean."""
-        pairs = zip(self.rows, self.whitened, strict=True)
-        return [fit_whitened(cloud, whitened(mean[row]), "symmetric") for row, cloud in pairs]
+        clouds = zip(self.rows, self.whitened, self.weights, strict=True)
+        return [fit_whitened(cloud, whitened(mean[row], w), "symmetric") for row, cloud, w in clouds]
 
     def laid_anew(self, mean: FloatArray) -> FloatArray:
         """The whitened mean of the clouds laid onto a mean, turned onto that: nothing else tells their axes."""
         total = np.zeros_like(mean)
-        for row, cloud, fit in zip(self.rows, self.points, self.fits(mean), strict=True):
-            total[row] += fit(cloud)
-        image = _round(total / self.root_counts**2)
-        U, _, V = np.linalg.svd(image.T @ mean)
+        for row, cloud, w, fit in zip(self.rows, self.points, self.weights, self.fits(mean), strict=True):
+            total[row] += w[:, None] * fit(cloud)
+        image = self.rounded(total / self.roots**2)
+        U, _, V = np.linalg.svd((self.roots * image).T @ (self.roots * mean))
         return image @ U @ V
 
     def prolonged(self, move: FloatArray) -> FloatArray:
         """The sum of all the moves that would follow a move, were the fits linear."""
-        parts = self.vectors.T @ (self.root_counts * move)
-        return move + self.vectors @ ((self.values / (1.0 - self.values))[:, None] * parts) / self.root_counts
+        parts = self.vectors.T @ (self.roots * move)
+        return move + self.vectors @ ((self.values / (1.0 - self.values))[:, None] * parts) / self.roots
 
+    def rounded(self, points: FloatArray) -> FloatArray:
+        """Points about their centre, the nearest whose columns, times the roots of the weights, are orthonormal."""
+        U, _, V = np.linalg.svd(self.roots * self._centred(points), full_matrices=False)
+        return U @ V / self.roots
 
-def _round(points: FloatArray) -> FloatArray:
-    """Points about their centre with the nearest orthonormal columns."""
-    U, _, V = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    return U @ V
+    def _centred(self, points: FloatArray) -> FloatArray:
+        w = self.roots**2
+        return np.asarray(points - (w * points).sum(axis=0) / w.sum())

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.applications.pointclouds.affine import fit_whitened, rank, whitened
+from projdist._typing import FloatArray, IntArray
+from projdist.applications.pointclouds.affine import fit_whitened, pair_weights, rank, whitened
 from projdist.applications.pointclouds.groupwise import consensus, kept_clouds
 from projdist.matrices import Affine
 
-__all__ = ["nearest_points"]
+__all__ = ["WeightedCloud", "nearest_points"]
 
 _STEPS = 100  # at most; some 20 do, and partners that come again end it sooner
 _TURNS = 24  # starts all around the plane
@@ -32,47 +32,59 @@ _ENOUGH = 0.95  # of the points of the smaller cloud: with so many partners ther
 _FAR = 4.0  # median distances of the pairs, beyond which a pair is none
 
 
-def nearest_points(clouds: list[FloatArray]) -> tuple[FloatArray, BoolArray]:
-    """The points of clouds (M_i, n) that correspond to the template's, shape (N, M, n), NaN where none does; and which.
+class WeightedCloud(NamedTuple):
+    """Points (M, n), and what each counts in fits, (M,), above 0."""
+
+    points: FloatArray
+    weights: FloatArray
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the points span fewer dimensions than they have."""
+        return rank(*self) < self.points.shape[1]
+
+
+def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]:
+    """The points of clouds that correspond to the template's, (N, M, n), NaN where none does, and their weights (N, M).
 
     Clouds of which too few points find partners have none.
     """
-    first = int(np.argmax([len(cloud) if rank(cloud) == cloud.shape[1] else 0 for cloud in clouds]))
-    if rank(clouds[first]) < clouds[first].shape[1]:
-        nothing = np.full((len(clouds), *clouds[first].shape), np.nan)
-        return nothing, np.asarray(np.isfinite(nothing).all(axis=2))
-    frame = whitened(clouds[first])
-    clouds = [np.asarray(np.linalg.solve(frame.root.T, (cloud - frame.centre).T).T) for cloud in clouds]
+    first = int(np.argmax([0 if cloud.is_flat else len(cloud.points) for cloud in clouds]))
+    if clouds[first].is_flat:
+        nothing = np.full((len(clouds), *clouds[first].points.shape), np.nan)
+        return nothing, np.zeros(nothing.shape[:2])
+    frame = whitened(*clouds[first])
+    clouds = [WeightedCloud(np.asarray(np.linalg.solve(frame.root.T, (y - frame.centre).T).T), w) for y, w in clouds]
     template = clouds[first]
     partners = [_pairwise(cloud, template) for cloud in clouds]
-    partners[first] = np.arange(len(template))
+    partners[first] = np.arange(len(template.points))
     known: set[bytes] = set()
     while not _again(np.stack(partners), known):
-        points, seen = _arranged(clouds, partners)
-        kept = kept_clouds(points, seen).clouds
+        points, weights = _arranged(clouds, partners)
+        kept = kept_clouds(points, weights).clouds
         if first not in kept or len(kept) < 2:
             break
-        group = consensus(points[kept], seen[kept])
-        moved = [Affine(A, shift)(clouds[i]) for i, A, shift in zip(kept, group.A, group.shift, strict=True)]
-        total = np.sum([cloud[partners[i]] * seen[i][:, None] for i, cloud in zip(kept, moved, strict=True)], axis=0)
-        mean = total / seen[kept].sum(axis=0)[:, None]
+        group = consensus(points[kept], weights[kept])
+        moved = [Affine(A, shift)(clouds[i].points) for i, A, shift in zip(kept, group.A, group.shift, strict=True)]
+        parts = [weights[i][:, None] * cloud[partners[i]] for i, cloud in zip(kept, moved, strict=True)]
+        mean = np.sum(parts, axis=0) / weights[kept].sum(axis=0)[:, None]
         for i, cloud in zip(kept, moved, strict=True):
             if i != first:
                 partners[i] = _partners(cloud, mean)
-    points, seen = _arranged(clouds, partners)
-    return points @ frame.root + frame.centre, seen
+    points, weights = _arranged(clouds, partners)
+    return points @ frame.root + frame.centre, weights
 
 
-def _pairwise(cloud: FloatArray, template: FloatArray) -> IntArray:
+def _pairwise(cloud: WeightedCloud, template: WeightedCloud) -> IntArray:
     """For each point of the template the number of a cloud's point, or -1, once a cloud is laid onto the template.
 
     It starts as it lies and, if few points find partners so, with equal moments and turned. The start counts that finds
     the most partners, of equally many that of the nearer ones.
     """
-    if min(rank(cloud), rank(template)) < cloud.shape[1]:
-        return np.full(len(template), -1)
-    found = [_laid(cloud, cloud, template)]
-    if found[0].paired < _ENOUGH * min(len(cloud), len(template)):
+    if cloud.is_flat:
+        return np.full(len(template.points), -1)
+    found = [_laid(cloud, cloud.points, template)]
+    if found[0].paired < _ENOUGH * min(len(cloud.points), len(template.points)):
         found += [_laid(cloud, start, template) for start in _turned(cloud, template)]
     return min(found, key=lambda laid: (-laid.paired, laid.distance)).partners
 
@@ -101,15 +113,20 @@ def _turns(n: int) -> FloatArray:
     return np.asarray(Rotation.from_quat(np.stack(parts, axis=-1)).as_matrix())
 
 
-def _turned(cloud: FloatArray, template: FloatArray) -> list[FloatArray]:
+def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
     """A cloud with the moments of the template, turned onto it in several ways, those with the most partners first."""
-    y, z = whitened(cloud), whitened(template)
-    # The roots are symmetric, so that whitening turns neither.
-    basis, target = np.sqrt(len(cloud)) * _round(cloud - y.centre), np.sqrt(len(template)) * _round(template - z.centre)
-    back = np.linalg.lstsq(target, template - z.centre, rcond=None)[0]
-    found = [_closest_turn(basis, target, turn) for turn in _promising(basis, target, _turns(cloud.shape[1]))]
-    found.sort(key=lambda one: -one[1])
-    return [basis @ turn.T @ back + z.centre for turn, _ in found[:_BEST]]
+    (basis, _), (target, laid) = _equal_moments(cloud), _equal_moments(template)
+    starts = _promising(basis.points, target.points, _turns(basis.points.shape[1]))
+    found = sorted((_closest_turn(basis, target, turn) for turn in starts), key=lambda one: -one[1])
+    return [laid(basis.points @ turn.T) for turn, _ in found[:_BEST]]
+
+
+def _equal_moments(cloud: WeightedCloud) -> tuple[WeightedCloud, Affine]:
+    """A cloud about 0 with the variance 1 along all axes, not turned: by a symmetric root; and the way back."""
+    white = whitened(*cloud)
+    _, extents, V = np.linalg.svd(white.root)
+    back = Affine((V.T * extents) @ V / np.sqrt(cloud.weights.sum()), white.centre)
+    return WeightedCloud(back.inverse()(cloud.points), cloud.weights), back
 
 
 def _promising(basis: FloatArray, target: FloatArray, turns: FloatArray) -> FloatArray:
@@ -121,32 +138,40 @@ def _promising(basis: FloatArray, target: FloatArray, turns: FloatArray) -> Floa
     return turns[np.argsort(np.median(distance, axis=1), kind="stable")[:_PROMISING]]
 
 
-def _closest_turn(basis: FloatArray, target: FloatArray, turn: FloatArray) -> tuple[FloatArray, int]:
+def _closest_turn(basis: WeightedCloud, target: WeightedCloud, turn: FloatArray) -> tuple[FloatArray, int]:
     """The rotation that closest points lead to from one, and the number of partners."""
     known: set[bytes] = set()
     while True:
-        found = _partners(basis @ turn.T, target)
+        found = _partners(basis.points @ turn.T, target.points)
         if _again(found, known):
             return turn, int(np.sum(found >= 0))
-        pairs = found >= 0
-        U, _, V = np.linalg.svd(target[pairs].T @ basis[found[pairs]])
+        one, other, w = _pairs(basis, target, found)
+        U, _, V = np.linalg.svd(other.T @ (w[:, None] * one))
         U[:, -1] *= np.linalg.det(U @ V)
         turn = U @ V
 
 
-def _laid(cloud: FloatArray, start: FloatArray, template: FloatArray) -> _Laid:
+def _pairs(
+    cloud: WeightedCloud, template: WeightedCloud, partners: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The points of both that are partners, and what each pair counts."""
+    there = partners >= 0
+    pairs = partners[there]
+    return cloud.points[pairs], template.points[there], pair_weights(cloud.weights[pairs], template.weights[there])
+
+
+def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud) -> _Laid:
     """A cloud laid onto the template by affine fits to closest points, from a start."""
     moved, known = start, set[bytes]()
     while True:
-        partners = _partners(moved, template)
+        partners = _partners(moved, template.points)
         if _again(partners, known):
             break
-        pairs = partners >= 0
-        if min(rank(cloud[partners[pairs]]), rank(template[pairs])) < cloud.shape[1]:
-            return _Laid(np.full(len(template), -1), 0, np.inf)
-        fit = fit_whitened(whitened(cloud[partners[pairs]]), whitened(template[pairs]), "symmetric")
-        moved = fit(cloud)
-    return _Laid(partners, int(np.sum(partners >= 0)), float(np.median(_nearest(moved, template)[1])))
+        y, z, w = _pairs(cloud, template, partners)
+        if min(rank(y, w), rank(z, w)) < y.shape[1]:
+            return _Laid(np.full(len(partners), -1), 0, np.inf)
+        moved = fit_whitened(whitened(y, w), whitened(z, w), "symmetric")(cloud.points)
+    return _Laid(partners, int(np.sum(partners >= 0)), float(np.median(_nearest(moved, template.points)[1])))
 
 
 def _again(partners: IntArray, known: set[bytes]) -> bool:
@@ -174,14 +199,9 @@ def _nearest(cloud: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArra
     return np.asarray(number), np.asarray(distance)
 
 
-def _round(points: FloatArray) -> FloatArray:
-    """The nearest orthonormal columns."""
-    U, _, V = np.linalg.svd(points, full_matrices=False)
-    return U @ V
-
-
-def _arranged(clouds: list[FloatArray], partners: list[IntArray]) -> tuple[FloatArray, BoolArray]:
+def _arranged(clouds: list[WeightedCloud], partners: list[IntArray]) -> tuple[FloatArray, FloatArray]:
     seen = np.stack(partners) >= 0
-    points = np.stack([cloud[pairs] for cloud, pairs in zip(clouds, partners, strict=True)])
+    points = np.stack([cloud.points[pairs] for cloud, pairs in zip(clouds, partners, strict=True)])
     points[~seen] = np.nan
-    return points, seen
+    weights = np.stack([cloud.weights[pairs] for cloud, pairs in zip(clouds, partners, strict=True)])
+    return points, np.where(seen, weights, 0.0)

@@ -5,6 +5,7 @@ iteratively reweighted least squares with Tukey's biweight (4.685 standard devia
 distances; what lies far from that is suspect. Then by least squares to the others: a suspect is wrong where Hotelling's
 T^2 of its residual, left out of the fit and of the covariance, exceeds what normal errors reach with a chance of 5 % in
 any point of any cloud (Bonferroni). T^2 does not see affine maps, and covariances may differ from cloud to cloud.
+Weights are inverse variances, up to a factor: rows of a regression are times their roots.
 
 Sources: Beaton & Tukey 1974, The fitting of power series, Technometrics 16 (the kernel); Caroni 1987, Residuals and
 influence in the multivariate linear model, The Statistician 36 (residuals of points left out).
@@ -17,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.applications.pointclouds.affine import pair_weights
 
 __all__ = ["FALSE_ALARM", "Suspects", "wrong_partners"]
 
@@ -37,9 +39,9 @@ class Suspects(NamedTuple):
     left_out: FloatArray
 
 
-def wrong_partners(placed: FloatArray, seen: BoolArray) -> Suspects:
-    """The wrong points among clouds that were placed in one frame, (N, M, n), of which `seen` (N, M) are there."""
-    count, n = len(placed), placed.shape[-1]
+def wrong_partners(placed: FloatArray, weights: FloatArray) -> Suspects:
+    """The wrong points among clouds that were placed in one frame, (N, M, n), with weights (N, M)."""
+    count, n, seen = len(placed), placed.shape[-1], weights > 0.0
     wrong, left_out = np.zeros(seen.shape, dtype=bool), np.full(seen.shape, np.nan)
     shared = seen & (seen.sum(axis=0) > 1)
     level = FALSE_ALARM / max(int(shared.sum()) if count > 2 else int(shared.sum()) // 2, 1)
@@ -47,10 +49,11 @@ def wrong_partners(placed: FloatArray, seen: BoolArray) -> Suspects:
         rows = np.flatnonzero(shared[i])
         if len(rows) < 2 * n + 3:
             continue
-        others = np.where(shared[:, rows, None], placed[:, rows], np.nan)
-        others[i] = np.nan
-        place = np.nanmedian(others, axis=0)
-        bad, distance = _wrong_rows(place, placed[i, rows], level)
+        others = weights[:, rows].copy()
+        others[i] = 0.0
+        mean = others.sum(axis=0) / (others > 0.0).sum(axis=0)
+        place = _medians(placed[:, rows], others)
+        bad, distance = _wrong_rows(place, placed[i, rows], pair_weights(weights[i, rows], mean), level)
         wrong[i, rows], left_out[i, rows] = bad, distance
     return Suspects(_of_one_cloud(wrong, left_out), left_out)
 
@@ -61,22 +64,36 @@ def _of_one_cloud(wrong: BoolArray, left_out: FloatArray) -> BoolArray:
     return np.asarray(wrong & (far == far.max(axis=0)) & (np.cumsum(wrong & (far == far.max(axis=0)), axis=0) == 1))
 
 
-def _wrong_rows(place: FloatArray, points: FloatArray, level: float) -> tuple[BoolArray, FloatArray]:
+def _medians(places: FloatArray, weights: FloatArray) -> FloatArray:
+    """Of each of m points the median, axis by axis, of its places (N, m, n) with weights (N, m)."""
+    places = np.where((weights > 0.0)[..., None], places, np.inf)
+    order = np.argsort(places, axis=0)
+    places = np.take_along_axis(places, order, axis=0)
+    sums = np.cumsum(np.take_along_axis(np.broadcast_to(weights[..., None], places.shape), order, axis=0), axis=0)
+    half = 0.5 * sums[-1]
+    # Where the weights halve exactly, but for rounding, the median is in the middle of two places.
+    low, high = (np.argmax(sums >= (1.0 + rounding) * half, axis=0) for rounding in (-_ROUNDING, _ROUNDING))
+    return np.asarray(0.5 * sum(np.take_along_axis(places, k[None], axis=0)[0] for k in (low, high)))
+
+
+def _wrong_rows(
+    place: FloatArray, points: FloatArray, weights: FloatArray, level: float
+) -> tuple[BoolArray, FloatArray]:
     """Which of a cloud's points (m, n) are not at their place (m, n), and how far each is, left out of the fit."""
     from scipy.stats import chi2, f  # imported here: scipy is slow to load, and few need it
 
     n = points.shape[1]
-    X = np.column_stack([np.ones(len(place)), place])
+    root = np.sqrt(weights / weights.mean())[:, None]
     scale = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
+    X, points = root * np.column_stack([np.ones(len(place)), place]), root * points
     squares = _robust_squares(X, points, scale)
     bad = squares > chi2.isf(level, n)
     everything = np.ones(len(points), dtype=bool)
-    _, left = _left_out_squares(X, points, everything, scale)
-    distances = left
+    _, distances = _left_out_squares(X, points, everything, scale)
     for _ in range(_STEPS):
         kept = ~bad
         if kept.sum() < 2 * n + 3:
-            return np.zeros(len(points), dtype=bool), distances
+            return np.zeros(len(points), dtype=bool), distances / root[:, 0]
         statistic, distances = _left_out_squares(X, points, kept, scale)
         freedom = kept.sum() - kept.astype(int) - (n + 1)  # of the covariance, to which a kept point does not count
         F = statistic * (freedom - n + 1) / (n * freedom)
@@ -89,7 +106,7 @@ def _wrong_rows(place: FloatArray, points: FloatArray, level: float) -> tuple[Bo
         if (again == bad).all():
             break
         bad = again
-    return bad, distances
+    return bad, distances / root[:, 0]
 
 
 def _left_out_squares(X: FloatArray, y: FloatArray, kept: BoolArray, scale: float) -> tuple[FloatArray, FloatArray]:

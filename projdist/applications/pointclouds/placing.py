@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.applications.pointclouds.groupwise import Group
 from projdist.matrices import Rotation, mean_rotation, principal_scales
 
@@ -36,12 +36,13 @@ def into_cloud(group: Group, reference: int) -> tuple[FloatArray, FloatArray]:
 
 
 def into_mdt(
-    group: Group, T: FloatArray, mirrored: BoolArray, points: FloatArray
+    group: Group, T: FloatArray, mirrored: BoolArray, points: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray, Rotation]:
     """Matrices and shifts into the frame of the MDT, where points (N, M, n) keep their mean orientation and place."""
     rotation = mean_rotation(group.A[~mirrored], T=T)
     A, shift = (np.einsum("ij,nj...->ni...", rotation.q @ np.linalg.inv(T), part) for part in (group.A, group.shift))
-    moved = np.nanmean(points - placed(A, shift, points), axis=(0, 1))
+    moves, there = points - placed(A, shift, points), weights > 0.0
+    moved = np.average(moves[there], axis=0, weights=weights[there])
     return A, shift + moved, rotation
 
 
@@ -50,13 +51,14 @@ def placed(A: FloatArray, shift: FloatArray, points: FloatArray) -> FloatArray:
     return np.einsum("nij,nmj->nmi", A, points) + shift[:, None]
 
 
-def squared_residuals(places: FloatArray, seen: BoolArray) -> tuple[FloatArray, IntArray]:
-    """Of each cloud the sum of the squared distances from the points' mean places, and of how many points.
+def squared_residuals(places: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of each cloud the sum by weights of the squared distances from the points' mean places, and that of the weights.
 
     Points of one cloud alone do not count.
     """
-    counts = seen.sum(axis=0)
-    places, counts, seen = places[:, counts > 1], counts[counts > 1], seen[:, counts > 1]
-    mean = np.where(seen[..., None], places, 0.0).sum(axis=0) / counts[:, None]
-    squares = np.where(seen, np.sum((places - mean) ** 2, axis=2), 0.0)
-    return squares.sum(axis=1), seen.sum(axis=1)
+    shared = (weights > 0.0).sum(axis=0) > 1
+    places, weights = places[:, shared], weights[:, shared]
+    places = np.where((weights > 0.0)[..., None], places, 0.0)
+    mean = np.einsum("im,imn->mn", weights, places) / weights.sum(axis=0)[:, None]
+    squares = weights * np.sum((places - mean) ** 2, axis=2)
+    return squares.sum(axis=1), weights.sum(axis=1)

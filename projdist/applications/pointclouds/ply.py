@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.support import number_of
+from projdist.support import listed, number_of
 
 __all__ = ["CloudError", "Ply", "read_ply"]
 
@@ -49,6 +49,12 @@ class Ply:
         """Shape (M, 3), if there are any."""
         names = ["nx", "ny", "nz"]
         return self._columns(names) if {*names, "z"} <= set(self._names) else None
+
+    def column(self, name: str) -> FloatArray:
+        """A property of the vertices; raises CloudError."""
+        if name not in self._names:
+            raise CloudError(f"Its vertices have no property '{name}', but {listed(self._names, 'and')}.")
+        return self._columns([name])[:, 0]
 
     @property
     def _names(self) -> tuple[str, ...]:

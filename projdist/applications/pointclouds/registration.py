@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.applications.pointclouds.affine import check_fit
+from projdist.applications.pointclouds.affine import check_fit, checked_weights
 from projdist.applications.pointclouds.correspondence import arranged
 from projdist.applications.pointclouds.groupwise import Group, consensus, kept_clouds, onto_first
 from projdist.applications.pointclouds.outliers import FALSE_ALARM, wrong_partners
@@ -69,6 +69,8 @@ class Registration(Answer):
     mean orientation. `wrong`: points that chance does not put where they are, with a chance of 5 % that any is named
     where all are right; `robust`: whether they were left out. `left_out_distances` (N, M): in the frame, how far each
     point is from where the others have it by the fit without it, NaN where that is not known; `point_names` (M,).
+    `weights`: of the registered clouds, (M_i,), the greatest of all 1, None where none were given. They count in all
+    fits and in `rms`; `used` counts points whose weight is not 0.
     """
 
     names: tuple[str, ...]
@@ -96,6 +98,7 @@ class Registration(Answer):
     wrong: tuple[WrongPoint, ...]
     left_out_distances: FloatArray
     point_names: tuple[str, ...]
+    weights: tuple[FloatArray, ...] | None
 
     @property
     def worst(self) -> list[list[WrongPoint]]:
@@ -120,7 +123,8 @@ class Registration(Answer):
     @property
     def warnings(self) -> list[str]:
         """What a reader of the figures must know, a line each; mostly nothing."""
-        few = self.used < _FEW * np.array([len(cloud) for cloud in self.points])
+        counted = self.weights or [np.ones(len(cloud)) for cloud in self.points]
+        few = self.used < _FEW * np.array([np.sum(counts > 0.0) for counts in counted])
         noisy = self.correlations[:, -1] ** 2 < _NOISY
         clouds = {
             "Mirror images of the others": self.mirrored,
@@ -170,6 +174,7 @@ class Registration(Answer):
             "rms": self.rms_total,
             "modes": self.modes.to_dict()["modes"],
             "clouds": rows,
+            "weighted": self.weights is not None,
             "robust": self.robust,
             "wrong": [one._asdict() for one in self.wrong],
             "left_out": [{"name": one.name, "reason": one.reason} for one in self.left_out],
@@ -205,6 +210,7 @@ def register(
     method: str = "symmetric",
     names: Sequence[str] | None = None,
     robust: bool = False,
+    weights: Sequence[ArrayLike] | ArrayLike | None = None,
 ) -> Registration:
     """Register clouds of shape (M_i, n), at least two, in one frame by an affine map each.
 
@@ -218,8 +224,19 @@ def register(
     `robust`: points that are no partners of those they are said to be are left out; else they are told. They are found
     by iteratively reweighted least squares with Tukey's biweight, and by Hotelling's T^2 of what it suspects; of clouds
     without such points 5 % have one named. Not with "icp", which finds partners itself.
+    `weights`: what each point counts in all fits and in the RMS, (M,) for the rows of all clouds, or (M_i,) for each
+    cloud. A row of weight 2 is as two rows, one of 0 as none, and only ratios count. Where points are judged, a weight
+    is an inverse variance: residuals are taken times its root. Each cloud counts the same in the MDT.
 
-    Raises ValueError where fewer than two clouds share enough points (n + 1, not in one plane).
+    Raises ValueError where fewer than two clouds share enough points (n + 1, not in one plane), and for weights that
+    are negative, not finite, all 0 of a cloud, or not as many as points.
+
+    >>> import numpy as np
+    >>> points = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+    >>> moved = 2.0 * points + [[0, 0], [0, 0], [0, 0], [5, 5]]
+    >>> register([points, moved], frame="first", weights=[1, 1, 1, 0]).matrices[1].round(12) + 0.0
+    array([[0.5, 0. ],
+           [0. , 0.5]])
     """
     check_fit(method)
     if check_bool("robust", robust) and correspond == "icp":
@@ -228,31 +245,33 @@ def register(
         )
     arrays, labels = _checked(clouds, names)
     wanted = _frame(frame, labels)
-    points, seen = arranged(arrays, labels, correspond, ids)
-    kept = kept_clouds(points, seen, first_only=method == "least_squares")
+    counted = _weights(weights, arrays, labels)
+    points, counts = arranged(arrays, counted, labels, correspond, ids)
+    kept = kept_clouds(points, counts, first_only=method == "least_squares")
     left_out = tuple(LeftOut(labels[i], reason) for i, reason in kept.reasons.items())
     if len(kept.clouds) < 2:
         why = "; ".join(f"'{one.name}': {one.reason}" for one in left_out)
         raise ValueError(f"Invalid clouds. Fewer than two share points enough; {why}.")
     labels, arrays = [labels[i] for i in kept.clouds], [arrays[i] for i in kept.clouds]
-    points, seen = points[kept.clouds], seen[kept.clouds]
+    counted = [counted[i] for i in kept.clouds]
+    points, counts = points[kept.clouds], counts[kept.clouds]
     fit = consensus if method == "symmetric" else onto_first
-    there, wrong = seen, np.zeros_like(seen) if correspond == "icp" else _wrong(fit, points, seen)
-    if robust:
-        seen = there & ~wrong
-    group, mirrored = upright(fit(points, seen))
+    wrong = np.zeros(counts.shape, dtype=bool) if correspond == "icp" else _wrong(fit, points, counts)
+    right = np.where(wrong, 0.0, counts)
+    chosen = right if robust else counts
+    group, mirrored = upright(fit(points, chosen))
     found, sums = mdt(group.A), np.array([dist_squares(A, group.A).sum() for A in group.A])
-    A, shift, rotation = into_mdt(group, found.T, mirrored, np.where(seen[..., None], points, np.nan))
+    A, shift, rotation = into_mdt(group, found.T, mirrored, points, chosen)
     reference = _reference(wanted, labels, left_out, sums)
     if reference is not None:
         A, shift = into_cloud(group, reference)
-    squares, used = squared_residuals(placed(A, shift, points), seen)
-    distances = np.full(seen.shape, np.nan)
+    squares, total = squared_residuals(placed(A, shift, points), chosen)
+    distances = np.full(counts.shape, np.nan)
     if correspond != "icp":
         # Of a wrong point from where the right ones have it, and of these from where the other right ones have them.
         places = placed(A, shift, points)
-        whole, right = (wrong_partners(places, some).left_out for some in (there, there & ~wrong))
-        distances = np.where(wrong | np.isnan(right), whole, right)
+        by_all, by_right = (wrong_partners(places, some).left_out for some in (counts, right))
+        distances = np.where(wrong | np.isnan(by_right), by_all, by_right)
     marks = _point_names(correspond, ids, points.shape[1])
     return Registration(
         names=tuple(labels),
@@ -265,9 +284,9 @@ def register(
         distortions=np.sqrt(dist_squares(np.eye(A.shape[-1]), A)),
         sums=sums,
         mdt_sum=float(found.distances.sum()),
-        rms=np.sqrt(squares / used),
-        rms_total=float(np.sqrt(squares.sum() / used.sum())),
-        used=used,
+        rms=np.sqrt(squares / total),
+        rms_total=float(np.sqrt(squares.sum() / total.sum())),
+        used=(chosen[:, (chosen > 0.0).sum(axis=0) > 1] > 0.0).sum(axis=1),
         correlations=group.correlations,
         shrinkage=_shrinkage(group, method),
         mirrored=mirrored,
@@ -283,14 +302,15 @@ def register(
         ),
         left_out_distances=distances,
         point_names=marks,
+        weights=None if weights is None else tuple(counted),
     )
 
 
-def _wrong(fit: Callable[[FloatArray, BoolArray], Group], points: FloatArray, seen: BoolArray) -> BoolArray:
+def _wrong(fit: Callable[[FloatArray, FloatArray], Group], points: FloatArray, weights: FloatArray) -> BoolArray:
     """The points that are no partners of the others, (N, M), once what is wrong is no part of the fit."""
-    wrong = np.zeros_like(seen)
+    wrong = np.zeros(weights.shape, dtype=bool)
     for _ in range(_ROUNDS):
-        kept = seen & ~wrong
+        kept = np.where(wrong, 0.0, weights)
         if len(kept_clouds(points, kept).clouds) < len(points):
             break
         group = fit(points, kept)
@@ -330,6 +350,29 @@ def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[
                 f"'{labels[0]}' {arrays[0].shape[1]}."
             )
     return arrays, labels
+
+
+def _weights(
+    given: Sequence[ArrayLike] | ArrayLike | None, clouds: list[FloatArray], names: list[str]
+) -> list[FloatArray]:
+    """Of each cloud, the greatest of all 1; what they are where a point is missing does not count."""
+    if given is None:
+        return [np.ones(len(cloud)) for cloud in clouds]
+    several: list[Any] = list(given) if isinstance(given, (Sequence, np.ndarray)) else [given]
+    if all(np.ndim(one) == 0 for one in several):
+        several = [several] * len(clouds)
+    if len(several) != len(clouds):
+        raise ValueError(
+            f"Invalid weights. There must be one for each row, or {len(clouds)} arrays, one a cloud; there are "
+            f"{len(several)} arrays."
+        )
+    found = []
+    for name, cloud, one in zip(names, clouds, several, strict=True):
+        missing = np.asarray(np.isnan(cloud).all(axis=1))
+        invalid = f"Invalid weights of cloud '{name}'."
+        found.append(checked_weights(one, missing, invalid))
+    most = max(float(one.max()) for one in found)
+    return [one / most for one in found]
 
 
 def _number(frame: str, sums: FloatArray) -> int:
