@@ -96,3 +96,25 @@ def test_three_exceptions():
 def test_the_agencys_system(row):
     """It is first or second for its purpose among existing CRSs, or its zones are named."""
     assert is_advised(row) == (title(row) not in OTHERWISE)
+
+
+# What is named as official where the agency has another system for the whole country.
+OFFICIAL_OTHERWISE = {
+    "DE EPSG:4839": "EPSG:25832",  # both are in use; UTM's has the smaller error
+    "KR EPSG:5179": "EPSG:5183",  # the belts' areas of use hold the whole, and the east's draws it with less error
+    "NO EPSG:25833": "none",  # zone 33's area of use does not hold the west
+}
+
+
+@pytest.mark.slow
+def test_official_systems():
+    """The country's own system for the whole of it is that which its agency names, but for three."""
+    rows = [row for row in SYSTEMS if row["kind"] == "single" and row["purpose"] == "conformal"]
+    others = {}
+    for row in rows:
+        one = recommend(row["region"], purpose="conformal", limit=1).official
+        names = set() if one is None else {one.code, *(code for code, _ in one.same)}
+        if not names & set(row["codes"].split()):
+            others[title(row)] = "none" if one is None else one.code
+    assert others == OFFICIAL_OTHERWISE
+    assert len(rows) > 20

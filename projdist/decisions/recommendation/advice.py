@@ -97,7 +97,8 @@ class Recommendation(Answer):
 
     `candidates` is the number of CRSs that were considered, `maps` that of different maps among them that serve the
     purpose. `custom` are the best custom projections of families, best first, where they were asked for, and
-    `not_custom` the families that have none, with the reasons. `country` is whose land the region is, "" for none.
+    `not_custom` the families that have none, with the reasons. `country` is whose land the region is, "" for none;
+    `official` the best of its own CRSs for nine tenths of the region and more, for general use, on its datum in force.
     `zones` are systems of conformal zones, where no single CRS serves for engineering; `notes` say what else there is
     to say, with figures. `limit` is, for the Airy-Kavrayskiy errors, about what the best of all maps of the region
     has, of all conformal or equal-area ones for these purposes; None where it is not known. A frame has the results and
@@ -115,6 +116,7 @@ class Recommendation(Answer):
     custom: tuple[Custom, ...] = ()
     not_custom: tuple[Rejected, ...] = ()
     country: str = ""
+    official: Candidate | None = None
     zones: tuple[ZoneSystem, ...] = ()
     notes: tuple[str, ...] = ()
     limit: float | None = None
@@ -124,7 +126,7 @@ class Recommendation(Answer):
         return f"{best}, for {self.region.name}, of {self.candidates} CRSs"
 
     def to_dict(self) -> dict[str, Any]:
-        """The question; `"results"`, `"zones"`, `"custom"`, `"not_custom"`, `"rejected"`, `"notes"` are lists."""
+        """The question; lists of `"results"`, `"zones"`, `"custom"`, and what is not; and the `"official"` CRS."""
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
             "purpose": self.purpose,
@@ -135,6 +137,7 @@ class Recommendation(Answer):
             "maps": self.maps,
             "limit": self.limit,
             "results": [result.to_dict() for result in self.results],
+            "official": None if self.official is None else self.official.to_dict(),
             "zones": [system.to_dict() for system in self.zones],
             "notes": list(self.notes),
             "custom": [custom.to_dict() for custom in self.custom],

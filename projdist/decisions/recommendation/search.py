@@ -29,7 +29,7 @@ from projdist.decisions.recommendation.custom import Custom, Design, design, fam
 from projdist.decisions.recommendation.pool import HOLDS, Pool, of_datum
 from projdist.decisions.recommendation.purposes import get_purpose, suits
 from projdist.decisions.recommendation.same_maps import by_usage, grouped
-from projdist.decisions.recommendation.standing import CLOSE, Key, Standing, is_close, preferred, tiers
+from projdist.decisions.recommendation.standing import CLOSE, Key, Standing, in_force, is_close, preferred, tiers
 from projdist.decisions.recommendation.trial_nodes import Probe, probe_of
 from projdist.decisions.recommendation.zones import ENGINEERING_PPM, ZoneSystem, find_zones
 from projdist.field import FIGURES, AnyFigure, Figure, get_figure
@@ -55,6 +55,7 @@ _SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
 _WAVE = 16  # maps in one go: more than there are cores, fewer than there are maps
 _HEAVY = 24  # trials that a custom projection takes as long as, at least
 
+_MOST = 0.9  # of the region, that an official map holds: outlines have disputed land
 _UTM = "WGS 84 / UTM zone "
 
 _LEVEL, _SCALE = FIGURES["airy_kavrayskiy"], FIGURES["max_scale_error_ppm"]
@@ -236,6 +237,7 @@ class _Search:
         custom, not_custom = self._custom(executor, self._report(len(trials), total))
         best = self._best(maps, executor, len(trials) + len(self.families), total)
         zones = self._zones(maps, executor)
+        official = self._official(maps, executor)
         self.notes += self._on_national(maps, best, executor)
         if self.progress is not None:
             self.progress(total, total)
@@ -251,6 +253,7 @@ class _Search:
             custom=custom,
             not_custom=not_custom,
             country=self.pool.home,
+            official=None if official is None else self._candidate(official, custom),
             zones=zones,
             notes=tuple(self.notes),
             limit=self.least,
@@ -419,6 +422,17 @@ class _Search:
     def _scale_error(self, one: Finding) -> float:
         """The largest scale error in ppm by the trial."""
         return _SCALE(one.jacobian, self.probe.weight)
+
+    def _official(self, maps: list[_Map], executor: Executor | None) -> _Map | None:
+        """The best of the country's own maps that hold nearly all of the region, for general use, on the datum in force."""
+        whole = [one for one in maps if one.standing.share >= _MOST]
+        own = [whole[i] for i in in_force([one.standing for one in whole])]
+        least = min((one.trial for one in own), default=(np.inf, np.inf))
+        near = [one for one in own if self._may_reach(least, one, (_MEAN_MARGIN, _MEAN_MARGIN))]
+        best = min(self._settled(near, executor), key=lambda one: one.key, default=None)
+        if best is not None and best.result is None:
+            (best.result,) = self._run(measure, [best], executor)
+        return best
 
     def _on_national(self, maps: list[_Map], best: list[_Map], executor: Executor | None) -> list[str]:
         """What the country's own system has against the first, where that is not the country's own."""

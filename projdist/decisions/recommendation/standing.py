@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from projdist.decisions.recommendation.same_maps import datum_root
 from projdist.projections import CrsRecord
 
-__all__ = ["CLOSE", "WIDE_FACTOR", "Key", "Standing", "is_close", "is_own", "is_wide", "preferred", "tiers"]
+__all__ = ["CLOSE", "WIDE_FACTOR", "Key", "Standing", "in_force", "is_close", "is_own", "is_wide", "preferred", "tiers"]
 
 CLOSE = 0.1
 """Of a figure: what maps differ by that are as good as each other.
@@ -79,16 +79,31 @@ def tiers(keys: Sequence[Key], close: float) -> list[list[int]]:
     return found
 
 
+def in_force(standings: Sequence[Standing]) -> list[int]:
+    """The numbers of a country's own maps for general use, on the latest datum that these have."""
+    latest = _latest(standings)
+    if latest is None:
+        return []
+    return [i for i, one in enumerate(standings) if _is_own(one) and not _is_outdated(one, latest)]
+
+
 def preferred(standings: Sequence[Standing], keys: Sequence[Key]) -> list[int]:
     """The numbers of maps that are close: national ones, for general use, not outdated, by their figures."""
-    own = [one for one in standings if one.national and not one.special]
-    latest = max(own, key=lambda one: one.since, default=None)
+    latest = _latest(standings)
 
     def rank(i: int) -> tuple[bool, bool, bool, Key]:
         one = standings[i]
         return not one.national, one.special, latest is not None and _is_outdated(one, latest), keys[i]
 
     return sorted(range(len(standings)), key=rank)
+
+
+def _latest(standings: Sequence[Standing]) -> Standing | None:
+    return max(filter(_is_own, standings), key=lambda one: one.since, default=None)
+
+
+def _is_own(one: Standing) -> bool:
+    return one.national and not one.special
 
 
 def _is_outdated(one: Standing, latest: Standing) -> bool:
