@@ -424,7 +424,7 @@ class _Search:
         return _SCALE(one.jacobian, self.probe.weight)
 
     def _official(self, maps: list[_Map], executor: Executor | None) -> _Map | None:
-        """The best of the country's own maps that hold nearly all of the region, for general use, on the datum in force."""
+        """The best of the country's own maps for nearly all of the region, for general use, on the datum in force."""
         whole = [one for one in maps if one.standing.share >= _MOST]
         own = [whole[i] for i in in_force([one.standing for one in whole])]
         least = min((one.trial for one in own), default=(np.inf, np.inf))
