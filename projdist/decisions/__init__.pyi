@@ -7,8 +7,9 @@ from .members import Rounded
 from .objectives import Objective
 from .optimization import Baseline, Optimum, best_member, optimize
 from .recommendation.candidates import INTERRUPTED
+from .recommendation.custom import Custom
 from .recommendation.for_frames import estimate_crs
-from .recommendation.purposes import PURPOSES, get_purpose
+from .recommendation.purposes import PURPOSES, get_purpose, suits
 from .recommendation.search import Candidate, Recommendation, recommend
 from .recommendation.standing import CLOSE, WIDE_FACTOR
 from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
@@ -38,6 +39,7 @@ __all__ = [
     "Baseline",
     "Candidate",
     "Check",
+    "Custom",
     "Extent",
     "HeightStatistics",
     "MapInfo",
@@ -61,4 +63,5 @@ __all__ = [
     "read_heights",
     "recommend",
     "sensible_families",
+    "suits",
 ]

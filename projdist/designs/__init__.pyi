@@ -1,4 +1,6 @@
 from .answers import Degree, Design, Rival, Surroundings
+from .atlas.areas import AtlasArea, atlas_areas
+from .atlas.measuring import measured_entry
 from .averaging import mean_map
 from .kinds import KINDS
 from .making import design
@@ -15,6 +17,7 @@ __all__ = [
     "KINDS",
     "SYMMETRIES",
     "WORLD_SYMMETRIES",
+    "AtlasArea",
     "Degree",
     "Design",
     "MeanMap",
@@ -25,8 +28,10 @@ __all__ = [
     "Standing",
     "Surroundings",
     "WorldMap",
+    "atlas_areas",
     "design",
     "mean_map",
     "mean_plane_map",
+    "measured_entry",
     "world_map",
 ]
