@@ -490,7 +490,7 @@ def test_turns_in_space():
     turns = icp._turns(3)
     np.testing.assert_allclose(turns @ turns.swapaxes(1, 2), np.broadcast_to(np.eye(3), turns.shape), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(turns), 1.0, rtol=1e-12)
-    any_turn = Rotation.random(2000, rng=np.random.default_rng(1)).as_matrix()
+    any_turn = Rotation.random(2000, np.random.default_rng(1)).as_matrix()
     cosines = (np.einsum("aij,bij->ab", any_turn, turns).max(axis=1) - 1.0) / 2.0
     away = np.degrees(np.arccos(np.minimum(cosines, 1.0)))
     assert (away.mean() < 1.05 * 11.4, away.max() < 1.5 * 15.3) == (True, True)
