@@ -100,12 +100,12 @@ class Mesh:
         integrands: Sequence[Integrand],
         second_order: Sequence[SecondOrder] = (),
     ) -> None:
-        self.projection, self.region = projection, region
+        self.plan = plan_of(region, projection.ellipsoid)
+        self.projection, self.region = projection, self.plan.region  # which keeps the parts that the plan is of
         self.integrands, self.second_order = tuple(integrands), tuple(second_order)
         self.limited = False  # whether the map is known to end within the region
         self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # the largest of each integrand seen
         self.pieces: list[Pieces] = []
-        self.plan = plan_of(region, projection.ellipsoid)
         first = self.plan.first(breaks_of(projection))
         self.evaluations = first.lon.size
         xy, sides = first.parts(np.stack(projection(first.lon, first.lat)))

@@ -63,6 +63,14 @@ def test_a_plan_changes_no_figure(region, monkeypatch):
         assert one.evaluations == alone.evaluations
 
 
+def test_equal_regions_have_one_plan():
+    """A region that equals one measured before, as a worker has it, is cut along the edge of a map as that is."""
+    first, second = (Polygons(get_region("country:AQ").geometry, "Antarctica") for _ in range(2))
+    one, other = (sample_panels(Projection.from_user_input("EPSG:8858"), region) for region in (first, second))
+    assert first is not second
+    np.testing.assert_array_equal(one.jacobian, other.jacobian)
+
+
 @of_regions
 def test_jacobians_of_layouts(region):
     """J from a layout's nodes and sides agrees with stencils about the nodes, which know of no layout."""
