@@ -115,11 +115,11 @@ def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, flo
 
     Halves stay on the 5-degree knots of Robinson's table, where his map has kinks.
     """
-    while True:
-        middle = 0.5 * (v0 + v1)
+    while v0 < (middle := 0.5 * (v0 + v1)) < v1:
         if high <= middle:
             v1 = middle
         elif low >= middle:
             v0 = middle
         else:
             return (low, high) if high - low < _SMALL * (v1 - v0) else (v0, v1)
+    return low, high  # they are one latitude, or next to each other

@@ -52,6 +52,21 @@ def test_areas_add_up(name: str, count: int) -> None:
     assert ((u0 <= cells.u) & (cells.u <= u1) & (v0 <= cells.v) & (cells.v <= v1)).all()
 
 
+@pytest.mark.parametrize("name", ["country:MC", "country:KY"])
+def test_areas_of_small_countries(name: str) -> None:
+    """Many cells of a few corners, some of which touch a cell in one point only."""
+    region = get_region(name)
+    assert cells_of(region, WGS84, 5000).area.sum() / 1e6 == pytest.approx(region.area_km2, rel=1e-7)
+
+
+def test_what_is_of_no_height_is_tightened() -> None:
+    """To its latitude, as on a side between cells; also where no number is between its ends."""
+    assert patches.tightened(43.0, 44.0, 43.0, 43.0) == (43.0, 43.0)
+    assert patches.tightened(43.0, 44.0, 43.7, 43.7) == (43.7, 43.7)
+    above = float(np.nextafter(43.0, 44.0))
+    assert patches.tightened(43.0, 44.0, 43.0, above) == (43.0, above)
+
+
 def test_a_box_of_edges() -> None:
     """Two islands and a lake whose edges lie along the sides of panels and cells: areas in closed form."""
     shell = [[0.0, 0.0], [16.0, 0.0], [16.0, 80.0], [0.0, 80.0], [0.0, 0.0]]
