@@ -19,6 +19,8 @@ NAMED = [
     ),
     (["Papua New Guinea - west of 144°E"], {"Papua New Guinea"}),
     (["Korea, Republic of (South Korea)"], {"South Korea"}),
+    (["North America - Equi7", "North America including Greenland, the Caribbean and Central America."], set()),
+    (["Norway including Svalbard - onshore and offshore."], {"Norway"}),
     (["Nigeria - offshore deep water - west of 6°E"], set()),
     ([], set()),
 ]
@@ -36,6 +38,7 @@ def test_named(extents, countries):
         ("country:KE", "Kenya"),
         ("box:5.9,47.3,15.0,55.1", "Germany"),
         ("box:177,-20,-178,-15", "Fiji"),  # most of it is sea
+        ("country:AQ", ""),  # by treaty
         ("box:2,54,4,56", ""),  # the North Sea
         ("box:-180,-90,180,90", ""),
     ],

@@ -14,16 +14,18 @@ __all__ = ["home_of", "key_of", "named"]
 _MOST = 0.5  # of what is any country's: then the region is that country's
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
 _AT_SEA = re.compile(r"^(?!.*onshore).*offshore")  # an item that has no land
+_NOBODYS = "Antarctica"  # by the treaty of 1959: what is made for it is no country's own
+_CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) including ")  # and no country's own
 _WORLD = "World"  # how names of areas of use begin that are nobody's own
 
 
 def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
     """The countries whose land areas of use name; of "USA - New Mexico" the first only, which says whose it is.
 
-    `extents` are names and descriptions as EPSG's registry writes them; none is named by those of the whole world.
-    With `at_sea` also those whose waters alone they name.
+    `extents` are names and descriptions as EPSG's registry writes them; none is named by those of the whole world or of
+    a continent "including" a country. With `at_sea` also those whose waters alone they name.
     """
-    if not extents or extents[0].startswith(_WORLD):
+    if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
         return frozenset()
     items = (item for text in extents for item in _BETWEEN.split(text) if at_sea or not _AT_SEA.search(item))
     return frozenset(name for item in items for name in _names_in(item.partition(" - ")[0]) or _names_in(item))
@@ -31,7 +33,8 @@ def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
 
 def home_of(names: Iterable[str], lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
     """The country among those named that has most of the points of a region that are in any of them, or none ("")."""
-    shares = {name: float(weight @ outline.contains(lon, lat)) for name in sorted(names) if (outline := _outline(name))}
+    names = sorted(set(names) - {_NOBODYS})
+    shares = {name: float(weight @ outline.contains(lon, lat)) for name in names if (outline := _outline(name))}
     most = max(shares, key=shares.__getitem__, default="")
     return most if most and shares[most] > _MOST * sum(shares.values()) else ""
 
