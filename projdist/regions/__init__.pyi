@@ -7,7 +7,7 @@ from .defaults import region_for
 from .files import features_from_file, polygons_from_geojson
 from .language import HasGeometry, Place, RegionLike, get_region, is_region_text, layer_path, weighted_points
 from .lines import line_of
-from .names import region_names
+from .names import folded, full_name, region_names
 from .parts import main_part
 from .patches import height_of, latitude_of
 from .points import PointSet
@@ -37,6 +37,8 @@ __all__ = [
     "combine",
     "crs_name",
     "features_from_file",
+    "folded",
+    "full_name",
     "geojson_of",
     "get_region",
     "height_of",

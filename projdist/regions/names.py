@@ -61,12 +61,39 @@ def names_of(rows: Mapping[str, Row]) -> dict[str, str]:
 
 
 def question(text: str, names: Mapping[str, str]) -> str:
-    """A question for names that begin with a text or are spelt nearly so."""
+    """A question for the region of another kind that has a name, or names that begin so or are spelt nearly so."""
+    other = full_name(text)
+    if other is not None:
+        return did_you_mean([other])
     given = folded(text)
     begun = [key for key in names if given and (key.startswith(given) or f" {given}" in f" {key}")]
     near = begun or difflib.get_close_matches(given, names, 1, NEAR)
     close = list(dict.fromkeys(names[key] for key in near))[:_MOST]
     return did_you_mean(close)
+
+
+def full_name(text: str) -> str | None:
+    """The name in `region_names` of a country, continent or state: of its name or code, as NZ; None for all else.
+
+    Countries come first where a code or a name is also a state's; `state:CA` tells them apart.
+    """
+    kind, colon, name = text.rpartition(":")
+    for one, names in _names_by_kind().items():
+        if not colon or kind.strip().casefold() == one:
+            found = names.get(folded(name))
+            if found is not None:
+                return f"{one}:{found}"
+    return None
+
+
+@functools.cache
+def _names_by_kind() -> dict[str, dict[str, str]]:
+    """Names by their folded forms and codes."""
+    return {
+        "country": {key: row["name"] for key, row in countries().items()},
+        "state": {key: row["name"] for key, row in states().items()},
+        "continent": continents(),
+    }
 
 
 def close_regions(text: str) -> list[str]:

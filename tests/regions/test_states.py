@@ -175,6 +175,9 @@ def test_every_state_can_be_named() -> None:
         ),
         ("state:", "Invalid state ''. It must be the name or postal code of a state or territory of the USA."),
         ("state:CA@50m", "Invalid suffix '@50m' of a state. It must be one of @10m, @main and @all."),
+        ("country:Texas", "Invalid country 'Texas'. Did you mean state:Texas? It must be a name in English or"),
+        ("state:Canada", "Invalid state 'Canada'. Did you mean country:Canada? It must be the name or postal"),
+        ("continent:NZ", "Invalid continent 'NZ'. Did you mean country:New Zealand? It must be one of Africa,"),
         ("California", "Invalid region 'California'. Did you mean state:California? It must be globe,"),
         ("Georgia", "Invalid region 'Georgia'. Did you mean country:Georgia or state:Georgia? It must be globe,"),
         (
