@@ -243,6 +243,8 @@ def _notes(result: Recommendation) -> list[str]:
         "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: as measured; "
         "in area: the share of the region in the CRS's area of use.",
     ]
+    if result.official is not None:
+        notes.append(_own(result.official, result))
     if result.limit is not None:
         kind = f"{result.purpose} " if result.purpose in _KINDS else ""
         notes.append(
@@ -281,6 +283,15 @@ def _notes(result: Recommendation) -> list[str]:
         + (f" Rejected (listed in JSON): {counts}." if counts else "")
     )
     return notes
+
+
+def _own(official: Candidate, result: Recommendation) -> str:
+    """Which CRS is the country's own, with its figures where no row has them."""
+    own = f"The best of {result.country}'s own for general use, on its datum in force: {official.code}"
+    if official.code in (one.code for one in result.results):
+        return f"{own}."
+    worst = certain(official.distortion.max_scale_error_ppm)
+    return f"{own}, {official.name}, {result.criterion} {certain(official.value)}, at most {worst} ppm."
 
 
 def _kind(reason: str) -> str:

@@ -131,6 +131,18 @@ def test_the_limit(known):
     assert [float(row["over_limit"]) for row in rows] == [one.value / known.limit for one in known.results]
 
 
+def test_the_official_one(found, monkeypatch):
+    """The country's own CRS is named, with its figures where no row has them."""
+    first, *others = found.results
+    official = replace(first, code="EPSG:1")
+    named = f"EPSG:1, {first.name}, airy_kavrayskiy "
+    for results, expected in (((official, *others), "EPSG:1."), (tuple(others), named)):
+        answer = replace(found, country="Atlantis", official=official, results=results)
+        monkeypatch.setattr("projdist.cli.recommend.recommend", lambda *_, answer=answer, **__: answer)
+        own = "The best of Atlantis's own for general use, on its datum in force: "
+        assert f"{own}{expected}" in run(ISLAND, *QUICK)[1]
+
+
 @pytest.fixture
 def rich(found, monkeypatch):
     """An answer with all that there may be: cuts, zones, custom projections, reasons; two of its CRSs are torn."""
