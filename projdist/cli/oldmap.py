@@ -15,6 +15,7 @@ from projdist.cli.cells import fixed
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.layers import check_layer_options
 from projdist.cli.oldmap_files import LAYERS, SHEETS, OldMapFile
+from projdist.cli.oldmaps import refuse_for_several, several_report
 from projdist.cli.options import (
     DpiOption,
     FormatOption,
@@ -27,6 +28,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
+from projdist.cli.progress import working
 from projdist.cli.report import Column, Report, Table
 from projdist.support import tell
 
@@ -38,11 +40,11 @@ _SHOWN = 20  # names in a line
 @with_looks
 def oldmap_command(
     points: Annotated[
-        str,
+        list[str],
         typer.Argument(
-            metavar="POINTS",
+            metavar="POINTS...",
             help="Control points: [id], x and y on the old map, x and y in truth in metres; or columns x_old, y_old, "
-            "x_new, y_new, or QGIS's.",
+            "x_new, y_new, or QGIS's. Files of several maps of one region are compared with their mean.",
         ),
     ],
     model: Annotated[str, typer.Option(metavar="|".join(MODELS), help="What is fitted to the points.")] = "tps",
@@ -68,7 +70,8 @@ def oldmap_command(
         str | None,
         typer.Option(
             metavar="|".join(RECTIFIED_BY),
-            help="What rectifies the scan, fit if not given; or what displacements and isolines are after, mdt.",
+            help="What rectifies the scan, fit if not given; or what displacements, isolines and several maps are "
+            "after, mdt.",
         ),
     ] = None,
     resolution: Annotated[
@@ -95,18 +98,32 @@ def oldmap_command(
     overwrite: OverwriteOption = False,
     look: LookWords | None = None,
 ) -> None:
-    """Measure the distortion of an old map by control points."""
+    """Measure the distortion of an old map by control points, or of several and what they have in common."""
     form = format_of(format)
     choice("model", model, list(MODELS))
     choice("outliers", outliers, list(OUTLIERS))
+    options: dict[str, Any] = {
+        "model": model,
+        "smoothing": None if smoothing is None else number("smoothing", smoothing, 0.0, 1e9),
+        "outliers": outliers,
+        "dots_per_inch": None if scan_dpi is None else number("scan dpi", scan_dpi, 1.0, 1e5),
+    }
+    drawn: dict[str, Any] = {"draw": draw, "measure": None if measure == "fisher" else measure}
+    if len(points) > 1:
+        alone = drawn | {"output": output, "image": image, "resolution": resolution, "size": size, "dpi": dpi}
+        refuse_for_several({f"--{name}": value for name, value in alone.items()} | look_options(look))
+        with refusing(), working("Fitting"):
+            maps = [old_map(read_control_points(one, crs=crs), **options) for one in points]
+            report = several_report(points, maps, by or "mdt")
+        present(report, form)
+        return
     choice("measure", measure, list(DRAWN_MEASURES))
     panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
-    drawn: dict[str, Any] = {"draw": draw, "measure": None if measure == "fisher" else measure}
     suffix = "" if output is None else Path(output).suffix.lower()
     file = picture = None
     if suffix in (*SHEETS, *LAYERS):
-        options = {f"--{name}": value for name, value in (drawn | {"size": size, "dpi": dpi}).items()}
-        check_layer_options(Path(str(output)), options | look_options(look))
+        of_pictures = {f"--{name}": value for name, value in (drawn | {"size": size, "dpi": dpi}).items()}
+        check_layer_options(Path(str(output)), of_pictures | look_options(look))
         file = OldMapFile(str(output), image=image, by=by, resolution=resolution, crs=crs, overwrite=overwrite)
     else:
         for name, value in (("by", by), ("resolution", resolution)):
@@ -116,18 +133,12 @@ def oldmap_command(
         drawn |= {"image": image}
         picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=beside, **drawn)
     with refusing():
-        found = old_map(
-            read_control_points(points, crs=crs),
-            model=model,
-            smoothing=None if smoothing is None else number("smoothing", smoothing, 0.0, 1e9),
-            outliers=outliers,
-            dots_per_inch=None if scan_dpi is None else number("scan dpi", scan_dpi, 1.0, 1e5),
-        )
+        found = old_map(read_control_points(points[0], crs=crs), **options)
     if picture is not None:
         _draw(found, picture, panels=panels or PANELS[:4], measure=measure, image=image)
     if file is not None:
         file.save(found)
-    present(_report(found, points, file or picture), form)
+    present(_report(found, points[0], file or picture), form)
     if file is not None and crs is None:
         tell(f"'{file.path}' has no CRS, but metres of a plane without a name; --crs states it.")
 

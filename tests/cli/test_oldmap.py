@@ -213,3 +213,67 @@ def test_no_file():
     code, out, err = run("nosuch.csv")
     assert (code, out) == (2, "")
     assert "Invalid points file 'nosuch.csv'. It cannot be read as text: No such file" in err
+
+
+# ---- several maps ---------------------------------------------------------------------------
+
+GROWTH = 0.4  # of one sheet to the east, of the other to the north, as an exponent over its side
+
+
+@pytest.fixture
+def sheets(tmp_path):
+    """Two files of a unit square: one grows to the east; the other to the north, in another unit, mirrored."""
+    x, y = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 9)] * 2), axis=-1).reshape(-1, 2).T
+    truth = 1e5 * np.stack([x, y], axis=-1)
+    east = np.stack([np.exp(GROWTH * x) / GROWTH, y], axis=-1)
+    north = 300.0 * np.stack([x, -np.exp(GROWTH * y) / GROWTH], axis=-1)
+    paths = [tmp_path / "east.csv", tmp_path / "north.csv"]
+    for path, old in zip(paths, (east, north), strict=True):
+        np.savetxt(path, np.hstack([old, truth]), delimiter=",", header="x_old,y_old,x_new,y_new", comments="")
+    return paths
+
+
+def test_several(sheets):
+    """ln of the scale is even in [-g / 2, g / 2]: mean square g^2 / 12; half of it is common, as scales' logs add."""
+    code, out, err = run(*sheets, "--model", "polynomial3", "--format", "json")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    square = GROWTH**2 / 12.0
+    cubic = 0.02  # a cubic's derivative is the exponential's to 1 % there
+    for row in found["maps"]:
+        assert row["distortion"] == pytest.approx(square, rel=cubic)
+        assert row["from_mean"] == pytest.approx(square / 2.0, rel=cubic)
+        assert (row["points"], row["left_out"]) == (81, 0)
+    assert found["mean"]["distortion"] == pytest.approx(square / 2.0, rel=cubic)
+    assert found["mean"]["total"] == pytest.approx(sum(row["from_mean"] for row in found["maps"]), rel=1e-9)
+    table = run(*sheets, "--model", "polynomial3", "--by", "affine")[1]
+    assert "2 old maps, each after its affine" in table
+    assert "their mean" in table
+    assert "In common is 50" in table
+    rows = list(csv.DictReader(io.StringIO(run(*sheets, "--format", "csv")[1])))
+    assert [row["map"] for row in rows] == [*map(str, sheets), "their mean"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["-o", "a.png"], "Invalid option '--output' for several maps. It is for one."),
+        (["--draw", "grid"], "Invalid option '--draw' for several maps."),
+        (["--by", "fit"], "Invalid rectification 'fit'. It must be one of mdt, affine, helmert."),
+        (["--measure", "areal_scale"], "Invalid option '--measure' for several maps."),
+    ],
+)
+def test_what_is_of_one_map(sheets, words, message):
+    code, out, err = run(*sheets, *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+def test_no_common_ground(sheets, tmp_path):
+    """Maps of different regions."""
+    table = np.loadtxt(sheets[0], delimiter=",", skiprows=1) + np.array([0.0, 0.0, 5e5, 5e5])
+    far = tmp_path / "far.csv"
+    np.savetxt(far, table, delimiter=",")
+    code, out, err = run(sheets[0], far)
+    assert (code, out) == (2, "")
+    assert "Invalid old maps. There is no ground that all of them show." in err
