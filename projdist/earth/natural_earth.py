@@ -25,6 +25,7 @@ __all__ = [
     "Border",
     "borders",
     "coastlines",
+    "countries_about",
     "country",
     "country_keys",
     "lakes",
@@ -51,6 +52,8 @@ _FILES = {
 
 
 Bounds = tuple[float, float, float, float]
+
+_MARGIN = 0.5  # degrees: arcs end short of the antimeridian by less
 
 
 class Border(NamedTuple):
@@ -137,6 +140,29 @@ def country(key: str, resolution: str = "50m") -> shapely.MultiPolygon | None:
 def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degrees: float) -> BoolArray:
     """Whether points in degrees, longitudes -180 to 180, are in an outline or within some degrees of it."""
     return np.asarray(shapely.dwithin(outline, shapely.points(lon, lat), degrees), dtype=bool)
+
+
+def countries_about(lon: FloatArray, lat: FloatArray) -> list[str]:
+    """The keys of countries in whose box any of some points is, longitudes -180 to 180: nothing is decoded for it."""
+    return [
+        key
+        for key, (west, south, east, north) in _boxes().items()
+        if bool(((lon >= west) & (lon <= east) & (lat >= south) & (lat <= north)).any())
+    ]
+
+
+@functools.cache
+def _boxes() -> dict[str, FloatArray]:
+    """West, south, east, north of countries with a margin; of those that the antimeridian cuts all longitudes."""
+    objects, arcs = _topology("countries", "50m")
+    low, high = (np.array([end(arc, axis=0) for arc in arcs]) for end in (np.min, np.max))
+    used: dict[str, set[int]] = {}
+    for one in objects["countries"]:
+        used.setdefault(_key(one), set()).update(arcs_used(one))
+    return {
+        key: np.concatenate([low[list(some)].min(axis=0) - _MARGIN, high[list(some)].max(axis=0) + _MARGIN])
+        for key, some in used.items()
+    }
 
 
 @functools.cache

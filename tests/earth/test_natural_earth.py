@@ -9,7 +9,9 @@ from projdist.earth.natural_earth import (
     RESOLUTIONS,
     borders,
     coastlines,
+    countries_about,
     country,
+    country_keys,
     lakes,
     lakes_within,
     land,
@@ -282,3 +284,16 @@ def test_borders_are_no_coast(resolution: str) -> None:
     shapely.prepare(land(resolution))  # or minutes with old shapely
     assert np.mean(shapely.contains(land(resolution), points)) > 0.99
     assert max(np.abs(np.diff(border.line, axis=0)).max() for border in borders(resolution)) < 30.0  # degrees
+
+
+def test_countries_about() -> None:
+    """No country that holds a point is left out, and few that do not."""
+    keys = [row["iso_n3"] or row["name"] for row in country_keys()]
+    for key in keys:
+        outline = country(key)
+        assert outline is not None
+        for part in outline.geoms:
+            place = part.representative_point()
+            about = countries_about(np.array([place.x]), np.array([place.y]))
+            assert key in about
+            assert len(about) < 20

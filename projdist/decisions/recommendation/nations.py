@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+
+import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.regions import Region
@@ -14,13 +16,14 @@ __all__ = ["home_of", "key_of", "named"]
 _MOST = 0.5  # of what is any country's: then the region is that country's
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
 _AT_SEA = re.compile(r"^(?!.*onshore).*offshore")  # an item that has no land
+_USA, _STATE = "United States of America", "Georgia"  # no area of use has both that country and the USA
 _NOBODYS = "Antarctica"  # by the treaty of 1959: what is made for it is no country's own
 _CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) including ")  # and no country's own
 _WORLD = "World"  # how names of areas of use begin that are nobody's own
 
 
 def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
-    """The countries whose land areas of use name; of "USA - New Mexico" the first only, which says whose it is.
+    """The countries whose land areas of use name; of "USA - New Mexico" the first, of "China - Hong Kong" both.
 
     `extents` are names and descriptions as EPSG's registry writes them; none is named by those of the whole world or of
     a continent "including" a country. With `at_sea` also those whose waters alone they name.
@@ -28,25 +31,38 @@ def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
     if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
         return frozenset()
     items = (item for text in extents for item in _BETWEEN.split(text) if at_sea or not _AT_SEA.search(item))
-    return frozenset(name for item in items for name in _names_in(item.partition(" - ")[0]) or _names_in(item))
+    found = frozenset(name for item in items for name in _owners(item))
+    return found - {_STATE} if _USA in found else found
 
 
-def home_of(names: Iterable[str], lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
-    """The country among those named that has most of the points of a region that are in any of them, or none ("")."""
-    names = sorted(set(names) - {_NOBODYS})
-    shares = {name: float(weight @ outline.contains(lon, lat)) for name in names if (outline := _outline(name))}
+def _owners(item: str) -> frozenset[str]:
+    """The countries of an item of a list: those before its first dash, and one that stands alone behind it."""
+    first, _, rest = item.partition(" - ")
+    second = rest.partition(" - ")[0].strip(" .")
+    alone = _vocabulary()[1].get(second)
+    return (_names_in(first) or _names_in(item)) | ({alone} if alone else frozenset())
+
+
+def home_of(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
+    """The country that has most of the points of a region that are in any, or none ("")."""
+    from projdist.earth import natural_earth  # shapely is slow to load
+
+    east = np.mod(lon + 180.0, 360.0) - 180.0
+    about = set(natural_earth.countries_about(east, lat))
+    names = [name for name, key in _keys().items() if key in about and name != _NOBODYS]
+    shares = {name: float(weight @ _outline(name).contains(lon, lat)) for name in names}
     most = max(shares, key=shares.__getitem__, default="")
     return most if most and shares[most] > _MOST * sum(shares.values()) else ""
 
 
-def _outline(name: str) -> Region | None:
-    """What the shipped outlines have of a country, coarse ones, which are quicker, if they have it at all."""
-    from projdist.earth import natural_earth  # shapely is slow to load
+def _outline(name: str) -> Region:
+    """What the shipped outlines have of a country: coarse ones would give Singapore to Malaysia."""
+    from projdist.earth import natural_earth  # as above
     from projdist.regions import Polygons
 
-    key = key_of(name)
-    geometry = natural_earth.country(key, "110m") or natural_earth.country(key)
-    return None if geometry is None else Polygons(geometry, name)
+    geometry = natural_earth.country(_keys()[name])
+    assert geometry is not None  # at 1 : 50 million all are there
+    return Polygons(geometry, name)
 
 
 def key_of(name: str) -> str:
@@ -71,13 +87,15 @@ def _names_in(text: str) -> frozenset[str]:
 
 @functools.cache
 def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
-    """A pattern of all names, the longest first, and whose they are."""
-    from projdist.earth import natural_earth  # as above
+    """A pattern of all names, the longest first, and whose they are: New Mexico is the USA's."""
+    from projdist.earth import natural_earth, state_keys  # as above
 
     names: dict[str, str] = {}
     for row in natural_earth.country_keys():
         for name in (row["name"], *row["other_names"].split("|")):
             if name:
                 names.setdefault(name, row["name"])
+    for row in state_keys():
+        names.setdefault(row["name"], _USA)
     longest = sorted(names, key=len, reverse=True)
     return re.compile(r"(?<!\w)(?:" + "|".join(map(re.escape, longest)) + r")(?!\w)"), names

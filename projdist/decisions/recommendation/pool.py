@@ -70,8 +70,7 @@ class Pool:
 
     def _home(self) -> str:
         """The country whose land the region is."""
-        names = {name for facts in self.facts.values() for name in named(facts.extents)}
-        return home_of(names, self.lattice.lon, self.lattice.lat, self.lattice.weight)
+        return home_of(self.lattice.lon, self.lattice.lat, self.lattice.weight)
 
     def is_national(self, record: CrsRecord) -> bool:
         """Whether a CRS is of the country that the region is in, by the names of its area of use."""
