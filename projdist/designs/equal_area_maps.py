@@ -6,11 +6,12 @@ than that have all area-preserving maps of the degree between them, to first ord
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.designs.plane_maps import Shears
 from projdist.designs.sites import Site
 from projdist.numerics import least_squares
@@ -60,44 +61,106 @@ def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray,
     Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ..., slopes
     those by the p coefficients that are `free`.
     """
-    degree, count = coefficients.shape[1], int(free.sum())
-    dz = np.zeros((count, z.size), dtype=complex)
-    dc = np.zeros((2, count, z.size), dtype=complex)
-    c, powers, first = columns.T, np.arange(1, degree + 1), 0
-    for angle, own, chosen in zip(angles, coefficients, free, strict=True):
-        turn, known = np.exp(-1j * angle), slice(0, first)  # later ones have changed nothing yet
-        z, c = z * turn, c * turn
-        dz[known] *= turn
-        dc[:, known] *= turn
-        y, along = z.imag, c.imag
-        monomials = y ** np.arange(degree + 1)[:, None]
+    powers = np.arange(1, coefficients.shape[1] + 1)
+    c, steps = columns.T, []
+    for angle, own in zip(angles, coefficients, strict=True):
+        step = _Step.of(np.exp(-1j * angle), own, powers, z, c)
+        z, c = z + step.shift * step.back, c + step.slope * step.along * step.back
+        steps.append((step, c))
+    rest, sloped = _anisotropy(c)
+    later, slopes = _Later.nothing(z.size), []
+    for (step, moved), chosen in zip(reversed(steps), free[::-1], strict=True):
+        by_y, by_slope = sloped(later.second(step.back, moved)), sloped(step.along * later.first(step.back))
+        slopes.append(by_y * step.monomials[1:][chosen] + by_slope * step.by_y[chosen])
+        later = later.after(step)
+    return rest, np.vstack(slopes[::-1]).T
+
+
+class _Step(NamedTuple):
+    """A shear x + f(y) of a turned plane at points: y^0, y^1, ...; their derivatives; f, f' and f'' of y.
+
+    `along` (2, n) are the y of the Jacobian's columns, `back` turns back: a shift of x is one of `back` then.
+    """
+
+    back: complex
+    monomials: FloatArray
+    by_y: Any
+    shift: FloatArray
+    slope: FloatArray
+    bend: FloatArray
+    along: FloatArray
+
+    @classmethod
+    def of(cls, turn: complex, own: FloatArray, powers: IntArray, z: Any, c: Any) -> _Step:
+        """The shear with coefficients of y, y^2, ... at points z (n,) with columns c (2, n)."""
+        y = (z * turn).imag
+        monomials = np.vander(y, powers.size + 1, increasing=True).T
         by_y = powers[:, None] * monomials[:-1]
-        slope = own @ by_y
-        bend = own[1:] @ (powers[1:, None] * by_y[:-1]) if degree > 1 else np.zeros_like(y)
-        dc[:, known] += slope * dc[:, known].imag + (bend * along)[:, None] * dz[known].imag
-        dz[known] += slope * dz[known].imag
-        mine = slice(first, first + int(chosen.sum()))
-        dc[:, mine] += along[:, None] * by_y[chosen]
-        dz[mine] += monomials[1:][chosen]
-        c, z = c + slope * along, z + own @ monomials[1:]
-        first = mine.stop
-        known = slice(0, first)
-        z, c = z / turn, c / turn
-        dz[known] /= turn
-        dc[:, known] /= turn
-    return _anisotropy(c, dc)
+        bend = own[1:] @ (powers[1:, None] * by_y[:-1]) if own.size > 1 else np.zeros_like(y)
+        return cls(turn.conjugate(), monomials, by_y, own @ monomials[1:], own @ by_y, bend, (c * turn).imag)
 
 
-def _anisotropy(c: Any, dc: Any) -> tuple[Any, Any]:
-    """sqrt(2) atanh |mu| mu / |mu| and its slopes, mu the Beltrami coefficient of columns c (2, n)."""
-    p, q = 0.5 * (c[0] - 1j * c[1]), 0.5 * (c[0] + 1j * c[1])
-    dp, dq = 0.5 * (dc[0] - 1j * dc[1]), 0.5 * (dc[0] + 1j * dc[1])
+class _Later(NamedTuple):
+    """The derivatives at points of all that follows a step, as it acts on complex numbers and their conjugates.
+
+    The first is P a + Q a*, the second, of a and b, is A a b + B (a b* + a* b) + C a* b*. With them the slopes by all
+    coefficients of a step cost what those by two do.
+    """
+
+    P: Any
+    Q: Any
+    A: Any
+    B: Any
+    C: Any
+
+    @classmethod
+    def nothing(cls, count: int) -> _Later:
+        """Behind the last step."""
+        none = np.zeros(count, dtype=complex)
+        return cls(none + 1.0, none, none, none, none)
+
+    def first(self, a: Any) -> Any:
+        """The change by a change a."""
+        return self.P * a + self.Q * np.conj(a)
+
+    def second(self, a: Any, b: Any) -> Any:
+        """The change of the first derivative along b by a change a."""
+        star_a, star_b = np.conj(a), np.conj(b)
+        return self.A * a * b + self.B * (a * star_b + star_a * b) + self.C * star_a * star_b
+
+    def after(self, step: _Step) -> _Later:
+        """The same of what follows the step before: of this step and all that is later."""
+        half = 0.5j * step.slope
+        own, star = 1.0 - half, half * step.back**2  # the step's P and Q
+        own_c, star_c = own.conj(), star.conj()
+        bent = 0.25 * step.bend * self.first(step.back)
+        return _Later(
+            self.P * own + self.Q * star_c,
+            self.P * star + self.Q * own_c,
+            self.A * own**2 + 2.0 * self.B * own * star_c + self.C * star_c**2 - bent * step.back.conjugate() ** 2,
+            self.A * own * star + self.B * (abs(own) ** 2 + abs(star) ** 2) + self.C * own_c * star_c + bent,
+            self.A * star**2 + 2.0 * self.B * own_c * star + self.C * own_c**2 - bent * step.back**2,
+        )
+
+
+def _anisotropy(c: Any) -> tuple[Any, Callable[[Any], Any]]:
+    """sqrt(2) atanh |mu| mu / |mu|, mu the Beltrami coefficient of columns c (2, n), and how it changes with them."""
+    p, q = _beltrami_parts(c)
     mu = q / p
-    dmu = (dq - mu * dp) / p
     square = np.minimum(np.abs(mu) ** 2, 1.0 - 1e-12)
     far = square > _NEAR
     safe = np.where(far, square, 1.0 - 1e-12)
     ratio = np.where(far, np.arctanh(np.sqrt(safe)) / np.sqrt(safe), 1.0 + square / 3.0)
     change = np.where(far, (1.0 / (1.0 - square) - ratio) / safe, 2.0 / 3.0)  # twice d ratio / d square
-    slopes = ratio * dmu + change * mu * (mu.conj() * dmu).real
-    return _SQRT2 * ratio * mu, _SQRT2 * slopes.T
+
+    def sloped(dc: Any) -> Any:
+        dp, dq = _beltrami_parts(dc)
+        dmu = (dq - mu * dp) / p
+        return _SQRT2 * (ratio * dmu + change * mu * (mu.conj() * dmu).real)
+
+    return _SQRT2 * ratio * mu, sloped
+
+
+def _beltrami_parts(c: Any) -> tuple[Any, Any]:
+    """The derivatives by z and by its conjugate of a map with columns c (2, n)."""
+    return 0.5 * (c[0] - 1j * c[1]), 0.5 * (c[0] + 1j * c[1])
