@@ -15,7 +15,7 @@ from projdist.field.panel_cuts import TEAR, cut, jumps
 from projdist.field.panels import Pieces, blurred, pieces_of, second_derivatives, tails
 from projdist.field.side_strips import torn_sides, with_strips
 from projdist.matrices import log_scales
-from projdist.numerics import NODES
+from projdist.numerics import NODES, PLANE_WEIGHTS
 from projdist.projections import Projection, breaks_of
 from projdist.regions import GLOBE, Clips, Region
 
@@ -34,6 +34,7 @@ STENCIL = 20  # evaluations of a Jacobian by stencils, near seams
 _STRIKES = 2  # so many splits without gain are rounding; one of a cut panel may only have found a singularity
 _MARKING = 0.05  # share of the error that may wait for another generation
 _TINY, _MINUTE = 1e-5, 1e-11  # of the globe's area: pieces that may go without second derivatives: if stuck, at once
+_LOOSE = 0.5  # of a rectangle: where the region has less, the rest may be beyond an edge of the map
 _NOISE = 3e-7  # of the semi-major axis; iterative projections in PROJ stop at a third of that
 # Four points on each side of [-1, 1]^2, just within.
 _BORDER = (1.0 - 1e-9) * np.array(
@@ -162,6 +163,9 @@ class Mesh:
             done[hard] = cuts.done
             guided = np.isfinite(cuts.split_at).any(axis=-1)
             split_at[hard[guided]] = cuts.split_at[guided]
+            # Where the map ends beside the region, in the same rectangle, only a smaller rectangle tells.
+            loose = undecided & ~done & (area < _LOOSE * (pieces.density * PLANE_WEIGHTS).sum(axis=(1, 2)))
+            split_at[loose, 0], split_at[loose, 1] = np.nan, 0.5 * rectangles[loose, 2:].sum(axis=1)
             pieces = Pieces.joined([pieces.take(whole & ~done), *cuts.pieces])
             self._mend(pieces, torn[pieces.panel])
         elif not whole.all():

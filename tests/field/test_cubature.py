@@ -109,3 +109,19 @@ def test_what_is_not_known_counts_in_the_error():
     value, error = found.mean(ones, 0.0, most=0.1)
     assert value == pytest.approx(1.0 - share)
     assert error >= share
+
+
+@pytest.mark.parametrize("region", ["country:PL", "country:UA", "country:CL@main"])
+def test_a_map_that_ends_beside_the_region(region):
+    """Within a degree of it, as made maps do, whose polynomials run away: all of the region is covered nevertheless."""
+    west, south, east, north = get_region(region).bounds
+    lon0, lat0 = 0.5 * (west + east), 0.5 * (south + north)
+    whole = Projection.from_user_input(f"+proj=laea +R=6371008.7714 +lat_0={lat0} +lon_0={lon0}")
+
+    def ending(lon, lat):
+        inside = (abs(lon - lon0) < 0.5 * (east - west) + 1.0) & (abs(lat - lat0) < 0.5 * (north - south) + 1.0)
+        return tuple(np.where(inside, values, np.nan) for values in whole(lon, lat))
+
+    found = summarize(ending, region, tolerance=1e-7)
+    assert found.coverage == pytest.approx(1.0, abs=1e-9)
+    assert found.airy_kavrayskiy == pytest.approx(summarize(whole, region, tolerance=1e-8).airy_kavrayskiy, abs=2e-7)
