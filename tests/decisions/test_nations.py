@@ -24,6 +24,7 @@ NAMED = [
     ),
     (["China - Hong Kong - onshore and offshore."], {"China", "Hong Kong"}),
     (["Mexico - New Mexico border"], {"Mexico"}),
+    (["Reunion - onshore and offshore - west of 54°E."], {"France"}),
     (["Georgia - onshore and offshore."], {"Georgia"}),
     (["North America - Equi7", "North America including Greenland, the Caribbean and Central America."], set()),
     (["Norway including Svalbard - onshore and offshore."], {"Norway"}),

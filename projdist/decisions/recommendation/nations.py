@@ -17,6 +17,8 @@ _MOST = 0.5  # of what is any country's: then the region is that country's
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
 _AT_SEA = re.compile(r"^(?!.*onshore).*offshore")  # an item that has no land
 _USA, _STATE = "United States of America", "Georgia"  # no area of use has both that country and the USA
+# Names of areas that the outlines have with a country.
+_PARTS = dict.fromkeys(("French Guiana", "Guadeloupe", "Martinique", "Mayotte", "Reunion"), "France")
 _NOBODYS = "Antarctica"  # by the treaty of 1959: what is made for it is no country's own
 _CONTINENT = re.compile(r"^(Africa|Asia|Europe|Oceania|(North|South) America) including ")  # and no country's own
 _WORLD = "World"  # how names of areas of use begin that are nobody's own
@@ -97,5 +99,6 @@ def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
                 names.setdefault(name, row["name"])
     for row in state_keys():
         names.setdefault(row["name"], _USA)
+    names.update(_PARTS)
     longest = sorted(names, key=len, reverse=True)
     return re.compile(r"(?<!\w)(?:" + "|".join(map(re.escape, longest)) + r")(?!\w)"), names
