@@ -9,7 +9,7 @@ DEMO := robinson mollweide winkel-tripel equal-earth mercator
 OLDEST_PYTHON ?= python3.11
 OLD := .venv-oldest
 
-.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks notebooks-check atlas gallery world-maps reference-factors benchmarks benchmarks-check benchmarks-record browser clean
+.PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks notebooks-check atlas atlas-pages gallery world-maps reference-factors benchmarks benchmarks-check benchmarks-record browser clean
 
 demo: .venv/installed
 	@mkdir -p demo
@@ -63,9 +63,14 @@ world-maps: .venv/installed
 reference-factors: .venv/installed-test
 	$(BIN)/python docs/make_reference_factors.py
 
-# An hour on two cores; it goes on from what docs/atlas has.
+# An hour and a half on two cores; it goes on where it was stopped.
 atlas: .venv/installed-test
 	$(BIN)/python docs/make_atlas.py
+	$(BIN)/python docs/make_atlas_pages.py
+
+# The pages, pictures and tables of the atlas from its data.
+atlas-pages: .venv/installed-test
+	$(BIN)/python docs/make_atlas_pages.py
 
 benchmarks: .venv/installed-test
 	$(BIN)/python benchmarks/run.py

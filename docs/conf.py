@@ -21,7 +21,7 @@ extensions = [
     "numpydoc",
     "myst_nb",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "atlas"]  # what the forge shows of the atlas; made/atlas has all of it
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 myst_enable_extensions = ["attrs_inline"]
 myst_heading_anchors = 3
@@ -45,6 +45,9 @@ intersphinx_mapping = {
 html_theme = "pydata_sphinx_theme"
 html_title = "projdist"
 html_show_sourcelink = False
+html_static_path = ["site_static", "../projdist/web/tables.js"]
+html_css_files = ["sortable.css"]
+html_js_files = [("sortable.js", {"type": "module"})]
 html_theme_options = {
     "show_prev_next": False,
     "header_links_before_dropdown": 7,

@@ -1,41 +1,65 @@
-"""Measure the atlas: one batch job, which goes on from docs/atlas/results.jsonl.gz.
+"""Measure the atlas: one batch job, and `projdist/data/atlas.jsonl.gz` of its results.
 
-`python docs/make_atlas.py [EXECUTOR]`, as `processes:8` or `dask://HOST:8786`; a quarter of a minute a region and core.
-Results are kept in docs/atlas/results.jsonl as they come, and compressed when the job ends, also by Ctrl-C.
+`python docs/make_atlas.py [EXECUTOR]`, as `processes:8` or `dask://HOST:8786`; half a minute a region and core.
+Results are kept in docs/atlas/results.jsonl as they come; the job goes on from there, also after Ctrl-C.
 """
 
 from __future__ import annotations
 
 import argparse
 import gzip
+import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+from pyproj import CRS
 
 import projdist
-from projdist.answers import Area
-from projdist.designs import atlas_areas, measured_entry
+from projdist.answers import Area, Batch
+from projdist.designs import AtlasArea, atlas_areas, measured_entry
+from projdist.projections import proj_version
 
-FOLDER = Path(__file__).parent / "atlas"
-RESULTS = FOLDER / "results.jsonl.gz"
+PARTIAL = Path(__file__).parent / "atlas" / "results.jsonl"
+RESULT = Path(projdist.__file__).parent / "data" / "atlas.jsonl.gz"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("executor", nargs="?", default="processes")
     executor = parser.parse_args().executor
-    FOLDER.mkdir(exist_ok=True)
-    partial = RESULTS.with_suffix("")
-    if RESULTS.exists() and not partial.exists():
-        partial.write_bytes(gzip.decompress(RESULTS.read_bytes()))
+    PARTIAL.parent.mkdir(exist_ok=True)
     areas = [Area(area.title, area.text) for area in atlas_areas()]
-    try:
-        found = projdist.batch(measured_entry, areas, executor=executor, partial=partial, progress=report)
-    finally:
-        RESULTS.write_bytes(gzip.compress(partial.read_bytes(), mtime=0))
-    partial.unlink()
-    print(f"\n{len(found.results)} entries")
+    found = projdist.batch(measured_entry, areas, executor=executor, partial=PARTIAL, progress=report)
     for failure in found.failures:
         print(failure.line)
+    if not found.failures:
+        lines = (json.dumps(line, ensure_ascii=False, separators=(",", ":")) for line in lines_of(found))
+        RESULT.write_bytes(gzip.compress("\n".join(lines).encode(), mtime=0))
+        print(f"\n{RESULT}: {len(found.results)} entries, {RESULT.stat().st_size:,} bytes")
+
+
+def lines_of(found: Batch) -> Iterator[dict[str, Any]]:
+    """The versions, then the entries."""
+    yield {"projdist": projdist.__version__, "PROJ": proj_version()}
+    for area, result in zip(atlas_areas(), found.results, strict=True):
+        answer = result.answer if is_national(area) else result.answer | {"country": ""}
+        official = answer["official"] if is_official(area, answer["official"]) else None
+        place = {"title": area.title, "kind": area.kind, "region": area.text, "area_km2": result.area_km2}
+        yield place | answer | {"official": official}
+
+
+def is_national(area: AtlasArea) -> bool:
+    """Whether a place is a country's."""
+    return area.kind in ("country", "part", "state")
+
+
+def is_official(area: AtlasArea, crs: dict[str, Any] | None) -> bool:
+    """Whether a country's own CRS is its official one there; in a state it must be the state's, by its area of use."""
+    if crs is None or not is_national(area):
+        return False
+    return area.kind != "state" or area.title.partition(",")[0] in CRS(crs["code"]).area_of_use.name
 
 
 def report(done: int, total: int) -> None:

@@ -1,4 +1,4 @@
-"""What of the site is made from the program: the reference of Python and of the commands, notebooks, the change log."""
+"""What of the site is made: the reference of Python and of the commands, the atlas, notebooks, the change log."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import atlas_pages
 from typer.testing import CliRunner
 
 import projdist
@@ -35,7 +36,7 @@ def write(folder: Path) -> None:
     """Make the folder `made` of the site's sources anew."""
     made = folder / "made"
     shutil.rmtree(made, ignore_errors=True)
-    for name in ("notebooks", "commands", "python"):
+    for name in ("notebooks", "commands", "python", "atlas"):
         (made / name).mkdir(parents=True)
     for notebook in sorted((ROOT / "notebooks").glob("*.ipynb")):
         text = notebook.read_text().replace("](../docs/", "](../../")
@@ -47,11 +48,14 @@ def write(folder: Path) -> None:
     for name, text in _python_pages():
         (made / "python" / f"{name}.rst").write_text(text)
     (made / "lists.md").write_text("".join(_lists()))
+    for name, text in _atlas_pages(folder / "images" / "atlas"):
+        (made / "atlas" / f"{name}.md").write_text(text)
 
 
 def relink(_: object, name: str, source: list[str]) -> None:
     """Links to what lies beside the documentation go to its copy in the site."""
     source[0] = source[0].replace("](../notebooks/", "](made/notebooks/")
+    source[0] = source[0].replace("](atlas/README.md)", "](made/atlas/index.md)")
 
 
 def groups() -> Iterator[tuple[str, list[str]]]:
@@ -63,6 +67,15 @@ def groups() -> Iterator[tuple[str, list[str]]]:
         told = [name for name in names if name not in MODULES and _has_page(getattr(projdist, name))]
         if told:
             yield title.removeprefix("# "), told
+
+
+def _atlas_pages(images: Path) -> Iterator[tuple[str, str]]:
+    """The pages of the atlas, with the pictures that there are."""
+    pages = {name: atlas_pages.slug(entry) for name, entry in atlas_pages.entries().items()}
+    yield "index", atlas_pages.overview_page("../../images/atlas", lambda name: f"{pages[name]}.md")
+    for name, page in pages.items():
+        picture = f"../../images/atlas/{page}.png" if (images / f"{page}.png").exists() else None
+        yield page, f"---\norphan: true\n---\n\n{atlas_pages.place_page(name, picture)}"
 
 
 def _python_pages() -> Iterator[tuple[str, str]]:

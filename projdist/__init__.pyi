@@ -103,6 +103,9 @@ from .decisions import (
 # Maps made to measure
 from .designs import Design, MeanMap, PlaneMean, WorldMap, design, mean_map, mean_plane_map, world_map
 
+# The best maps of places, measured beforehand
+from .designs import AtlasEntry, AtlasMap, AtlasPurpose, AtlasZones, atlas, atlas_names
+
 # Many regions at once
 from .answers import Batch, BatchFailure, BatchResult, batch
 
@@ -133,6 +136,10 @@ __all__ = [
     "SPHERE",
     "WGS84",
     "AiryKavrayskiy",
+    "AtlasEntry",
+    "AtlasMap",
+    "AtlasPurpose",
+    "AtlasZones",
     "Baseline",
     "Batch",
     "BatchFailure",
@@ -187,6 +194,8 @@ __all__ = [
     "Summary",
     "Totals",
     "WorldMap",
+    "atlas",
+    "atlas_names",
     "axes_shift",
     "batch",
     "check",

@@ -20,6 +20,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "info_picture": ("info", "robin", "-r", EUROPE, "-o", "info.png", "--dpi", "30"),
     "find": ("find", "utm", "33"),
     "find_nothing": ("find", "amersfort"),
+    "atlas": ("atlas", "NZ"),
     "compare": ("compare", "robin", "mollweide", "EPSG:3857", "-r", EUROPE, "-m", "omega", "-m", "s", *QUICK),
     "compare_indices": ("compare", "robin", "mollweide", "-r", EUROPE, "--indices", "all", *QUICK),
     "compare_part": ("compare", "+proj=ortho +lat_0=90 +R=6371000", "moll", "-m", "s", "--tolerance", "1e-2"),

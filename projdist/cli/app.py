@@ -29,6 +29,7 @@ COMMANDS = {
     "morph": ("morph", "Make a film of one map that flows into another."),
     "explore": ("explore", "See maps live in a browser, drag and tune them."),
     "recommend": ("recommend", "Find the best existing CRSs for a region."),
+    "atlas": ("atlas", "Tell the best maps of a country, measured beforehand."),
     "optimize": ("optimize", "Find the best parameters of a family of projections."),
     "design": ("design", "Make the map that distorts a region least, as a CRS."),
     "mean-map": ("mean_map", "Find the map that is nearest to several maps."),

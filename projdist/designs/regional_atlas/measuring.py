@@ -16,7 +16,7 @@ __all__ = ["measured_entry"]
 _SCALE_ERROR = "max_scale_error_ppm"
 
 _PURPOSES = ("any", "conformal", "equal-area", "compromise")
-_KINDS = ("any", "conformal")  # of maps made to measure
+_KINDS = ("any", "conformal", "equal-area")  # of maps made to measure
 _FIGURES = (
     "airy_kavrayskiy",
     "max_scale_error_ppm",
@@ -25,6 +25,7 @@ _FIGURES = (
     "mean_omega",
     "max_areal_error_ppm",
     "mean_areal_error_ppm",
+    "cut_km",
 )
 _DIGITS = 6
 
@@ -33,7 +34,7 @@ def measured_entry(region: Region) -> dict[str, Any]:
     """The best CRSs, custom projections and maps made to measure for a region, for each purpose, in plain JSON.
 
     Purposes are those of `recommend`, by the Airy-Kavrayskiy error; "least scale error" is by the largest scale error
-    of any map, and of conformal ones among the custom projections.
+    of any existing map, and of conformal ones among the custom projections and those made to measure.
     """
     best = recommend(region, limit=1, custom=True)
     by_purpose = {name: recommend(region, purpose=name, limit=1) for name in _PURPOSES[1:]}
@@ -51,11 +52,11 @@ def measured_entry(region: Region) -> dict[str, Any]:
 def _purpose(region: Region, found: Recommendation, custom: Sequence[Custom]) -> dict[str, Any]:
     """What is best for one purpose: the first of some custom projections that serves it."""
     serving = [one for one in custom if suits(one.keeps, found.purpose)]
-    is_made = found.purpose in _KINDS and found.criterion != _SCALE_ERROR
+    kind = "conformal" if found.criterion == _SCALE_ERROR else found.purpose
     return {
         "existing": _existing(found.results[0]) if found.results else None,
         "custom": _custom(serving[0]) if serving else None,
-        "made": _made(region, found.purpose) if is_made else None,
+        "made": _made(region, kind, found.criterion) if kind in _KINDS else None,
         "limit": _rounded(found.limit),
     }
 
@@ -90,10 +91,10 @@ def _zones(system: ZoneSystem) -> dict[str, Any]:
     }
 
 
-def _made(region: Region, kind: str) -> dict[str, Any]:
+def _made(region: Region, kind: str, criterion: str) -> dict[str, Any]:
     """A map made to measure, or why there is none, as for regions that are too wide."""
     try:
-        found = design(region, kind=kind, against=())
+        found = design(region, kind=kind, criterion=criterion, against=())
     except ValueError as error:
         return {"error": str(error)}
     return {

@@ -1,0 +1,175 @@
+"""What the atlas answers: the maps of a region, for each purpose, with what each saves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from projdist.support import Answer
+
+__all__ = ["AtlasEntry", "AtlasMap", "AtlasPurpose", "AtlasZones"]
+
+_BEST = ("existing", "custom", "made")
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtlasMap:
+    """A map of a region: `projection` is its code or its PROJ string; None is what was not measured.
+
+    `share` is that of the region within the area of use of a CRS, `national` whether the region's country has the CRS
+    for its own, `datum` "" but for CRSs, `keeps` what the map keeps true in the region, as measured, `cut_km` the
+    length of its cuts within the region, kilometres.
+    """
+
+    projection: str
+    name: str
+    method: str = ""
+    datum: str = ""
+    keeps: tuple[str, ...] | None = None
+    national: bool | None = None
+    share: float | None = None
+    airy_kavrayskiy: float | None = None
+    max_scale_error_ppm: float | None = None
+    mean_scale_error_ppm: float | None = None
+    max_omega: float | None = None
+    mean_omega: float | None = None
+    max_areal_error_ppm: float | None = None
+    mean_areal_error_ppm: float | None = None
+    cut_km: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return asdict(self) | {"keeps": None if self.keeps is None else list(self.keeps)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtlasPurpose:
+    """The best maps for a purpose, by a figure, the `criterion`.
+
+    `existing` is the best CRS of the registries, `custom` the best member of PROJ's families, `made` the best map made
+    to measure, None where there is none, or for `reason`. `limit` is about what the best of all maps of the purpose
+    has; None where it is not known.
+    """
+
+    name: str
+    criterion: str
+    existing: AtlasMap | None
+    custom: AtlasMap | None
+    made: AtlasMap | None
+    limit: float | None
+    reason: str = ""
+
+    @property
+    def maps(self) -> dict[str, AtlasMap]:
+        """The maps that there are, by what they are."""
+        found = zip(_BEST, (self.existing, self.custom, self.made), strict=True)
+        return {what: one for what, one in found if one is not None}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        maps = {what: self.maps[what].to_dict() if what in self.maps else None for what in _BEST}
+        return {"criterion": self.criterion} | maps | {"limit": self.limit, "reason": self.reason}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtlasZones:
+    """A system of so many zones that serves a region where no single CRS does, with the largest scale error in any."""
+
+    name: str
+    zones: int
+    national: bool
+    max_scale_error_ppm: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class AtlasEntry(Answer):
+    """The best maps of a region, by what they are for.
+
+    `region` is its text for `get_region`, `kind` country, part, state, continent, ocean or zone. `official` is the best
+    of the country's own CRSs for general use that hold nine tenths of the region, on its datum in force; None where
+    there is none, as where the country has zones only. `versions` are those with which the entry was measured. A frame
+    has a row for each map of each purpose; in it `saves` is the share of the error that a map saves, against the
+    official CRS, or else the best existing one of any purpose: below 0 it costs.
+    """
+
+    title: str
+    kind: str
+    region: str
+    area_km2: float
+    country: str
+    official: AtlasMap | None
+    purposes: Mapping[str, AtlasPurpose]
+    zones: tuple[AtlasZones, ...]
+    versions: Mapping[str, str]
+
+    @property
+    def reference(self) -> AtlasMap | None:
+        """What others are compared with: the official CRS, else the best existing one."""
+        return self.official or self.purposes["any"].existing
+
+    def saves(self, one: AtlasMap, criterion: str = "airy_kavrayskiy") -> float | None:
+        """The share of the reference's error that a map saves; None where either has no such figure."""
+        mine, its = (getattr(known, criterion, None) for known in (one, self.reference))
+        return None if mine is None or not its else 1.0 - mine / its
+
+    def summary(self) -> dict[str, Any]:
+        """A flat row of the region: the official CRS and the best maps of any purpose, with what they save."""
+        best = self.purposes["any"]
+        row = {"place": self.title, "kind": self.kind, "region": self.region, "area_km2": self.area_km2}
+        row["limit"] = best.limit
+        maps = {"official": self.official, "existing": best.existing, "custom": best.custom, "made": best.made}
+        for what, one in maps.items():
+            row[what] = None if one is None else one.projection
+            row[f"{what}_error"] = None if one is None else one.airy_kavrayskiy
+            row[f"{what}_over_limit"] = None if one is None else _over(one, best.limit)
+            row[f"{what}_saves"] = None if one is None else self.saves(one)
+        return row
+
+    def _line(self) -> str:
+        best = self.purposes["any"].existing
+        return f"{self.title}: official {_called(self.official)}, best {_called(best)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return {
+            "title": self.title,
+            "kind": self.kind,
+            "region": self.region,
+            "area_km2": self.area_km2,
+            "country": self.country,
+            "official": None if self.official is None else self.official.to_dict(),
+            "purposes": {name: purpose.to_dict() for name, purpose in self.purposes.items()},
+            "zones": [asdict(system) for system in self.zones],
+            "versions": dict(self.versions),
+        }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A flat row for each map of each purpose; the official CRS first, without one."""
+        return list(self._rows())
+
+    def _table(self) -> list[dict[str, Any]]:
+        return self.rows()
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        known = {"region": self.title, "kind": self.kind, "area_km2": self.area_km2}
+        limit = self.purposes["any"].limit
+        if self.official is not None:
+            yield known | self._row("", "official", self.official, "airy_kavrayskiy", limit)
+        for purpose in self.purposes.values():
+            for what, one in purpose.maps.items():
+                yield known | self._row(purpose.name, what, one, purpose.criterion, purpose.limit)
+
+    def _row(self, purpose: str, what: str, one: AtlasMap, criterion: str, limit: float | None) -> dict[str, Any]:
+        figures = asdict(one) | {"keeps": None if one.keeps is None else " ".join(one.keeps)}
+        compared = {"over_limit": _over(one, limit), "saves": self.saves(one, criterion)}
+        return {"purpose": purpose, "what": what} | figures | compared
+
+
+def _over(one: AtlasMap, limit: float | None) -> float | None:
+    """The Airy-Kavrayskiy error over the limit."""
+    return None if one.airy_kavrayskiy is None or not limit else one.airy_kavrayskiy / limit
+
+
+def _called(one: AtlasMap | None) -> str:
+    return "none" if one is None else one.projection

@@ -1,0 +1,231 @@
+"""The atlas as it is shipped: whole, found by its names, and right by pyproj's own factors."""
+
+import json
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pyproj
+import pytest
+from pyproj.database import query_crs_info
+from pyproj.enums import PJType
+
+from projdist.decisions import CLOSE, WIDE_FACTOR
+from projdist.designs import atlas, atlas_areas, atlas_names
+from projdist.regions import get_region
+
+DOCS = Path(__file__).parents[2] / "docs" / "atlas"
+NAMES = atlas_names()
+E2 = 0.0066943799901413165  # of WGS 84
+
+# A lattice's mean is that of the region to a few per cent, as islands and coasts lie between its points; its largest
+# values are missed by as much. Factors of a sphere in place of the ellipsoid's are off by 0.7 %.
+OF_LATTICE = 0.06
+
+
+def test_every_place_once() -> None:
+    """All regions are there, under names that find them."""
+    entries = [atlas(name) for name in NAMES]
+    assert [(entry.title, entry.kind, entry.region) for entry in entries] == [tuple(area) for area in atlas_areas()]
+    assert len(set(NAMES)) == len(NAMES)
+
+
+@pytest.mark.parametrize(
+    ("asked", "title", "kind"),
+    [
+        ("NZ", "New Zealand", "country"),
+        ("new zealand", "New Zealand", "country"),
+        ("country:NZL", "New Zealand", "country"),
+        ("CA", "Canada", "country"),
+        ("state:CA", "California, USA", "state"),
+        ("Texas", "Texas, USA", "state"),
+        ("Georgia", "Georgia", "country"),
+        ("Antarctica", "Antarctica", "country"),
+        ("continent:Antarctica", "Antarctica", "continent"),
+        ("Cote d'Ivoire", "Côte d'Ivoire", "country"),
+        ("north atlantic", "North Atlantic", "ocean"),
+        ("utm zone 33n", "UTM zone 33N", "zone"),
+        ("france cayenne", "France, Cayenne", "part"),
+    ],
+)
+def test_names(asked: str, title: str, kind: str) -> None:
+    """Names and codes in any case, without accents; countries before states."""
+    entry = atlas(asked)
+    assert (entry.title, entry.kind) == (title, kind)
+
+
+@pytest.mark.parametrize(
+    ("asked", "advice"),
+    [
+        ("Brazl", "Did you mean country:Brazil?"),
+        ("UTM zone 17N", "ask for these"),
+        ("", "atlas_names"),
+        ("box:1,2,3,4", "atlas_names"),
+    ],
+)
+def test_what_is_not_there(asked: str, advice: str) -> None:
+    with pytest.raises(ValueError, match=f"Invalid place '{asked}'. .*{advice}"):
+        atlas(asked)
+
+
+@pytest.mark.parametrize("asked", [None, 3, b"NZ"])
+def test_what_is_no_text(asked: object) -> None:
+    with pytest.raises(TypeError, match="It must be text"):
+        atlas(asked)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_entry_is_sound(name: str) -> None:
+    """What must hold of all figures, whatever they are."""
+    entry = atlas(name)
+    assert entry.area_km2 == pytest.approx(get_region(entry.region).area_km2, rel=1e-9)
+    assert json.loads(entry.to_json()) == entry.to_dict()
+    assert (entry.official is None) or (entry.kind in ("country", "part", "state") and entry.official.national)
+    for purpose in ("conformal", "equal-area"):
+        for one in (entry.purposes[purpose].existing, entry.purposes[purpose].custom):
+            assert one is None or purpose in (one.keeps or ())
+    for purpose in entry.purposes.values():
+        for one in purpose.maps.values():
+            assert (one.airy_kavrayskiy or 0.0) > 0.0
+            assert one.mean_scale_error_ppm is None or one.mean_scale_error_ppm <= (one.max_scale_error_ppm or np.inf)
+    best, conformal = entry.purposes["any"], entry.purposes["conformal"]
+    if best.made is not None and conformal.made is not None:
+        assert best.made.airy_kavrayskiy <= 1.01 * conformal.made.airy_kavrayskiy  # type: ignore[operator]
+
+
+# ---- by pyproj ------------------------------------------------------------------------------
+
+
+def lattice(name: str, count: int = 400) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Longitudes, latitudes and shares of the area of points of a region."""
+    region = get_region(atlas(name).region)
+    west, south, east, north = region.bounds
+    size = 20
+    while True:
+        lon = west + (east - west) * (np.arange(size) + 0.5) / size
+        lat = south + (north - south) * (np.arange(size) + 0.5) / size
+        lon, lat = (values.ravel() for values in np.meshgrid(lon, lat))
+        held = region.contains(lon, lat)
+        if held.sum() >= count:
+            break
+        size = int(1.5 * size)
+    lon, lat = np.mod(lon[held] + 180.0, 360.0) - 180.0, lat[held]
+    weight = np.cos(np.radians(lat)) / (1.0 - E2 * np.sin(np.radians(lat)) ** 2) ** 2
+    return lon, lat, weight / weight.sum()
+
+
+def errors(definition: object, lon: np.ndarray, lat: np.ndarray, weight: np.ndarray) -> tuple[float, float, float]:
+    """The Airy-Kavrayskiy error, the largest |ln a| or |ln b|, and the largest omega, by pyproj's factors."""
+    found = pyproj.Proj(definition).get_factors(lon, lat, errcheck=False)
+    a, b = np.array(found.tissot_semimajor), np.array(found.tissot_semiminor)
+    with np.errstate(all="ignore"):
+        logs = np.log(np.stack([a, b]))
+        omega = np.degrees(2.0 * np.arcsin((a - b) / (a + b)))
+    return float(np.sqrt(weight @ (logs**2).sum(axis=0))), float(np.abs(logs).max()), float(omega.max())
+
+
+def chosen(share: int) -> list[str]:
+    """Every so-manieth place, whatever their order."""
+    return [name for name in NAMES if zlib.crc32(name.encode()) % share == 0]
+
+
+@pytest.mark.parametrize("name", chosen(12))
+def test_custom_maps_by_pyproj(name: str) -> None:
+    """The errors of custom projections are those of PROJ's formulas."""
+    points = lattice(name)
+    for purpose in ("any", "conformal"):
+        one = atlas(name).purposes[purpose].custom
+        assert one is not None
+        if not one.cut_km:
+            error, largest, _ = errors(one.projection, *points)
+            assert error == pytest.approx(one.airy_kavrayskiy, rel=3 * OF_LATTICE, abs=1e-9)
+            assert largest <= 1.02 * np.log1p(1e-6 * (one.max_scale_error_ppm or np.inf)) + 1e-9
+
+
+SPOT_CHECKED = (
+    *("country:Brazil", "country:New Zealand", "country:Norway", "country:Kenya", "country:Japan", "country:Chile"),
+    *("country:Poland", "state:Texas", "continent:Africa", "country:Indonesia"),
+)
+
+
+def share_within(info: object, lon: np.ndarray, lat: np.ndarray, weight: np.ndarray) -> float:
+    """The share of the points within an area of use."""
+    area = info.area_of_use  # type: ignore[attr-defined]
+    width = (area.east - area.west) % 360.0 or 360.0
+    held = (np.mod(lon - area.west, 360.0) <= width) & (lat >= area.south) & (lat <= area.north)
+    return float(weight @ held)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SPOT_CHECKED)
+def test_no_crs_is_better(name: str) -> None:
+    """By pyproj's factors at a lattice none of all CRSs of EPSG and Esri counts less than the best that is told.
+
+    A CRS counts its error over the share of the place in its area of use, and those a tenth above the best are as good.
+    What is for the world or a continent counts double: here none does, so that the best may be above those by as much.
+    """
+    points, entry = lattice(name, 1500), atlas(name)
+    counts: dict[str, dict[str, float]] = {purpose: {} for purpose in ("any", "conformal", "equal-area")}
+    for authority in ("EPSG", "ESRI"):
+        for info in query_crs_info(authority, pj_types=[PJType.PROJECTED_CRS]):
+            share = share_within(info, *points) if info.area_of_use else 0.0
+            if share < 0.5:
+                continue
+            code = f"{authority}:{info.code}"
+            try:
+                crs = pyproj.CRS(code)
+                error, _, omega = errors(crs, *points)
+            except pyproj.exceptions.ProjError:
+                continue
+            if crs.ellipsoid.inverse_flattening == 0.0 or not np.isfinite(error):
+                continue  # of a sphere
+            counts["any"][code] = error / share
+            if omega < 1e-4:
+                counts["conformal"][code] = error / share
+    for purpose, found in counts.items():
+        best = entry.purposes[purpose].existing
+        assert best is not None
+        told = (best.airy_kavrayskiy or 0.0) / (best.share or 1.0)
+        wide = [code for code, count in found.items() if told > (1.0 + CLOSE + OF_LATTICE) * count]
+        assert all(told <= WIDE_FACTOR * (1.0 + CLOSE + OF_LATTICE) * found[code] for code in wide), purpose
+        assert all(is_wide(code) for code in wide), (purpose, wide)
+
+
+def is_wide(code: str) -> bool:
+    """Whether a CRS is for a continent or the world: its area of use has a twentieth of the Earth."""
+    area = pyproj.CRS(code).area_of_use
+    width = (area.east - area.west) % 360.0 or 360.0
+    height = np.sin(np.radians(area.north)) - np.sin(np.radians(area.south))
+    return width / 360.0 * height / 2.0 > 0.05
+
+
+# ---- the files of the documentation ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["atlas.csv.gz", "atlas.parquet"])
+def test_tables_of_the_documentation(name: str) -> None:
+    """A row for each map of each purpose, as entries have them, to six digits."""
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    path = DOCS / name
+    if not path.exists():
+        pytest.skip("the documentation is not there")
+    frame = pandas.read_csv(path) if name.endswith(".gz") else pandas.read_parquet(path)
+    rows = [row for name in NAMES for row in atlas(name).rows()]
+    assert list(frame.columns) == list(rows[0])
+    assert frame.projection.tolist() == [row["projection"] for row in rows]
+    for column in ("airy_kavrayskiy", "max_scale_error_ppm", "saves", "area_km2"):
+        values = np.array([np.nan if row[column] is None else row[column] for row in rows])
+        np.testing.assert_allclose(frame[column].to_numpy(), values, rtol=1e-5)
+
+
+def test_outlines_of_the_documentation() -> None:
+    """A row for each place, in whose outline its area is."""
+    geopandas = pytest.importorskip("geopandas")
+    path = DOCS / "atlas.gpkg"
+    if not path.exists():
+        pytest.skip("the documentation is not there")
+    frame = geopandas.read_file(path)
+    assert frame.place.tolist() == [atlas(name).title for name in NAMES]
+    areas = frame.geometry.to_crs("+proj=cea +ellps=WGS84").area / 1e6
+    np.testing.assert_allclose(areas, frame.area_km2, rtol=2e-3)  # parallels are not densified
