@@ -53,7 +53,7 @@ def atlas(place: str) -> AtlasEntry:
     >>> entry.official.projection, entry.official.name
     ('EPSG:2193', 'NZGD2000 / New Zealand Transverse Mercator 2000')
     >>> round(entry.purposes["any"].made.airy_kavrayskiy / entry.official.airy_kavrayskiy, 2)
-    0.05
+    0.04
     """
     if not isinstance(place, str):
         raise TypeError(f"Invalid place of type '{type(place).__name__}'. It must be text, as NZ or state:CA.")
