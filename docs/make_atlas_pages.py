@@ -77,9 +77,7 @@ def world_figure() -> Figure:
 def place_figure(entry: AtlasEntry) -> Figure:
     """The distortion of a place on the official CRS and on the best map."""
     maps = pictured(entry)
-    context = "none" if entry.kind == "ocean" else "full"  # far from a sea a made map folds, and would draw land in it
-    options = {"region": entry.region, "titles": list(maps), "context": context, "size": SIZE, "dpi": DPI}
-    return plots.heatmap_figure(list(maps.values()), **options)
+    return plots.heatmap_figure(list(maps.values()), region=entry.region, titles=list(maps), size=SIZE, dpi=DPI)
 
 
 def main(chosen: Collection[str]) -> None:

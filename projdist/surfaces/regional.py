@@ -27,6 +27,8 @@ _FULLER = 4.0  # times as full must the main part's box be, for far parts to be 
 _GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0
 _APART = 1.5
 _ALONG_BORDER = 60.0  # steps along the size of a region
+_ONCE = 1.2  # times the view's area, as cells at its sides reach beyond: what is more covers a part of it twice
+_SWOLLEN = 4.0  # times the areas that a map has in its region, or a part of them
 _SOUGHT, _ROUND = 193, 1.0  # nodes across, and how far beyond a region its surroundings are sought, in its own sizes
 
 
@@ -157,7 +159,7 @@ def _surroundings(part: Surface) -> Surface:
     x, y = projection(*np.meshgrid(normalised(lons), lats))
     left, right, bottom, top = part.view
     seen = np.asarray((x >= left) & (x <= right) & (y >= bottom) & (y <= top), dtype=bool)
-    near = _one_sheet(part.domain.region.bounds, lons, lats, x, y, seen)
+    near = _one_sheet(part.domain.region.bounds, part.view, lons, lats, x, y, seen)
     west, east = _reach(lons, np.asarray(near.any(axis=0)))
     low, high = _reach(lats, np.asarray(near.any(axis=1)))
     south, north = max(low, -90.0), min(high, 90.0)
@@ -176,19 +178,38 @@ def _surroundings(part: Surface) -> Surface:
 
 
 def _one_sheet(
-    bounds: Bounds, lons: FloatArray, lats: FloatArray, x: FloatArray, y: FloatArray, seen: BoolArray
+    bounds: Bounds,
+    view: tuple[float, float, float, float],
+    lons: FloatArray,
+    lats: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    seen: BoolArray,
 ) -> BoolArray:
     """What is seen of a map and hangs together with a region without a fold.
 
     Maps that are made for a region, polynomials, fold beyond it or come round to it again.
     """
     (x_lat, x_lon), (y_lat, y_lon) = np.gradient(x), np.gradient(y)
-    turned = np.sign(x_lon * y_lat - x_lat * y_lon)
+    cells = np.asarray(x_lon * y_lat - x_lat * y_lon)
+    areas = cells / np.cos(np.radians(lats)).clip(1e-6)[:, None]
     west, south, _, north = bounds
     east = west + longitude_width(bounds)
     inside = ((lons >= west) & (lons <= east))[None, :] & ((lats >= south) & (lats <= north))[:, None] & seen
-    found = inside & (turned != -np.sign(np.nansum(turned[inside])))
-    allowed = seen & (turned != -np.sign(np.nansum(turned[inside])))  # at a pole it is 0
+    way = float(np.sign(np.nansum(areas[inside])))
+    upright = seen & (np.sign(areas) != -way)  # at a pole it is 0
+    found = _hanging_together(inside, upright)
+    left, right, bottom, top = view
+    if (found == seen).all() and np.nansum(np.abs(cells[seen])) < _ONCE * (right - left) * (top - bottom):
+        return found
+    # A map that covers the view more than once is swollen or shrunk where it comes round.
+    usual = float(np.nanmedian(np.abs(areas[inside])))
+    return _hanging_together(inside, upright & (np.abs(areas) < _SWOLLEN * usual) & (np.abs(areas) > usual / _SWOLLEN))
+
+
+def _hanging_together(chosen: BoolArray, allowed: BoolArray) -> BoolArray:
+    """What is allowed of a grid, and hangs together with what is chosen."""
+    found = chosen & allowed
     while True:
         wider = _widened(found, allowed, 1)
         if (wider == found).all():

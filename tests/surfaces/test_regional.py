@@ -5,6 +5,7 @@ import pytest
 import shapely
 from matplotlib.tri import Triangulation
 
+from projdist import atlas
 from projdist.regions import get_region
 from projdist.support import Notice
 from projdist.surfaces.regional import shown_part, surface_of
@@ -105,3 +106,17 @@ def test_maps_that_come_round_again_show_one_sheet() -> None:
     assert seen.sum() > 1000
     assert -56.0 < lat[seen].min() < lat[seen].max() < -30.0
     assert 160.0 < np.mod(lon[seen], 360.0).min() < np.mod(lon[seen], 360.0).max() < 186.0
+
+
+@pytest.mark.parametrize("place", ["continent:Africa", "country:Indonesia"])
+@pytest.mark.parametrize("purpose", ["any", "conformal", "equal-area"])
+def test_made_maps_cover_their_view_once(place, purpose) -> None:
+    """Also conformal ones, which turn nothing over where they come round, and equal-area ones, which swell nothing."""
+    entry = atlas(place)
+    surface = surface_of(entry.purposes[purpose].made.projection, entry.region)
+    ground, (west, east, south, north) = surface.ground, surface.view
+    corners = np.stack([ground.x, ground.y], axis=-1)[ground.triangles]
+    seen = ((corners > [west, south]) & (corners < [east, north])).all(axis=(1, 2))
+    one, other = corners[seen, 1] - corners[seen, 0], corners[seen, 2] - corners[seen, 0]
+    covered = 0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum()
+    assert 0.5 < covered / ((east - west) * (north - south)) < 1.02
