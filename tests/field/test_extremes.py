@@ -9,6 +9,7 @@ from scipy.special import erf
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist.field.at_points import jacobian
 from projdist.field.cubature import sample_panels
 from projdist.field.extremes import Extreme, Goal, find_extremes, measure_at
 from projdist.matrices.measures import get_measure
@@ -348,3 +349,18 @@ def test_unbounded_below():
     found = summarize(lambda lon, lat: (1e5 * lon**3, 1e5 * lat), Box(0.0, 0.0, 20.0, 20.0), measures=["ln(ab)", "s"])
     assert found.measures["ln(ab)"].min == -math.inf
     assert found.measures["s"].min >= 0.0
+
+
+@pytest.mark.parametrize("region", ["country:MV", "country:PW", "country:MH"])
+@pytest.mark.parametrize("projection", ["merc", "+proj=laea +lat_0=3.7 +lon_0=100"])
+def test_islands_between_the_nodes(region, projection):
+    """The extremes of scales that grow to one side are on a coast, also where no node falls on an island."""
+    place = get_region(region)
+    lon, lat = place.edges[:, 0], place.edges[:, 1]
+    J = jacobian(projection, lon, lat)
+    found = summarize(projection, place, measures=["a", "b"], tolerance=1e-6)
+    for name, extreme in (("a", np.max), ("b", np.min)):
+        spread = found.measures[name]
+        value, where = (spread.max, spread.max_at) if name == "a" else (spread.min, spread.min_at)
+        assert value == pytest.approx(float(extreme(get_measure(name)(J))), rel=1e-9)
+        assert place.contains(*where)

@@ -35,6 +35,7 @@ _SOME, _FEWER = [0, 3, 6, 9], [1, 8]  # of the nodes along either axis, if they 
 _TURNS, _SHRINK = 10, 0.4
 _AROUND = np.stack(np.meshgrid(np.arange(-2.0, 3.0), np.arange(-2.0, 3.0)), axis=-1).reshape(-1, 2)
 _MOST = 64  # pieces of a goal that are sampled anew at once
+_ON_EDGES = 64  # points
 _CANDIDATES = 3  # places of a goal to measure at
 
 
@@ -118,13 +119,16 @@ class _Search:
         top = int(within.argmax())
         best = Extreme(*(float(each.flat[top]) for each in (within, self.samples.lon, self.samples.lat)))
         if best.value == -np.inf:
-            return best
+            if (values == -np.inf).all():
+                return best
+            best = self._on_edges(goal)
+            state.known, state.known_at = best.value, (best.lon, best.lat)
         fields = np.moveaxis(pieces.field, 1, -1).reshape(n, -1, pieces.field.shape[1])
         rows = np.arange(n)
         error = goal.change(fields[rows, values.reshape(n, -1).argmax(axis=1)], pieces.error)
         trusted = self._trusted(rows)
         certain = np.where(trusted, within.max(axis=(1, 2)) - error, -np.inf)
-        state.known = float(certain.max())
+        state.known = max(state.known, float(certain.max()))
         best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
         field = fields[best_piece, within[best_piece].argmax()]
         resolved = float(goal.change(field, exact(field)))
@@ -137,6 +141,15 @@ class _Search:
         state.raise_bound(bound[~live])
         state.live = np.flatnonzero(live)
         return best
+
+    def _on_edges(self, goal: Goal) -> Extreme:
+        """The best of some points on the edges: of an archipelago whose islands lie between the nodes."""
+        edges = self.region.edges
+        some = edges[:: max(1, len(edges) // _ON_EDGES)]
+        lon, lat = some[:, 0], some[:, 1]
+        values = goal.of(fields_at(self.projection, lon, lat, goal.measure.needs_hessian)[0])
+        top = int(values.argmax())
+        return Extreme(float(values[top]), float(lon[top]), float(lat[top]))
 
     def _sift(self, state: State, *, last: bool) -> None:
         """Look at pieces: leave those that hold nothing more; those with good polynomials, and with none, are kept."""
