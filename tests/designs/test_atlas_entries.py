@@ -192,11 +192,11 @@ def test_no_crs_is_better(name: str) -> None:
 
 
 def is_wide(code: str) -> bool:
-    """Whether a CRS is for a continent or the world: its area of use has a twentieth of the Earth."""
+    """Whether a CRS is for more than a zone of UTM has: five million square kilometres of 510."""
     area = pyproj.CRS(code).area_of_use
     width = (area.east - area.west) % 360.0 or 360.0
     height = np.sin(np.radians(area.north)) - np.sin(np.radians(area.south))
-    return width / 360.0 * height / 2.0 > 0.05
+    return width / 360.0 * height / 2.0 > 5.0 / 510.0
 
 
 # ---- the files of the documentation ---------------------------------------------------------
