@@ -144,8 +144,9 @@ def overview_page(images: str, link: Callable[[str], str | None]) -> str:
         "",
         *_wrapped(
             "Errors are Airy-Kavrayskiy's, of any purpose. Official: the best of the country's own CRSs for general "
-            "use that hold nine tenths of the place, on its datum in force. Saves: the share of the error of the "
-            "official CRS that a map saves, or, where there is none, of the best existing one."
+            "use that hold nine tenths of the place, on its datum in force; in states and parts far away only one "
+            "that is made for them. Saves: the share of the error of the official CRS that a map saves, or, where "
+            "there is none, of the best existing one."
         ),
         "",
         *_table(link),

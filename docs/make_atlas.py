@@ -19,7 +19,8 @@ from pyproj import CRS
 import projdist
 from projdist.answers import Area, Batch
 from projdist.designs import AtlasArea, atlas_areas, measured_entry
-from projdist.projections import proj_version
+from projdist.projections import facts_of, proj_version
+from projdist.regions import get_region
 
 PARTIAL = Path(__file__).parent / "atlas" / "results.jsonl"
 RESULT = Path(projdist.__file__).parent / "data" / "atlas.jsonl.gz"
@@ -56,10 +57,22 @@ def is_national(area: AtlasArea) -> bool:
 
 
 def is_official(area: AtlasArea, crs: dict[str, Any] | None) -> bool:
-    """Whether a country's own CRS is its official one there; in a state it must be the state's, by its area of use."""
+    """Whether a country's own CRS is its official one there, and not one for the whole country in a state or far part.
+
+    A state's is named by the name of its area of use, that of a part does not hold the middle of the country.
+    """
     if crs is None or not is_national(area):
         return False
-    return area.kind != "state" or area.title.partition(",")[0] in CRS(crs["code"]).area_of_use.name
+    if area.kind == "state":
+        return area.title.partition(",")[0] in facts_of([crs["code"]])[crs["code"]].extents[0]
+    return area.kind == "country" or not holds_main_part(area, CRS(crs["code"]))
+
+
+def holds_main_part(area: AtlasArea, crs: CRS) -> bool:
+    """Whether the area of use of a CRS has the middle of the main part of the country that a part is of."""
+    west, south, east, north = get_region(f"{area.text.partition(' & ')[0]}@main").bounds
+    lon, lat, use = 0.5 * (west + east), 0.5 * (south + north), crs.area_of_use
+    return (lon - use.west) % 360.0 <= (use.east - use.west) % 360.0 and use.south <= lat <= use.north
 
 
 def report(done: int, total: int) -> None:

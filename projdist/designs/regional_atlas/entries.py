@@ -87,10 +87,11 @@ class AtlasEntry(Answer):
     """The best maps of a region, by what they are for.
 
     `region` is its text for `get_region`, `kind` country, part, state, continent, ocean or zone. `official` is the best
-    of the country's own CRSs for general use that hold nine tenths of the region, on its datum in force; None where
-    there is none, as where the country has zones only. `versions` are those with which the entry was measured. A frame
-    has a row for each map of each purpose; in it `saves` is the share of the error that a map saves, against the
-    official CRS, or else the best existing one of any purpose: below 0 it costs.
+    of the country's own CRSs for general use that hold nine tenths of the region, on its datum in force, in states and
+    parts far away only one that is made for them; None where there is none, as where the country has zones only.
+    `versions` are those with which the entry was measured. A frame has a row for each map of each purpose; in it
+    `saves` is the share of the error that a map saves, against the official CRS, or else the best existing one of any
+    purpose: below 0 it costs.
     """
 
     title: str
