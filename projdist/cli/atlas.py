@@ -74,7 +74,7 @@ def _notes(entry: AtlasEntry) -> Iterator[str]:
     official = entry.official
     if official is None:
         if entry.country:
-            yield f"Official: {entry.country} has no CRS of its own for nine tenths of the place, but for parts of it."
+            yield f"Official: no CRS of {entry.country}'s own is made for the place and holds nine tenths of it."
     else:
         own = f"the best of {entry.country}'s own for general use, on its datum in force"
         yield f"Official: {own}: {official.projection}, {official.name}."
