@@ -258,8 +258,10 @@ def _about(versions: Mapping[str, str]) -> Iterator[str]:
     yield from (f"| {names} | {text} |" for names, text in _COLUMNS)
     yield ""
     yield from _wrapped(
-        "Tests measure the custom projections again with pyproj's factors, and look in ten places at all CRSs of EPSG "
-        "and Esri for a better one, by the same factors."
+        "Tests measure the maps of one place in twelve again by differences of PROJ's coordinates, and look in ten "
+        "places at all CRSs of EPSG and Esri for a better one, by pyproj's factors. A map made for the least scale "
+        "error is not always better than the best of the families: of Asia it is worse by 60 %, of ten small or "
+        "narrow places by up to 13 %."
     )
 
 

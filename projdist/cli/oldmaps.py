@@ -15,6 +15,7 @@ from projdist.designs import mean_plane_map
 from projdist.matrices import get_measure
 
 _MEAN = "their mean"
+_ROUNDING = 1e-12  # of a mean square
 
 
 def refuse_for_several(given: Mapping[str, Any]) -> None:
@@ -35,19 +36,25 @@ def several_report(given: Sequence[str], maps: Sequence[OldMap], by: str) -> Rep
         notes=[
             "Mean Dist_F^2: over the ground that all maps show, from the ground to a map, and from the mean to it. The "
             "mean is the map nearest to all: what they have in common.",
-            f"In common is {100 * data['mean']['distortion'] / own:.3g} % of the maps' distortion.",
+            f"In common is {100 * data['mean']['distortion'] / own:.3g} % of the maps' distortion."
+            if own > _ROUNDING
+            else "The maps have no distortion but what is rounding.",
         ],
         data=lambda: data,
         rows=lambda: rows,
     )
 
 
+def _rounded(square: float) -> str:
+    return f"{square if square > _ROUNDING else 0.0:.4g}"
+
+
 _COLUMNS = [
     Column("map"),
     Column("points", show="{:,}".format),
     Column("left_out", "left out", "{:,}".format),
-    Column("distortion", "mean Dist_F^2", "{:.4g}".format),
-    Column("from_mean", "from the mean", "{:.4g}".format),
+    Column("distortion", "mean Dist_F^2", _rounded),
+    Column("from_mean", "from the mean", _rounded),
 ]
 
 

@@ -269,6 +269,18 @@ def test_what_is_of_one_map(sheets, words, message):
     assert message in err
 
 
+def test_maps_without_distortion(sheets, tmp_path):
+    """Of two affine maps rounding is no share of anything."""
+    table = np.loadtxt(sheets[0], delimiter=",", skiprows=1)
+    paths = [tmp_path / "one.csv", tmp_path / "two.csv"]
+    for path, stretch in zip(paths, (1.0, 1.1), strict=True):
+        np.savetxt(path, np.hstack([table[:, 2:] * [stretch, 1.0] / 100.0, table[:, 2:]]), delimiter=",")
+    code, out, err = run(*paths)
+    assert (code, err) == (0, "")
+    assert "The maps have no distortion but what is rounding." in out
+    assert "e-" not in out
+
+
 def test_no_common_ground(sheets, tmp_path):
     """Maps of different regions."""
     table = np.loadtxt(sheets[0], delimiter=",", skiprows=1) + np.array([0.0, 0.0, 5e5, 5e5])
