@@ -15,6 +15,7 @@ from projdist.applications.pointclouds import (
     CloudFile,
     Registration,
     WeightsFile,
+    column_weights,
     read_cloud,
     read_weights,
     register,
@@ -66,7 +67,7 @@ def clouds_command(
         typer.Option(
             metavar="COLUMN|FILE",
             help="What each point counts: a column of the clouds' files, or a file with a number for each row, or id "
-            "and number. 2 is as two points, 0 as none.",
+            "and number. 2 is as two points, 0 as none. In a cloud without the column points count as their partners.",
         ),
     ] = None,
     format: FormatOption = "table",
@@ -99,7 +100,7 @@ def clouds_command(
             method=method,
             names=files,
             robust=robust,
-            weights=None if weights is None else _weights(clouds, numbers, correspond),
+            weights=None if weights is None else _weights(clouds, numbers or weights, correspond),
         )
     if output is not None:
         _write(found, clouds, targets, Path(output), overwrite)
@@ -120,12 +121,12 @@ def _is_file(weights: str) -> bool:
     return path.is_file()
 
 
-def _weights(clouds: Sequence[CloudFile], given: WeightsFile | None, correspond: str) -> list[FloatArray]:
-    """Of each cloud, from its column or from the file."""
-    if given is None:
-        return [cloud.weights for cloud in clouds if cloud.weights is not None]
+def _weights(clouds: Sequence[CloudFile], given: WeightsFile | str, correspond: str) -> list[FloatArray]:
+    """Of each cloud, from the file or from a column."""
+    if isinstance(given, str):
+        return column_weights(clouds, given, correspond)
     if correspond == "icp":
-        refuse(f"Invalid weights '{given.path}'. With the correspondence icp they must be a column of each cloud.")
+        refuse(f"Invalid weights '{given.path}'. With the correspondence icp they must be a column of clouds.")
     return [given.of_rows() if correspond == "rows" else given.of_ids(cloud) for cloud in clouds]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from projdist.applications.pointclouds import read_cloud, register
+from projdist.applications.pointclouds import column_weights, read_cloud, register
 from projdist.cli.app import app
 
 RNG = np.random.default_rng(1)
@@ -199,7 +199,7 @@ def test_weights(tmp_path: Path) -> None:
     (tmp_path / "few.csv").write_text("p0,1\n")
     (tmp_path / "wide.csv").write_text("1,2,3\n")
     for clouds, word, said in [
-        (files, "w", f"Invalid cloud '{files[0]}'. It has no column 'w', but id, x, y, z and quality."),
+        (files, "w", f"Invalid weights 'w'. No cloud has such a column; '{files[0]}' has id, x, y, z and quality."),
         (files, "w.csv", "Invalid weights 'w.csv'. There is no such file."),
         (plain, str(tmp_path / "short.txt"), f"Invalid weights of cloud '{plain[0]}'. There must be one a point, 12; "),
         (plain, str(tmp_path / "words.txt"), f"Invalid weights '{tmp_path / 'words.txt'}'. Line 3 must end with a num"),
@@ -211,4 +211,56 @@ def test_weights(tmp_path: Path) -> None:
         assert (code, out, err.count("\n")) == (2, "", 1), word
         assert err.startswith(f"projdist: {said}"), err
     code, _, err = run(*plain, "--weights", str(tmp_path / "rows.txt"), "--correspond", "icp")
-    assert (code, "With the correspondence icp they must be a column of each cloud." in err) == (2, True)
+    assert (code, "With the correspondence icp they must be a column of clouds." in err) == (2, True)
+
+
+def with_weights(path: Path, points: np.ndarray, marks: list[str], weights: list[float] | None) -> str:
+    """A file of points with ids and, where given, weights."""
+    rows = [f"{mark},{x!r},{y!r}" for mark, (x, y) in zip(marks, points.tolist(), strict=True)]
+    if weights is not None:
+        rows = [f"{row},{weight}" for row, weight in zip(rows, weights, strict=True)]
+    path.write_text("\n".join(["id,x,y" + ",quality" * (weights is not None), *rows]))
+    return str(path)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6])
+def test_weights_that_some_clouds_lack(tmp_path: Path, unit: float) -> None:
+    """Points there weigh as their partners do, whatever the unit; wrong points of weight 0 leave the truth exact."""
+    rng = np.random.default_rng(4)
+    points = rng.normal(size=(10, 2))
+    A = np.array([[1.2, 0.3], [-0.1, 0.9]])
+    moved = points @ A.T + [3.0, -2.0]
+    moved[:2] += 5.0  # what the first cloud gives the weight 0
+    marks = [f"p{k}" for k in range(10)]
+    first = with_weights(tmp_path / "a.csv", points, marks, [0, 0, *(unit * rng.uniform(1, 5, size=8))])
+    order = rng.permutation(10)
+    second = with_weights(tmp_path / "b.csv", moved[order], [marks[k] for k in order], None)
+    code, out, err = run(first, second, "--weights", "quality", "--frame", "last", "-f", "json")
+    assert (code, err) == (
+        0,
+        f"projdist: No column 'quality' in '{second}': the points there weigh as their partners do.\n",
+    )
+    data = json.loads(out)
+    np.testing.assert_allclose(data["clouds"][0]["matrix"], A, atol=1e-12)
+    assert ([row["used"] for row in data["clouds"]], data["rms"] < 1e-12) == ([8, 8], True)
+    # By rows, too, here in one order.
+    same = with_weights(tmp_path / "c.csv", moved, marks, None)
+    code, out, _ = run(first, same, "--weights", "quality", "--frame", "last", "-f", "json", "--correspond", "rows")
+    np.testing.assert_allclose(json.loads(out)["clouds"][0]["matrix"], A, atol=1e-12)
+
+
+def test_weights_of_points_without_weighted_partners(tmp_path: Path) -> None:
+    """They are the mean of all that are given; of closest points, too, as nobody knows the partners."""
+    points = np.random.default_rng(4).normal(size=(6, 2))
+    files = [
+        with_weights(tmp_path / "a.csv", points[:4], list("abcd"), [1, 2, 3, 6]),
+        with_weights(tmp_path / "b.csv", points[:5], list("abcde"), [3, 2, 3, 6, 4]),
+        with_weights(tmp_path / "c.csv", points, list("fedcba"), None),
+    ]
+    clouds = [read_cloud(file, weights="quality") for file in files]
+    with pytest.warns(UserWarning, match="the points there weigh as their partners do"):
+        assert column_weights(clouds, "quality", "id")[2].tolist() == pytest.approx([10 / 3, 4, 6, 3, 2, 2])
+    with pytest.warns(UserWarning, match="the points there weigh as the others do on average"):
+        assert column_weights(clouds, "quality", "icp")[2].tolist() == pytest.approx([10 / 3] * 6)
+    with pytest.warns(UserWarning, match="No column 'quality' in 4 of 6 clouds: "):
+        column_weights([*clouds, *clouds[2:] * 3], "quality", "id")

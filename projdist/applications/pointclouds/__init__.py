@@ -4,7 +4,7 @@ from projdist.applications.pointclouds.affine import FITS, AffineFit, affine_fit
 from projdist.applications.pointclouds.correspondence import CORRESPONDENCES
 from projdist.applications.pointclouds.files import SUFFIXES, CloudFile, read_cloud
 from projdist.applications.pointclouds.registration import FRAMES, LeftOut, Registration, WrongPoint, register
-from projdist.applications.pointclouds.weights import WeightsFile, read_weights
+from projdist.applications.pointclouds.weights import WeightsFile, column_weights, read_weights
 
 __all__ = [
     "CORRESPONDENCES",
@@ -18,6 +18,7 @@ __all__ = [
     "WeightsFile",
     "WrongPoint",
     "affine_fit",
+    "column_weights",
     "read_cloud",
     "read_weights",
     "register",

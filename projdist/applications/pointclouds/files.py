@@ -30,7 +30,7 @@ _AXES, _NORMALS = ("x", "y", "z"), ("nx", "ny", "nz")
 class CloudFile:
     """The points of a file, shape (M, n), NaN where missing; their ids if it has any, else None.
 
-    `weights` (M,): of the column that was asked for, NaN where it is empty; None if none was.
+    `weights` (M,): of the column that was asked for, NaN where it is empty; None if none was, or it is not there.
     """
 
     path: Path
@@ -39,6 +39,11 @@ class CloudFile:
     normals: FloatArray | None
     content: _Table | Ply
     weights: FloatArray | None = None
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names in the file's header, in small letters, or of PLY's properties; none where there are none."""
+        return self.content.names
 
     def write(self, path: str | os.PathLike[str], A: FloatArray, shift: FloatArray, *, overwrite: bool = False) -> None:
         """The same file with its points at A y + shift, and normals, named nx, ny, nz, turned with them.
@@ -57,7 +62,8 @@ def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> C
     no such, all; a column id, name, label or point has the ids. Without a header all columns are
     coordinates, and the first has the ids if it is no number. Empty is missing; a point with some of its coordinates is
     missing, too, which is told. XYZ: the first three numbers of each line. PLY: ascii or binary. `weights`: the name of
-    a column of a header, or of a property of PLY's vertices, which is then no coordinate. Raises ValueError.
+    a column of a header, or of a property of PLY's vertices, which is then no coordinate; a file may lack it.
+    Raises ValueError.
     """
     path = Path(path)
     read = _READERS.get(path.suffix.lower())
@@ -113,7 +119,7 @@ class _Table:
     axes: list[int]
     normal_axes: list[int]
     id_column: int | None
-    header: Sequence[str] = ()
+    names: tuple[str, ...] = ()
     missing: str = "nan"
 
     @property
@@ -132,12 +138,11 @@ class _Table:
         k = self.id_column
         return None if k is None else tuple(row[k].strip() if k < len(row) else "" for row in self.rows)
 
-    def column(self, name: str) -> FloatArray:
-        """The numbers of a column, NaN where its cells are empty; raises CloudError."""
-        if name.lower() not in self.header:
-            there = f", but {listed(list(self.header), 'and')}" if self.header else ""
-            raise CloudError(f"It has no column '{name}'{there}.")
-        k = list(self.header).index(name.lower())
+    def column(self, name: str) -> FloatArray | None:
+        """The numbers of a column, NaN where its cells are empty, None where there is none; raises CloudError."""
+        if name.lower() not in self.names:
+            return None
+        k = self.names.index(name.lower())
         cells = [row[k].strip() if k < len(row) else "" for row in self.rows]
         wrong = next((number for number, cell in enumerate(cells, start=1) if cell and not is_number(cell)), None)
         if wrong is not None:
@@ -201,7 +206,7 @@ def _read_csv(data: bytes, weights: str | None) -> _Table:
         axes=axes,
         normal_axes=normals if len(normals) == len(axes) else [],
         id_column=ids,
-        header=header,
+        names=tuple(header),
         missing="",
     )
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.support import listed, number_of
+from projdist.support import number_of
 
 __all__ = ["CloudError", "Ply", "read_ply"]
 
@@ -42,22 +42,21 @@ class Ply:
     @property
     def points(self) -> FloatArray:
         """Shape (M, 2) or (M, 3)."""
-        return self._columns([name for name in ("x", "y", "z") if name in self._names])
+        return self._columns([name for name in ("x", "y", "z") if name in self.names])
 
     @property
     def normals(self) -> FloatArray | None:
         """Shape (M, 3), if there are any."""
         names = ["nx", "ny", "nz"]
-        return self._columns(names) if {*names, "z"} <= set(self._names) else None
+        return self._columns(names) if {*names, "z"} <= set(self.names) else None
 
-    def column(self, name: str) -> FloatArray:
-        """A property of the vertices; raises CloudError."""
-        if name not in self._names:
-            raise CloudError(f"Its vertices have no property '{name}', but {listed(self._names, 'and')}.")
-        return self._columns([name])[:, 0]
+    def column(self, name: str) -> FloatArray | None:
+        """A property of the vertices, None where there is none."""
+        return self._columns([name])[:, 0] if name in self.names else None
 
     @property
-    def _names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
+        """Of the vertices' properties."""
         return self.vertices.dtype.names or ()
 
     def _columns(self, names: list[str]) -> FloatArray:
