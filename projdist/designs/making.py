@@ -141,7 +141,7 @@ def design(
     area = get_region(region)
     extent = check_extent(area)
     tell("nodes")
-    nodes = nodes_of(area, ellipsoid, _NODES, edges=True)
+    nodes = nodes_of(area, ellipsoid, _NODES, edges=True, all_ends=wish.figure.is_maximum)
     tell("base")
     start = given or best_base(wanted, area, wish, nodes, symmetric)
     site = mirrored(site_of(start, nodes, _beside(extent, nodes)), symmetric)

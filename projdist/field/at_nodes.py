@@ -107,8 +107,14 @@ def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: El
     )
 
 
-def nodes_of(region: Place, ellipsoid: Ellipsoid, count: int, *, edges: bool = False) -> Nodes:
+_ALONG, _MOST_ALONG = 100, 1500  # points on an edge that is as long as the region; on all edges
+_ALL_ALONG = 20_000  # points on all edges, besides their ends
+
+
+def nodes_of(region: Place, ellipsoid: Ellipsoid, count: int, *, edges: bool = False, all_ends: bool = False) -> Nodes:
     """About `count` nodes of a region; with `edges` also nodes of no weight where it ends.
+
+    Of the edges of polygons those are some, so that small islands may have none; with `all_ends` every vertex is one.
 
     Where its panels lie wholly in it, as those of boxes and caps do, the nodes are the panels' Gauss points. Else there
     is a node in each of so many cells, at the middle of the cell's part of the region and with its area: means are good
@@ -119,7 +125,7 @@ def nodes_of(region: Place, ellipsoid: Ellipsoid, count: int, *, edges: bool = F
         return nodes_at(region.lon[::every], region.lat[::every], region.weight[::every], ellipsoid)
     patch, rectangles = region.panels()
     if region.edges.size:
-        return _cell_nodes(region, ellipsoid, count, edges)
+        return _cell_nodes(region, ellipsoid, count, edges, all_ends)
     patch, rectangles = _split(patch, rectangles, count)
     order = int(np.clip(round(np.sqrt(count / len(rectangles))), 2, _HIGHEST))
     lon, lat, weight = (values.ravel() for values in _panel_nodes(region, patch, rectangles, order))
@@ -142,33 +148,37 @@ def _appended(
     return np.append(lon, more[0]), np.append(lat, more[1]), np.append(weight, np.zeros(more[0].size))
 
 
-def _cell_nodes(region: Region, ellipsoid: Ellipsoid, count: int, edges: bool) -> Nodes:
+def _cell_nodes(region: Region, ellipsoid: Ellipsoid, count: int, edges: bool, all_ends: bool) -> Nodes:
     """The middles of cells, and points on the region's edges."""
     cells = cells_of(region, ellipsoid, count)
     points = region.chart(cells.patch, cells.u, cells.v)
     nodes = np.asarray(points.lon), np.asarray(points.lat), cells.area
     if edges:
-        nodes = _appended(nodes, _along(region))
+        nodes = _appended(nodes, _all_along(region) if all_ends else _some_along(region))
     return nodes_at(*nodes, ellipsoid)
 
 
-_ALONG = 100  # points on an edge that is as long as the region
-
-
-def _along(region: Region) -> tuple[FloatArray, FloatArray]:
-    """Points on the edges, each at an end or a step from the next one."""
-    lon0, lat0, lon1, lat1 = region.edges.T
+def _some_along(region: Region) -> tuple[FloatArray, FloatArray]:
+    """Some of the points on the edges, each at an end or a step from the next one."""
     west, south, east, north = region.bounds
-    step = max(east - west, north - south) / _ALONG
+    lon, lat = _stepped(region.edges, max(east - west, north - south) / _ALONG)
+    every = max(1, lon.size // _MOST_ALONG)
+    return lon[::every], lat[::every]
+
+
+def _all_along(region: Region) -> tuple[FloatArray, FloatArray]:
+    """All ends of the edges, and points between where these are far apart."""
+    lon0, lat0, lon1, lat1 = region.edges.T
+    return _stepped(region.edges, float(np.hypot(lon1 - lon0, lat1 - lat0).sum()) / _ALL_ALONG)
+
+
+def _stepped(edges: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
+    """Points on edges (n, 4), each at an end or a step from the next one."""
+    lon0, lat0, lon1, lat1 = edges.T
     parts = np.maximum(np.ceil(np.hypot(lon1 - lon0, lat1 - lat0) / step), 1.0).astype(int)
     which = np.repeat(np.arange(parts.size), parts)
     share = (np.arange(which.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[which]
-    kept = slice(None, None, max(1, which.size // _MOST_ALONG))
-    lon, lat = lon0[which] + share * (lon1 - lon0)[which], lat0[which] + share * (lat1 - lat0)[which]
-    return lon[kept], lat[kept]
-
-
-_MOST_ALONG = 1500
+    return lon0[which] + share * (lon1 - lon0)[which], lat0[which] + share * (lat1 - lat0)[which]
 
 
 def _split(patch: IntArray, rectangles: FloatArray, count: int) -> tuple[IntArray, FloatArray]:

@@ -239,7 +239,10 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
     """
     from scipy.optimize import linprog  # as above
 
-    count = columns.shape[1]
+    count, size = columns.shape[1], np.abs(values).max()
+    if size == 0.0:
+        return np.zeros(count)
+    values = values / size  # the programme's own tolerances are 1e-7
     seen = np.unique(np.linspace(0, len(values) - 1, 8 * count).astype(int))
     while True:
         some, up = columns[seen], np.ones((seen.size, 1))
@@ -254,7 +257,7 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
         above = np.flatnonzero(rest > found.x[count] * (1.0 + _ROUNDING))
         new = np.setdiff1d(above[np.argsort(-rest[above])[: 4 * count]], seen)
         if not new.size:
-            return np.asarray(found.x[:count])
+            return np.asarray(size * found.x[:count])
         seen = np.append(seen, new)
 
 

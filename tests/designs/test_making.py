@@ -68,6 +68,26 @@ def test_ellipses_by_the_clamped_plate(kind: str) -> None:
     assert found.limit == pytest.approx(theory, rel=nodes)
 
 
+@pytest.mark.parametrize("km", [100.0, 5.0])
+def test_the_least_scale_error_of_an_ellipse(km: float) -> None:
+    """Half of the range of ln k, whose Laplacian is the curvature: p^2 q^2 / 4 (p^2 + q^2); also of 0.1 ppm."""
+    p, q = km / 6371.0087714, 2.0 * km / 6371.0087714
+    t = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
+    azimuth, distance = np.arctan2(2.0 * np.cos(t), np.sin(t)), p * np.hypot(2.0 * np.cos(t), np.sin(t))
+    ellipse = shapely.Polygon(np.column_stack(destination(10.0, 0.0, *np.degrees([azimuth, distance]))))
+    base = SPHERICAL.format("stere", 0, 10)
+    found = design(ellipse, kind="conformal", criterion="max_log_scale", degree=4, base=base, against=())
+    chords = 1e-3  # 720 of them, and ln k to 1e-11
+    assert found.value == pytest.approx(0.25 * (p * q) ** 2 / (p * p + q * q), rel=chords)
+
+
+def test_small_islands_count() -> None:
+    """The largest scale error of Fiji is that of the nodes, of which every island has some."""
+    found = design("country:FJ", kind="conformal", criterion="max_scale_error_ppm", degree=10, against=())
+    assert found.value == pytest.approx(found.degrees[-1].value, rel=1e-3)  # nodes end where ln k is largest
+    assert found.rivals[0].gain > 0.0
+
+
 NZ = "country:NZ & box:166,-48,179,-34"
 
 

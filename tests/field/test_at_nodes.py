@@ -133,3 +133,14 @@ def test_all_nodes_doubtful() -> None:
     J, shown = nodes_of(Box(0, 0, 10, 10), SPHERE, 40).jacobian(Projection.from_user_input(noise))
     assert np.isnan(J).all()
     assert shown.all()
+
+
+def test_every_vertex():
+    """With all ends every vertex is a node of no weight, however many there are; else some."""
+    region = get_region("country:CA")
+    ends = {tuple(end) for end in region.edges[:, :2].tolist()}
+    for all_ends in (True, False):
+        nodes = nodes_of(region, WGS84, 100, edges=True, all_ends=all_ends)
+        beside = nodes.weight == 0.0
+        found = set(zip(nodes.lon[beside].tolist(), nodes.lat[beside].tolist(), strict=True))
+        assert (ends <= found) == all_ends

@@ -76,6 +76,14 @@ def test_least_largest() -> None:
     np.testing.assert_allclose(found, [0.0, -0.75, 0.0], atol=1e-6)
 
 
+def test_least_largest_of_small_and_no_values() -> None:
+    """The same whatever the unit."""
+    x = np.linspace(-1.0, 1.0, 2001)
+    columns = np.stack([np.ones_like(x), x, x * x], axis=-1)
+    np.testing.assert_allclose(least_largest(columns, 1e-12 * x**3), [0.0, -0.75e-12, 0.0], atol=1e-18)
+    assert not least_largest(columns, 0.0 * x).any()
+
+
 def test_least_squares() -> None:
     """Rosenbrock's valley ends at 1, 1."""
 
