@@ -98,7 +98,8 @@ class Recommendation(Answer):
     `candidates` is the number of CRSs that were considered, `maps` that of different maps among them that serve the
     purpose. `custom` are the best custom projections of families, best first, where they were asked for, and
     `not_custom` the families that have none, with the reasons. `country` is whose land the region is, "" for none;
-    `official` the best of its own CRSs for nine tenths of the region and more, for general use, on its datum in force.
+    `official` the best of its own CRSs for nine tenths of the region and more, for general use, on its datum in force;
+    in a state of the USA or a part far away one that is made for that.
     `zones` are systems of conformal zones, where no single CRS serves for engineering; `notes` say what else there is
     to say, with figures. `limit` is, for the Airy-Kavrayskiy errors, about what the best of all maps of the region
     has, of all conformal or equal-area ones for these purposes; None where it is not known. A frame has the results and

@@ -11,12 +11,13 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.regions import Region
 
-__all__ = ["home_of", "key_of", "named"]
+__all__ = ["USA", "home_of", "is_at_sea", "key_of", "named", "outline_of"]
 
 _MOST = 0.5  # of what is any country's: then the region is that country's
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
-_AT_SEA = re.compile(r"^(?!.*onshore).*offshore")  # an item that has no land
-_USA, _STATE = "United States of America", "Georgia"  # no area of use has both that country and the USA
+_AT_SEA = re.compile(r"^(?!.*onshore).*offshore", re.IGNORECASE)
+USA = "United States of America"
+_STATE = "Georgia"  # no area of use has both that country and the USA
 # Names of areas that the outlines have with a country.
 _PARTS = dict.fromkeys(("French Guiana", "Guadeloupe", "Martinique", "Mayotte", "Reunion"), "France")
 _NOBODYS = "Antarctica"  # by the treaty of 1959: what is made for it is no country's own
@@ -32,9 +33,14 @@ def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
     """
     if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
         return frozenset()
-    items = (item for text in extents for item in _BETWEEN.split(text) if at_sea or not _AT_SEA.search(item))
+    items = (item for text in extents for item in _BETWEEN.split(text) if at_sea or not is_at_sea(item))
     found = frozenset(name for item in items for name in _owners(item))
-    return found - {_STATE} if _USA in found else found
+    return found - {_STATE} if USA in found else found
+
+
+def is_at_sea(name: str) -> bool:
+    """Whether what is so called, an area or a CRS, has no land: Louisiana Offshore."""
+    return _AT_SEA.search(name) is not None
 
 
 def _owners(item: str) -> frozenset[str]:
@@ -52,12 +58,12 @@ def home_of(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
     east = np.mod(lon + 180.0, 360.0) - 180.0
     about = set(natural_earth.countries_about(east, lat))
     names = [name for name, key in _keys().items() if key in about and name != _NOBODYS]
-    shares = {name: float(weight @ _outline(name).contains(lon, lat)) for name in names}
+    shares = {name: float(weight @ outline_of(name).contains(lon, lat)) for name in names}
     most = max(shares, key=shares.__getitem__, default="")
     return most if most and shares[most] > _MOST * sum(shares.values()) else ""
 
 
-def _outline(name: str) -> Region:
+def outline_of(name: str) -> Region:
     """What the shipped outlines have of a country: coarse ones would give Singapore to Malaysia."""
     from projdist.earth import natural_earth  # as above
     from projdist.regions import Polygons
@@ -98,7 +104,7 @@ def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
             if name:
                 names.setdefault(name, row["name"])
     for row in state_keys():
-        names.setdefault(row["name"], _USA)
+        names.setdefault(row["name"], USA)
     names.update(_PARTS)
     longest = sorted(names, key=len, reverse=True)
     return re.compile(r"(?<!\w)(?:" + "|".join(map(re.escape, longest)) + r")(?!\w)"), names

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from projdist._typing import BoolArray
 from projdist.decisions.recommendation.candidates import Finding, Rejected
-from projdist.decisions.recommendation.nations import home_of, named
+from projdist.decisions.recommendation.country_parts import CountryPart, part_of
+from projdist.decisions.recommendation.nations import home_of, is_at_sea, named
 from projdist.decisions.recommendation.same_maps import Usage
 from projdist.decisions.recommendation.standing import Standing, is_own, is_wide
 from projdist.decisions.recommendation.trial_nodes import Lattice
@@ -17,10 +19,12 @@ from projdist.projections import UNKNOWN, CrsRecord, Facts, facts_of
 from projdist.regions import Region
 from projdist.support import hints
 
-__all__ = ["HOLDS", "Pool", "of_datum"]
+__all__ = ["HOLDS", "HOLDS_NEARLY", "Pool", "of_datum"]
 
 HOLDS = 0.99
 """Of the region: areas of use are rounded, and so are boxes."""
+HOLDS_NEARLY = 0.9
+"""Of the region: outlines have disputed land, and islands beside those that an area of use was drawn about."""
 _TOUCHES = 0.25  # of the region: a map for less was not made for it
 _SOME = 0.1  # of the region: a CRS for less is not named for the map
 
@@ -76,11 +80,20 @@ class Pool:
         """Whether a CRS is of the country that the region is in, by the names of its area of use."""
         return is_own(record, named(self._facts(record.code).extents), self.home)
 
+    @functools.cached_property
+    def part(self) -> CountryPart:
+        """What part of its country the region is."""
+        return part_of(self.home, self.region, self.lattice.lon, self.lattice.lat, self.lattice.weight)
+
+    def is_for_part(self, members: Sequence[Finding]) -> bool:
+        """Whether one of a country's own CRSs was made for the part that the region is, or that is no such part."""
+        return any(self.part.has(self.records[one.code], self._facts(one.code).extents) for one in members)
+
     def usage(self, record: CrsRecord) -> Usage:
         """What a CRS is used for."""
         facts = self._facts(record.code)
-        holds = self.share(self.held[record.code]) >= HOLDS
-        return Usage(holds, self.is_national(record), facts.special, facts.since)
+        holds = self.share(self.held[record.code]) >= HOLDS_NEARLY
+        return Usage(holds, self.is_national(record), facts.special or is_at_sea(record.name), facts.since)
 
     def standing(self, members: list[Finding], usages: dict[str, Usage]) -> Standing:
         """How the map of some CRSs stands: their areas of use count as one."""

@@ -46,7 +46,7 @@ def grouped(findings: list[Finding], size: Size = _value) -> list[list[Finding]]
 
 @dataclass(frozen=True)
 class Usage:
-    """For what a CRS is there: whether its area of use `holds` the region, and is the country's own (`national`).
+    """For what a CRS is there: whether its area of use `holds` nearly all of the region, and is the country's own.
 
     `special` is one that is for nobody in general, `since` the year of its datum, 0 where that is not known.
     """
@@ -65,10 +65,10 @@ def by_usage(
 ) -> list[Finding]:
     """Findings of one map, the one first that a surveyor of the region's country would name.
 
-    That is, one criterion after the other, a national one; one of those whose areas of use hold the region; of
-    a modern datum; for general use; of the latest datum, whose realisations count as one; of the first authority; with
-    axes east and north; that is no variant by its name; whose datum is no realisation of another one's in the group;
-    with positive coordinates; for the smallest area; of the lowest code.
+    That is, one criterion after the other, a national one; one of those whose areas of use nearly hold the region;
+    of a modern datum; for general use; of the latest datum, whose realisations count as one; of the first authority;
+    with axes east and north; that is no variant by its name; whose datum is no realisation of another one's in the
+    group; with positive coordinates; for the smallest area; of the lowest code.
     """
     known = usages or {}
     datums = {one.datum for one in group}

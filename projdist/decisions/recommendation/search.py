@@ -26,7 +26,7 @@ from projdist.decisions.recommendation.candidates import (
     try_crs,
 )
 from projdist.decisions.recommendation.custom import Custom, Design, design, families_for
-from projdist.decisions.recommendation.pool import HOLDS, Pool, of_datum
+from projdist.decisions.recommendation.pool import HOLDS, HOLDS_NEARLY, Pool, of_datum
 from projdist.decisions.recommendation.purposes import get_purpose, suits
 from projdist.decisions.recommendation.same_maps import by_usage, grouped
 from projdist.decisions.recommendation.standing import CLOSE, Key, Standing, in_force, is_close, preferred, tiers
@@ -55,7 +55,6 @@ _SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
 _WAVE = 16  # maps in one go: more than there are cores, fewer than there are maps
 _HEAVY = 24  # trials that a custom projection takes as long as, at least
 
-_MOST = 0.9  # of the region, that an official map holds: outlines have disputed land
 _UTM = "WGS 84 / UTM zone "
 
 _LEVEL, _SCALE = FIGURES["airy_kavrayskiy"], FIGURES["max_scale_error_ppm"]
@@ -425,8 +424,8 @@ class _Search:
 
     def _official(self, maps: list[_Map], executor: Executor | None) -> _Map | None:
         """The best of the country's own maps for nearly all of the region, for general use, on the datum in force."""
-        whole = [one for one in maps if one.standing.share >= _MOST]
-        own = [whole[i] for i in in_force([one.standing for one in whole])]
+        current = [maps[i] for i in in_force([one.standing for one in maps])]
+        own = [one for one in current if one.standing.share >= HOLDS_NEARLY and self.pool.is_for_part(one.members)]
         least = min((one.trial for one in own), default=(np.inf, np.inf))
         near = [one for one in own if self._may_reach(least, one, (_MEAN_MARGIN, _MEAN_MARGIN))]
         best = min(self._settled(near, executor), key=lambda one: one.key, default=None)

@@ -1,0 +1,98 @@
+"""What is a country's own where a region is a state of it or far from its main part; and on which datum."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from projdist import recommend
+from projdist.decisions.recommendation.country_parts import part_of
+from projdist.decisions.recommendation.standing import Standing, in_force
+from projdist.decisions.recommendation.trial_nodes import Lattice
+from projdist.projections.database import CrsRecord
+from projdist.regions import get_region
+
+USA, SPAIN = "United States of America", "Spain"
+CONUS = CrsRecord("A:1", "Conus", "", (-124.79, 24.41, -66.91, 49.38), "USA - CONUS - onshore")
+OHIO = CrsRecord("A:2", "Ohio", "", (-84.81, 38.4, -80.51, 42.33), "USA - Ohio")
+
+
+@pytest.mark.parametrize(
+    ("home", "region", "state", "is_far"),
+    [
+        (USA, "state:OH", "Ohio", False),
+        (USA, "box:-84.9,38.3,-80.4,42.4", "", False),  # a third of it is not Ohio
+        (USA, "box:-84.5,39,-81,41.3", "Ohio", False),  # two thirds of Ohio
+        (USA, "box:-83.5,39.5,-82.5,40.5", "", False),  # a tenth of it
+        (USA, "state:AK", "Alaska", False),
+        (USA, "state:HI", "Hawaii", True),
+        (USA, "box:-161,18,-154,23", "", True),  # most of it is sea
+        (USA, "country:US@main", "", False),
+        (USA, "country:US@all", "", False),
+        (SPAIN, "country:ES & box:-18.5,27,-13,30", "", True),
+        (SPAIN, "country:ES & box:0,38,5,41", "", False),  # the Balearic Islands are near
+        ("Germany", "country:DE", "", False),
+    ],
+)
+def test_parts(home, region, state, is_far):
+    """States by nine tenths of the region in half of a state; what is far by the main part of the outlines."""
+    place = get_region(region)
+    lattice = Lattice(place)
+    part = part_of(home, place, lattice.lon, lattice.lat, lattice.weight)
+    assert part.state == state
+    assert (part.middle is not None) == (is_far and not state)
+
+
+def test_what_is_made_for_a_state():
+    """Ohio's, by the name of the area of use, and not what is for all of the country."""
+    place = get_region("state:OH")
+    lattice = Lattice(place)
+    part = part_of(USA, place, lattice.lon, lattice.lat, lattice.weight)
+    assert part.has(OHIO, ["United States (USA) - Ohio"])
+    assert not part.has(CONUS, ["United States (USA) - CONUS - onshore"])
+    assert not part.has(CONUS, [])
+
+
+def test_what_is_made_for_a_far_part():
+    """It has not the middle of the main part: Kansas."""
+    place = get_region("box:-180,50,-129,72")
+    lattice = Lattice(place)
+    part = part_of(USA, place, lattice.lon, lattice.lat, lattice.weight)
+    assert np.allclose(part.middle, (-95.85, 36.96), atol=0.01)
+    assert not part.has(CONUS, ["USA"])
+    alaska = dataclasses.replace(OHIO, area_of_use=(172.42, 51.3, -129.99, 71.4))
+    assert part.has(alaska, ["USA - Alaska"])
+
+
+OWN = Standing(share=1.0, national=True, wide=False, special=False, since=1870, datum="Old")
+ZONE = dataclasses.replace(OWN, share=0.7, since=1990, datum="New")
+
+
+def test_the_datum_in_force_is_that_of_any_own_map():
+    """Also of one for a part of the region; where a year is known, a datum without one is not in force."""
+    assert in_force([OWN]) == [0]
+    assert in_force([OWN, ZONE]) == [1]
+    unknown = dataclasses.replace(OWN, since=0, datum="Unknown")
+    assert in_force([unknown]) == [0]
+    assert in_force([unknown, ZONE]) == [1]
+    assert in_force([unknown, dataclasses.replace(ZONE, national=False)]) == [0]
+    assert in_force([]) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("region", "code"),
+    [
+        ("country:ES@main", None),  # ETRS89 by royal decree 1071/2007, in zones; not Lambert's of 1870
+        ("country:ES & box:-18.2,27.6,-13.4,29.3", "EPSG:4083"),  # REGCAN95 by the same decree, UTM zone 28N
+        ("country:VE", None),  # SIRGAS-REGVEN since 1999, in zones
+        ("state:OH", None),  # two zones
+        ("state:LA", None),  # two zones, and a third for the waters
+        ("state:CA", "EPSG:3310"),  # California Albers
+        ("country:US & box:-161,18,-154,23", None),  # five zones in Hawaii
+    ],
+)
+def test_official(region, code):
+    """What decrees and agencies say."""
+    official = recommend(region, limit=1).official
+    assert (official and official.code) == code
