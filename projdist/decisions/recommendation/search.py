@@ -8,37 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
-from typing import Any
-
-import numpy as np
+from dataclasses import replace
 
 from projdist.decisions.limits import limit_of
 from projdist.decisions.recommendation.advice import Candidate, Recommendation
-from projdist.decisions.recommendation.candidates import (
-    Distortion,
-    Finding,
-    Full,
-    Rejected,
-    Trial,
-    measure,
-    settle,
-    try_crs,
-)
+from projdist.decisions.recommendation.candidates import Finding, Rejected, Trial, try_crs
+from projdist.decisions.recommendation.contest import LEVEL, Contender, Contest, or_infinity
 from projdist.decisions.recommendation.custom import Custom, Design, design, families_for
-from projdist.decisions.recommendation.pool import HOLDS, HOLDS_NEARLY, Pool, of_datum
+from projdist.decisions.recommendation.own_systems import official_of, remark_on_own, zones_of
+from projdist.decisions.recommendation.pool import HOLDS, Pool, of_datum
 from projdist.decisions.recommendation.purposes import get_purpose, suits
 from projdist.decisions.recommendation.same_maps import by_usage, grouped
-from projdist.decisions.recommendation.standing import CLOSE, Key, Standing, in_force, is_close, preferred, tiers
+from projdist.decisions.recommendation.standing import CLOSE
 from projdist.decisions.recommendation.trial_nodes import Probe, probe_of
-from projdist.decisions.recommendation.zones import ENGINEERING_PPM, ZoneSystem, find_zones
-from projdist.field import FIGURES, AnyFigure, Figure, get_figure
-from projdist.projections import (
-    AUTHORITIES,
-    check_authorities,
-    crs_records,
-    reasons_against,
-)
+from projdist.field import AnyFigure, Figure, get_figure
+from projdist.projections import AUTHORITIES, check_authorities, crs_records, reasons_against
 from projdist.regions import PointSet, RegionLike, get_region, main_part
 from projdist.support import check_whole_number, hints, is_picklable, own_executor, quoted, run_all
 
@@ -49,15 +33,7 @@ AREAS = ("preferred", "contains", "intersects")
 
 Progress = Callable[[int, int], None]
 
-# A trial's mean is good to a few per cent (6 on the globe, whose poles it leaves out), its maximum never too large.
-_MEAN_MARGIN, _MAXIMUM_MARGIN = 0.7, 0.99
-_SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
-_WAVE = 16  # maps in one go: more than there are cores, fewer than there are maps
 _HEAVY = 24  # trials that a custom projection takes as long as, at least
-
-_UTM = "WGS 84 / UTM zone "
-
-_LEVEL, _SCALE = FIGURES["airy_kavrayskiy"], FIGURES["max_scale_error_ppm"]
 
 
 # ---- the question ---------------------------------------------------------------------------
@@ -169,32 +145,6 @@ def _check_limit(limit: int | None) -> int | None:
     return limit
 
 
-@dataclass(kw_only=True)
-class _Map:
-    """The CRSs of one map, the one to name first, and what is known of it."""
-
-    members: list[Finding]
-    standing: Standing
-    weight: float  # what its figure counts
-    level: float  # its Airy-Kavrayskiy error by its trial
-    key: Key = (np.inf, np.inf)  # what it counts by its figure in full, then by its level
-    result: tuple[float, Distortion] | None = None  # the figure in full, and all that is told of it
-
-    @property
-    def first(self) -> Finding:
-        return self.members[0]
-
-    @property
-    def found(self) -> tuple[float, Distortion]:
-        assert self.result is not None
-        return self.result
-
-    @property
-    def trial(self) -> tuple[float, float]:
-        """What it counts by its trial: by the figure, then by its level."""
-        return self.weight * _number(self.first.value), self.weight * self.level
-
-
 class _Search:
     """A search for the best: the candidates, their trials, the maps among them, the best of these in full."""
 
@@ -210,7 +160,6 @@ class _Search:
         self.pool, self.purpose, self.ranking, self.area, self.limit = pool, purpose, ranking, area, limit
         self.progress = progress
         self.probe: Probe = probe_of(pool.region)
-        self.close = 0.0 if area == "intersects" else CLOSE
         self.notes: list[str] = []
         self.rejected = list(pool.rejected)
         self.uninterrupted = False
@@ -234,10 +183,10 @@ class _Search:
             findings = of_datum(findings, datum)
         maps = [one for one in self._maps(findings) if suits(one.first.keeps, self.purpose)]
         custom, not_custom = self._custom(executor, self._report(len(trials), total))
-        best = self._best(maps, executor, len(trials) + len(self.families), total)
-        zones = self._zones(maps, executor)
-        official = self._official(maps, executor)
-        self.notes += self._on_national(maps, best, executor)
+        contest = self._contest(executor)
+        best = contest.best(maps, self.limit, self._report(len(trials) + len(self.families), total))
+        official, zones = official_of(maps, contest), zones_of(maps, contest, self.purpose)
+        remark = "" if self.area == "intersects" else remark_on_own(maps, best, contest)
         if self.progress is not None:
             self.progress(total, total)
         return Recommendation(
@@ -246,7 +195,7 @@ class _Search:
             criterion=self.ranking.name,
             area=self.area,
             results=tuple(self._candidate(one, custom) for one in best),
-            rejected=tuple(self.rejected),
+            rejected=(*self.rejected, *contest.rejected),
             candidates=len(self.pool.records),
             maps=len(maps),
             custom=custom,
@@ -254,7 +203,7 @@ class _Search:
             country=self.pool.home,
             official=None if official is None else self._candidate(official, custom),
             zones=zones,
-            notes=tuple(self.notes),
+            notes=(*self.notes, *([remark] if remark else [])),
             limit=self.least,
         )
 
@@ -263,7 +212,18 @@ class _Search:
         progress = self.progress
         return None if progress is None else lambda done: progress(min(before + done, total), total)
 
-    def _maps(self, findings: list[Finding]) -> list[_Map]:
+    def _contest(self, executor: Executor | None) -> Contest:
+        """What measures maps in full: by figures alone where areas of use do not count."""
+        return Contest(
+            self.pool,
+            self.probe,
+            self.ranking,
+            close=0.0 if self.area == "intersects" else CLOSE,
+            uninterrupted=self.uninterrupted,
+            executor=executor,
+        )
+
+    def _maps(self, findings: list[Finding]) -> list[Contender]:
         """The different maps among findings."""
         usages = {one.code: self.pool.usage(self.pool.records[one.code]) for one in findings}
         maps = []
@@ -271,12 +231,12 @@ class _Search:
             members = by_usage(group, self.pool.records, usages)
             standing = self.pool.standing(members, usages)
             weight = 1.0 if self.area == "intersects" else standing.weight(HOLDS)
-            maps.append(_Map(members=members, standing=standing, weight=weight, level=self._level(members[0])))
+            maps.append(Contender(members=members, standing=standing, weight=weight, level=self._level(members[0])))
         return maps
 
     def _level(self, one: Finding) -> float:
         """The Airy-Kavrayskiy error by the trial."""
-        return _number(_LEVEL(one.jacobian, self.probe.weight))
+        return or_infinity(LEVEL(one.jacobian, self.probe.weight))
 
     def _size(self, one: Finding) -> float:
         """The figure by the trial, or the level where that is no more than rounding."""
@@ -289,164 +249,16 @@ class _Search:
         tasks = [Design(name, self.pool.region, self.probe, self.ranking, self.purpose) for name in self.families]
         found = run_all(executor, design, tasks, progress)
         custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
-        custom.sort(key=lambda one: (self.ranking.without_rounding(_number(one.value)), one.distortion.airy_kavrayskiy))
+        custom.sort(
+            key=lambda one: (self.ranking.without_rounding(or_infinity(one.value)), one.distortion.airy_kavrayskiy)
+        )
         return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
-
-    def _best(self, maps: list[_Map], executor: Executor | None, before: int, total: int) -> list[_Map]:
-        """The best maps in order: figures in full until no other can be among them, then all that is told of them."""
-        margins = [_MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN, _MEAN_MARGIN]
-        wanted = len(maps) if self.limit is None else min(self.limit, len(maps))
-        waiting = sorted(maps, key=lambda one: self._told(*one.trial))
-        done: list[_Map] = []
-        while waiting:
-            least = self._least_of_last(done, wanted)
-            chosen = [one for one in waiting if self._may_reach(least, one, margins)][: max(wanted - len(done), _WAVE)]
-            if not chosen:
-                break
-            waiting = [one for one in waiting if one not in chosen]
-            settled = self._settled(chosen, executor)
-            margins = [min(pair) for pair in zip(margins, self._margins(settled), strict=True)]
-            done += settled
-        best = [one for tier in self._tiers(done) for one in tier][:wanted]
-        for one, result in zip(best, self._run(measure, best, executor, self._report(before, total)), strict=True):
-            one.result = result
-        return best
-
-    def _tiers(self, done: list[_Map]) -> list[list[_Map]]:
-        """Maps in groups that are close, each in the order of preference."""
-        found = []
-        for tier in tiers([one.key for one in done], self.close):
-            members = [done[i] for i in tier]
-            order = preferred([one.standing for one in members], [one.key for one in members])
-            found.append([members[i] for i in order])
-        return found
-
-    def _least_of_last(self, done: list[_Map], wanted: int) -> Key:
-        """The least key of the tier in which the last of those wanted is: what is close to it may come before."""
-        count = 0
-        for tier in self._tiers(done):
-            count += len(tier)
-            if count >= wanted:
-                return min(one.key for one in tier)
-        return np.inf, np.inf
-
-    def _told(self, figure: float, level: float) -> tuple[float, float]:
-        """What maps are ordered by: figures that are no more than rounding are a tie, and the levels decide."""
-        return self.ranking.without_rounding(figure), level
-
-    def _may_reach(self, least: Key, one: _Map, margins: Sequence[float]) -> bool:
-        """Whether a map may come before the best of a tier, or close to it."""
-        figure, level = (margin * value for margin, value in zip(margins, one.trial, strict=True))
-        key = self._told(figure, level)
-        return key <= least or is_close(key, least, self.close)
-
-    def _settled(self, maps: list[_Map], executor: Executor | None) -> list[_Map]:
-        """The maps that have a figure in full, with their keys; where that vanishes, with their levels in full."""
-        settled = []
-        for one, figure in zip(maps, self._run(settle, maps, executor), strict=True):
-            if isinstance(figure, Rejected):
-                self.rejected.append(figure)
-                continue
-            one.key = self._told(one.weight * _number(figure), one.trial[1])
-            settled.append(one)
-        tied = [one for one in settled if one.key[0] == 0.0]
-        for one, level in zip(tied, self._run(settle, tied, executor, ranking=_LEVEL), strict=True):
-            one.key = 0.0, one.weight * _number(level)
-        return settled
-
-    def _margins(self, settled: list[_Map]) -> list[float]:
-        """How far below their trials measurements may be, by those in full: of figures, and of levels."""
-        pairs = [[(one.key[0], one.trial[0]) for one in settled if 0.0 < one.key[0] < np.inf]]
-        pairs += [[(one.key[1], one.trial[1]) for one in settled if one.key[0] == 0.0 and one.key[1] < np.inf]]
-        return [min((_SAFETY * full / trial for full, trial in kind if trial > 0.0), default=np.inf) for kind in pairs]
-
-    def _run(
-        self,
-        function: Callable[[Full], Any],
-        maps: list[_Map],
-        executor: Executor | None,
-        progress: Callable[[int], None] | None = None,
-        ranking: Figure | None = None,
-    ) -> list[Any]:
-        """A measurement of each map, for the figure of the search or another."""
-        tasks = [
-            Full(
-                code=one.first.code,
-                name=self.pool.records[one.first.code].name,
-                region=self.pool.region,
-                probe=self.probe,
-                keeps=one.first.keeps,
-                level=one.level,
-                ranking=ranking or self.ranking,
-                uninterrupted=self.uninterrupted,
-            )
-            for one in maps
-        ]
-        return run_all(executor, function, tasks, progress)
-
-    def _zones(self, maps: list[_Map], executor: Executor | None) -> tuple[ZoneSystem, ...]:
-        """Systems of zones, the country's own or else UTM's, where no conformal map serves for engineering."""
-        errors = [
-            self._scale_error(one.first) for one in maps if "conformal" in one.first.keeps and not one.standing.wide
-        ]
-        least = min(errors, default=np.inf if suits(("conformal",), self.purpose) else 0.0)
-        if least <= ENGINEERING_PPM:
-            return ()
-        known = [record for record in self.pool.meeting if record.code in self.pool.facts]
-        own = [record for record in known if self.pool.is_national(record)]
-        frames = {self.pool.facts[record.code].frame for record in own}
-        same = [
-            record for record in known if self.pool.facts[record.code].frame in frames
-        ]  # outlines are not all undisputed
-        utm = [record for record in known if record.name.startswith(_UTM)]
-        for records in (own, same, utm):
-            found = find_zones(
-                self.pool.region,
-                self.pool.lattice,
-                records,
-                self.pool.facts,
-                self.ranking,
-                least,
-                executor,
-                national=records is not utm,
-            )
-            if found:
-                return found
-        return ()
 
     def _over_limit(self, value: float) -> float | None:
         """A figure over the least that there can be."""
         return None if self.least is None else value / self.least
 
-    def _scale_error(self, one: Finding) -> float:
-        """The largest scale error in ppm by the trial."""
-        return _SCALE(one.jacobian, self.probe.weight)
-
-    def _official(self, maps: list[_Map], executor: Executor | None) -> _Map | None:
-        """The best of the country's own maps for nearly all of the region, for general use, on the datum in force."""
-        current = [maps[i] for i in in_force([one.standing for one in maps])]
-        own = [one for one in current if one.standing.share >= HOLDS_NEARLY and self.pool.is_for_part(one.members)]
-        least = min((one.trial for one in own), default=(np.inf, np.inf))
-        near = [one for one in own if self._may_reach(least, one, (_MEAN_MARGIN, _MEAN_MARGIN))]
-        best = min(self._settled(near, executor), key=lambda one: one.key, default=None)
-        if best is not None and best.result is None:
-            (best.result,) = self._run(measure, [best], executor)
-        return best
-
-    def _on_national(self, maps: list[_Map], best: list[_Map], executor: Executor | None) -> list[str]:
-        """What the country's own system has against the first, where that is not the country's own."""
-        own = [one for one in maps if one.standing.national]
-        if not own or not best or best[0].standing.national or self.area == "intersects":
-            return []
-        one = next((one for one in best if one.standing.national), min(own, key=lambda one: self._told(*one.trial)))
-        (figure,) = self._run(settle, [one], executor)
-        if isinstance(figure, Rejected):
-            return []
-        first, name = best[0], self.ranking.name
-        counts = f"{one.first.code}, the best of those of {self.pool.home}, counts {one.weight * figure:.5g} by {name}"
-        return [f"{counts}, {first.first.code} {first.weight * first.found[0]:.5g}."]
-
-    def _candidate(self, one: _Map, custom: tuple[Custom, ...]) -> Candidate:
+    def _candidate(self, one: Contender, custom: tuple[Custom, ...]) -> Candidate:
         record = self.pool.records[one.first.code]
         value, distortion = one.found
         least = custom[0].value if custom else None
@@ -470,8 +282,3 @@ class _Search:
             difference_to_custom=value - least if least is not None else None,
             over_limit=self._over_limit(value),
         )
-
-
-def _number(value: float) -> float:
-    """The value, or infinity for NaN."""
-    return value if np.isfinite(value) else np.inf
