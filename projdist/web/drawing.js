@@ -1,6 +1,7 @@
 // Maps on canvases: the colours of a measure, lines above them, and indicatrices.
 
 import { indicatrix, valuesOf } from "./measures.js";
+import { Sheets } from "./sheets.js";
 
 // Where a value lies on a scale, 0 to 1 between its limits.
 export function positioner({ kind, limits: [low, high] }) {
@@ -21,8 +22,16 @@ function tableOf(scale) {
   ));
 }
 
+const COLOURS = ["sea", "land", "graticule", "coast", "halo", "outline", "mark", "paper"]; // of what stays on a map
+
 // Pixels beyond an edge that are still within, so that no line is left between neighbours that are rounded apart.
 const BEYOND = 0.05;
+
+// A canvas of a size; to set that, though it is the same, takes time.
+function sized(canvas, width, height) {
+  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+  return canvas;
+}
 
 export class MapView {
   constructor(canvas, frame) {
@@ -30,6 +39,7 @@ export class MapView {
     this.frame = frame;
     this.base = document.createElement("canvas");
     this.layer = document.createElement("canvas");
+    this.sheets = new Sheets();
     this.view = frame.view;
     const [west, east, south, north] = this.view;
     canvas.style.aspectRatio = `${east - west} / ${north - south}`;
@@ -63,27 +73,31 @@ export class MapView {
 
   draw(scale, ellipses, isolines = false) {
     const [width, height, ratio] = this.fit();
-    for (const canvas of [this.base, this.canvas]) {
-      if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-    }
+    for (const canvas of [this.base, this.layer, this.canvas]) sized(canvas, width, height);
     this.ratio = ratio;
     const style = getComputedStyle(this.canvas);
     this.colour = (name) => style.getPropertyValue(`--${name}`).trim();
-    const context = this.base.getContext("2d");
+    this.sheets.suit(width, height, ratio, this.frame, ...COLOURS.map(this.colour));
+    this.field(width, height, scale, isolines);
+    const context = this.base.getContext("2d"), { regional, preview } = this.frame;
     context.clearRect(0, 0, width, height);
-    context.lineJoin = context.lineCap = "round";
     context.save();
     this.framed(context);
-    this.ground(context, width, height);
-    this.field(context, width, height, scale);
-    if (isolines) this.isolines(context, scale);
+    if (regional) this.sheet(context, "ground", "source-over");
+    context.drawImage(this.layer, 0, 0);
     // Lines of previews end where their cells do.
-    if (this.frame.preview && !this.frame.regional) context.globalCompositeOperation = "source-atop";
-    this.lines(context);
-    context.globalCompositeOperation = "source-over";
+    this.sheet(context, "lines", preview && !regional ? "source-atop" : "source-over");
     if (ellipses) this.ellipses(context, ellipses.spacing);
     context.restore();
     this.show();
+  }
+
+  // What does not change with the colours: previews are seen once, other maps keep it.
+  sheet(context, name, how) {
+    context.globalCompositeOperation = how;
+    if (this.frame.preview) this[name](context);
+    else context.drawImage(this.sheets.get(name, (own) => this[name](own)), 0, 0);
+    context.globalCompositeOperation = "source-over";
   }
 
   // What is around a region is drawn in the frame of its picture, which may be less than the canvas.
@@ -96,12 +110,16 @@ export class MapView {
   }
 
   // Sea and land about a region.
-  ground(context, width, height) {
-    if (!this.frame.regional) return;
+  ground(context) {
     context.fillStyle = this.colour("sea");
-    context.fillRect(0, 0, width, height);
+    context.fillRect(0, 0, this.base.width, this.base.height);
     context.fillStyle = this.colour("land");
     context.fill(this.path("land"), "evenodd");
+  }
+
+  // The region, as what colours are kept by.
+  mask(context) {
+    context.fill(this.region, "evenodd");
   }
 
   path(name) {
@@ -118,6 +136,7 @@ export class MapView {
   }
 
   lines(context) {
+    context.lineJoin = context.lineCap = "round";
     const stroke = (name, colour, width, halo) => {
       const path = this.path(name);
       if (halo) {
@@ -162,18 +181,43 @@ export class MapView {
     }
   }
 
-  // Colours in the triangles, and which triangle each pixel is of.
-  field(context, width, height, scale) {
-    this.place(scale);
-    const { triangles } = this.frame, { values, xs, ys } = this, { image, pick } = this.pixelsOf(width, height);
-    const data = new Uint32Array(image.data.buffer), table = tableOf(scale);
-    data.fill(0);
+  // The layer of colours, with their isolines, within the region.
+  field(width, height, scale, isolines) {
+    this.place(width, height);
+    this.value(scale);
+    this.paint(tableOf(scale));
+    const context = this.layer.getContext("2d");
+    context.putImageData(this.image, 0, 0);
+    if (isolines) this.isolines(context, scale);
+    if (this.region) this.sheet(context, "mask", "destination-in");
+  }
+
+  // Where the frame comes to lie in pixels; kept while both are the same.
+  place(width, height) {
+    const { frame } = this, [left, top, step] = this.fromSteps();
+    const same = this.image?.width === width && this.image.height === height;
+    if (same && this.placed === frame) return;
+    if (!same) {
+      this.image = new ImageData(width, height);
+      this.pick = new Int32Array(width * height);
+    }
+    this.placed = frame;
+    this.xs = Float32Array.from(frame.x, (x) => left + x * step);
+    this.ys = Float32Array.from(frame.y, (y) => top - y * step);
+    this.region = frame.regional ? this.path("region") : null;
+    this.choose(width, height);
+  }
+
+  // Which triangle each pixel is of, -1 where it is of none.
+  choose(width, height) {
+    const { triangles, fields, count } = this.frame, { pick, xs, ys } = this;
+    const undefinedAt = (k) => Number.isNaN(fields[k] + fields[2 * count + k]);
     pick.fill(-1);
     for (let t = 0, corner = 0; corner < triangles.length; t++, corner += 3) {
       const i = triangles[corner], j = triangles[corner + 1], k = triangles[corner + 2];
       const ax = xs[i], ay = ys[i], bx = xs[j] - ax, by = ys[j] - ay, cx = xs[k] - ax, cy = ys[k] - ay;
-      const whole = bx * cy - by * cx, first = values[i], toSecond = values[j] - first, toThird = values[k] - first;
-      if (whole === 0 || Number.isNaN(first + toSecond + toThird)) continue;
+      const whole = bx * cy - by * cx;
+      if (whole === 0 || undefinedAt(i) || undefinedAt(j) || undefinedAt(k)) continue;
       const top = Math.max(0, Math.ceil(ay + Math.min(0, by, cy) - 0.5 - BEYOND));
       const bottom = Math.min(height - 1, Math.floor(ay + Math.max(0, by, cy) - 0.5 + BEYOND));
       const left = Math.max(0, Math.ceil(ax + Math.min(0, bx, cx) - 0.5 - BEYOND));
@@ -186,46 +230,39 @@ export class MapView {
         const x = left + 0.5 - ax, y = row + 0.5 - ay, end = row * width + right;
         let second = (x * cy - y * cx) / whole, third = (bx * y - by * x) / whole;
         for (let pixel = row * width + left; pixel <= end; pixel++, second += moreOfSecond, third += moreOfThird) {
-          if (second < least || third < least || second + third > 1 - least) continue;
-          const value = first + second * toSecond + third * toThird;
-          data[pixel] = table[value < 0 ? 0 : value > 255 ? 255 : (value + 0.5) | 0];
-          pick[pixel] = t;
+          if (second >= least && third >= least && second + third <= 1 - least) pick[pixel] = t;
         }
       }
     }
-    this.layer.getContext("2d").putImageData(image, 0, 0);
-    this.region = this.frame.regional ? this.path("region") : null;
-    this.within(context, () => context.drawImage(this.layer, 0, 0));
   }
 
-  // Vertices in pixels, with their values between 0 and 255 of a scale.
-  place(scale) {
-    const { count, x, y } = this.frame, [left, top, step] = this.fromSteps(), position = positioner(scale);
-    this.values = valuesOf(this.frame, scale.name);
-    [this.xs, this.ys] = [new Float32Array(count), new Float32Array(count)];
-    for (let k = 0; k < count; k++) {
-      this.values[k] = 255 * position(this.values[k]);
-      this.xs[k] = left + x[k] * step;
-      this.ys[k] = top - y[k] * step;
+  // Values at the vertices, between 0 and 255 of a scale, and how they run over each triangle: the one at the canvas's
+  // first pixel, and what is added by one to the right and one down.
+  value(scale) {
+    const position = positioner(scale), { xs, ys } = this, { triangles } = this.frame;
+    const values = (this.values = valuesOf(this.frame, scale.name).map((value) => 255 * position(value)));
+    if (this.slopes?.length !== triangles.length) this.slopes = new Float64Array(triangles.length);
+    const { slopes } = this;
+    for (let t = 0; t < triangles.length; t += 3) {
+      const i = triangles[t], j = triangles[t + 1], k = triangles[t + 2];
+      const ax = xs[i], ay = ys[i], bx = xs[j] - ax, by = ys[j] - ay, cx = xs[k] - ax, cy = ys[k] - ay;
+      const whole = bx * cy - by * cx, first = values[i], toSecond = values[j] - first, toThird = values[k] - first;
+      const right = (toSecond * cy - toThird * by) / whole, down = (toThird * bx - toSecond * cx) / whole;
+      slopes[t] = first + (0.5 - ax) * right + (0.5 - ay) * down;
+      slopes[t + 1] = right;
+      slopes[t + 2] = down;
     }
   }
 
-  // What is filled pixel by pixel; kept while the canvas has one size.
-  pixelsOf(width, height) {
-    if (this.image?.width !== width || this.image.height !== height) {
-      this.image = new ImageData(width, height);
-      this.pick = new Int32Array(width * height);
-      [this.layer.width, this.layer.height] = [width, height];
+  // The colours of all pixels.
+  paint(table) {
+    const { image: { width, height, data }, pick, slopes } = this, colours = new Uint32Array(data.buffer);
+    for (let row = 0, pixel = 0; row < height; row++) {
+      for (let column = 0; column < width; column++, pixel++) {
+        const t = 3 * pick[pixel], value = t < 0 ? NaN : slopes[t] + column * slopes[t + 1] + row * slopes[t + 2];
+        colours[pixel] = value > 0 ? table[value < 255 ? (value + 0.5) | 0 : 255] : value <= 0 ? table[0] : 0;
+      }
     }
-    return this;
-  }
-
-  // Draws within the region.
-  within(context, work) {
-    context.save();
-    if (this.region) context.clip(this.region, "evenodd");
-    work();
-    context.restore();
   }
 
   // The lines of the levels of the colour bar, triangle by triangle.
@@ -251,9 +288,8 @@ export class MapView {
     context.strokeStyle = this.colour("isoline");
     context.lineWidth = 0.9 * this.ratio;
     // Round ends of short pieces would make beads of a line.
-    context.lineCap = "butt";
-    this.within(context, () => context.stroke(path));
-    context.lineCap = "round";
+    [context.lineJoin, context.lineCap] = ["round", "butt"];
+    context.stroke(path);
   }
 
   // The triangle at pixels; -1 outside of the region.
@@ -323,15 +359,15 @@ export class MapView {
 export function drawScale(canvas, scale) {
   const ratio = window.devicePixelRatio || 1, style = getComputedStyle(canvas);
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-  [canvas.width, canvas.height] = [width * ratio, height * ratio];
+  sized(canvas, Math.round(width * ratio), Math.round(height * ratio));
   const context = canvas.getContext("2d"), colours = coloursOf(scale), position = positioner(scale);
-  context.scale(ratio, ratio);
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
   const [start, stop, bar] = [22, width - 22, 12];
   const colour = (k) => `rgb(${colours[3 * k]} ${colours[3 * k + 1]} ${colours[3 * k + 2]})`;
-  const gradient = context.createLinearGradient(start, 0, stop, 0);
-  for (let k = 0; k < 256; k++) gradient.addColorStop(k / 255, colour(k));
-  context.fillStyle = gradient;
-  context.fillRect(start, 2, stop - start, bar);
+  const strip = sized(document.createElement("canvas"), 256, 1);
+  strip.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(tableOf(scale).buffer), 256, 1), 0, 0);
+  context.drawImage(strip, start, 2, stop - start, bar);
   const end = (at, tip, k) => {
     context.fillStyle = colour(k);
     context.beginPath();

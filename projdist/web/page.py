@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from projdist.web.maps import Maps
 
 # In this order: a module takes names only from those before it.
-_MAP_SCRIPTS = ("frames.js", "measures.js", "drawing.js", "maps.js")
+_MAP_SCRIPTS = ("frames.js", "measures.js", "sheets.js", "drawing.js", "maps.js")
 _SCRIPTS = ("tables.js", "page.js")
 _FEW_LINES = 8
 

@@ -55,7 +55,7 @@ export class Explorer {
     this.menu.addEventListener("change", () => {
       this.measure = this.menu.value;
       this.redraw();
-      this.remembered();
+      this.rememberSoon();
     });
     this.bar = element("canvas", { id: "scale" });
     this.bar.setAttribute("role", "img");
@@ -222,6 +222,11 @@ export class Explorer {
 
   settled() {
     this.panel.draw();
+    this.rememberSoon();
+  }
+
+  // To write an address takes longer than to draw a map.
+  rememberSoon() {
     clearTimeout(this.settling);
     this.settling = setTimeout(() => this.remembered(), SETTLED);
   }

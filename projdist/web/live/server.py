@@ -23,7 +23,7 @@ from projdist.web.live.replies import failed
 from projdist.web.live.requests import LANES, LARGEST_FILE, LONGEST_MESSAGE, STOP, Request, RequestError, read_request
 
 HOST = "127.0.0.1"
-MODULES = ("frames.js", "measures.js", "drawing.js", "tables.js")
+MODULES = ("frames.js", "measures.js", "sheets.js", "drawing.js", "tables.js")
 _NAMES = ("127.0.0.1", "localhost", "[::1]")
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 _PATIENCE = 10.0  # seconds for the first message

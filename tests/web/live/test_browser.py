@@ -306,6 +306,24 @@ def test_measures_isolines_and_indicatrices_change_the_picture(live: Opener) -> 
     ]
 
 
+@pytest.mark.parametrize("region", ["globe", GERMANY])
+def test_what_stays_when_colours_change_is_what_is_drawn_anew(region: str, live: Opener) -> None:
+    """A page that has changed its measure, its colours and its width shows what one shows that was opened so."""
+    narrow: Any = {"viewport": {"width": 700, "height": 800}, "color_scheme": "dark"}
+    page, other = (
+        live("EPSG:3035", region=region),
+        live("EPSG:3035", region=region, more="&measure=areal_scale", **narrow),
+    )
+    page.page.set_viewport_size(narrow["viewport"])
+    page.page.emulate_media(color_scheme="dark")
+    page.page.locator("#measure").select_option("areal_scale")
+    time.sleep(SETTLED)
+    assert page.picture() == other.picture()
+    page.page.locator("#measure").select_option("fisher")
+    time.sleep(SETTLED)
+    assert page.picture() != other.picture()
+
+
 # ---- parameters -----------------------------------------------------------------------------
 
 
