@@ -142,13 +142,14 @@ def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degree
     return np.asarray(shapely.dwithin(outline, shapely.points(lon, lat), degrees), dtype=bool)
 
 
-def countries_about(lon: FloatArray, lat: FloatArray) -> list[str]:
-    """The keys of countries in whose box any of some points is, longitudes -180 to 180: nothing is decoded for it."""
-    return [
-        key
-        for key, (west, south, east, north) in _boxes().items()
-        if bool(((lon >= west) & (lon <= east) & (lat >= south) & (lat <= north)).any())
-    ]
+def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
+    """By their keys, the countries in whose box any of some points is, longitudes -180 to 180, and which of these are.
+
+    Nothing is decoded for it.
+    """
+    boxes = _boxes().items()
+    within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in boxes)
+    return {key: points for key, points in within if points.any()}
 
 
 @functools.cache

@@ -6,7 +6,7 @@ from the same samples tell the error; the diagonal tells whether the derivative 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,19 +23,17 @@ _ROUGH = 1e-8
 _TANGENT_LATITUDE = 89.99
 _LINE_LATITUDE = 90.0 - 1e-4  # beyond, steps along the meridian are too short for the digits of a latitude
 
-# Central weights of f(+j h) - f(-j h), j = 1.., for the first derivative times h, by order.
-_CENTRAL = {
-    2: np.array([1 / 2, 0.0, 0.0]),
-    4: np.array([2 / 3, -1 / 12, 0.0]),
-    6: np.array([3 / 4, -3 / 20, 1 / 60]),
-}
+# Central weights of f(+j h) - f(-j h), j = 1.., for the first derivative times h, of orders 2, 4 and 6.
+_CENTRAL = np.array([[1 / 2, 0.0, 0.0], [2 / 3, -1 / 12, 0.0], [3 / 4, -3 / 20, 1 / 60]])
+_CENTRAL_OFFSETS = np.array([1.0, -1.0, 2.0, -2.0, 3.0, -3.0])
 _CENTRAL_STEPS = tuple(2e-3 / 4**k for k in range(8))
-# Forward weights of f(0), f(h), .., f(6 h), for the first derivative times h, by order.
-_FORWARD = {
-    4: np.array([-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4, 0.0, 0.0]),
-    6: np.array([-49 / 20, 6.0, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6]),
-}
+# Forward weights of f(0), f(h), .., f(6 h), for the first derivative times h, of orders 4 and 6.
+_FORWARD = np.array(
+    [[-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4, 0.0, 0.0], [-49 / 20, 6.0, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6]]
+)
+_FORWARD_OFFSETS = np.arange(1.0, 7.0)
 _FORWARD_STEPS = (1.5e-3, 1.5e-4, 1.5e-5)
+_TOGETHER = 400  # points, each with a step, that are worked on together: as few points cost what their calls do
 
 
 @dataclass(frozen=True)
@@ -97,12 +95,11 @@ class Points:
         """The same points, with lines along the parallels and meridians however near a pole is."""
         return Points(self.projection, self.lon, self.lat, np.zeros_like(self.tangent))
 
-    def along(
-        self, directions: Sequence[tuple[float, float]], steps: FloatArray
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        """f at signed steps (m,) along each (east, north), shape (2, m, n), and the distances in metres, (m, n).
+    def along(self, directions: Sequence[tuple[float, float]], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """f at signed steps (m, n) or (m, 1) along k directions (east, north), and the distances in metres.
 
-        All in one call of the projection, which for a few points costs more than the points.
+        The shapes are (2, k, m, n) and (k, m, n). All in one call of the projection, which for a few points costs more
+        than the points.
 
         Up to 89.99 degrees the lines are straight in longitude and latitude, so that those along
         a parallel or a meridian do not cross the seams and kinks that lie on parallels and
@@ -110,36 +107,27 @@ class Points:
         point like others. Both have the unit velocity of their direction at the point itself. A step is
         1 equatorial radius up to 87 degrees, and shrinks with the distance to the pole beyond.
         """
-        ellipsoid = self.projection.ellipsoid
+        ellipsoid, polar = self.projection.ellipsoid, self.tangent
         cos = np.cos(np.radians(self.lat))
-        distance = steps[:, None] * np.where(self.tangent, 1.0, np.minimum(1.0, 20.0 * cos))
+        distance = steps * np.where(polar, 1.0, np.minimum(1.0, 20.0 * cos))
         meridian, vertical = (radius / ellipsoid.a for radius in ellipsoid.radii(self.lat))
-        radii = np.where(self.tangent, 1.0, vertical * cos), meridian
-        lines = [self._line(direction, distance, *radii) for direction in directions]
-        lon, lat, taken = (np.stack(part) for part in zip(*lines, strict=True))
-        return list(zip(np.stack(self.projection(lon, lat), axis=1), taken * ellipsoid.a, strict=True))
-
-    def _line(
-        self, direction: tuple[float, float], distance: FloatArray, parallel: FloatArray, meridian: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Longitudes and latitudes (m, n) at signed distances, and these as they were taken, in equatorial radii."""
-        polar = self.tangent
-        east, north = distance * direction[0], distance * direction[1]
+        parallel, meridian = np.where(polar, 1.0, vertical * cos), meridian
+        east, north = (distance * np.array(part)[:, None, None] for part in zip(*directions, strict=True))
         lon = self.lon + np.degrees(east / parallel)
         lat = self.lat + np.degrees(north / meridian)
+        taken = np.repeat(distance[None], len(directions), axis=0)
         # The step that was really taken: rounding of the angles, as the projection sees them in radians,
         # is 2e-16 / step of the derivative, and in the quotient it cancels.
-        if direction == NORTH:
-            distance = meridian * (np.radians(lat) - np.radians(self.lat))
-        elif direction == EAST:
-            distance = parallel * (np.radians(lon) - np.radians(self.lon))
+        for k, direction in enumerate(directions):
+            if direction == NORTH:
+                taken[k] = meridian * (np.radians(lat[k]) - np.radians(self.lat))
+            elif direction == EAST:
+                taken[k] = parallel * (np.radians(lon[k]) - np.radians(self.lon))
         if polar.any():
-            lon[:, polar], lat[:, polar] = drop(
-                self.projection.ellipsoid, self.lon[polar], self.lat[polar], east[:, polar], north[:, polar]
-            )
-            if direction in (EAST, NORTH):
-                distance[:, polar] = (east + north)[:, polar]
-        return lon, lat, distance
+            planar = self.lon[polar], self.lat[polar], east[..., polar], north[..., polar]
+            lon[..., polar], lat[..., polar] = drop(ellipsoid, *planar)
+            taken[..., polar] = np.broadcast_to(distance, taken.shape)[..., polar]
+        return np.stack(self.projection(lon, lat)), taken * ellipsoid.a
 
 
 def drop(
@@ -170,9 +158,12 @@ def drop(
 
 EAST, NORTH = (1.0, 0.0), (0.0, 1.0)
 DIAGONAL = (float(np.sqrt(0.5)), float(np.sqrt(0.5)))
-_QUADRANTS = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
+_LINES = (EAST, NORTH, DIAGONAL)
+_QUADRANTS = np.array([(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
 # Quadrants beside each other share a ray east, west, north or south.
-_RAYS = tuple(dict.fromkeys((x * east, y * north) for east, north in _QUADRANTS for x, y in (EAST, NORTH, DIAGONAL)))
+_RAYS_OF = [[(x * east, y * north) for east, north in _QUADRANTS.tolist()] for x, y in _LINES]
+_RAYS = tuple(dict.fromkeys(ray for rays in zip(*_RAYS_OF, strict=True) for ray in rays))
+_PLACES = np.array([[_RAYS.index(ray) for ray in rays] for rays in _RAYS_OF])  # (3, 4), of the quadrants' lines
 
 
 _Level = tuple[IntArray, FloatArray, FloatArray, FloatArray]
@@ -198,62 +189,90 @@ def _central_levels(
     Points where a smaller step does not help are given up, unless `patient`: near a smooth
     singularity the error falls by 4^6, beside a seam it does not.
     """
-    index = np.arange(points.lon.size)
-    previous = np.full(index.size, np.inf)
-    offsets = np.array([1.0, -1.0, 2.0, -2.0, 3.0, -3.0])
-    for count, step in enumerate(steps, start=1):
-        lines = []
-        kink, noise = np.zeros((2, index.size))
-        for f, t in points.along((EAST, NORTH, DIAGONAL), step * offsets):
-            lines.append((f[:, 0::2] - f[:, 1::2], t[0::2] - t[1::2]))
-            even = f[:, 0::2] + f[:, 1::2]
-            fourth = even[:, 1] - 4.0 * even[:, 0] + 6.0 * centre
-            sixth = even[:, 2] - 6.0 * even[:, 1] + 15.0 * even[:, 0] - 20.0 * centre
-            kink = np.fmax(kink, np.max(np.abs(fourth), axis=0) / np.abs(t[0]))
-            noise = np.fmax(noise, _white(fourth, sixth) / np.abs(t[0]))
-        J, error = _jacobian_of(lines, _CENTRAL, centre)
-        size = np.sqrt(np.sum(J * J, axis=(1, 2)))
-        error = np.where(kink <= KINK * size, error, np.inf)
-        # Noise is 20 times as large in the sixth difference as in the derivative.
-        yield index, J, error, noise / (20.0 * np.where(size > 0, size, np.inf))
+
+    def goes_on(index: IntArray, count: int, error: FloatArray, previous: FloatArray) -> BoolArray:
         # Rounding sets in where a small error rises.
         on = ~(error <= TARGET) & ~((error > 2.0 * previous) & (previous < _ROUGH))
         if not patient and count > 3:
-            on &= (error < 0.1 * previous) | points.tangent
-        if not on.any():
-            return
-        index, centre, points = index[on], centre[:, on], points.take(on)
-        # An infinite error is no reason to hope: it counts as one that a second step must beat.
-        previous = np.minimum(error[on], 1.0)
+            on &= (error < 0.1 * previous) | points.tangent[index]
+        return np.asarray(on)
+
+    return _levels(_central, points, centre, steps, goes_on)
 
 
 def _one_sided_levels(points: Points, centre: FloatArray) -> Iterator[_Level]:
-    """Sixth-order one-sided differences into each quadrant, for the points not yet settled."""
-    index = np.arange(points.lon.size)
-    offsets = np.arange(1.0, 7.0)
-    for step in _FORWARD_STEPS:
-        best = np.full(index.size, np.inf)
-        rays = dict(zip(_RAYS, points.along(_RAYS, step * offsets), strict=True))
-        for east, north in _QUADRANTS:
-            lines = []
-            noise = np.zeros(index.size)
-            for direction in (EAST, NORTH, DIAGONAL):
-                f, t = rays[direction[0] * east, direction[1] * north]
-                f, t = np.concatenate([centre[:, None], f], axis=1), np.concatenate([np.zeros_like(t[:1]), t])
-                lines.append((f, t))
-                fourth, sixth = (np.diff(f[:, : n + 1], n=n, axis=1)[:, 0] for n in (4, 6))
-                noise = np.fmax(noise, _white(fourth, sixth) / np.abs(t[1]))
-            J, error = _jacobian_of(lines, _FORWARD, centre)
-            J[..., 0] *= east
-            J[..., 1] *= north
-            # One-sided stencils hold about half as much noise as the sixth difference.
-            size = np.sqrt(np.sum(J * J, axis=(1, 2)))
-            yield index, J, error, noise / (2.0 * np.where(size > 0, size, np.inf))
-            best = np.fmin(best, error)
-        on = ~(best <= 10 * TARGET)
-        if not on.any():
-            return
-        index, centre, points = index[on], centre[:, on], points.take(on)
+    """Sixth-order one-sided differences, the best of the four quadrants, for the points not yet settled."""
+
+    def goes_on(index: IntArray, count: int, error: FloatArray, previous: FloatArray) -> BoolArray:
+        return np.asarray(~(error <= 10 * TARGET))
+
+    return _levels(_one_sided, points, centre, _FORWARD_STEPS, goes_on)
+
+
+_Found = tuple[FloatArray, FloatArray, FloatArray]
+"""J (n, 2, 2), its relative error (n,), and the noise of f in it."""
+
+
+def _levels(
+    differences: Callable[[Points, FloatArray, FloatArray], _Found],
+    points: Points,
+    centre: FloatArray,
+    steps: tuple[float, ...],
+    goes_on: Callable[[IntArray, int, FloatArray, FloatArray], BoolArray],
+) -> Iterator[_Level]:
+    """What differences give step by step, at those points that go on; all further steps of few points together."""
+    index, count = np.arange(points.lon.size), 0
+    previous = np.full(index.size, np.inf)
+    while index.size and count < len(steps):
+        n, number = index.size, max(1, min(count, _TOGETHER // index.size))
+        some = np.array(steps[count : count + number])
+        each = np.tile(index, some.size)
+        found = differences(points.take(each), centre[:, each], np.repeat(some, n))
+        at = np.arange(n)
+        for level in range(some.size):
+            count += 1
+            J, error, noise = (part[level * n + at] for part in found)
+            yield index[at], J, error, noise
+            on = goes_on(index[at], count, error, previous)
+            # An infinite error is no reason to hope: it counts as one that a second step must beat.
+            at, previous = at[on], np.minimum(error[on], 1.0)
+        index = index[at]
+
+
+def _central(points: Points, centre: FloatArray, steps: FloatArray) -> _Found:
+    """Sixth-order central differences with a step (n,) for each point."""
+    f, t = points.along(_LINES, steps * _CENTRAL_OFFSETS[:, None])
+    even = f[:, :, 0::2] + f[:, :, 1::2]
+    middle = centre[:, None]
+    fourth = even[:, :, 1] - 4.0 * even[:, :, 0] + 6.0 * middle
+    sixth = even[:, :, 2] - 6.0 * even[:, :, 1] + 15.0 * even[:, :, 0] - 20.0 * middle
+    first = np.abs(t[:, 0])
+    kink = np.fmax.reduce(np.max(np.abs(fourth), axis=0) / first, axis=0, initial=0.0)
+    noise = np.fmax.reduce(_white(fourth, sixth) / first, axis=0, initial=0.0)
+    slopes, metres = _slopes(f[:, :, 0::2] - f[:, :, 1::2], t[:, 0::2] - t[:, 1::2], _CENTRAL)
+    J, error = _jacobian_of(slopes, metres, _CENTRAL, centre)
+    size = np.sqrt(np.sum(J * J, axis=(0, 1)))
+    error = np.where(kink <= KINK * size, error, np.inf)
+    # Noise is 20 times as large in the sixth difference as in the derivative.
+    return np.moveaxis(J, -1, 0), error, noise / (20.0 * np.where(size > 0, size, np.inf))
+
+
+def _one_sided(points: Points, centre: FloatArray, steps: FloatArray) -> _Found:
+    """Sixth-order one-sided differences with a step (n,) for each point, into the quadrant where they are best."""
+    n = steps.size
+    f, t = points.along(_RAYS, steps * _FORWARD_OFFSETS[:, None])
+    f = np.concatenate([np.broadcast_to(centre[:, None, None], (2, len(_RAYS), 1, n)), f], axis=2)
+    t = np.concatenate([np.zeros_like(t[:, :1]), t], axis=1)
+    fourth, sixth = (np.diff(f[:, :, : order + 1], n=order, axis=2)[:, :, 0] for order in (4, 6))
+    noise = np.fmax.reduce((_white(fourth, sixth) / np.abs(t[:, 1]))[_PLACES], axis=0, initial=0.0)
+    slopes, metres = _slopes(f, t, _FORWARD)
+    J, error = _jacobian_of(slopes[:, :, _PLACES], metres[_PLACES], _FORWARD, centre)
+    J = J * _QUADRANTS.T[:, :, None]
+    # One-sided stencils hold about half as much noise as the sixth difference.
+    size = np.sqrt(np.sum(J * J, axis=(0, 1)))
+    noise = noise / (2.0 * np.where(size > 0, size, np.inf))
+    best = error.argmin(axis=0), np.arange(n)
+    return J[:, :, *best].transpose(2, 0, 1), error[best], noise[best]
 
 
 def fourth_order(values: FloatArray, metre: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -276,32 +295,37 @@ def _white(fourth: FloatArray, sixth: FloatArray) -> FloatArray:
     return np.where(sixth > 0.3 * fourth, sixth, 0.0)
 
 
-def _jacobian_of(
-    lines: list[tuple[FloatArray, FloatArray]], weights: dict[int, FloatArray], centre: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """J of shape (n, 2, 2) and its relative error (n,), from samples f (2, m, n) at distances (m, n).
+def _slopes(f: FloatArray, t: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Derivatives (o, 2, k, n) along k lines by stencils of o orders, and the metres of the last one, (k, n).
 
-    `lines` go east, north and along their diagonal. The derivative is the stencil of f over the
-    same stencil of the distance.
+    `f` (2, k, m, n) are samples at distances `t` (k, m, n). The derivative is the stencil of f over the same stencil of
+    the distance.
     """
+    metres = weights @ t
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        by_order = {
-            order: np.stack([np.einsum("m,imn->ni", w, f) / (w @ t)[:, None] for f, t in lines], axis=-1)
-            for order, w in weights.items()
-        }
-        low, high = by_order[4], by_order[6]
-        J = high[..., :2]
-        size = np.sqrt(np.sum(J * J, axis=(1, 2)))
-        gap = np.max(np.abs(high - low), axis=(1, 2))
-        if 2 in by_order:
+        return np.moveaxis((weights @ f) / metres, 2, 0), metres[:, -1]
+
+
+def _jacobian_of(
+    slopes: FloatArray, metres: FloatArray, weights: FloatArray, centre: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """J (2, 2, ..., n) and its relative error (..., n), from slopes (o, 2, 3, ..., n) as `_slopes` has them.
+
+    The lines go east, north and along their diagonal.
+    """
+    low, high = slopes[-2:]
+    J = high[:, :2]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        size = np.sqrt(np.sum(J * J, axis=(0, 1)))
+        gap = np.max(np.abs(high - low), axis=(0, 1))
+        if len(slopes) > 2:
             # The gaps of orders 2, 4 and 6 fall in geometric progression: extrapolate to the sixth order's error.
-            coarse = np.max(np.abs(low - by_order[2]), axis=(1, 2))
+            coarse = np.max(np.abs(low - slopes[0]), axis=(0, 1))
             gap = np.minimum(gap, gap * gap / np.where(coarse > 0, coarse, 1.0))
         # Rounding of f: half a unit in the last place, and as much for PROJ's own arithmetic.
-        metres = np.min([np.abs(weights[6] @ t) for _, t in lines], axis=0)
-        rounding = np.spacing(np.max(np.abs(centre), axis=0)) * np.sum(np.abs(weights[6])) / metres
+        rounding = np.spacing(np.max(np.abs(centre), axis=0)) * np.sum(np.abs(weights[-1])) / np.abs(metres).min(axis=0)
         # A derivative is linear in the direction. At the apex of a cone it is not.
-        bend = np.max(np.abs(high[..., 2] - (J[..., 0] + J[..., 1]) * DIAGONAL[0]), axis=1)
+        bend = np.max(np.abs(high[:, 2] - (J[:, 0] + J[:, 1]) * DIAGONAL[0]), axis=0)
         error = (gap + np.where(bend > 1e3 * (gap + rounding), bend, 0.0) + rounding) / size
     return J, np.where(np.isfinite(error), error, np.inf)
 
@@ -310,7 +334,7 @@ def is_torn(points: Points, centre: FloatArray) -> BoolArray:
     """Whether f jumps within 1e-7 radii of the point (against a change in proportion to the distance)."""
     jumps = []
     for distance in (1e-5, 1e-7):
-        f = np.stack([f for f, _ in points.along((EAST, NORTH), distance * np.array([1.0, -1.0]))])
-        jumps.append(np.nan_to_num(np.abs(f - centre[:, None]), nan=0.0).max(axis=(0, 1, 2)))
+        f, _ = points.along((EAST, NORTH), distance * np.array([[1.0], [-1.0]]))
+        jumps.append(np.nan_to_num(np.abs(f - centre[:, None, None]), nan=0.0).max(axis=(0, 1, 2)))
     scale = points.projection.ellipsoid.a
     return np.asarray((jumps[1] > 0.5 * jumps[0]) & (jumps[1] > 1e-6 * scale))

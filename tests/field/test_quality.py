@@ -58,6 +58,24 @@ def test_points_do_not_influence_each_other():
     np.testing.assert_array_equal(alone.quality, together.quality[some])
 
 
+@pytest.mark.parametrize("name", ["robin", "moll", "wintri", "laea", "igh"])
+def test_hard_points_do_not_influence_each_other(name):
+    """At poles, beside them and on seams a point has the same alone, where its steps are tried together, and in 900."""
+    lon = np.tile(np.linspace(-180.0, 180.0, 60), 15)
+    lat = np.repeat(
+        [-90.0, -89.9999, -89.995, -88.0, -86.0, -40.0, -1e-9, 0.0, 30.0, 60.0, 86.0, 89.9, 89.99, 89.9995, 90], 60
+    )
+    projection = make(name)
+    together = derivatives(projection, lon, lat)
+    parts = [derivatives(projection, lon[k::300], lat[k::300]) for k in range(300)]
+    for k, part in enumerate(parts):
+        np.testing.assert_array_equal(part.quality, together.quality[k::300])
+        gap = np.abs(part.jacobian - together.jacobian[k::300]).max(axis=(1, 2))
+        size = np.abs(part.jacobian).max(axis=(1, 2))
+        ends = np.isnan(size) & np.isnan(gap)
+        assert (ends | (gap <= 1e-13 * size + part.error * size)).all()
+
+
 def test_outside_is_nan():
     """Beyond the horizon, beyond the poles and at NaN: J is NaN, the quality OUTSIDE, x and y NaN."""
     result = derivatives(make("gnom"), [100.0, 180.0, np.nan, 0.0, 0.0, np.inf], [0.0, 0.0, 0.0, np.nan, 91.0, 0.0])

@@ -52,13 +52,22 @@ def _owners(item: str) -> frozenset[str]:
 
 
 def home_of(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
-    """The country that has most of the points of a region that are in any, or none ("")."""
+    """The country that has most of the points of a region that are in any, or none ("").
+
+    Those whose boxes have most come first, until no other can have as much: of the world, few are decoded.
+    """
     from projdist.earth import natural_earth  # shapely is slow to load
 
     east = np.mod(lon + 180.0, 360.0) - 180.0
-    about = set(natural_earth.countries_about(east, lat))
-    names = [name for name, key in _keys().items() if key in about and name != _NOBODYS]
-    shares = {name: float(weight @ outline_of(name).contains(lon, lat)) for name in names}
+    about = natural_earth.countries_about(east, lat)
+    boxes = {name: about[key] for name, key in _keys().items() if key in about and name != _NOBODYS}
+    reach = {name: float(weight @ box) for name, box in boxes.items()}
+    shares: dict[str, float] = {}
+    for name in sorted(reach, key=reach.__getitem__, reverse=True):
+        if max(reach[name], *shares.values(), 0.0) <= _MOST * sum(shares.values()):
+            return ""
+        box = boxes[name]
+        shares[name] = float(weight[box] @ outline_of(name).contains(lon[box], lat[box]))
     most = max(shares, key=shares.__getitem__, default="")
     return most if most and shares[most] > _MOST * sum(shares.values()) else ""
 

@@ -51,6 +51,8 @@ class Lattice:
         nodes = nodes_of(region, WGS84, _LATTICE)
         self.lon, self.lat, self.weight = nodes.lon, nodes.lat, nodes.weight
         self._bounds = region.bounds
+        # In a box the points are on some dozens of meridians and parallels.
+        self._meridians, self._parallels = (np.unique(values, return_inverse=True) for values in (self.lon, self.lat))
 
     def near(self, areas: Sequence[Area]) -> BoolArray:
         """Which areas of west, south, east, north have something in common with the region's bounds."""
@@ -64,8 +66,10 @@ class Lattice:
         west, south, _, north, width = _columns(areas)
         chosen = self.near(areas)
         found = np.zeros((len(west), self.lon.size), dtype=bool)
-        inside = (self.lon - west[chosen, None]) % 360.0 <= width[chosen, None]
-        found[chosen] = inside & (self.lat >= south[chosen, None]) & (self.lat <= north[chosen, None])
+        (lon, of_lon), (lat, of_lat) = self._meridians, self._parallels
+        between = (lon - west[chosen, None]) % 360.0 <= width[chosen, None]
+        beside = (lat >= south[chosen, None]) & (lat <= north[chosen, None])
+        found[chosen] = between[:, of_lon] & beside[:, of_lat]
         return found
 
 

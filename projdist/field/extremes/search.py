@@ -313,7 +313,8 @@ class _Search:
         low, high = _limits(self.region, int(start.patch[0]))
         best = -np.inf
         for _ in range(_TURNS):
-            around = np.clip(place + step * _AROUND, low, high)
+            # Beyond a side of the region all points are those on it.
+            around = np.array(list(dict.fromkeys(map(tuple, np.clip(place + step * _AROUND, low, high).tolist()))))
             points = self.region.chart(np.broadcast_to(start.patch, len(around)), *around.T)
             values = goal.of(fields_at(self.projection, points.lon, points.lat, goal.measure.needs_hessian)[0])
             if start.clipped[0]:
