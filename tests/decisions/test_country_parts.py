@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from projdist import recommend
-from projdist.decisions.recommendation.country_parts import part_of
+from projdist.decisions.recommendation.country_parts import CountryPart, part_of
 from projdist.decisions.recommendation.standing import Standing, in_force
 from projdist.decisions.recommendation.trial_nodes import Lattice
 from projdist.projections.database import CrsRecord
@@ -62,6 +62,19 @@ def test_what_is_made_for_a_far_part():
     assert not part.has(CONUS, ["USA"])
     alaska = dataclasses.replace(OHIO, area_of_use=(172.42, 51.3, -129.99, 71.4))
     assert part.has(alaska, ["USA - Alaska"])
+
+
+@pytest.mark.parametrize(("name", "has"), [("USA - West Virginia - SPCS - N", False), ("USA - Virginia", True)])
+def test_states_are_whole_words(name, has):
+    """West Virginia's is not Virginia's."""
+    assert CountryPart(state="Virginia").has(OHIO, [name]) == has
+
+
+@pytest.mark.slow
+def test_zones_of_a_state():
+    """Ohio's North and South, and not all zones about it."""
+    (system,) = recommend("state:OH", limit=1).zones
+    assert [zone.name for zone in system.zones] == ["NAD83 / Ohio North", "NAD83 / Ohio South"]
 
 
 OWN = Standing(share=1.0, national=True, wide=False, special=False, since=1870, datum="Old")

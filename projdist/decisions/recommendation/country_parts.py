@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from projdist._typing import FloatArray
-from projdist.decisions.recommendation.nations import USA, outline_of
+from projdist.decisions.recommendation.nations import USA, outline_of, words_in
 from projdist.projections import CrsRecord
 from projdist.regions import Region, main_part
 
@@ -29,7 +29,7 @@ class CountryPart:
     def has(self, record: CrsRecord, extents: Sequence[str]) -> bool:
         """Whether an area of use is this part's, not the country's: its name has the state's, or it has no middle."""
         if self.state:
-            return any(self.state in name for name in extents[:1])
+            return any(self.state in words_in(name) for name in extents[:1])
         if self.middle is None:
             return True
         return not _is_within(record.area_of_use, *self.middle)

@@ -11,7 +11,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.regions import Region
 
-__all__ = ["USA", "home_of", "is_at_sea", "key_of", "named", "outline_of"]
+__all__ = ["USA", "home_of", "is_at_sea", "key_of", "named", "outline_of", "words_in"]
 
 _MOST = 0.5  # of what is any country's: then the region is that country's
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
@@ -97,9 +97,14 @@ def _keys() -> dict[str, str]:
 
 @functools.lru_cache(maxsize=4096)
 def _names_in(text: str) -> frozenset[str]:
-    """The countries that are named in a text as whole words; of "Equatorial Guinea" that and not Guinea."""
-    pattern, names = _vocabulary()
-    return frozenset(names[match] for match in pattern.findall(text))
+    """The countries that are named in a text."""
+    names = _vocabulary()[1]
+    return frozenset(names[word] for word in words_in(text))
+
+
+def words_in(text: str) -> list[str]:
+    """The names of countries and states in a text, as whole words; of "West Virginia" that and not Virginia."""
+    return _vocabulary()[0].findall(text)
 
 
 @functools.cache

@@ -11,6 +11,7 @@ from projdist.decisions.recommendation.purposes import suits
 from projdist.decisions.recommendation.standing import in_force
 from projdist.decisions.recommendation.zones import ENGINEERING_PPM, ZoneSystem, find_zones
 from projdist.field import FIGURES
+from projdist.projections import CrsRecord
 
 __all__ = ["official_of", "remark_on_own", "zones_of"]
 
@@ -21,8 +22,12 @@ _SCALE = FIGURES["max_scale_error_ppm"]
 def official_of(maps: list[Contender], contest: Contest) -> Contender | None:
     """The best of the country's own maps for nearly all of the region, for general use, on the datum in force."""
     current = [maps[i] for i in in_force([one.standing for one in maps])]
-    own = [one for one in current if one.standing.share >= HOLDS_NEARLY and contest.pool.is_for_part(one.members)]
-    return contest.winner(own)
+    whole = [one for one in current if one.standing.share >= HOLDS_NEARLY]
+    return contest.winner([one for one in whole if any(map(contest.pool.is_for_part, _records(one, contest)))])
+
+
+def _records(one: Contender, contest: Contest) -> list[CrsRecord]:
+    return [contest.pool.records[member.code] for member in one.members]
 
 
 def remark_on_own(maps: list[Contender], best: list[Contender], contest: Contest) -> str:
@@ -40,7 +45,10 @@ def remark_on_own(maps: list[Contender], best: list[Contender], contest: Contest
 
 
 def zones_of(maps: list[Contender], contest: Contest, purpose: str) -> tuple[ZoneSystem, ...]:
-    """Systems of zones, the country's own or else UTM's, where no conformal map serves for engineering."""
+    """Systems of zones, the country's own or else UTM's, where no conformal map serves for engineering.
+
+    Those of a state or a part far away come before those of all of the country.
+    """
     pool = contest.pool
     conformal = [one.first for one in maps if "conformal" in one.first.keeps and not one.standing.wide]
     least = min(
@@ -54,7 +62,8 @@ def zones_of(maps: list[Contender], contest: Contest, purpose: str) -> tuple[Zon
     frames = {pool.facts[record.code].frame for record in own}
     same = [record for record in known if pool.facts[record.code].frame in frames]  # outlines are not all undisputed
     utm = [record for record in known if record.name.startswith(_UTM)]
-    for records in (own, same, utm):
+    for_part = [record for record in own if pool.is_for_part(record)]
+    for records in (for_part, own, same, utm):
         found = find_zones(
             pool.region,
             pool.lattice,

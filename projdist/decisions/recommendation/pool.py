@@ -85,9 +85,9 @@ class Pool:
         """What part of its country the region is."""
         return part_of(self.home, self.region, self.lattice.lon, self.lattice.lat, self.lattice.weight)
 
-    def is_for_part(self, members: Sequence[Finding]) -> bool:
-        """Whether one of a country's own CRSs was made for the part that the region is, or that is no such part."""
-        return any(self.part.has(self.records[one.code], self._facts(one.code).extents) for one in members)
+    def is_for_part(self, record: CrsRecord) -> bool:
+        """Whether a CRS of the country's own was made for the part that the region is, or that is no such part."""
+        return self.part.has(record, self._facts(record.code).extents)
 
     def usage(self, record: CrsRecord) -> Usage:
         """What a CRS is used for."""
