@@ -158,7 +158,9 @@ def _beyond(
     near = a <= a_limit
     b_limit = 2.0 * quantile(b[near], area[near], 0.5)
     centre = np.array([x[near].mean(), y[near].mean()])
-    hull = shapely.convex_hull(shapely.MultiPoint(np.column_stack([x[near], y[near]]) - centre))
+    spread = np.column_stack([x[near], y[near]]) - centre
+    # A line is made in a tenth of the time that points take; it has two at least.
+    hull = shapely.convex_hull(shapely.linestrings(np.concatenate([spread, spread[:1]])))
     core, far, endless = (
         shapely.transform(hull, lambda xy, factor=factor: xy * factor) for factor in (_CORE, _FAR, _ENDLESS)
     )

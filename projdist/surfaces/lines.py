@@ -24,8 +24,9 @@ def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> l
         return []
     line = np.repeat(np.arange(len(lines)), [len(points) for points in lines])
     points = evaluate(domain, *np.concatenate(lines).T)
+    joined = np.flatnonzero(line[1:] == line[:-1])
     for _ in range(_ROUNDS):
-        joined = np.flatnonzero((line[1:] == line[:-1]) & (drawn(points[1:]) | drawn(points[:-1])))
+        joined = joined[drawn(points[joined + 1]) | drawn(points[joined])]
         middle = evaluate(domain, *(0.5 * (points[joined, :2] + points[joined + 1, :2])).T)
         offset = middle[:, 2:] - 0.5 * (points[joined, 2:] + points[joined + 1, 2:])
         coarse = ~(np.hypot(*offset.T) <= _SMOOTH * size)
@@ -34,6 +35,8 @@ def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> l
         where = joined[coarse] + 1
         points = np.insert(points, where, middle[coarse], axis=0)
         line = np.insert(line, where, line[where], axis=0)
+        added = where + np.arange(where.size)
+        joined = np.column_stack([added - 1, added]).ravel()  # the halves: the others are smooth
     return _pieces(cut_at_tears(domain, points, line)[:, 2:], _LONGEST * size)
 
 

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers import elevation_factor
 from projdist.field import jacobian
+from projdist.projections import Projection
 from projdist.surfaces import Surface, filled, jacobians, normalised
 from projdist.web.outlines import Grid, map_lines, mark_lines
 
@@ -197,6 +198,8 @@ def _corners(values: Any) -> Any:
 
 # ---- what interpolation is off by -----------------------------------------------------------
 
+_STEP = 3e-5  # radians, of differences that tell errors
+_DOUBTFUL = 0.1  # of an error that they tell
 _TRIED = ((0.5, 0.5), (0.15, 0.8), (0.85, 0.2))  # of a cell
 _TRIED_BESIDE_CUTS = np.array([[1, 1, 1], [2.5, 0.25, 0.25], [0.25, 2.5, 0.25], [0.25, 0.25, 2.5]]) / 3.0
 
@@ -250,12 +253,43 @@ def _off(
     surface: Surface, u: FloatArray, v: FloatArray, found: FloatArray, least: FloatArray, mirrored: bool
 ) -> FloatArray:
     """How far the four numbers (n, 4) are off at grid coordinates, at most 1 where they are none."""
-    lon, lat = surface.frame.geographic(u, v)
-    true = four_numbers(jacobian(surface.domain.projection, normalised(lon), lat), mirrored)
+    projection, (lon, lat) = surface.domain.projection, surface.frame.geographic(u, v)
+    lon = normalised(lon)
+    J, doubt = _near_jacobians(projection, lon, lat)
+    off = _apart(found, four_numbers(J, mirrored), least)
+    unsure = ~(doubt <= _DOUBTFUL * np.clip(least, _FLAT, 1.0) * (off + _FLOOR))
+    J = jacobian(projection, lon[unsure], lat[unsure])
+    off[unsure] = _apart(found[unsure], four_numbers(J, mirrored), least[unsure])
+    return np.where(np.isfinite(off), off, 1.0)
+
+
+def _apart(found: FloatArray, true: FloatArray, least: FloatArray) -> FloatArray:
+    """How far four numbers (n, 4) are from the true ones."""
     turn = np.abs(np.mod(found[:, 1] - true[:, 1] + np.pi, 2.0 * np.pi) - np.pi)
     ratio = np.hypot(*(found[:, 2:] - true[:, 2:]).T) / np.maximum(np.fmin(least, _lesser(true)), _FLAT)
-    off = np.abs(found[:, 0] - true[:, 0]) + ratio + turn
-    return np.where(np.isfinite(off), off, 1.0)
+    return np.asarray(np.abs(found[:, 0] - true[:, 0]) + ratio + turn)
+
+
+def _near_jacobians(projection: Projection, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Jacobians (n, 2, 2) by central differences, and what they may be off by, in parts of them.
+
+    Where a second difference is k of the first, the third, which is what they are off by, is about k^2 of it.
+    """
+    cos = np.cos(np.radians(lat))
+    north = np.degrees(_STEP)
+    zero = np.zeros(lat.shape)
+    lons = normalised(lon + np.stack([zero, north / cos, -north / cos, zero, zero]))
+    x, y = projection(lons, lat + np.stack([zero, zero, zero, zero + north, zero - north]))
+    meridian, vertical = projection.ellipsoid.radii(lat)
+    J, bend, size = np.empty((lat.size, 2, 2)), zero.copy(), zero.copy()
+    for i, value in enumerate((x, y)):
+        for j, radius in enumerate((vertical, meridian)):
+            ahead, behind = value[2 * j + 1] - value[0], value[0] - value[2 * j + 2]
+            J[:, i, j] = (ahead + behind) / (2.0 * _STEP * radius)
+            bend += np.abs(ahead - behind)
+            size += np.abs(ahead + behind)
+    with np.errstate(invalid="ignore", divide="ignore"):  # a map may be constant, or not there
+        return J, (2.0 * bend / size) ** 2
 
 
 def _as_bytes(errors: FloatArray) -> NDArray[np.uint8]:

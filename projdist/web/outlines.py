@@ -198,16 +198,23 @@ def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatA
 
 def _traced(start: Sequence[int], stop: Sequence[int]) -> Iterator[list[int]]:
     """Closed walks along directed edges, each of which is gone once."""
-    leads: dict[int, list[int]] = {}
+    leads = dict(zip(start, stop, strict=True))
+    others: dict[int, list[int]] = {}  # of the few points where rings meet
     for one, other in zip(start, stop, strict=True):
-        leads.setdefault(one, []).append(other)
+        if leads[one] != other:
+            others.setdefault(one, []).append(other)
+
+    def follow(point: int) -> int:
+        after = leads.pop(point)
+        if others.get(point):
+            leads[point] = others[point].pop()
+        return after
+
     for first in list(leads):
-        while leads.get(first):
-            walk = [first]
-            while leads.get(walk[-1]):
-                walk.append(leads[walk[-1]].pop())
-                if walk[-1] == first:
-                    break
+        while first in leads:
+            walk = [first, follow(first)]
+            while walk[-1] != first and walk[-1] in leads:
+                walk.append(follow(walk[-1]))
             yield walk
 
 
