@@ -126,6 +126,22 @@ def regions() -> Iterator[tuple[str, Seconds, Seconds]]:
         yield f"{text} {region}", seconds_of(ours), seconds_of(theirs)
 
 
+def designs() -> Iterator[tuple[str, Seconds, Seconds]]:
+    """Fits of maps made to measure, the nodes and the base given, over PROJ's factors on a grid of a degree."""
+    from designs import fit_of
+
+    lon, lat = np.meshgrid(np.arange(-179.5, 180.0), np.arange(-89.5, 90.0))
+    theirs = often(5, partial(Proj(f"+proj=moll +R={R}").get_factors, lon, lat, errcheck=False))
+    for kind, region, degree in (
+        ("equal-area", "continent:Africa", 4),
+        ("equal-area", "continent:Europe & box:-26,34,60,72", 6),
+        ("conformal", "country:DE", 6),
+        ("any", "continent:Africa", 6),
+    ):
+        fit = fit_of(kind, "airy_kavrayskiy", region, degree)
+        yield f"{kind} {region} degree {degree}", seconds_of(fit), seconds_of(theirs)
+
+
 def recommendations() -> Iterator[tuple[str, Seconds, Seconds]]:
     """`recommend` over the bare cost of its candidates' transformers, as benchmarks/recommend.py has them."""
     from recommend import FLOOR, OURS, run
@@ -145,6 +161,7 @@ TABLES = {
     "globe": globe,
     "points": points,
     "regions": regions,
+    "designs": designs,
     "recommend": recommendations,
 }
 FEW = {"recommend": 3}  # runs of what takes seconds

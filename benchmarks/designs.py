@@ -2,7 +2,8 @@
 
     python benchmarks/designs.py
 
-Times are processor seconds of the fit alone, the region's nodes and the base given; medians of three runs.
+Times are processor seconds of the fit alone, the region's nodes and the base given; medians of three runs. Equal-area
+maps are also fitted by SciPy's `least_squares` (MINPACK's, with the same terms and slopes), side by side.
 """
 
 from __future__ import annotations
@@ -13,16 +14,19 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from scipy.optimize import least_squares as scipys
 
 from projdist import get_region, summarize
+from projdist.designs import equal_area_maps
 from projdist.designs.bases import best_base
 from projdist.designs.degrees import stage_of
 from projdist.designs.kinds import get_kind
 from projdist.designs.making import design
-from projdist.designs.sites import site_of
-from projdist.designs.wishes import wish_of
+from projdist.designs.sites import Site, site_of
+from projdist.designs.wishes import Wish, wish_of
 from projdist.earth import WGS84
 from projdist.field import nodes_of
+from projdist.projections import Projection
 
 GENERAL = (
     "country:US & box:-125,24,-66,50",
@@ -49,6 +53,7 @@ def main() -> None:
     table("conformal", "max_scale_error_ppm", CONFORMAL)
     table("conformal", "airy_kavrayskiy", CONFORMAL)
     table("equal-area", "airy_kavrayskiy", EQUAL_AREA)
+    against_scipy(EQUAL_AREA)
 
 
 def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
@@ -57,10 +62,8 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
     print(f"\n### {kind}, by {criterion}\n\n| region | best of the families | {heads} | less at {DEGREES[-1]} |")
     print(f"| --- | --- |{' --- |' * (len(DEGREES) + 1)}")
     for region in regions:
-        nodes = nodes_of(get_region(region), WGS84, 3000, edges=True)
-        wanted, wish = get_kind(kind), wish_of(get_kind(kind), criterion, 0.5, None)
-        base = best_base(wanted, get_region(region), wish, nodes, "none")
-        site = site_of(base, nodes, None)
+        wanted = get_kind(kind)
+        base, site, wish = prepared(kind, criterion, region)
         cells, value = [], np.nan
         for degree in DEGREES:
             made = design(
@@ -78,10 +81,61 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
         )
 
 
-def seconds(work: Callable[[], object]) -> float:
+def prepared(kind: str, criterion: str, region: str) -> tuple[Projection, Site, Wish]:
+    """What a fit starts from: the best base, the region's nodes on it, and what is wished for."""
+    nodes = nodes_of(get_region(region), WGS84, 3000, edges=True)
+    wish = wish_of(get_kind(kind), criterion, 0.5, None)
+    base = best_base(get_kind(kind), get_region(region), wish, nodes, "none")
+    return base, site_of(base, nodes, None), wish
+
+
+def fit_of(kind: str, criterion: str, region: str, degree: int) -> Callable[[], object]:
+    """A fit alone, as `check.py` takes its time."""
+    _, site, wish = prepared(kind, criterion, region)
+    return functools.partial(stage_of, site, get_kind(kind), wish, degree, (0.0,))
+
+
+def against_scipy(regions: tuple[str, ...]) -> None:
+    """Equal-area fits by projdist's Levenberg-Marquardt and by SciPy's, of the same terms: figures, and times."""
+    print("\n### equal-area, by projdist's least squares and by SciPy's\n")
+    print("| region | degree | figure | SciPy's | s | SciPy's | ratio |\n| --- | --- | --- | --- | --- | --- | --- |")
+    own = equal_area_maps.least_squares
+    for region in regions:
+        for degree in DEGREES:
+            fit = fit_of("equal-area", "airy_kavrayskiy", region, degree)
+
+            def theirs(fit: Callable[[], object] = fit) -> object:
+                equal_area_maps.least_squares = _by_scipy
+                try:
+                    return fit()
+                finally:
+                    equal_area_maps.least_squares = own
+
+            values = fit().value, theirs().value
+            pairs = [(seconds(fit, 1), seconds(theirs, 1)) for _ in range(RUNS)]
+            times = [statistics.median(column) for column in zip(*pairs, strict=True)]
+            ratio = statistics.median(one / other for one, other in pairs)
+            cells = [*(f"{value:.8g}" for value in values), *(f"{time:.2g}" for time in times), f"{ratio:.2f}"]
+            print(f"| {region} | {degree} | {' | '.join(cells)} |", flush=True)
+
+
+def _by_scipy(terms: Callable, start: np.ndarray) -> np.ndarray:
+    """MINPACK's least squares; terms and slopes of a place are worked out once."""
+    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if place.tobytes() not in known:
+            known.clear()
+            known[place.tobytes()] = terms(place)
+        return known[place.tobytes()]
+
+    return scipys(lambda place: at(place)[0], start, jac=lambda place: at(place)[1], method="lm").x
+
+
+def seconds(work: Callable[[], object], runs: int = RUNS) -> float:
     """The median of some runs."""
     times = []
-    for _ in range(RUNS):
+    for _ in range(runs):
         start = time.process_time()
         work()
         times.append(time.process_time() - start)
