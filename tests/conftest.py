@@ -14,8 +14,17 @@ from hypothesis import settings
 
 EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 
-# Their examples take seconds, and have fast tests beside them.
-SLOW_EXAMPLES = ("projdist.designs.making.design", "projdist.plots.morphs.morph")
+# Their examples take half a second and more, and have fast tests beside them.
+SLOW_EXAMPLES = {
+    "projdist.decisions.recommendation.for_frames.estimate_crs",
+    "projdist.designs.making.design",
+    "projdist.gis.accessors.FrameAccessor",
+    "projdist.gis.old_maps.old_map_layers",
+    "projdist.plots.geoaxes.add_heatmap",
+    "projdist.plots.geoaxes.add_tissot",
+    "projdist.plots.morphs.morph",
+    "projdist.plots.spaces.space_figure",
+}
 
 # Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

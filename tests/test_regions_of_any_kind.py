@@ -45,7 +45,16 @@ KINDS: dict[str, Any] = {
 }
 # What goes through doors of their own: numbers, a geometry, one in another CRS.
 DOORS = ("bounds", "geometry", "GeoDataFrame")
-DRAWN_TWICE = ("plots.figure", "plots.heatmap", "plots.tissot", "plots.local_field")  # figures of theirs are drawn, too
+# Figures of theirs are drawn, or others are that take as long.
+DRAWN_TWICE = ("plots.figure", "plots.heatmap", "plots.tissot", "plots.local_field")
+LONG = (
+    "field_of",
+    "plots.modes_figure",
+    "plots.tissot_figure",
+    "plots.morph",
+    "plots.local_figure",
+    "plots.space_figure",
+)
 SLOW = ("ldp", "optimize", "recommend", "design", "distance_distortion", "great_circle_bending", "mean_map")
 
 
@@ -168,7 +177,7 @@ def test_answers_are_of_the_region(name: str) -> None:
 @pytest.mark.parametrize("doors", [DOORS[-1:], pytest.param(DOORS[:-1], marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=pytest.mark.slow) if name in ("field_of", *DRAWN_TWICE) else name for name in OTHERS],
+    [pytest.param(name, marks=pytest.mark.slow) if name in (*LONG, *DRAWN_TWICE) else name for name in OTHERS],
 )
 @pytest.mark.usefixtures("few_cells")
 def test_pictures_and_files_are_of_the_region(name: str, doors: tuple[str, ...], tmp_path: Path) -> None:

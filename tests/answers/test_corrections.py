@@ -158,6 +158,7 @@ def test_a_median_that_is_not_unique():
     np.testing.assert_allclose(found.matrix, np.eye(2) / math.sqrt(2.0), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_median_words():
     """What cannot be asked for together is refused; words have no more digits than the median is good for."""
     assert correct("plate-carree", criterion="median").words.startswith("scale 0.93059, stretch 1.1547")

@@ -499,7 +499,7 @@ def test_turns_in_space():
 # ---- weights ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", [2, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("method", ["symmetric", "least_squares"])
 def test_weights_are_counts(n, method):
     """Rows of whole weights are as so many rows, rows of weight 0 as missing, and only ratios count."""

@@ -60,7 +60,7 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", ["down", *(pytest.param(way, marks=pytest.mark.slow) for way in ("up", "negative"))])
 def test_a_bent_map_comes_back(way, tmp_path):
     """By the spline each block is within half a pixel of its place, whichever way rows are counted."""
     found = rectify(*sheet(1.0, WAYS[way], tmp_path))

@@ -52,6 +52,7 @@ def write(path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::projdist.Notice")
 def test_comparisons_are_those_of_each_region():
     """JSON has for each region what `compare` has for it; CSV a row for each of its rows."""

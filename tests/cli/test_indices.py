@@ -49,6 +49,7 @@ def test_tables_have_symbols(form: str) -> None:
     assert "Best: an index at the scale that makes it best." in text
 
 
+@pytest.mark.slow
 def test_a_row_of_goldberg_and_gott() -> None:
     """Six figures and their score; errors above the last digit stand in brackets."""
     code, out, _ = run("compare", "eqc", "--indices", "goldberg-gott", *COARSE, "-f", "markdown")

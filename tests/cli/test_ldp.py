@@ -214,6 +214,7 @@ def test_failures() -> None:
     assert "Invalid geographic CRS" in err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_raster_of_heights_is_a_field(level: LDP) -> None:
     """Even points are no dots: values between them are those of the heights there; the target has thick lines."""

@@ -233,6 +233,7 @@ def sheets(tmp_path):
     return paths
 
 
+@pytest.mark.slow
 def test_several(sheets):
     """ln of the scale is even in [-g / 2, g / 2]: mean square g^2 / 12; half of it is common, as scales' logs add."""
     code, out, err = run(*sheets, "--model", "polynomial3", "--format", "json")
@@ -269,6 +270,7 @@ def test_what_is_of_one_map(sheets, words, message):
     assert message in err
 
 
+@pytest.mark.slow
 def test_maps_without_distortion(sheets, tmp_path):
     """Of two affine maps rounding is no share of anything."""
     table = np.loadtxt(sheets[0], delimiter=",", skiprows=1)
@@ -281,6 +283,7 @@ def test_maps_without_distortion(sheets, tmp_path):
     assert "e-" not in out
 
 
+@pytest.mark.slow
 def test_no_common_ground(sheets, tmp_path):
     """Maps of different regions."""
     table = np.loadtxt(sheets[0], delimiter=",", skiprows=1) + np.array([0.0, 0.0, 5e5, 5e5])

@@ -72,7 +72,7 @@ def test_ellipses(wide: float) -> None:
         ("country:US & box:-125,24,-66,50", 0.003129),
         ("continent:Africa", 0.01124),
         ("country:CA", 0.00527),
-        ("continent:Europe & box:-26,34,60,72", 0.00635),
+        pytest.param("continent:Europe & box:-26,34,60,72", 0.00635, marks=pytest.mark.slow),
     ],
 )
 def test_countries(region: str, printed: float) -> None:

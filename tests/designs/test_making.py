@@ -68,7 +68,7 @@ def test_ellipses_by_the_clamped_plate(kind: str) -> None:
     assert found.limit == pytest.approx(theory, rel=nodes)
 
 
-@pytest.mark.parametrize("km", [100.0, 5.0])
+@pytest.mark.parametrize("km", [pytest.param(100.0, marks=pytest.mark.slow), 5.0])
 def test_the_least_scale_error_of_an_ellipse(km: float) -> None:
     """Half of the range of ln k, whose Laplacian is the curvature: p^2 q^2 / 4 (p^2 + q^2); also of 0.1 ppm."""
     p, q = km / 6371.0087714, 2.0 * km / 6371.0087714
@@ -81,6 +81,7 @@ def test_the_least_scale_error_of_an_ellipse(km: float) -> None:
     assert found.value == pytest.approx(0.25 * (p * q) ** 2 / (p * p + q * q), rel=chords)
 
 
+@pytest.mark.slow
 def test_small_islands_count() -> None:
     """The largest scale error of Fiji is that of the nodes, of which every island has some."""
     found = design("country:FJ", kind="conformal", criterion="max_scale_error_ppm", degree=10, against=())
@@ -91,6 +92,7 @@ def test_small_islands_count() -> None:
 NZ = "country:NZ & box:166,-48,179,-34"
 
 
+@pytest.mark.slow
 def test_new_zealand() -> None:
     """134 ppm at degree 8, where the best oblique Mercator has 591, to 1 %; and better than the Map Grid of 1973."""
     found = design(NZ, kind="conformal", criterion="max_scale_error_ppm", degree=8, base=OBLIQUE, against="+proj=nzmg")

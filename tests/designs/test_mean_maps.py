@@ -47,6 +47,7 @@ def check_prototype(found: MeanMap, maps: tuple[str, str]) -> None:
     assert ak_average is None or abs(found.standing("average").airy_kavrayskiy - ak_average) < AK_DIGIT
 
 
+@pytest.mark.slow
 def test_aitoff_and_plate_carree(winkel: MeanMap) -> None:
     """Nearer to both than Winkel's average, and less distorted; the average is Winkel's map as PROJ has it."""
     check_prototype(winkel, ("aitoff", EQC))

@@ -286,6 +286,7 @@ def test_borders_are_no_coast(resolution: str) -> None:
     assert max(np.abs(np.diff(border.line, axis=0)).max() for border in borders(resolution)) < 30.0  # degrees
 
 
+@pytest.mark.slow
 def test_countries_about() -> None:
     """No country that holds a point is left out, and few that do not."""
     keys = [row["iso_n3"] or row["name"] for row in country_keys()]

@@ -280,6 +280,7 @@ def test_functions_are_asked_within_the_points():
     assert min(west - 4.9, south - 44.9, 9.1 - east, 49.1 - north) > 0
 
 
+@pytest.mark.slow
 def test_many_and_few_agree():
     """Among many a point has the J that it has alone, within what is told of both."""
     lon, lat = scattered()

@@ -25,6 +25,7 @@ def test_frames_and_series_have_it() -> None:
         assert found.overall.area_error == pytest.approx(1.15, abs=0.02)
 
 
+@pytest.mark.slow
 def test_estimates() -> None:
     """Data in Switzerland's own CRS have that."""
     bern = geopandas.GeoSeries.from_xy([2600000, 2601000], [1200000, 1201000], crs="EPSG:2056")

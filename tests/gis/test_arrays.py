@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
+from gis_files import some_slow
 
 from projdist import factors, gis
 
@@ -20,7 +21,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("projection", CASES)
+@pytest.mark.parametrize("projection", some_slow(CASES, {"EPSG:3035", "EPSG:5513", "EPSG:2263"}))
 def test_arrays_are_the_raster(projection: str, tmp_path: Path) -> None:
     """Values, coordinates of centres, CRS and transformation are those that rasterio reads of the GeoTIFF."""
     found = gis.measure_arrays(projection, ["omega", "scale_error_ppm"], **CASES[projection])
@@ -59,6 +60,7 @@ def test_grid_mappings_are_those_of_cf() -> None:
     assert degrees.y.attrs == {"axis": "Y", "standard_name": "latitude", "units": "degrees_north"}
 
 
+@pytest.mark.slow
 def test_one_measure_and_notes() -> None:
     """A measure may stand alone; what has no CRS says why it lies on longitude and latitude."""
     found = gis.measure_arrays("+proj=pipeline +step +proj=moll", "s", size=20)

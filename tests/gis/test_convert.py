@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from gis_files import some_slow
 
 from projdist import Projection, design, gis
 from projdist.projections import crs_of, same_map
@@ -41,7 +42,7 @@ def coordinates(path: Path) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "suffix", [".gpkg", pytest.param(".fgb", marks=pytest.mark.slow), ".shp", ".geojson", ".parquet"]
+    "suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson", ".parquet"], {".gpkg", ".fgb", ".shp"})
 )
 def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """They are where the projection has them, in files of all formats; what loses the CRS has it beside."""

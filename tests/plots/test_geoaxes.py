@@ -9,6 +9,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
+from gis_files import some_slow
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
@@ -41,7 +42,7 @@ def grid(west: float, south: float, east: float, north: float) -> tuple[np.ndarr
     return lon.ravel(), lat.ravel()
 
 
-@pytest.mark.parametrize("name", WORLD)
+@pytest.mark.parametrize("name", some_slow(WORLD, set(WORLD) - {"igh"}))
 def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     """Longitudes and latitudes are taken for the map's own; all images lie within the edge of the map."""
     found = to_cartopy(name)
@@ -56,7 +57,7 @@ def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     assert found.y_limits[0] < truth[:, 1].min() < truth[:, 1].max() < found.y_limits[1]
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", some_slow(PARTS, {"EPSG:3035", "EPSG:2263"}))
 def test_crs_have_their_own_coordinates(name: str) -> None:
     """In their own unit, easting first, within the area of use."""
     found = to_cartopy(name)
@@ -72,9 +73,9 @@ def test_crs_have_their_own_coordinates(name: str) -> None:
     ("name", "own", "share"),
     [
         ("robinson", "Robinson", 2e-3),
-        ("mollweide", "Mollweide", 2e-3),
-        ("equal-earth", "EqualEarth", 2e-3),
-        ("igh", "InterruptedGoodeHomolosine", 4e-3),
+        pytest.param("mollweide", "Mollweide", 2e-3, marks=pytest.mark.slow),
+        pytest.param("equal-earth", "EqualEarth", 2e-3, marks=pytest.mark.slow),
+        pytest.param("igh", "InterruptedGoodeHomolosine", 4e-3, marks=pytest.mark.slow),
     ],
 )
 def test_edges_are_those_of_cartopy(name: str, own: str, share: float) -> None:
@@ -93,6 +94,7 @@ def test_edge_around_a_region() -> None:
     np.testing.assert_allclose(found.bounds, np.array([west, east, south, north]) * degree, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_geometries_and_gridlines_are_drawn() -> None:
     """On an interrupted map no line runs from lobe to lobe: land has the area that it has on the ground."""
     found = to_cartopy("igh")
@@ -118,7 +120,15 @@ def test_copies() -> None:
     assert repr(found) == "<cartopy CRS of Robinson>"
 
 
-@pytest.mark.parametrize("projection", ["EPSG:2263", "mollweide", crs.Mollweide(), crs.PlateCarree(150.0)])
+@pytest.mark.parametrize(
+    "projection",
+    [
+        "EPSG:2263",
+        pytest.param("mollweide", marks=pytest.mark.slow),
+        pytest.param(crs.Mollweide(), marks=pytest.mark.slow),
+        crs.PlateCarree(150.0),
+    ],
+)
 def test_ellipses_are_on_their_places(projection: object) -> None:
     """Their middles are images of points, in the unit of the axes; the view stays as it was."""
     ours = isinstance(projection, str)
@@ -153,6 +163,7 @@ def test_ellipses_of_plate_carree() -> None:
         np.testing.assert_allclose((high - low) / 2.0, 1e5 / np.array(metres), rtol=2e-3)  # 72 vertices
 
 
+@pytest.mark.slow
 def test_heat_maps() -> None:
     """The colours of Mercator's angles: none; of its scale 1 / cos(lat) on the sphere, at the triangles' corners."""
     sphere = crs.Globe(ellipse=None, semimajor_axis=6371008.7714, semiminor_axis=6371008.7714)

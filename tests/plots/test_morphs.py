@@ -37,6 +37,7 @@ def test_both_ends_are_the_maps() -> None:
         np.testing.assert_allclose(found.at(share, found.vertices), track, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_nothing_is_turned_over_on_the_way() -> None:
     """Azimuthal maps that lie 150 degrees apart would fall into a point half way, were they not turned."""
     found = blend(f"+proj=stere +lat_0=90 +R={R}", f"+proj=aeqd +lat_0=90 +lon_0=150 +R={R}", "box:-180,30,180,89")
@@ -85,6 +86,7 @@ def test_cuts_close() -> None:
     assert rim > 0.9 * whole
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_film(tmp_path: Path) -> None:
     """There and back for ever, a rest at both ends, and small; progress is told."""

@@ -87,7 +87,7 @@ def test_scale_bar_is_as_long_as_it_says() -> None:
     assert {text.get_text() for text in labelled(figure, "scale bar")} == {"100 km"}
 
 
-@pytest.mark.parametrize("context", ["none", "coast", "borders"])
+@pytest.mark.parametrize("context", ["none", "coast", pytest.param("borders", marks=pytest.mark.slow)])
 @pytest.mark.usefixtures("few_cells")
 def test_less_is_shown_on_request(context: str) -> None:
     """Lines of the coast from "coast" on, of borders from "borders" on, cities only with all."""

@@ -75,6 +75,7 @@ def test_states_fit_together() -> None:
     assert not together.interiors
 
 
+@pytest.mark.slow
 def test_states_are_the_country() -> None:
     """The 48 and the capital are as large as their land in Natural Earth, which has the Great Lakes, too."""
     box = shapely.box(-126, 23, -66, 50)

@@ -42,7 +42,7 @@ def test_pieces_of_a_region_are_side_by_side(text: str) -> None:
         pytest.param("EPSG:3031", "country:AQ", marks=pytest.mark.slow),
         pytest.param("EPSG:6350", "country:US", marks=pytest.mark.slow),
         pytest.param("mercator", "country:NO@main", marks=pytest.mark.slow),
-        ("EPSG:2154", "cap:2.35,48.85,60"),
+        pytest.param("EPSG:2154", "cap:2.35,48.85,60", marks=pytest.mark.slow),
         ("EPSG:25832", "box:6,47,12,55"),
     ],
 )
@@ -108,8 +108,8 @@ def test_maps_that_come_round_again_show_one_sheet() -> None:
     assert 160.0 < np.mod(lon[seen], 360.0).min() < np.mod(lon[seen], 360.0).max() < 186.0
 
 
-@pytest.mark.parametrize("place", ["continent:Africa", "country:Indonesia"])
-@pytest.mark.parametrize("purpose", ["any", "conformal", "equal-area"])
+@pytest.mark.parametrize("place", [pytest.param("continent:Africa", marks=pytest.mark.slow), "country:Indonesia"])
+@pytest.mark.parametrize("purpose", ["any", "conformal", pytest.param("equal-area", marks=pytest.mark.slow)])
 def test_made_maps_cover_their_view_once(place, purpose) -> None:
     """Also conformal ones, which turn nothing over where they come round, and equal-area ones, which swell nothing."""
     entry = atlas(place)

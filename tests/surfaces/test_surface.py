@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import shapely
-from gis_files import some_slow
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.earth.natural_earth import coastlines
@@ -79,7 +78,8 @@ def test_triangles_cover_the_map_once(projection: str) -> None:
     assert area == pytest.approx(np.nansum(density * ground), rel=0.01)
 
 
-@pytest.mark.parametrize("projection", some_slow(SEAMED, set(SEAMED) - {"igh"}))
+@pytest.mark.slow
+@pytest.mark.parametrize("projection", SEAMED)
 def test_fewer_triangles_cover_the_same(projection: str) -> None:
     """Where one colour is enough, fans have the same border and the same area as the cells, and are far fewer."""
     surface = surface_of(projection, step=1.0)

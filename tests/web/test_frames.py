@@ -91,13 +91,13 @@ CASES = [
     pytest.param("winkel-tripel", "globe", 0.94, marks=pytest.mark.slow),
     pytest.param("mercator", "globe", 0.95, marks=pytest.mark.slow),
     pytest.param("stereographic@90,0", "globe", 0.95, marks=pytest.mark.slow),
-    ("mollweide+lon_0=100", "globe", 0.95),
+    pytest.param("mollweide+lon_0=100", "globe", 0.95, marks=pytest.mark.slow),
     pytest.param("ortho@30,100", "globe", 0.9, marks=pytest.mark.slow),
     pytest.param("isea", "globe", 0.2, marks=pytest.mark.slow),
     ("goode-homolosine", "globe", 0.8),
     ("EPSG:3035", "country:DE", 1.0),
     pytest.param("EPSG:2056", "country:CH", 1.0, marks=pytest.mark.slow),
-    ("EPSG:2048", "box:16,-35,22,-30", 1.0),
+    pytest.param("EPSG:2048", "box:16,-35,22,-30", 1.0, marks=pytest.mark.slow),
 ]
 
 

@@ -70,6 +70,7 @@ def test_features_in_a_crs(tmp_path):
         assert expected == pytest.approx(4e4, rel=1e-3)  # 200 km squared; the projection is equal-area
 
 
+@pytest.mark.slow
 def test_one_and_several():
     """Whatever `get_region` takes, to the last digit, alone or in a list."""
     third = projdist.Box(1 / 3, 0, 20, 10)
