@@ -41,7 +41,7 @@ class Ellipsoid:
     @property
     def is_earthly(self) -> bool:
         """Whether its size is that of a figure, or a sphere, for the Earth."""
-        return 6.35e6 < self.a < 6.40e6
+        return 6.35e6 < self.a < 6.45e6
 
     def is_close(self, other: Ellipsoid) -> bool:
         """Whether another is the same but for rounding: GRS 80 and WGS 84 differ by 1.6e-11 of f, 0.1 mm."""

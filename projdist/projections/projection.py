@@ -18,6 +18,7 @@ from projdist.projections.inputs import parse
 from projdist.projections.operations import CrsOperation, Function, Pipeline
 
 _FARTHEST = 1e10  # radii; the gnomonic map reaches as far. PROJ gives larger numbers beyond the reach of some maps
+_LARGEST_GLOBE = 100.0  # metres; the least figure of a body that PROJ knows, Itokawa, has 173
 _LONGEST_LABEL = 60  # characters
 
 
@@ -43,8 +44,14 @@ class Projection:
 
     @property
     def is_of_another_body(self) -> bool:
-        """Whether it is a CRS of a planet, a moon or the like; what is no CRS has no datum, whatever its size."""
-        return isinstance(self.function, CrsOperation) and not self.ellipsoid.is_earthly
+        """Whether its figure is that of a planet, a moon or the like.
+
+        That of a string may also be a globe's, a unit sphere, or the Earth's in kilometres.
+        """
+        if self.ellipsoid.is_earthly:
+            return False
+        in_metres = self.ellipsoid.a > _LARGEST_GLOBE and not Ellipsoid(1000.0 * self.ellipsoid.a).is_earthly
+        return isinstance(self.function, CrsOperation) or in_metres
 
     @property
     def answers_everywhere(self) -> bool:

@@ -254,3 +254,15 @@ def test_unprojected_gives_greenwich_degrees():
     """What a CRS from Paris in grads is unprojected to is degrees from Greenwich."""
     lon, lat = unprojected("EPSG:27572", *Projection.from_user_input("EPSG:27572")([5.0], [45.0]))
     np.testing.assert_allclose((lon[0], lat[0]), (5.0, 45.0), atol=1e-11)
+
+
+def test_strings_with_the_figure_of_a_body_are_of_it() -> None:
+    """All spheres of the IAU's bodies but the Earth; a string's may be the Earth's in kilometres, or a globe's."""
+    infos = query_crs_info(auth_name="IAU_2015", pj_types=["GEOGRAPHIC_2D_CRS"])
+    codes = [info.code for info in infos if not info.name.startswith("Earth")]
+    radii = {CRS.from_authority("IAU_2015", code).ellipsoid.semi_major_metre for code in codes}
+    assert len(radii) > 50
+    for radius in radii:
+        assert Projection.from_user_input(f"+proj=moll +R={radius}").is_of_another_body
+    for radius in (1.0, 12.7, 6371.0, 6378.137, 6370997.0, 6371000.0, 6400000.0):
+        assert not Projection.from_user_input(f"+proj=moll +R={radius}").is_of_another_body

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import projdist
-from projdist.projections import Projection, tunable
+from projdist.projections import Projection, tunable, tuned
 from projdist.web.live.previews import Previewer
 
 CASES = [
@@ -91,8 +91,14 @@ def test_nothing_of_a_region_is_said() -> None:
         Previewer().frame(Projection.from_user_input("+proj=ortho +lat_0=90 +R=6371000"), "cap:0,-80,500", None)
 
 
-def test_other_bodies_have_no_coasts_of_the_earth() -> None:
+# Of Mars, of the Moon and of Phobos, as they are and dragged, and strings with the figure of a body.
+@pytest.mark.parametrize("given", ["IAU_2015:49911", "ESRI:103881", "IAU_2015:40110", "+proj=moll +R=1737400"])
+@pytest.mark.parametrize("centre", [None, (20.0, 10.0)])
+def test_other_bodies_have_no_coasts_of_the_earth(given: str, centre: tuple[float, float] | None) -> None:
     """But a graticule."""
-    _, arrays = Previewer().frame(Projection.from_user_input("IAU_2015:49911"), "globe", None)
+    projection = Projection.from_user_input(given) if centre is None else tuned(given, {}, centre)
+    # The page asks for the picture by the words that it was told.
+    projection = Projection.from_user_input(projection.definition)
+    _, arrays = Previewer().frame(projection, "globe", centre)
     assert (arrays["coastSizes"].size, arrays["coast"].size) == (0, 0)
     assert arrays["graticuleSizes"].size
