@@ -1,15 +1,18 @@
 """Registered clouds against the affine maps they were made with, and the laws of affine fits and of the MDT."""
 
 import json
+import math
 
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.stats
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from projdist.applications.pointclouds import FRAMES, affine_fit, icp, register
+from projdist.applications.pointclouds.false_alarms import log_false_alarms
 from projdist.applications.pointclouds.groupwise import consensus
 
 CASES = given(seed=st.integers(0, 2**32 - 1), n=st.sampled_from([2, 3, 5]))
@@ -451,6 +454,51 @@ def test_icp_with_parts_and_noise():
     found = register(clouds, correspond="icp", frame="first")
     np.testing.assert_allclose(found.matrices, B[0] @ np.linalg.inv(B), atol=0.01)
     assert abs(np.linalg.slogdet(found.matrices @ B)[1] - np.linalg.slogdet(B[0])[1]).max() < 0.01
+
+
+@pytest.mark.parametrize("fine", [1e-9, 1e-3])
+@pytest.mark.parametrize(("n", "missing"), [(2, 0), (3, 10)])
+def test_icp_where_half_of_the_points_are_nearly_exact(n, missing, fine):
+    """The other half is off by a tenth of the clouds' size; they are turned by any angle, and some points strange."""
+    rng = np.random.default_rng(n)
+    sigma = np.where(np.arange(100) < 50, fine, 0.1)[:, None]
+    hits = 0
+    for _ in range(5):
+        z = rng.uniform(-1.0, 1.0, size=(100, n)) * np.linspace(1.0, 0.7, n)
+        A = scipy.stats.special_ortho_group.rvs(n, random_state=rng) @ (np.eye(n) + 0.1 * rng.normal(size=(n, n)))
+        first, second = (
+            np.concatenate([(z + sigma * rng.normal(size=z.shape))[rows], rng.uniform(-1.2, 1.2, size=(missing, n))])
+            for rows in (rng.permutation(100)[missing:] for _ in range(2))
+        )
+        found = register([first, second @ A.T], correspond="icp", frame="first")
+        # What is nearly exact has the say, as the others are no partners: beyond four median distances.
+        hits += np.abs(found.matrices[1] @ A - np.eye(n)).max() < 0.1
+    assert hits == 5
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_false_alarms(n):
+    """They are those of the definition, counted in whole numbers, and at random there are hardly any."""
+    rng = np.random.default_rng(n)
+    points = rng.uniform(size=(40, n))
+    apart = icp._spacing(points)
+    distances = np.linalg.norm(points[:, None] - points, axis=2)
+    assert apart == pytest.approx(np.median(np.sort(distances)[:, 1]), rel=1e-12)
+    assert icp._spacing(np.repeat(points, 3, axis=0)) == pytest.approx(apart, rel=1e-12)
+    near = np.sort(rng.uniform(size=40)) ** 2 * apart
+    alarms = [
+        (39 - n) * math.comb(40, k) * (1 - 2 ** -((near[k - 1] / apart) ** n)) ** (k - n - 1) for k in range(n + 2, 41)
+    ]
+    assert log_false_alarms(rng.permutation(near), apart, n) == pytest.approx(math.log(min(alarms)), rel=1e-12)
+    assert log_false_alarms(near[: n + 1], apart, n) == math.inf
+    by_chance = []
+    for _ in range(300):
+        cloud, other = rng.uniform(size=(2, 40, n))
+        by_chance.append(
+            log_false_alarms(np.linalg.norm(cloud[:, None] - other, axis=2).min(axis=0), icp._spacing(other), n)
+        )
+    # Less than a false alarm in a hundred, on average, is to be met in about three of 300.
+    assert np.sum(np.array(by_chance) < np.log(0.01)) <= 10
 
 
 def test_icp_of_what_is_flat():
