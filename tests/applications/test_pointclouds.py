@@ -491,6 +491,9 @@ def test_false_alarms(n):
     ]
     assert log_false_alarms(rng.permutation(near), apart, n) == pytest.approx(math.log(min(alarms)), rel=1e-12)
     assert log_false_alarms(near[: n + 1], apart, n) == math.inf
+    # In many dimensions volumes are small and great beyond what a float holds.
+    assert log_false_alarms(np.full(203, 1e-9), 1.0, 200) < -700.0
+    assert log_false_alarms(np.full(203, 1e9), 1.0, 200) == pytest.approx(math.log(2), rel=1e-12)
     by_chance = []
     for _ in range(300):
         cloud, other = rng.uniform(size=(2, 40, n))

@@ -15,6 +15,7 @@ from projdist._typing import FloatArray
 __all__ = ["log_false_alarms"]
 
 _EXACT = 1e-6  # of the spacing: what is nearer is no better proof
+_SHARES = -700.0, 5.0  # logarithms of the volumes around points: what is less or more rounds to chances of 0 or 1
 
 
 def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
@@ -28,8 +29,8 @@ def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
     k = np.arange(least + 1, len(near) + 1)
     if not k.size:
         return np.inf
-    share = np.maximum(near[least:] / apart, _EXACT)
-    chance = -np.expm1(-np.log(2.0) * share**n)
+    shares = np.exp(np.clip(n * np.log(np.maximum(near[least:] / apart, _EXACT)), *_SHARES))
+    chance = -np.expm1(-np.log(2.0) * shares)
     factorials = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, len(near) + 1)))])
     choices = factorials[-1] - factorials[k] - factorials[len(near) - k]
     return float(np.log(len(k)) + np.min(choices + (k - least) * np.log(chance)))
