@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -30,10 +30,10 @@ from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
 from projdist.cli.progress import working
 from projdist.cli.report import Column, Report, Table
-from projdist.support import tell
 
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
 DRAWN_MEASURES = ("fisher", "areal_scale")
+_USUAL = 4  # panels, if none is named
 _SHOWN = 20  # names in a line
 
 
@@ -100,6 +100,39 @@ def oldmap_command(
 ) -> None:
     """Measure the distortion of an old map by control points, or of several and what they have in common."""
     form = format_of(format)
+    fitted = _fitting(crs, model=model, smoothing=smoothing, outliers=outliers, scan_dpi=scan_dpi)
+    drawn: dict[str, Any] = {"draw": draw, "measure": None if measure == "fisher" else measure}
+    pictured = {f"--{name}": value for name, value in (drawn | {"size": size, "dpi": dpi}).items()} | look_options(look)
+    if len(points) > 1:
+        refuse_for_several({"--output": output, "--image": image, "--resolution": resolution} | pictured)
+        present(_compared(points, fitted, by or "mdt"), form)
+        return
+    panels = _panels(draw, measure)
+    written: OldMapFile | PictureFile | None
+    if _is_for_gis(output):
+        check_layer_options(Path(str(output)), pictured)
+        written = OldMapFile(str(output), image=image, by=by, resolution=resolution, crs=crs, overwrite=overwrite)
+    else:
+        _refuse_without_layers({"--by": by, "--resolution": resolution})
+        beside = (*SHEETS, *LAYERS)
+        drawn |= {"image": image}
+        written = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=beside, **drawn)
+    with refusing():
+        found = fitted(points[0])
+    if isinstance(written, OldMapFile):
+        written.save(found)
+    elif written is not None:
+        written.save(functools.partial(plots.old_map_figure, found, draw=panels, measure=measure, image=image))
+    present(_report(found, points[0], written), form)
+
+
+# ---- what is asked for ----------------------------------------------------------------------
+
+
+def _fitting(
+    crs: str | None, *, model: str, smoothing: str | None, outliers: str, scan_dpi: str | None
+) -> Callable[[str], OldMap]:
+    """What makes of a file of control points an old map; wrong words end the command."""
     choice("model", model, list(MODELS))
     choice("outliers", outliers, list(OUTLIERS))
     options: dict[str, Any] = {
@@ -108,44 +141,35 @@ def oldmap_command(
         "outliers": outliers,
         "dots_per_inch": None if scan_dpi is None else number("scan dpi", scan_dpi, 1.0, 1e5),
     }
-    drawn: dict[str, Any] = {"draw": draw, "measure": None if measure == "fisher" else measure}
-    if len(points) > 1:
-        alone = drawn | {"output": output, "image": image, "resolution": resolution, "size": size, "dpi": dpi}
-        refuse_for_several({f"--{name}": value for name, value in alone.items()} | look_options(look))
-        with refusing(), working("Fitting"):
-            maps = [old_map(read_control_points(one, crs=crs), **options) for one in points]
-            report = several_report(points, maps, by or "mdt")
-        present(report, form)
-        return
+    return lambda points: old_map(read_control_points(points, crs=crs), **options)
+
+
+def _panels(draw: Sequence[str] | None, measure: str) -> Sequence[str]:
+    """The panels to draw, the first ones if none is named; wrong words end the command."""
     choice("measure", measure, list(DRAWN_MEASURES))
     panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
-    suffix = "" if output is None else Path(output).suffix.lower()
-    file = picture = None
-    if suffix in (*SHEETS, *LAYERS):
-        of_pictures = {f"--{name}": value for name, value in (drawn | {"size": size, "dpi": dpi}).items()}
-        check_layer_options(Path(str(output)), of_pictures | look_options(look))
-        file = OldMapFile(str(output), image=image, by=by, resolution=resolution, crs=crs, overwrite=overwrite)
-    else:
-        for name, value in (("by", by), ("resolution", resolution)):
-            if value is not None:
-                refuse(f"Invalid option '--{name}'. It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
-        beside = (*SHEETS, *LAYERS)
-        drawn |= {"image": image}
-        picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=beside, **drawn)
-    with refusing():
-        found = old_map(read_control_points(points[0], crs=crs), **options)
-    if picture is not None:
-        _draw(found, picture, panels=panels or PANELS[:4], measure=measure, image=image)
-    if file is not None:
-        file.save(found)
-    present(_report(found, points[0], file or picture), form)
-    if file is not None and crs is None:
-        tell(f"'{file.path}' has no CRS, but metres of a plane without a name; --crs states it.")
+    return panels or PANELS[:_USUAL]
 
 
-def _draw(found: OldMap, picture: PictureFile, *, panels: Any, measure: str, image: str | None) -> None:
-    """The panels on the old map."""
-    picture.save(functools.partial(plots.old_map_figure, found, draw=panels, measure=measure, image=image))
+def _is_for_gis(output: str | None) -> bool:
+    """Whether it is a sheet or layers, and no picture."""
+    return output is not None and Path(output).suffix.lower() in (*SHEETS, *LAYERS)
+
+
+def _refuse_without_layers(given: Mapping[str, str | None]) -> None:
+    """Refuse options of sheets and layers where none is written."""
+    for name, value in given.items():
+        if value is not None:
+            refuse(f"Invalid option '{name}'. It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
+
+
+# ---- what is printed ------------------------------------------------------------------------
+
+
+def _compared(points: Sequence[str], fitted: Callable[[str], OldMap], by: str) -> Report:
+    """Of several maps."""
+    with refusing(), working("Fitting"):
+        return several_report(points, [fitted(one) for one in points], by)
 
 
 def _report(found: OldMap, given: str, written: PictureFile | OldMapFile | None) -> Report:

@@ -11,6 +11,7 @@ from projdist.cli.layers import check_libraries
 from projdist.cli.options import choice, file_of_kind, number
 from projdist.cli.output import drawing
 from projdist.cli.progress import working
+from projdist.support import tell
 
 SHEETS = (".tif", ".tiff")
 LAYERS = (".gpkg",)
@@ -48,7 +49,7 @@ class OldMapFile:
         check_libraries(self.path)
 
     def save(self, found: OldMap) -> None:
-        """Write the file; what cannot be done ends the command."""
+        """Write the file, and tell where it has no CRS; what cannot be done ends the command."""
         with drawing(self.path), working("Drawing"):
             if self._is_sheet:
                 sheet = rectify(found, self._image, by=self._by, resolution=self._resolution)
@@ -56,3 +57,5 @@ class OldMapFile:
             else:
                 layers = gis.old_map_layers(found, by=self._by, crs=self._crs)
                 gis.save_layers(layers, self.path, overwrite=self._overwrite)
+        if self._crs is None:
+            tell(f"'{self.path}' has no CRS, but metres of a plane without a name; --crs states it.")
