@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from pyproj import Proj
 
 from projdist.answers.point_factors import factors
 from projdist.answers.summaries import summarize
+from projdist.field import interpolant, jacobian, jacobian_grid
 from projdist.matrices.distortions import principal_scales
 from projdist.projections import Projection
 from projdist.projections.operations import Pipeline
@@ -268,7 +270,44 @@ def units() -> None:
         )
 
 
-TABLES = {"globe": globe, "points": points, "rasters": rasters, "units": units}
+# ---- (e) where interpolants would serve ---------------------------------------------------
+
+
+def interpolants() -> None:
+    table(
+        "A new interpolant and its values, over what serves the same points: processor time",
+        *("map", "10,000 points, over jacobian", "a million", "a raster of a million, over jacobian_grid"),
+    )
+    few = np.meshgrid(np.linspace(-179, 179, 140), np.linspace(-88, 88, 72))
+    lon, lat = np.linspace(-175, 175, 1414), np.linspace(-85, 85, 708)
+    many = np.meshgrid(lon, lat)
+    for name in ("moll", "robin", "wintri", "merc", "eqearth", "igh", "laea"):
+        projection = Projection.from_user_input(definition(name))
+        pairs = [
+            (partial(_interpolated, projection, few), partial(jacobian, projection, *few)),
+            (partial(_interpolated, projection, many), partial(jacobian, projection, *many)),
+            (partial(_interpolated, projection, many), partial(jacobian_grid, projection, lon, lat)),
+        ]
+        row(name, *(f"{statistics.median(process_ratios(*pair)):.2f}" for pair in pairs))
+
+
+def _interpolated(projection: Projection, places: list[np.ndarray]) -> object:
+    west, east = float(places[0].min()), float(places[0].max())
+    return interpolant(projection, (west, float(places[1].min()), east, float(places[1].max())))(*places)
+
+
+def process_ratios(ours: Callable[[], object], theirs: Callable[[], object]) -> list[float]:
+    """Ratios of processor times of runs in turn, after one of each."""
+    return [processor_seconds(ours) / processor_seconds(theirs) for _ in range(RUNS + 1)][1:]
+
+
+def processor_seconds(function: Callable[[], object]) -> float:
+    start = time.process_time()
+    function()
+    return time.process_time() - start
+
+
+TABLES = {"globe": globe, "points": points, "rasters": rasters, "units": units, "interpolants": interpolants}
 
 if __name__ == "__main__":
     for chosen in sys.argv[1:] or TABLES:
