@@ -262,5 +262,8 @@ def test_weights_of_points_without_weighted_partners(tmp_path: Path) -> None:
         assert column_weights(clouds, "quality", "id")[2].tolist() == pytest.approx([10 / 3, 4, 6, 3, 2, 2])
     with pytest.warns(UserWarning, match="the points there weigh as the others do on average"):
         assert column_weights(clouds, "quality", "icp")[2].tolist() == pytest.approx([10 / 3] * 6)
+    wrong = with_weights(tmp_path / "d.csv", points[:4], list("abcd"), [1, -1, 2, 3])
+    said = f"projdist: Invalid weights of cloud '{wrong}'. That of point 2 is -1; it must be finite and not negative.\n"
+    assert run(files[2], wrong, "--weights", "quality") == (2, "", said)
     with pytest.warns(UserWarning, match="No column 'quality' in 4 of 6 clouds: "):
         column_weights([*clouds, *clouds[2:] * 3], "quality", "id")

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import FloatArray
+from projdist.applications.pointclouds.affine import checked_weights
 from projdist.applications.pointclouds.files import CloudFile
 from projdist.support import is_number, listed, number_of, numbered_rows, tell
 
@@ -61,7 +62,7 @@ def read_weights(path: str | os.PathLike[str]) -> WeightsFile:
 
 
 def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) -> list[FloatArray]:
-    """Of each cloud, by its column, which one of them must have; raises ValueError.
+    """Of each cloud, by its column, which one of them must have; raises ValueError, for wrong numbers, too.
 
     A point of a cloud without the column weighs as its partners do on average, and as all points do where no partner
     has a weight or nobody knows which it is: whatever the numbers' unit. That is told.
@@ -72,6 +73,10 @@ def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) ->
         raise ValueError(f"Invalid weights '{column}'. No cloud has such a column{there}.")
     if len(numbers) == len(clouds):
         return numbers
+    for cloud in clouds:
+        if cloud.weights is not None:
+            missing = np.asarray(np.isnan(cloud.points).all(axis=1))
+            checked_weights(cloud.weights, missing, f"Invalid weights of cloud '{cloud.path}'.")
     _tell_of_lacking(clouds, column, correspond)
     marks = [_marks(cloud, correspond) for cloud in clouds]
     known = _mean_weights(clouds, marks)
