@@ -15,7 +15,7 @@ from projdist.cli.cells import fixed
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.layers import check_layer_options
 from projdist.cli.oldmap_files import LAYERS, SHEETS, OldMapFile
-from projdist.cli.oldmaps import refuse_for_several, several_report
+from projdist.cli.oldmaps import refuse_for_several, refuse_twice, several_report
 from projdist.cli.options import (
     DpiOption,
     FormatOption,
@@ -105,6 +105,7 @@ def oldmap_command(
     pictured = {f"--{name}": value for name, value in (drawn | {"size": size, "dpi": dpi}).items()} | look_options(look)
     if len(points) > 1:
         refuse_for_several({"--output": output, "--image": image, "--resolution": resolution} | pictured)
+        refuse_twice(points)
         present(_compared(points, fitted, by or "mdt"), form)
         return
     panels = _panels(draw, measure)

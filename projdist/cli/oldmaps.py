@@ -25,6 +25,13 @@ def refuse_for_several(given: Mapping[str, Any]) -> None:
             refuse(f"Invalid option '{name}' for several maps. It is for one.")
 
 
+def refuse_twice(given: Sequence[str]) -> None:
+    """Refuse a file that is given twice: with itself a map has everything in common."""
+    for name in given:
+        if given.count(name) > 1:
+            refuse(f"Invalid points file '{name}'. It must be given once.")
+
+
 def several_report(given: Sequence[str], maps: Sequence[OldMap], by: str) -> Report:
     """A row for each map after its rectification, and one for the mean of all."""
     data = _measured(given, maps, by)

@@ -270,6 +270,12 @@ def test_what_is_of_one_map(sheets, words, message):
     assert message in err
 
 
+def test_a_map_is_given_once(sheets):
+    """With itself it would have everything in common."""
+    code, out, err = run(*sheets, sheets[1])
+    assert (code, out, err) == (2, "", f"projdist: Invalid points file '{sheets[1]}'. It must be given once.\n")
+
+
 @pytest.mark.slow
 def test_maps_without_distortion(sheets, tmp_path):
     """Of two affine maps rounding is no share of anything."""
