@@ -152,6 +152,8 @@ export class MapView {
     if (this.frame.coast) stroke("coast", "coast", 0.7, true);
     if (this.frame.borders) stroke("borders", "coast", 0.5, true);
     stroke("border", "coast", 1.2, true);
+    // Half of it lies outside, over the steps of pixels.
+    context.globalCompositeOperation = "source-over";
     stroke("outline", "outline", 1);
     if (this.frame.marks) {
       stroke("marks", "mark", 1.5, true);

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.projections import Projection
 from projdist.regions import Place
 from projdist.surfaces import normalised
 from projdist.web.frames import Arrays, four_numbers
+from projdist.web.live.cut_cells import CutCells, cut_cells
 from projdist.web.live.sketches import Sketch, sketch_of
 
 _DIGITS = re.compile(r"[-+]?\d[\d.eE+-]*")
@@ -23,10 +24,13 @@ _STEPS = 65535
 _MARGIN = 0.01  # of a map's larger side
 _ERROR = 15  # in tenths of a decimal exponent: three per cent
 _EARTHLY = frozenset({"coast", "borders", "land"})
-_JUMP = 6.0  # times as long as a neighbour, an edge of a cell is torn
+_JUMP, _PEAK = 6.0, 2.0  # times as long as a neighbour, or as both, an edge of a cell is torn
 _NEAR = 1e-2  # of that, the two sides of a cut are one line
 _LONGEST = 0.08  # of a map's size: longer steps of lines are torn
 _LARGE, _CORE, _FAR = 12.0, 0.9, 1.35  # as surfaces have it for maps that run off to infinity
+_DIRECTIONS = 72
+_HALVINGS = 6
+_LOWEST = -50.0  # of logarithms: that of 0 makes no edge
 _MOST_HIDDEN = 0.1  # of a region, beside which scales grow beyond any step: else there is no rough figure
 _KINDS = 500  # of maps, whose turns are kept
 _AROUND, _NARROWEST = 0.05, 0.5
@@ -88,7 +92,8 @@ class _Picture:
         self.line_x, self.line_y = x[nodes:], y[nodes:]
         self.v, self.lat = v, lat  # of the grid, and of the Earth
         self._differ()
-        self.four, self.mirrored, self.shown = self._fields()
+        self.four, self.mirrored, self.level = self._fields()
+        self.shown = self.level <= 0.0
 
     @property
     def badness(self) -> float:
@@ -104,13 +109,17 @@ class _Picture:
         self.along_u = _at_nodes(across / steps_u, whole_u) / np.cos(np.radians(self.v))
         self.along_v = _at_nodes((up / steps_v[:, None]).T, whole_v.T).T
         self.whole = whole_u[:-1] & whole_u[1:] & whole_v[:, :-1] & whole_v[:, 1:]
+        # A cell that reaches beyond the map's end is not torn.
+        whole_u, whole_v = whole_u | np.isnan(across), whole_v | np.isnan(up)
+        self.joined = whole_u[:-1] & whole_u[1:] & whole_v[:, :-1] & whole_v[:, 1:]
 
     def frame(self) -> tuple[dict[str, Any], Arrays]:
         """The header and the arrays."""
-        four, shown = self.four, self.shown
-        view = self._view(shown)
+        shown = self.shown
+        edge = self._edge()
+        view = self._view(edge)
         grid = _Grid.about(view)
-        lines = self._lines(grid, view)
+        lines = self._lines(grid, view, edge)
         whole = np.zeros(self.shape, dtype=bool)
         whole[:-1, :-1] = self.whole & shown[:-1, :-1] & shown[1:, :-1] & shown[:-1, 1:] & shown[1:, 1:]
         header = {
@@ -126,25 +135,52 @@ class _Picture:
             "preview": True,
             "about": None if self.sketch.partial or self._hidden > _MOST_HIDDEN else self._about(),
         }
-        none = np.empty(0, dtype=np.float32)
         arrays: Arrays = {
             "u": self.u,
             "v": self.sketch.v,
-            "fields": four.T.astype(np.float32),
-            "x": grid.steps(self.x.ravel(), grid.west),
-            "y": grid.steps(self.y.ravel(), grid.south),
-            "imageU": none,
-            "imageV": none,
+            "fields": np.concatenate([self.four, edge.four]).T.astype(np.float32),
+            "x": grid.steps(np.append(self.x, edge.x), grid.west),
+            "y": grid.steps(np.append(self.y, edge.y), grid.south),
+            "imageU": edge.u.astype(np.float32),
+            "imageV": edge.v.astype(np.float32),
             "whole": np.packbits(whole),
             "cubic": np.zeros((whole.size + 7) // 8, dtype=np.uint8),
             "error": np.full(self.shape, _ERROR, dtype=np.uint8),
-            "cut": np.empty(0, dtype=np.uint32),
-            "cutSizes": np.empty(0, dtype=np.uint8),
+            **_packed_polygons(edge.cells),
         }
         return header, arrays | lines
 
-    def _fields(self) -> tuple[FloatArray, bool, BoolArray]:
-        """The four numbers at the nodes, whether the map mirrors, and which nodes are shown."""
+    def _edge(self) -> _Edge:
+        """Where what is shown ends in a cell: half of the cell at the edge would be seen as a tooth."""
+        cells = cut_cells(np.where(np.isnan(self.level), 1.0, self.level), self.joined)
+        near, far = cells.ends.T
+        u, v = self._between(near, far, self._reached(cells))
+        x, y = self.projection(*_normal(_geographic(self.axes, u, v)))
+        steps = np.where(np.isnan(self.level.ravel()[far])[:, None], 0.0, self.four[far] - self.four[near])
+        steps[:, 1] -= 2.0 * np.pi * np.round(steps[:, 1] / (2.0 * np.pi))
+        return _Edge(cells, u, v, x, y, self.four[near] + cells.share[:, None] * steps)
+
+    def _reached(self, cells: CutCells) -> FloatArray:
+        """How far from nodes that are shown the edge lies: where the map ends, by halving."""
+        near, far = cells.ends.T
+        lost = np.isnan(self.x.ravel()[far])
+        low, high = np.zeros(lost.sum()), np.ones(lost.sum())
+        for _ in range(_HALVINGS if lost.any() else 0):
+            middle = 0.5 * (low + high)
+            u, v = self._between(near[lost], far[lost], middle)
+            there = np.isfinite(self.projection(*_normal(_geographic(self.axes, u, v)))[0])
+            low, high = np.where(there, middle, low), np.where(there, high, middle)
+        share = cells.share.copy()
+        share[lost] = low
+        return share
+
+    def _between(self, near: IntArray, far: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Grid coordinates at shares of the way from nodes to others."""
+        u, v = np.broadcast_to(self.u, self.shape).ravel(), self.v.ravel()
+        return u[near] + share * (u[far] - u[near]), v[near] + share * (v[far] - v[near])
+
+    def _fields(self) -> tuple[FloatArray, bool, FloatArray]:
+        """The four numbers at the nodes, whether the map mirrors, and a level that is above 0 where none is shown."""
         lon_part, lat_part = self.along_u, self.along_v
         if self.turned is not None:
             east, north = self.turned
@@ -165,8 +201,8 @@ class _Picture:
             four = four_numbers(J.reshape(-1, 2, 2), mirrored)
         return four, mirrored, self._near(four, valid)
 
-    def _near(self, four: FloatArray, valid: BoolArray) -> BoolArray:
-        """Which nodes are shown: those that do not run off to infinity."""
+    def _near(self, four: FloatArray, valid: BoolArray) -> FloatArray:
+        """A level that is above 0 where the map runs off to infinity, NaN where there is none."""
         p, ratio = np.exp(four[:, 0]), np.hypot(four[:, 2], four[:, 3])
         a = np.where(valid, (p * (1.0 + ratio)).reshape(self.shape), np.nan)
         b = (p * np.abs(1.0 - ratio)).reshape(self.shape)
@@ -175,14 +211,14 @@ class _Picture:
             raise ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
         limit = _LARGE * float(np.partition(a[wanted], wanted.sum() // 20)[wanted.sum() // 20])
         small = wanted & (a <= limit)
-        x, y = self.x[small], self.y[small]
-        centre = 0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())
-        half = 0.5 * np.ptp(x), 0.5 * np.ptp(y)
-        away = np.maximum(np.abs(self.x - centre[0]) / half[0], np.abs(self.y - centre[1]) / half[1])
-        flat = b > 2.0 * float(np.median(b[small]))
-        return np.asarray(valid & ~((a > limit) & (away > _CORE) & (flat | (away > _FAR))))
+        away = _away(self.x + 1j * self.y, small)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            flat = np.log(b / (2.0 * float(np.median(b[small]))))
+            far = np.maximum(flat, np.log(away / _FAR))
+            level = np.minimum(np.minimum(np.log(a / limit), np.log(away / _CORE)), far)
+        return np.where(valid, np.maximum(level, _LOWEST), np.nan)
 
-    def _view(self, shown: BoolArray) -> list[float]:
+    def _view(self, edge: _Edge) -> list[float]:
         """The frame of the picture."""
         if self.sketch.regional:
             x, y = self._line("region", self.line_x), self._line("region", self.line_y)
@@ -190,14 +226,14 @@ class _Picture:
             if not good.any():
                 raise ValueError(f"Invalid region for '{self.projection.name}'. No part of it can be projected.")
             return _frame_of_part(x[good], y[good])
-        x, y = self.x[shown], self.y[shown]
+        x, y = np.append(self.x[self.shown], edge.x), np.append(self.y[self.shown], edge.y)
         margin = _MARGIN * max(np.ptp(x), np.ptp(y))
         return [float(value) for value in (x.min() - margin, x.max() + margin, y.min() - margin, y.max() + margin)]
 
     def _line(self, name: str, values: FloatArray) -> FloatArray:
         return values[self.sketch.lines.where[name]]
 
-    def _lines(self, grid: _Grid, view: list[float]) -> Arrays:
+    def _lines(self, grid: _Grid, view: list[float], edge: _Edge) -> Arrays:
         """All lines and areas in steps of the grid."""
         longest = _LONGEST * max(view[1] - view[0], view[3] - view[2])
         found: Arrays = {}
@@ -207,7 +243,7 @@ class _Picture:
             x, y, line = self.line_x[part], self.line_y[part], self.sketch.lines.line[part]
             points, sizes = _pieces(grid, x, y, line, longest, closed=name in self.sketch.lines.areas)
             found |= {name: points, f"{name}Sizes": sizes}
-        outline = [] if self.sketch.regional else self._edges(longest)
+        outline = [] if self.sketch.regional else [*self._edges(longest), *edge.sides]
         empty = np.empty(0)
         x, y = (np.concatenate([empty, *parts]) for parts in ([z.real for z in outline], [z.imag for z in outline]))
         line = np.repeat(np.arange(len(outline)), [z.size for z in outline])
@@ -239,6 +275,45 @@ class _Picture:
         return {"airy_kavrayskiy": raw**0.5, "airy_kavrayskiy_scaled": max(raw - 0.5 * shift**2, 0.0) ** 0.5}
 
 
+def _away(z: Any, usual: BoolArray) -> FloatArray:
+    """How far from the middle of usual places others lie, in parts of how far these reach in the same direction."""
+    z = np.where(np.isfinite(z), z - z[usual].mean(), 0.0)
+    turn, length = _DIRECTIONS * (np.angle(z) / (2.0 * np.pi) + 0.5), np.abs(z)
+    reach = np.zeros(_DIRECTIONS)
+    np.maximum.at(reach, turn[usual].astype(int) % _DIRECTIONS, length[usual])
+    reach = np.maximum(reach, np.maximum(np.roll(reach, 1), np.roll(reach, -1)))
+    seen = np.flatnonzero(reach)
+    return np.asarray(length / np.interp(turn, seen + 0.5, reach[seen], period=_DIRECTIONS))
+
+
+@dataclass(frozen=True)
+class _Edge:
+    """The cells where what is shown ends, and the points there: on the grid, on the map, and their four numbers."""
+
+    cells: CutCells
+    u: FloatArray
+    v: FloatArray
+    x: FloatArray
+    y: FloatArray
+    four: FloatArray
+
+    @property
+    def sides(self) -> Any:
+        """The steps of the map's outline there (l, 2)."""
+        return (self.x + 1j * self.y)[self.cells.sides]
+
+
+def _packed_polygons(cells: CutCells) -> Arrays:
+    """Polygons as frames have them, with the errors of their triangles."""
+    sizes = [len(polygon) for group in cells.polygons for polygon in group]
+    vertices = np.concatenate([np.empty(0, dtype=int), *(group.ravel() for group in cells.polygons)])
+    return {
+        "cut": vertices.astype(np.uint32),
+        "cutSizes": np.array(sizes, dtype=np.uint8),
+        "cutError": np.full(sum(sizes) - 2 * len(sizes), _ERROR, dtype=np.uint8),
+    }
+
+
 def _geographic(
     axes: FloatArray | None, u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray] | None]:
@@ -256,11 +331,20 @@ def _geographic(
     return lon, lat, (cos, sin)
 
 
+def _normal(place: tuple[FloatArray, FloatArray, Any]) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes as maps take them."""
+    return normalised(place[0]), place[1]
+
+
 def _untorn(length: FloatArray) -> BoolArray:
-    """Which of the edges in rows (n, m) are whole: defined, and not many times as long as one beside them."""
+    """Which of the edges in rows (n, m) are whole: defined, and not many times as long as those beside them.
+
+    Towards infinity edges are longer than the one, beside a narrow gap longer than both.
+    """
     padded = np.pad(np.nan_to_num(length, nan=np.inf), ((0, 0), (1, 1)), constant_values=np.inf)
-    beside = np.minimum(padded[:, :-2], padded[:, 2:])
-    return np.asarray(np.isfinite(length) & ~(length > _JUMP * beside))
+    before, after = padded[:, :-2], padded[:, 2:]
+    longest = np.minimum(_JUMP * np.minimum(before, after), _PEAK * np.maximum(before, after))
+    return np.asarray(np.isfinite(length) & ~(length > longest))
 
 
 def _at_nodes(slopes: Any, whole: BoolArray) -> Any:

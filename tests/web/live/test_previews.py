@@ -102,3 +102,15 @@ def test_other_bodies_have_no_coasts_of_the_earth(given: str, centre: tuple[floa
     _, arrays = Previewer().frame(projection, "globe", centre)
     assert (arrays["coastSizes"].size, arrays["coast"].size) == (0, 0)
     assert arrays["graticuleSizes"].size
+
+
+def test_maps_without_an_end_are_cut_evenly() -> None:
+    """An oblique Mercator map of a sphere runs off up and down, where equal scales are straight lines."""
+    given = "+proj=merc +R=6371000"
+    header, arrays = Previewer().frame(tuned(given, {}, (20.0, 30.0)), "globe", (20.0, 30.0))
+    y = header["grid"][1] + header["grid"][2] * arrays["y"][-arrays["imageU"].size :].astype(float)
+    assert y.size >= 40
+    for side in (y[y > 0.0], y[y < 0.0]):
+        assert np.ptp(side) < 0.03 * (header["view"][3] - header["view"][2])
+    triangles = arrays["cutSizes"].sum() - 2 * arrays["cutSizes"].size
+    assert arrays["cutError"].size == triangles >= 40
