@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,10 @@ class CountryPart:
     state: str = ""
     middle: tuple[float, float] | None = None
 
+    def is_elsewhere(self, extents: Sequence[str]) -> bool:
+        """Whether an area of use is that of other states."""
+        return bool(self.state) and any(set(words_in(name)) & _states() - {self.state} for name in extents[:1])
+
     def has(self, record: CrsRecord, extents: Sequence[str]) -> bool:
         """Whether an area of use is this part's, not the country's: its name has the state's, or it has no middle."""
         if self.state:
@@ -36,7 +41,9 @@ class CountryPart:
 
 
 def part_of(home: str, region: Region, lon: FloatArray, lat: FloatArray, weight: FloatArray) -> CountryPart:
-    """What part of its country a region is, by points of it with weights whose sum is 1."""
+    """What part of its country, or of none (""), a region is, by points of it with weights whose sum is 1."""
+    if not home:
+        return CountryPart()
     state = _state(region.area_km2, lon, lat, weight) if home == USA else ""
     if state:
         return CountryPart(state=state)
@@ -48,9 +55,16 @@ def part_of(home: str, region: Region, lon: FloatArray, lat: FloatArray, weight:
     return CountryPart(middle=(0.5 * (west + east), 0.5 * (south + north)))
 
 
+@functools.cache
+def _states() -> frozenset[str]:
+    from projdist.earth import state_keys  # shapely is slow to load
+
+    return frozenset(row["name"] for row in state_keys())
+
+
 def _state(area_km2: float, lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
     """The state that a region of some area is, or ""."""
-    from projdist.earth import state_keys, state_outline  # shapely is slow to load
+    from projdist.earth import state_keys, state_outline  # as above
     from projdist.regions import Polygons
 
     for row in state_keys():

@@ -47,7 +47,8 @@ def remark_on_own(maps: list[Contender], best: list[Contender], contest: Contest
 def zones_of(maps: list[Contender], contest: Contest, purpose: str) -> tuple[ZoneSystem, ...]:
     """Systems of zones, the country's own or else UTM's, where no conformal map serves for engineering.
 
-    Those of a state or a part far away come before those of all of the country.
+    Those of a state or a part far away come before those of all of the country; no state works on a datum from before
+    satellites.
     """
     pool = contest.pool
     conformal = [one.first for one in maps if "conformal" in one.first.keeps and not one.standing.wide]
@@ -58,12 +59,12 @@ def zones_of(maps: list[Contender], contest: Contest, purpose: str) -> tuple[Zon
     if least <= ENGINEERING_PPM:
         return ()
     known = [record for record in pool.meeting if record.code in pool.facts]
-    own = [record for record in known if pool.is_national(record)]
+    own = [record for record in known if pool.is_national(record) and not pool.is_elsewhere(record)]
     frames = {pool.facts[record.code].frame for record in own}
     same = [record for record in known if pool.facts[record.code].frame in frames]  # outlines are not all undisputed
     utm = [record for record in known if record.name.startswith(_UTM)]
     for_part = [record for record in own if pool.is_for_part(record)]
-    for records in (for_part, own, same, utm):
+    for records in (*([for_part] if len(for_part) < len(own) else []), own, same, utm):
         found = find_zones(
             pool.region,
             pool.lattice,
@@ -73,6 +74,7 @@ def zones_of(maps: list[Contender], contest: Contest, purpose: str) -> tuple[Zon
             least,
             contest.executor,
             national=records is not utm,
+            modern=bool(pool.part.state),
         )
         if found:
             return found

@@ -89,6 +89,10 @@ class Pool:
         """Whether a CRS of the country's own was made for the part that the region is, or that is no such part."""
         return self.part.has(record, self._facts(record.code).extents)
 
+    def is_elsewhere(self, record: CrsRecord) -> bool:
+        """Whether a CRS is for other states than the one that the region is."""
+        return self.part.is_elsewhere(self._facts(record.code).extents)
+
     def usage(self, record: CrsRecord) -> Usage:
         """What a CRS is used for."""
         facts = self._facts(record.code)

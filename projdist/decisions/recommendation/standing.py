@@ -80,14 +80,11 @@ def tiers(keys: Sequence[Key], close: float) -> list[list[int]]:
 
 
 def in_force(standings: Sequence[Standing]) -> list[int]:
-    """The numbers of a country's own maps for general use, on the latest datum that these have.
-
-    A datum of which no year is known is the latest where none is known of any.
-    """
+    """The numbers of a country's own maps for general use, on the latest datum that these have or of no known year."""
     latest = _latest(standings)
     if latest is None:
         return []
-    return [i for i, one in enumerate(standings) if _is_own(one) and _is_of(one, latest)]
+    return [i for i, one in enumerate(standings) if _is_own(one) and not _is_outdated(one, latest)]
 
 
 def preferred(standings: Sequence[Standing], keys: Sequence[Key]) -> list[int]:
@@ -109,11 +106,6 @@ def _is_own(one: Standing) -> bool:
     return one.national and not one.special
 
 
-def _is_of(one: Standing, latest: Standing) -> bool:
-    """Whether the datum is as new as the latest, or another realisation of the same."""
-    return one.since == latest.since or datum_root(one.datum) == datum_root(latest.datum)
-
-
 def _is_outdated(one: Standing, latest: Standing) -> bool:
-    """Whether the datum is known to be older."""
-    return one.since > 0 and not _is_of(one, latest)
+    """Whether the datum is known to be older, and is no other realisation of the same."""
+    return 0 < one.since < latest.since and datum_root(one.datum) != datum_root(latest.datum)

@@ -108,11 +108,13 @@ def find_zones(
     executor: Executor | None,
     *,
     national: bool,
+    modern: bool,
 ) -> tuple[ZoneSystem, ...]:
     """Systems of conformal zones among CRSs that cover a region, and whose largest scale errors are less than a figure.
 
-    None that has a CRS for the whole region is one. Those of an older datum than others, or of one from before
-    satellites, are left out; those for general use come first, of these those with the fewest zones.
+    None that has a CRS for the whole region is one. Those of an older datum than others are left out, and those of one
+    from before satellites unless there are no others, with `modern` even then; those for general use come first, of
+    these those with the fewest zones.
     """
     systems = _systems(records, facts, lattice)
     trials = [
@@ -122,7 +124,7 @@ def find_zones(
         if held.any()
     ]
     found = dict(zip((trial.code for trial in trials), run_all(executor, try_crs, trials), strict=True))
-    kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found)
+    kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found, modern)
     made = (_measured(region, lattice, system, ranking, executor, national) for system in kept[:_SHOWN])
     return tuple(system for system in made if system is not None and system.max_scale_error_ppm < above_ppm)
 
@@ -221,13 +223,15 @@ def _serves(system: _System, found: Mapping[str, Finding | Rejected], above_ppm:
     return all(isinstance(one, Finding) and "conformal" in one.keeps and one.value < above_ppm for one in trials)
 
 
-def _in_force(systems: list[_System], found: Mapping[str, Finding | Rejected]) -> list[_System]:
+def _in_force(systems: list[_System], found: Mapping[str, Finding | Rejected], only_modern: bool) -> list[_System]:
     """Systems on datums of today, if there are any, and of the latest of these; for general use, of few zones first."""
 
     def is_modern(system: _System) -> bool:
         return any(getattr(found.get(record.code), "modern", False) for record in system.records)
 
-    modern = [system for system in systems if is_modern(system)] or systems
+    modern = [system for system in systems if is_modern(system)]
+    if not modern and not only_modern:
+        modern = systems
     latest = max((system.since for system in modern), default=0)
     plain = {system.datum for system in modern}
     kept = [
