@@ -65,7 +65,9 @@ def _of_angles(J: FloatArray) -> float:
 
 def _of_areas(J: FloatArray) -> float:
     """Half the points are within this of one another: equal-area maps have one areal scale, which need not be 1."""
-    return float(np.subtract(*np.quantile(log_areal_scale(J), [0.75, 0.25])))
+    values = np.sort(log_areal_scale(J))  # `np.quantile` takes ten times as long for so few
+    low, high = np.interp([0.25 * (values.size - 1), 0.75 * (values.size - 1)], np.arange(values.size), values)
+    return float(high - low) if np.isfinite(values[-1]) else np.nan
 
 
 _DEPARTURES: dict[str, Callable[[FloatArray], float]] = {"conformal": _of_angles, "equal-area": _of_areas}

@@ -173,7 +173,7 @@ class Mesh:
         covered = area if whole.all() and not done.any() else pieces.weight.sum(axis=(1, 2))
         own = pieces.panel
         integrals, last, errors = self._integrate(pieces, covered)
-        unresolved = np.nan_to_num(pieces.unresolved, nan=np.inf)
+        unresolved = np.where(np.isnan(pieces.unresolved), np.inf, pieces.unresolved)
         if covered is not area:
             covered, integrals, last, errors = (_summed(one, own, n) for one in (covered, integrals, last, errors))
             unresolved = _summed(unresolved, own, n, np.maximum)

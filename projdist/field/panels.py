@@ -51,11 +51,15 @@ class Pieces:
 
     def take(self, keep: BoolArray) -> Pieces:
         """The pieces of a mask."""
+        if keep.all():
+            return self
         return Pieces(**{field.name: getattr(self, field.name)[keep] for field in fields(self)})
 
     @staticmethod
     def joined(parts: Sequence[Pieces]) -> Pieces:
         """Several batches as one."""
+        if len(parts) == 1:
+            return parts[0]
         names = [field.name for field in fields(Pieces)]
         return Pieces(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 

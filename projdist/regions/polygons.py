@@ -55,6 +55,14 @@ class Polygons:
     def __reduce__(self) -> tuple[Any, ...]:
         return Polygons, (self.geometry, self.name, self.repairs, self.far, self.resolution)
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @functools.cached_property
+    def _hash(self) -> int:
+        """As a dataclass has it: once, as that of a geometry takes long."""
+        return hash((self.geometry, self.name, self.repairs, self.far, self.resolution))
+
     @property
     def notes(self) -> tuple[str, ...]:
         """What was repaired, and what of it lies far away."""

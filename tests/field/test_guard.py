@@ -14,7 +14,7 @@ from pyproj.database import query_crs_info
 
 from projdist import factors, summarize
 from projdist.field.at_points import Quality, derivatives
-from projdist.field.guard import tell_of_contradiction
+from projdist.field.guard import departure, tell_of_contradiction
 from projdist.matrices.distortions import log_anisotropy, log_areal_scale, orientation
 from projdist.projections import Projection, ProjectionError, nature_of
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS
@@ -192,6 +192,18 @@ def test_points_without_jacobians_are_no_contradiction():
     tell_of_contradiction(Projection.from_user_input("merc"), np.full((3, 2, 2), np.nan))
     factors("EPSG:3035", 10.0, 52.0)
     assert np.isnan(factors("merc", 0.0, 90.0).k)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 101])
+def test_departure_of_areas_is_a_range_of_quartiles(count):
+    """Half of the logarithms of areal scales lie within it, as NumPy has quantiles; a singular point leaves none."""
+    J = np.tile(np.eye(2), (count, 1, 1))
+    J[:, 0, 0] = np.exp(np.random.default_rng(count).normal(size=count))
+    upper, lower = np.quantile(np.log(J[:, 0, 0]), [0.75, 0.25])
+    nature = nature_of(Projection.from_user_input("moll"))
+    assert departure(nature, J) == pytest.approx(upper - lower, abs=1e-14)
+    J[0] = 0.0
+    assert np.isnan(departure(nature, J))
 
 
 @pytest.mark.parametrize("code", ["IAU_2015:200043361", "IAU_2015:200043321"])

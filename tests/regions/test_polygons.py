@@ -2,6 +2,7 @@
 
 import functools
 import math
+import pickle
 import tracemalloc
 from itertools import pairwise
 
@@ -374,6 +375,16 @@ def test_ways_to_write_a_polygon(shape, kind):
     assert other.area_km2 == pytest.approx(one.area_km2, rel=1e-12)
     assert raw("robin", other) == pytest.approx(raw("robin", one), rel=1e-9)
     assert other.bounds == pytest.approx(one.bounds, abs=1e-9)
+
+
+def test_equal_polygons_have_one_hash():
+    """What is kept for a region is found again for the same one, and for no other; a copy brings no hash along."""
+    one, other = polygon(STAR, HOLE), polygon(STAR, HOLE)
+    assert one is not other
+    assert one == other
+    assert hash(one) == hash(other) == hash(pickle.loads(pickle.dumps(one)))
+    assert hash(polygon(STAR)) != hash(one)
+    assert "_hash" not in vars(pickle.loads(pickle.dumps(one)))
 
 
 def test_across_the_antimeridian():
