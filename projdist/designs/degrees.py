@@ -21,7 +21,6 @@ SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
 
 _LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
 _PAYS = 0.01  # of the figure, that a degree gains
-_IDLE = 3  # degrees that do not pay: of two islands only the fifth may gain, and a lot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +36,7 @@ class Stage:
 
 
 def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[Stage]:
-    """Maps of ascending degrees until three in a row do not pay, or nodes do not tell more."""
+    """Maps of ascending degrees until some in a row do not pay, or nodes do not tell more."""
     idle, least = 0, np.inf
     shares: tuple[float, ...] = SHARES if share is None else (share,)
     for degree in kind.degrees:
@@ -49,7 +48,7 @@ def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[
             return
         yield stage
         idle = idle + 1 if stage.value > (1.0 - _PAYS) * least else 0
-        if idle == _IDLE:
+        if idle == kind.idle:
             return
         least, wish = min(least, stage.value), stage.wish
         shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no less care

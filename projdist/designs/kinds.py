@@ -40,7 +40,10 @@ Fit = Callable[[Site, int, float, Wish], PlaneMap]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of map: families of PROJ to start from, degrees, and how to fit one (site, degree, surroundings, wish)."""
+    """A kind of map: families of PROJ to start from, degrees, and how to fit one (site, degree, surroundings, wish).
+
+    After `idle` degrees in a row that do not pay finer ones are not tried.
+    """
 
     name: str
     purpose: str
@@ -48,6 +51,7 @@ class Kind:
     degrees: tuple[int, ...]
     fit: Fit
     free_scale: bool = True
+    idle: int = 3  # of two islands only the fifth may gain, and a lot
 
 
 def _general(site: Site, degree: int, share: float, wish: Wish) -> PlaneMap:
@@ -66,7 +70,7 @@ KINDS = {
     kind.name: kind
     for kind in (
         Kind("any", "any", ("aeqd", "eqdc", "laea", "aea", "lcc", "stere", "omerc"), tuple(range(2, 11)), _general),
-        Kind("conformal", "conformal", ("lcc", "tmerc", "omerc", "stere"), tuple(range(1, 13)), _conformal),
+        Kind("conformal", "conformal", ("lcc", "tmerc", "omerc", "stere"), tuple(range(1, 13)), _conformal, idle=12),
         Kind("equal-area", "equal-area", ("laea", "aea", "cea"), tuple(range(1, 9)), _equal_area, free_scale=False),
     )
 }
