@@ -102,11 +102,17 @@ export class MapView {
 
   // What is around a region is drawn in the frame of its picture, which may be less than the canvas.
   framed(context) {
-    if (!this.frame.regional) return;
-    const [west, east, south, north] = this.frame.view;
+    const [left, right, top, bottom] = this.sides();
     context.beginPath();
-    context.rect((west - this.view[0]) * this.zoom, (this.view[3] - north) * this.zoom, (east - west) * this.zoom, (north - south) * this.zoom);
+    context.rect(left, top, right - left, bottom - top);
     context.clip();
+  }
+
+  // Left, right, top and bottom of what may be drawn on, in pixels.
+  sides() {
+    if (!this.frame.regional) return [0, this.base.width, 0, this.base.height];
+    const [west, east, south, north] = this.frame.view, { view, zoom } = this;
+    return [(west - view[0]) * zoom, (east - view[0]) * zoom, (view[3] - north) * zoom, (view[3] - south) * zoom];
   }
 
   // Sea and land about a region.
@@ -303,12 +309,12 @@ export class MapView {
     return this.pick[row * width + column];
   }
 
-  // Indicatrices all over the map, about as far apart on it as they can be told.
+  // Indicatrices all over the map and about its middle, as far apart on it as they can be told.
   ellipses(context, apart = 46) {
     const frame = this.frame, spacing = apart * this.ratio, radius = 0.36 * spacing;
-    const { width, height } = this.base, found = [];
-    for (let y = spacing / 2; y < height; y += spacing) {
-      for (let x = spacing / 2; x < width; x += spacing) {
+    const { width, height } = this.base, [left, right, top, bottom] = this.sides(), found = [];
+    for (let y = (height / 2) % spacing; y < height; y += spacing) {
+      for (let x = (width / 2) % spacing; x < width; x += spacing) {
         const triangle = this.at(x, y);
         if (triangle < 0) continue;
         const vertex = frame.triangles[3 * triangle];
@@ -319,9 +325,11 @@ export class MapView {
     const sizes = found.map(([, , values]) => semimajor(values)).sort((one, other) => one - other);
     const usual = sizes[Math.floor(0.8 * sizes.length)] || 1;
     for (const [x, y, values] of found) {
-      // What reaches over its neighbours is an outline, or where nothing else would be seen, left out.
+      // What reaches over its neighbours is an outline; where nothing else would be seen, or it would be cut off at the
+      // side of the picture, it is left out.
       const size = semimajor(values) / usual;
-      if (size < 4) this.ellipse(context, x, y, values, radius / usual, 0.8, size < 1.35);
+      const reach = size * radius, within = x - reach > left && x + reach < right && y - reach > top && y + reach < bottom;
+      if (size < 4 && within) this.ellipse(context, x, y, values, radius / usual, 0.8, size < 1.35);
     }
   }
 
@@ -370,17 +378,19 @@ export function drawScale(canvas, scale) {
   const strip = sized(document.createElement("canvas"), 256, 1);
   strip.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(tableOf(scale).buffer), 256, 1), 0, 0);
   context.drawImage(strip, start, 2, stop - start, bar);
+  const edge = new Path2D();
+  edge.rect(start, 2, stop - start, bar);
   const end = (at, tip, k) => {
+    const path = new Path2D(`M${at} 2 L${tip} ${2 + bar / 2} L${at} ${2 + bar}`);
     context.fillStyle = colour(k);
-    context.beginPath();
-    context.moveTo(at, 2);
-    context.lineTo(tip, 2 + bar / 2);
-    context.lineTo(at, 2 + bar);
-    context.fill();
+    context.fill(path);
+    edge.addPath(path);
   };
   if (scale.extend === "min" || scale.extend === "both") end(start, start - 9, 0);
   if (scale.extend === "max" || scale.extend === "both") end(stop, stop + 9, 255);
   context.fillStyle = context.strokeStyle = style.color;
+  context.lineWidth = 0.5;
+  context.stroke(edge);
   context.font = `11px ${style.fontFamily}`;
   context.textAlign = "center";
   let free = -Infinity;

@@ -96,6 +96,7 @@ export class Card {
   }
 
   measure(asked, region) {
+    this.about.textContent ||= "Measuring…";
     this.link.ask("figures", this.slot, this.asked, ({ problem, figures }) => {
       if (asked !== this.version) return;
       this.figures = figures;

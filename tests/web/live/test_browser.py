@@ -306,6 +306,25 @@ def test_measures_isolines_and_indicatrices_change_the_picture(live: Opener) -> 
     ]
 
 
+def test_indicatrices_lie_about_the_middle_and_none_is_cut_off(live: Opener) -> None:
+    """A map that is even to both sides has them so, and none reaches the side of its picture."""
+    page = live("sinusoidal", more="&ellipses=1&isolines=0&measure=areal_scale&spacing=60")
+    red = """map => {
+        const { width, height } = map, { data } = map.getContext("2d").getImageData(0, 0, width, height);
+        const counts = [0, 0], sides = [];
+        for (let k = 0; k < data.length; k += 4) {
+            const column = (k / 4) % width, reddish = data[k] > data[k + 2] + 60;
+            if (reddish) counts[column < width / 2 ? 0 : 1]++;
+            if (data[k + 3] > 0 && (column === 0 || column === width - 1)) sides.push(column);
+        }
+        return [counts, sides];
+    }"""
+    (left, right), sides = page.map().evaluate(red)
+    assert not sides
+    assert left > 2000
+    assert abs(left - right) < 0.02 * (left + right)
+
+
 @pytest.mark.parametrize("region", ["globe", GERMANY])
 def test_what_stays_when_colours_change_is_what_is_drawn_anew(region: str, live: Opener) -> None:
     """A page that has changed its measure, its colours and its width shows what one shows that was opened so."""
