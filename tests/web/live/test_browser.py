@@ -343,6 +343,52 @@ def test_what_stays_when_colours_change_is_what_is_drawn_anew(region: str, live:
     assert page.picture() != other.picture()
 
 
+FORTY = {
+    "pseudocylindrical": ("robinson", "mollweide", "equal-earth", "natural-earth", "sinusoidal", "winkel-tripel"),
+    "interrupted": ("igh", "igh_o", "+proj=imoll", "+proj=imoll_o", "interrupted-mollweide", "goode-homolosine"),
+    "polyhedral": ("healpix", "rhealpix", "isea", "peirce_q", "adams_ws1", "van-der-grinten"),
+    "oblique": (
+        "mollweide@45,-100",
+        "robinson@30,60",
+        "+proj=omerc +lat_0=40 +alpha=30 +lonc=10",
+        "EPSG:3078",
+        "EPSG:3375",
+        "+proj=ob_tran +o_proj=eck4 +o_lat_p=30 +R=6371000",
+    ),
+    "azimuthal": (
+        "+proj=laea +lat_0=50",
+        "+proj=aeqd +lat_0=40",
+        "gnomonic@40,20",
+        "+proj=ortho +lat_0=-30",
+        "EPSG:3413",
+    ),
+    "conic": (
+        "+proj=lcc +lat_1=30 +lat_2=60",
+        "+proj=aea +lat_1=20 +lat_2=50",
+        "+proj=bonne +lat_1=45",
+        "+proj=poly",
+        "EPSG:2154",
+    ),
+    "transverse": ("+proj=tmerc", "+proj=tcc", "EPSG:32632", "EPSG:27700", "EPSG:2193", "IAU_2015:49910"),
+}
+
+
+@pytest.mark.parametrize("kind", FORTY)
+def test_forty_maps_are_seen(kind: str, live: Opener) -> None:
+    """Each has colours in its middle half, its figures, and nothing to complain of, nor has the console."""
+    page = live(*FORTY[kind])
+    coloured = """map => {
+        const { width, height } = map, step = 4 * 97;
+        const { data } = map.getContext("2d").getImageData(0, height / 4, width, height / 2);
+        let count = 0;
+        for (let k = 0; k < data.length; k += step) count += data[k + 3] === 255;
+        return (count * step) / data.length;
+    }"""
+    for number in range(len(FORTY[kind])):
+        assert page.said(number) == ""
+        assert page.map(number).evaluate(coloured) > 0.2
+
+
 # ---- parameters -----------------------------------------------------------------------------
 
 
