@@ -79,13 +79,18 @@ def test_one_extra_has_all() -> None:
     assert (everything.name, everything.extras) == ("projdist", set(EXTRAS))
 
 
-def test_the_recipe_needs_what_the_package_needs() -> None:
-    """The recipe for conda has the version and the lower bounds of pyproject.toml, under conda's names."""
+@pytest.fixture
+def recipe_path() -> Path:
     path = ROOT / "recipe" / "recipe.yaml"
     if not path.exists():
         pytest.skip("needs the checkout")
+    return path
+
+
+def test_the_recipe_needs_what_the_package_needs(recipe_path: Path) -> None:
+    """The recipe for conda has the version and the lower bounds of pyproject.toml, under conda's names."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    recipe = path.read_text(encoding="utf-8")
+    recipe = recipe_path.read_text(encoding="utf-8")
     needed = re.findall(
         r"^    - (\S+) (>=.+)$", recipe.partition("\n  run:\n")[2].partition("\ntests:")[0], re.MULTILINE
     )
@@ -94,6 +99,15 @@ def test_the_recipe_needs_what_the_package_needs() -> None:
     assert dict(needed) == wanted | {"python": ">=${{ python_min }}"}
     assert f'version: "{project["version"]}"' in recipe
     assert f'python_min: "{project["requires-python"].removeprefix(">=")}"' in recipe
+
+
+def test_the_recipe_renders(recipe_path: Path) -> None:
+    """As conda-forge's builder reads it: one package of pure Python, with the command. For releases."""
+    rattler_build = pytest.importorskip("rattler_build")  # py-rattler-build, 80 MB: in no extra
+    recipe = rattler_build.Stage0Recipe.from_file(str(recipe_path))
+    (variant,) = recipe.render(rattler_build.VariantConfig())
+    build = variant.recipe.to_dict()["build"]
+    assert (build["noarch"], build["python"]["entry_points"]) == ("python", ["projdist = projdist.cli:main"])
 
 
 def test_the_oldest_versions_are_those_stated() -> None:
