@@ -32,7 +32,7 @@ _STEP = 1e-5  # of the box, for central differences of terms that are good to 1e
 _REACH, _MOST_STEPS = 0.1, 40  # of the steps of a descent: the first in widths of the box, and their number
 _ROUNDING = 1e-9  # of a maximum
 _ACTIVE = 200  # terms of a group that a linear programme sees
-_MOST_ROUNDS, _GAINED = 100, 1e-10  # of least squares: the share of the sum that the last round gains at least
+_MOST_ROUNDS, _GAINED = 1000, 1e-10  # of least squares: some valleys take hundreds; the share that the last gains
 _DAMPING = 1e-3
 _AT_EDGE = 1e-4  # of the box: descents stay inside it, and the edge itself is tried
 
