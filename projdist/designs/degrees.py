@@ -55,9 +55,8 @@ def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[
 
 
 def best_of(found: Sequence[Stage]) -> Stage:
-    """The first after which no degree pays."""
-    least = min(found, key=lambda one: one.value)
-    return next(one for one in found if one.value <= least.value * (1.0 + _PAYS) ** (least.degree - one.degree))
+    """The one after which no finer one pays, degree by degree."""
+    return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
 
 
 def stage_of(site: Site, kind: Kind, wish: Wish, degree: int, shares: Sequence[float] = SHARES) -> Stage:

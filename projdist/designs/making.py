@@ -70,7 +70,8 @@ def design(
     criterion : {"airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale"}
         What to make small; the largest scale errors are for conformal maps.
     degree : int or "auto"
-        Of the polynomials; "auto" goes on until three in a row gain less than 1 %, for conformal maps to 12.
+        Of the polynomials; "auto" goes on until three in a row gain less than 1 %, for conformal maps to 12, and takes
+        the one after which none gains 1 % a degree.
     base : ProjectionLike, optional
         The map to correct, by default the best member of the families of the kind. It has little influence.
     balance : float, default 0.5

@@ -222,6 +222,11 @@ def test_the_degree_is_the_first_after_which_none_pays() -> None:
     same = {"share": 0.0, "wish": wish, "plane_map": plane_map, "around": around}
     tried = [Stage(degree=degree, value=value, **same) for degree, value in enumerate(values, 8)]
     assert best_of(tried).degree == 9
+    # A gain of 5 % at the fourth degree pays for three that gain nothing, whatever the next ones gain.
+    late = [
+        Stage(degree=degree, value=value, **same) for degree, value in enumerate((1.0, 1.0, 1.0, 0.95, 0.945, 0.94), 1)
+    ]
+    assert best_of(late).degree == 4
 
 
 @pytest.mark.slow
