@@ -74,6 +74,10 @@ def test_what_is_no_text(asked: object) -> None:
         atlas(asked)  # type: ignore[arg-type]
 
 
+CUT_CONES = {"Southern Ocean"}  # about a pole a cone that is cut within the place has less than any map in one piece
+SIX_DIGITS = 1.0 + 2e-4  # of the maps' parameters; extremes are good to more
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_an_entry_is_sound(name: str) -> None:
     """What must hold of all figures, whatever they are."""
@@ -91,6 +95,10 @@ def test_an_entry_is_sound(name: str) -> None:
     best, conformal = entry.purposes["any"], entry.purposes["conformal"]
     if best.made is not None and conformal.made is not None:
         assert best.made.airy_kavrayskiy <= 1.01 * conformal.made.airy_kavrayskiy  # type: ignore[operator]
+    assert entry.purposes["compromise"].made == best.made
+    least = entry.purposes["least scale error"]
+    if least.made is not None and least.custom is not None and name not in CUT_CONES:
+        assert least.made.max_scale_error_ppm <= SIX_DIGITS * least.custom.max_scale_error_ppm  # type: ignore[operator]
 
 
 # ---- by pyproj ------------------------------------------------------------------------------

@@ -34,29 +34,32 @@ def measured_entry(region: Region) -> dict[str, Any]:
     """The best CRSs, custom projections and maps made to measure for a region, for each purpose, in plain JSON.
 
     Purposes are those of `recommend`, by the Airy-Kavrayskiy error; "least scale error" is by the largest scale error
-    of any existing map, and of conformal ones among the custom projections and those made to measure.
+    of any existing map, and of conformal ones among the custom projections and those made to measure. The map made for
+    any purpose keeps neither angles nor areas, so that it is the compromise, too.
     """
     best = recommend(region, limit=1, custom=True)
     by_purpose = {name: recommend(region, purpose=name, limit=1) for name in _PURPOSES[1:]}
     by_scale = recommend(region, criterion=_SCALE_ERROR, limit=1)
     conformal = recommend(region, purpose="conformal", criterion=_SCALE_ERROR, limit=1, custom=True)
-    purposes = {name: _purpose(region, found, best.custom) for name, found in {"any": best, **by_purpose}.items()}
+    made = {kind: _made(region, kind, best.criterion) for kind in _KINDS}
+    made["compromise"] = made["any"]
+    purposes = {name: _purpose(found, best.custom, made[name]) for name, found in {"any": best, **by_purpose}.items()}
+    least = _purpose(by_scale, conformal.custom, _made(region, "conformal", _SCALE_ERROR))
     return {
         "country": best.country,
         "official": None if best.official is None else _existing(best.official),
         "zones": [_zones(system) for system in best.zones],
-        "purposes": {**purposes, "least scale error": _purpose(region, by_scale, conformal.custom)},
+        "purposes": {**purposes, "least scale error": least},
     }
 
 
-def _purpose(region: Region, found: Recommendation, custom: Sequence[Custom]) -> dict[str, Any]:
-    """What is best for one purpose: the first of some custom projections that serves it."""
+def _purpose(found: Recommendation, custom: Sequence[Custom], made: dict[str, Any]) -> dict[str, Any]:
+    """What is best for one purpose: the first of some custom projections that serves it, and a map made to measure."""
     serving = [one for one in custom if suits(one.keeps, found.purpose)]
-    kind = "conformal" if found.criterion == _SCALE_ERROR else found.purpose
     return {
         "existing": _existing(found.results[0]) if found.results else None,
         "custom": _custom(serving[0]) if serving else None,
-        "made": _made(region, kind, found.criterion) if kind in _KINDS else None,
+        "made": made,
         "limit": _rounded(found.limit),
     }
 
