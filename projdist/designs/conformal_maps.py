@@ -27,7 +27,7 @@ _CLOSE = 1e-9  # of scales
 def conformal_map(site: Site, degree: int, norm: float, share: float) -> ComplexPolynomial:
     """The best conformal map whose ln k is a polynomial of a degree, by a norm of ln k: 2, more, or infinite.
 
-    Raises ValueError for a degree that the nodes do not resolve.
+    Raises ValueError for a degree that the nodes do not resolve, or beside which scales are no numbers.
     """
     weights = site.weights(share)
     counts = site.in_region if np.isinf(norm) else weights > 0.0
@@ -57,10 +57,14 @@ def _series(powers: Any) -> Any:
 def _fitted(powers: Any, z: Any, weights: FloatArray) -> Any:
     """The polynomial nearest to exp(p) at points, of the lowest degree that comes near enough, or the nearest one.
 
-    Between the region and the disc about it exp(p) may be so large that its series converges late.
+    Between the region and the disc about it exp(p) may be so large that its series converges late. Raises ValueError
+    where it is no number.
     """
-    wanted = np.exp(np.polynomial.polynomial.polyval(z, powers))
-    root = np.sqrt(weights) / np.abs(wanted)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        wanted = np.exp(np.polynomial.polynomial.polyval(z, powers))
+        root = np.sqrt(weights) / np.abs(wanted)
+    if not (np.isfinite(wanted).all() and np.isfinite(root).all()):
+        raise ValueError("Scales beside the region are beyond all numbers.")
     best, least = None, np.inf
     for degree in _FITTED:
         try:

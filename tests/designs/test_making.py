@@ -11,6 +11,7 @@ import shapely
 
 import projdist
 from projdist import Projection, ProjectionError, design, summarize
+from projdist.designs import conformal_maps
 from projdist.designs.degrees import Stage, best_of
 from projdist.designs.kinds import get_kind
 from projdist.designs.measuring import measured
@@ -211,6 +212,14 @@ def test_conics_that_are_all_but_cylinders_are_no_bases() -> None:
     alone = (500.0 / 6371.0) ** 2 / math.sqrt(192.0)
     found = design("cap:0,0,500 + cap:90,0,500", kind="conformal", background=0.0, against=())
     assert found.airy_kavrayskiy == pytest.approx(math.sqrt(2.0) * alone, rel=0.02)
+
+
+def test_scales_beyond_all_numbers(capfd: pytest.CaptureFixture[str]) -> None:
+    """Of 10^-477 beside a region, as for Europe at degree 9, nothing is fitted; no library writes into the terminal."""
+    z = np.linspace(0.0, 1.0, 50) + 1j * np.linspace(0.0, 1.0, 50) ** 2
+    with pytest.raises(ValueError, match="beyond all numbers"):
+        conformal_maps._fitted(np.array([0.0, -1100.0]), z, np.full(50, 0.02))
+    assert capfd.readouterr() == ("", "")
 
 
 def test_the_degree_is_the_first_after_which_none_pays() -> None:
