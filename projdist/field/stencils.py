@@ -33,6 +33,7 @@ _FORWARD = np.array(
 )
 _FORWARD_OFFSETS = np.arange(1.0, 7.0)
 _FORWARD_STEPS = (1.5e-3, 1.5e-4, 1.5e-5)
+_AT_ONCE = 4096  # points whose arrays have some megabytes
 _TOGETHER = 400  # points, each with a step, that are worked on together: as few points cost what their calls do
 
 
@@ -227,7 +228,7 @@ def _levels(
         n, number = index.size, max(1, min(count, _TOGETHER // index.size))
         some = np.array(steps[count : count + number])
         each = np.tile(index, some.size)
-        found = differences(points.take(each), centre[:, each], np.repeat(some, n))
+        found = _in_parts(differences, points.take(each), centre[:, each], np.repeat(some, n))
         at = np.arange(n)
         for level in range(some.size):
             count += 1
@@ -237,6 +238,21 @@ def _levels(
             # An infinite error is no reason to hope: it counts as one that a second step must beat.
             at, previous = at[on], np.minimum(error[on], 1.0)
         index = index[at]
+
+
+def _in_parts(
+    differences: Callable[[Points, FloatArray, FloatArray], _Found],
+    points: Points,
+    centre: FloatArray,
+    steps: FloatArray,
+) -> _Found:
+    """Differences of some thousand points at a time: one-sided ones have a hundred numbers a point at once."""
+    parts = [np.arange(start, min(start + _AT_ONCE, steps.size)) for start in range(0, steps.size, _AT_ONCE)]
+    found = [differences(points.take(part), centre[:, part], steps[part]) for part in parts]
+    if len(found) == 1:
+        return found[0]
+    J, error, noise = (np.concatenate(each) for each in zip(*found, strict=True))
+    return J, error, noise
 
 
 def _central(points: Points, centre: FloatArray, steps: FloatArray) -> _Found:

@@ -154,6 +154,7 @@ def test_recommendations_are_those_of_each_region():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("default_signals")
 def test_ctrl_c_and_the_same_command(tmp_path):
     """What was done is kept beside the output, and goes when that is written; the answers are those of one go."""
     words = [sys.executable, "-m", "projdist", "compare", MAPS[0], "--regions", "countries", "-o", "all.csv"]

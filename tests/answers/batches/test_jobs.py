@@ -196,6 +196,7 @@ def is_there(pid):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are looked up as Linux has them")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.usefixtures("default_signals")
 def test_the_main_process_may_be_killed(tmp_path, number):
     """Its workers end with it, and the same script goes on: what was done is not done again, the answers are all."""
     script, log, part = tmp_path / "job.py", tmp_path / "log", tmp_path / "part"
