@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
-import scipy.stats
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
