@@ -246,7 +246,12 @@ def _in_parts(
     centre: FloatArray,
     steps: FloatArray,
 ) -> _Found:
-    """Differences of some thousand points at a time: one-sided ones have a hundred numbers a point at once."""
+    """Differences of some thousand points at a time: one-sided ones have a hundred numbers a point at once.
+
+    Functions are asked for all, as what they answer may hang on what else they are asked.
+    """
+    if not points.projection.answers_everywhere:
+        return differences(points, centre, steps)
     parts = [np.arange(start, min(start + _AT_ONCE, steps.size)) for start in range(0, steps.size, _AT_ONCE)]
     found = [differences(points.take(part), centre[:, part], steps[part]) for part in parts]
     if len(found) == 1:
