@@ -222,7 +222,7 @@ def test_scales_beyond_all_numbers(capfd: pytest.CaptureFixture[str]) -> None:
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_degree_is_the_first_after_which_none_pays() -> None:
+def test_the_degree_is_that_after_which_none_pays() -> None:
     """Where the last degree is worse than one before, as its surroundings need more, the best one is taken."""
     values = (3.3, 3.0, 3.3)
     around, kind = (1.0, 1.0, 0.0), get_kind("conformal")
