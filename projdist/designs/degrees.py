@@ -96,7 +96,8 @@ def _around(site: Site, J: FloatArray) -> tuple[float, float, float]:
     beside = site.around > 0.0
     if not beside.any():
         return np.nan, np.nan, np.nan
-    folds = np.linalg.det(J[beside]) <= 0.0
+    with np.errstate(over="ignore", invalid="ignore"):  # far outside a high degree's scales are beyond numbers
+        folds = np.linalg.det(J[beside]) <= 0.0
     a, b = np.moveaxis(principal_scales(J[beside]), -1, 0)
     return float(b.min()), float(a.max()), float(site.around[beside][folds].sum())
 

@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pyproj
@@ -12,10 +13,11 @@ import shapely
 import projdist
 from projdist import Projection, ProjectionError, design, summarize
 from projdist.designs import conformal_maps
-from projdist.designs.degrees import Stage, best_of
+from projdist.designs.degrees import Stage, best_of, stage_of
 from projdist.designs.kinds import get_kind
 from projdist.designs.measuring import measured
 from projdist.designs.plane_maps import ComplexPolynomial
+from projdist.designs.sites import Site
 from projdist.designs.wishes import wish_of
 from projdist.earth import SPHERE, destination
 from projdist.field import nodes_of
@@ -236,6 +238,19 @@ def test_the_degree_is_that_after_which_none_pays() -> None:
         Stage(degree=degree, value=value, **same) for degree, value in enumerate((1.0, 1.0, 1.0, 0.95, 0.945, 0.94), 1)
     ]
     assert best_of(late).degree == 4
+
+
+def test_areas_beyond_numbers_fold_in_silence() -> None:
+    """Beside a region maps of high degrees have scales whose square is no number: z + 5e59 z^2 at 1e100."""
+    z = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0, 5e59]))
+    kind = replace(get_kind("conformal"), fit=lambda *_: z, free_scale=False)
+    x, inside = np.array([0.0, 1e-70, 1e100]), np.array([0.5, 0.5, 0.0])
+    J = np.tile(np.eye(2), (3, 1, 1))
+    base = Projection.from_user_input(SPHERICAL.format("stere", 0, 0))
+    none, around = np.zeros(3), np.array([0.0, 0.0, 1.0])
+    site = Site(base=base, lon=none, lat=none, weight=inside, around=around, x=x, y=none, J=J)
+    found = stage_of(site, kind, wish_of(kind, "airy_kavrayskiy", 0.5, None), 2)
+    assert found.around[:2] == pytest.approx((1e160, 1e160)) and found.value < 1e-9
 
 
 @pytest.mark.slow
