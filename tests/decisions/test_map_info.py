@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from gis_files import some_slow
 
 import projdist
 from projdist import SPHERE, WGS84, Box, info
@@ -29,9 +30,10 @@ KNOWN = {
     "EPSG:3857": (),
     "ESRI:54009": (),
 }
+SOME = {"lagrange", "gott-elliptical", "aeqd", "robinson", "EPSG:5514", "EPSG:2326", "EPSG:3857"}
 
 
-@pytest.mark.parametrize("given", [pytest.param(name, id=name) for name in KNOWN])
+@pytest.mark.parametrize("given", some_slow(KNOWN, set(KNOWN) - SOME))
 def test_what_is_kept(given: str) -> None:
     """As measured it is what the literature says, also where PROJ's own iterations leave 1e-6."""
     found = info(given, "cap:10,50,100")

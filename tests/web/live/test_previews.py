@@ -28,7 +28,9 @@ _WITHIN = 0.03  # of ln of scales: second differences of cells of 2.5 degrees
 _OFTEN = 0.9  # of the nodes; beside tears and where a map ends, differences are of one side
 
 
-@pytest.mark.parametrize(("given", "region"), [*CASES, *FURTHER])
+@pytest.mark.parametrize(
+    ("given", "region"), [*CASES[::2], *(pytest.param(*case, marks=pytest.mark.slow) for case in CASES[1::2] + FURTHER)]
+)
 def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None:
     """At the nodes that are shown, against the exact factors."""
     projection = Projection.from_user_input(given)
