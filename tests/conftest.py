@@ -16,7 +16,9 @@ EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 
 # Their examples take half a second and more, and have fast tests beside them.
 SLOW_EXAMPLES = {
+    "projdist.answers.corrections.correct",
     "projdist.decisions.recommendation.for_frames.estimate_crs",
+    "projdist.designs.averaging.mean_map",
     "projdist.designs.making.design",
     "projdist.gis.accessors.FrameAccessor",
     "projdist.gis.old_maps.old_map_layers",

@@ -42,7 +42,7 @@ def test_registration_recovers_the_maps(model, tilt):
     assert pairs_apart(mosaic(points, model=model), H) < SUB_PIXEL
 
 
-@pytest.mark.parametrize("fine", [0.5, 1.0])
+@pytest.mark.parametrize("fine", [pytest.param(0.5, marks=pytest.mark.slow), 1.0])
 def test_large_images_are_reduced(monkeypatch, fine):
     """Features of reduced images are in pixels of the whole ones, without a shift; larger ones are nearer."""
     pytest.importorskip("cv2")

@@ -38,7 +38,7 @@ def turned(name, seed=2, wobble=2.0):
 
 
 @all_sets
-@pytest.mark.parametrize("focal", ["common", "free"])
+@pytest.mark.parametrize("focal", ["common", pytest.param("free", marks=pytest.mark.slow)])
 def test_exact_points_give_the_cameras(name, focal):
     """From points without error rotations and focal lengths come back to rounding."""
     R, f = turned(name)

@@ -248,7 +248,7 @@ def test_self_consistent(seed, n):
     np.testing.assert_allclose(shrunk, np.broadcast_to(shrunk[0], shrunk.shape), atol=1e-9)
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_chains(n):
     """Ten clouds in a row, each of which shares ten points with the next, are found exactly; noise settles, too."""
     rng = np.random.default_rng(n)

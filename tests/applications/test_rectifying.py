@@ -76,6 +76,7 @@ def test_linear_maps_come_back(by, tmp_path):
     assert (away < HALF) == (by != "helmert")
 
 
+@pytest.mark.slow
 def test_a_bent_map_stays_bent_by_linear_maps(tmp_path):
     """What is straight stays straight: places are off by many pixels."""
     found, path = sheet(1.0, WAYS["down"], tmp_path)

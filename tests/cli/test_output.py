@@ -230,7 +230,9 @@ def test_bytes_that_are_no_text() -> None:
     assert len(done.stdout.splitlines()) == 3
 
 
-@pytest.mark.parametrize("words", ["compare eqc -r globe", "factors eqc 10 50", "tables"])
+@pytest.mark.parametrize(
+    "words", [pytest.param("compare eqc -r globe", marks=pytest.mark.slow), "factors eqc 10 50", "tables"]
+)
 def test_the_suffix_of_a_file_tells_its_format(tmp_path: Path, words: str) -> None:
     """What is written is what --format prints; a suffix that contradicts it is refused, and .txt holds any."""
     for suffix, form in {".json": "json", ".csv": "csv", ".md": "markdown", ".html": "html", ".txt": "table"}.items():

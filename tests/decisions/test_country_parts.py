@@ -28,7 +28,7 @@ OHIO = CrsRecord("A:2", "Ohio", "", (-84.81, 38.4, -80.51, 42.33), "USA - Ohio")
         (USA, "state:HI", "Hawaii", True),
         (USA, "box:-161,18,-154,23", "", True),  # most of it is sea
         (USA, "country:US@main", "", False),
-        (USA, "country:US@all", "", False),
+        pytest.param(USA, "country:US@all", "", False, marks=pytest.mark.slow),
         (SPAIN, "country:ES & box:-18.5,27,-13,30", "", True),
         (SPAIN, "country:ES & box:0,38,5,41", "", False),  # the Balearic Islands are near
         ("Germany", "country:DE", "", False),

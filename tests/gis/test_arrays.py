@@ -21,7 +21,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("projection", some_slow(CASES, {"EPSG:3035", "EPSG:5513", "EPSG:2263"}))
+@pytest.mark.parametrize("projection", some_slow(CASES, set(CASES) - {"EPSG:27572"}))
 def test_arrays_are_the_raster(projection: str, tmp_path: Path) -> None:
     """Values, coordinates of centres, CRS and transformation are those that rasterio reads of the GeoTIFF."""
     found = gis.measure_arrays(projection, ["omega", "scale_error_ppm"], **CASES[projection])

@@ -42,7 +42,7 @@ def coordinates(path: Path) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson", ".parquet"], {".gpkg", ".fgb", ".shp"})
+    "suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson", ".parquet"], {".gpkg", ".fgb", ".shp", ".geojson"})
 )
 def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
     """They are where the projection has them, in files of all formats; what loses the CRS has it beside."""

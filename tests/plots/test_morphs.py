@@ -121,6 +121,7 @@ def test_a_film_by_ffmpeg(tmp_path: Path) -> None:
     assert b"avc1" in content
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_poles_that_become_points() -> None:
     """Where a line shrinks to a point, its edges are no measure of gaps, and the rim is the rim, at once."""

@@ -61,6 +61,7 @@ def test_space_of_the_plate_carree():
     assert np.mean(places[:, 0] < found["median"].real) == pytest.approx(0.5, abs=0.01)
 
 
+@pytest.mark.slow
 def test_space_of_small_regions():
     """What is drawn reaches as far as the points do, with round angles; panels are alike, and named."""
     figure = plots.space_figure(["EPSG:3035", "EPSG:25832"], region=SMALL, titles=["One", None])

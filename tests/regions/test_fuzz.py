@@ -20,7 +20,7 @@ from projdist.cli.app import app
 from projdist.regions import Place
 
 FILES_STAY = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-FEW = settings(max_examples=40, suppress_health_check=FILES_STAY)
+FEW = settings(max_examples=20, suppress_health_check=FILES_STAY)
 MANY = settings(max_examples=600, suppress_health_check=FILES_STAY)
 
 

@@ -94,7 +94,7 @@ CASES = [
     pytest.param("mollweide+lon_0=100", "globe", 0.95, marks=pytest.mark.slow),
     pytest.param("ortho@30,100", "globe", 0.9, marks=pytest.mark.slow),
     pytest.param("isea", "globe", 0.2, marks=pytest.mark.slow),
-    ("goode-homolosine", "globe", 0.8),
+    pytest.param("goode-homolosine", "globe", 0.8, marks=pytest.mark.slow),
     ("EPSG:3035", "country:DE", 1.0),
     pytest.param("EPSG:2056", "country:CH", 1.0, marks=pytest.mark.slow),
     pytest.param("EPSG:2048", "box:16,-35,22,-30", 1.0, marks=pytest.mark.slow),
@@ -158,7 +158,7 @@ def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
     assert (large & (stated < 0.1)).mean() > 0.3
 
 
-@pytest.mark.parametrize("given", ["winkel-tripel", "EPSG:2048"])
+@pytest.mark.parametrize("given", ["winkel-tripel", pytest.param("EPSG:2048", marks=pytest.mark.slow)])
 def test_places_are_those_of_the_map(given: str) -> None:
     """Nodes lie where PROJ has them, to half a step."""
     region = "globe" if given == "winkel-tripel" else "box:16,-35,22,-30"

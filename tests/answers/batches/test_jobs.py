@@ -35,7 +35,9 @@ def serial():
 
 
 @pytest.mark.parametrize(
-    "executor", [None, "threads", pytest.param("processes:2", marks=pytest.mark.slow)], ids=["here", "threads", "two"]
+    "executor",
+    [None, *(pytest.param(name, marks=pytest.mark.slow) for name in ("threads", "processes:2"))],
+    ids=["here", "threads", "two"],
 )
 def test_answers_are_those_of_one(serial, executor):
     """To the last digit and in order, with what is told on the way; a frame has the rows, their region before them."""
