@@ -19,7 +19,7 @@ from projdist.cli.parser import Command, Commands
 from projdist.support import orderly_end
 
 COMMANDS = {
-    "info": ("info", "Tell what a projection is, what it keeps, and its errors."),
+    "info": ("info", "Show what a projection is, what it keeps, and its errors."),
     "find": ("find", "Find CRSs by words of their names, areas of use, or codes."),
     "compare": ("compare", "Compare projections over a region by their distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
@@ -29,19 +29,19 @@ COMMANDS = {
     "morph": ("morph", "Make a film of one map that flows into another."),
     "explore": ("explore", "See maps live in a browser, drag and tune them."),
     "recommend": ("recommend", "Find the best existing CRSs for a region."),
-    "atlas": ("atlas", "Tell the best maps of a country, measured beforehand."),
+    "atlas": ("atlas", "Show the best maps of a country, measured beforehand."),
     "optimize": ("optimize", "Find the best parameters of a family of projections."),
     "design": ("design", "Make the map that distorts a region least, as a CRS."),
     "mean-map": ("mean_map", "Find the map that is nearest to several maps."),
     "ldp": ("ldp", "Design a low-distortion projection for surveying."),
     "world-map": ("world_map", "Make the map of the world that distorts a region least."),
     "check": ("check", "Check areas, lengths and bearings of data in a CRS."),
-    "convert": ("convert", "Bring layers and rasters into another CRS."),
-    "correct": ("correct", "Find the linear map that lessens a map's distortion most."),
+    "convert": ("convert", "Transform layers and rasters to another CRS."),
+    "correct": ("correct", "Find the linear map that reduces a map's distortion most."),
     "mosaic": ("mosaic", "Bring overlapping images into a common frame."),
     "clouds": ("clouds", "Register point clouds or landmarks by affine maps."),
     "oldmap": ("oldmap", "Measure the distortion of an old map by control points."),
-    "tables": ("published", "Print a table of the literature beside figures of today."),
+    "tables": ("published", "Print a published table beside figures measured today."),
     "list": ("lists", "List projections, measures, criteria or indices."),
     "completion": ("completion", "Print the script for completion in bash, zsh or fish."),
 }

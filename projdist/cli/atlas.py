@@ -22,7 +22,7 @@ def atlas_command(
     ] = None,
     format: FormatOption = "table",
 ) -> None:
-    """Tell the best maps of a place, measured beforehand; without a place, list the places."""
+    """Show the best maps of a place, measured beforehand; without a place, list the places."""
     form = format_of(format)
     if place is None:
         present(_overview([atlas(name) for name in atlas_names()]), form)

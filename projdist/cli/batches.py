@@ -115,7 +115,7 @@ def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[
     """The regions of an option, beside which some others cannot stand."""
     for name, value in others.items():
         if value is not None:
-            refuse(f"Invalid option '--regions'. It cannot stand with {name}.")
+            refuse(f"Invalid option '--regions'. It cannot be used with {name}.")
     with refusing():
         return areas_of(list(regions))
 
@@ -131,4 +131,4 @@ def by_region(found: Batch) -> dict[str, list[BatchResult]]:
 def notices_note(found: Batch) -> list[str]:
     """Where to read what was told of results, if anything was."""
     told = {one.region for one in found.results if one.notices}
-    return [f"Notices on {len(told)} of the regions, as on areas of use, are in JSON."] if told else []
+    return [f"Notices on {len(told)} of the regions, for example on areas of use, are in the JSON."] if told else []

@@ -274,10 +274,10 @@ def _notes(
         if index.published_over:
             symbols.setdefault(index.published_over, []).append(index.symbol)
     for part, names in symbols.items():
-        over = f"over {part} only, and these here are of the whole region."
+        over = f"over {part} only, and these here are for the whole region."
         yield f"{', '.join(names)}: most published figures come out {over}"
     if any(row["coverage"] < WHOLE for row in rows):
-        yield "Covers: the share of the region that can be projected; the figures are of that share."
+        yield "Covers: the share of the region that can be projected; the figures are for that share."
     if any(row[f"{name}_{statistic}"] is None for row in rows for name in measures for statistic in STATISTICS):
         yield "-: the integral diverges, or the measure has no bound."
     if any((row["error_estimate"] or 0.0) > 2.0 * tolerance for row in rows):

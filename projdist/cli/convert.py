@@ -40,7 +40,7 @@ def convert_command(
     output: Annotated[str | None, output_option("A new .gpkg, .geojson, .fgb, .shp, .parquet or .tif.")] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Bring layers and rasters into another CRS, also one made by design, and back."""
+    """Transform layers and rasters to another CRS, also one made by design, and back."""
     if to is None:
         refuse("Invalid option '--to'. It must name a CRS.")
     if output is None:

@@ -69,7 +69,7 @@ def correct_command(
     overwrite: OverwriteOption = False,
     look: LookWords | None = None,
 ) -> None:
-    """Find the linear map that lessens a map's distortion most, and the corrected map."""
+    """Find the linear map that reduces a map's distortion most, and the corrected map."""
     form, page = form_and_page(format, output, overwrite, _FORMS)
     area = region_given(region)
     choice("criterion", criterion, list(CORRECTION_CRITERIA))

@@ -80,7 +80,7 @@ def _grid(text: str | None, step: str | None) -> tuple[float, float] | None:
     if text is None:
         return None
     if step is not None:
-        refuse("Invalid option '--grid'. It cannot stand with --step.")
+        refuse("Invalid option '--grid'. It cannot be used with --step.")
     words = text.split(",")
     if len(words) != 2:
         refuse(f"Invalid grid '{text}'. It must be degrees of latitude and of longitude, as 10,15.")

@@ -61,7 +61,7 @@ def info_command(
     overwrite: OverwriteOption = False,
     look: LookWords | None = None,
 ) -> None:
-    """Tell what a projection is, what it keeps as measured, and its errors where it is for."""
+    """Show what a projection is, what it keeps as measured, and its errors where it is for."""
     form, page = form_and_page(format, output, overwrite)
     picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
     area = region_given(region)
@@ -223,7 +223,7 @@ def _notes(found: MapInfo) -> list[str]:
         f"{first_digit(AK.error)}, after the best scale {scaled}, after the best linear map {affine}."
     )
     if found.coverage < 1.0 - 1e-6:
-        notes.append(f"The map covers {per_cent(found.coverage)} of the region; the figures are of that share.")
+        notes.append(f"The map covers {per_cent(found.coverage)} of the region; the figures are for that share.")
     if any(spread.maximum.value == float("inf") for spread in found.measures.values()):
         notes.append("-: the measure has no bound, or its mean diverges.")
     return notes

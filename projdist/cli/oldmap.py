@@ -86,7 +86,7 @@ def oldmap_command(
         ),
     ] = None,
     measure: Annotated[
-        str, typer.Option("--measure", "-m", metavar="|".join(DRAWN_MEASURES), help="What the heat map is of.")
+        str, typer.Option("--measure", "-m", metavar="|".join(DRAWN_MEASURES), help="What the heat map shows.")
     ] = "fisher",
     format: FormatOption = "table",
     output: Annotated[

@@ -38,7 +38,7 @@ class OldMapFile:
         self._resolution = None if resolution is None else number("resolution", resolution, 1e-6, 1e7, " of metres")
         if self._is_sheet:
             if image is None:
-                refuse(f"Invalid output '{output}'. It is of the scan: --image FILE.")
+                refuse(f"Invalid output '{output}'. It needs a scan: --image FILE.")
             if self.path.exists() and Path(image).exists() and self.path.samefile(image):
                 refuse(f"Invalid output '{output}'. It is the scan.")
             self._image = image

@@ -208,7 +208,7 @@ def check_plain(options: Mapping[str, object]) -> None:
     """Refuse the options of pictures beside many regions."""
     for name, value in options.items():
         if value is not None:
-            refuse(f"Invalid option '{name}'. It cannot stand with --regions.")
+            refuse(f"Invalid option '{name}'. It cannot be used with --regions.")
 
 
 def whole_number(name: str, text: str, low: float, high: float) -> int:

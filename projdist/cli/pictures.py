@@ -103,7 +103,7 @@ class PictureFile:
 def look_of_words(words: LookWords) -> plots.Look:
     """The look of words."""
     if "title" in words and "no_title" in words:
-        refuse("Invalid option '--no-title'. It cannot stand with --title.")
+        refuse("Invalid option '--no-title'. It cannot be used with --title.")
     size = words.get("font_size")
     with refusing():
         return plots.Look(
@@ -139,7 +139,7 @@ def picture_of(
     for name, value in (given | look_options(look)).items():
         if value is not None:
             missing = (
-                f"It is of pictures, and '{output}' is a page." if page else "It needs a picture to draw to: -o FILE."
+                f"It is for pictures, and '{output}' is a page." if page else "It needs a picture to draw to: -o FILE."
             )
             refuse(f"Invalid option '{name}'. {missing}")
     return None

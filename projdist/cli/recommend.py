@@ -96,7 +96,7 @@ def recommend_command(
     """Find the best existing CRSs for a region, or for each of many, by measuring every candidate."""
     most = whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
-        refuse("Invalid option '--intersects'. It cannot stand with --contains.")
+        refuse("Invalid option '--intersects'. It cannot be used with --contains.")
     options: dict[str, Any] = {
         "purpose": purpose,
         "criterion": criterion,

@@ -199,7 +199,7 @@ def _check_bodies(maps: Iterable[Projection]) -> None:
     first, *others = maps
     for other in others:
         if not 0.99 < other.ellipsoid.a / first.ellipsoid.a < 1.01:
-            raise ProjectionError(f"Invalid map '{other.label}'. It is of another body than '{first.label}'.")
+            raise ProjectionError(f"Invalid map '{other.label}'. It shows another body than '{first.label}'.")
 
 
 def _check_whole(projection: Projection, region: Place) -> None:

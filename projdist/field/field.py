@@ -88,7 +88,7 @@ class Field:
 
     @property
     def coverage(self) -> float:
-        """The share of the region that can be projected; the figures are of that share."""
+        """The share of the region that can be projected; the figures are for that share."""
         return self._samples.coverage
 
     @property

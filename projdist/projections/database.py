@@ -36,7 +36,7 @@ __all__ = [
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
 """Those with projected CRSs of the Earth; IAU_2015's are of other planets."""
 
-OF_A_SPHERE = "It is of a sphere"
+OF_A_SPHERE = "It uses a sphere"
 _SPHEROID = re.compile(r'SPHEROID\["[^"]*",([^,\]]+),([^,\]]+)')
 _STANDS_FOR_AN_ELLIPSOID = 6.375e6  # metres; spheres of larger radius, that of an equator, PROJ may take for one
 _KEPT = 512  # CRSs of 35 kB each

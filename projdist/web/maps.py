@@ -55,7 +55,9 @@ def draw_maps(
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
     place = shown_part(region_for(region, maps))
     step = cell_step(place.bounds)
-    notes = [f"The maps are of the first {MOST_MAPS} of {len(projections)}."] if len(projections) > MOST_MAPS else []
+    notes = (
+        [f"These are the maps of the first {MOST_MAPS} of {len(projections)}."] if len(projections) > MOST_MAPS else []
+    )
     drawn, values, weights = [], [], []
     for projection, title in zip(maps, titles, strict=False):
         try:

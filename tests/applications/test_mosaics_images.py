@@ -348,7 +348,7 @@ def test_points_of_reduced_images(tmp_path):
     wide = open_pictures([np.zeros((60, 100), np.uint8)] * 2)
     with pytest.raises(ValueError, match=r"Invalid image '0'. Its shape is not that of the correspondences."):
         correspondences_of(wide, tmp_path / "half.csv")
-    with pytest.raises(ValueError, match=r"Invalid images. There are 3; the correspondences are of 2."):
+    with pytest.raises(ValueError, match=r"Invalid images. There are 3; the correspondences are for 2."):
         correspondences_of([*pictures, pictures[0]], tmp_path / "half.csv")
 
 

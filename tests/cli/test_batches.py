@@ -118,7 +118,7 @@ def test_a_partial_file_that_is_asked_for_stays(tmp_path):
     assert result.stderr == f"projdist: Note: Results that are in '{part}' are taken from there.\n"
     refused = run(*COMPARE, "-m", "omega", "--partial", str(part))
     assert (refused.exit_code, refused.stdout) == (2, "")
-    assert "It is of another job, with other options. Take another name, or remove it." in refused.stderr
+    assert "It belongs to another job, with other options. Take another name, or remove it." in refused.stderr
 
 
 def test_a_cluster_that_goes_away(tmp_path, monkeypatch):
@@ -181,12 +181,15 @@ def test_ctrl_c_and_the_same_command(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("compare moll --regions countries -r globe", "Invalid option '--regions'. It cannot stand with --region."),
+        ("compare moll --regions countries -r globe", "Invalid option '--regions'. It cannot be used with --region."),
         (
             "compare moll --regions countries --weight a.tif",
-            "Invalid option '--regions'. It cannot stand with --weight.",
+            "Invalid option '--regions'. It cannot be used with --weight.",
         ),
-        ("compare moll --regions countries --plot pareto", "Invalid option '--plot'. It cannot stand with --regions."),
+        (
+            "compare moll --regions countries --plot pareto",
+            "Invalid option '--plot'. It cannot be used with --regions.",
+        ),
         ("compare moll --regions nowhere", "Invalid region file 'nowhere'. It cannot be read: No such file"),
         ("compare moll --regions countries@5m", "Invalid suffix '@5m'."),
         ("compare moll --regions country:Nowhere", "Invalid country 'Nowhere'."),
@@ -197,11 +200,11 @@ def test_ctrl_c_and_the_same_command(tmp_path):
         ("compare moll --executor processes:2", "Invalid option '--executor'. It needs --regions."),
         ("compare moll --partial a", "Invalid option '--partial'. It needs --regions."),
         ("recommend", "Missing argument 'REGION', or --regions. See 'projdist recommend --help'."),
-        ("recommend globe --regions countries", "Invalid option '--regions'. It cannot stand with a region."),
+        ("recommend globe --regions countries", "Invalid option '--regions'. It cannot be used with a region."),
         ("recommend globe --partial a", "Invalid option '--partial'. It needs --regions."),
         ("recommend --regions countries --purpose pretty", "Invalid purpose 'pretty'."),
         ("recommend --regions countries --criterion x", "Invalid criterion 'x'."),
-        ("recommend --regions countries --dpi 50", "Invalid option '--dpi'. It cannot stand with --regions."),
+        ("recommend --regions countries --dpi 50", "Invalid option '--dpi'. It cannot be used with --regions."),
     ],
 )
 def test_refused(words, message, tmp_path, monkeypatch):

@@ -79,7 +79,7 @@ def test_an_unknown_index_is_one_line() -> None:
 
 def test_what_published_figures_are_of() -> None:
     """Under the table, and in JSON by a key, stands of what part of the globe the published figures are."""
-    note = "I, A: most published figures come out over |lat| <= 88 only, and these here are of the whole region."
+    note = "I, A: most published figures come out over |lat| <= 88 only, and these here are for the whole region."
     arguments = ("compare", "plate-carree", "--tolerance", "1e-4", "--indices", "I,A,airy_kavrayskiy")
     assert note in run(*arguments)[1]
     found = json.loads(run(*arguments, "--format", "json")[1])

@@ -379,7 +379,7 @@ def test_images_refused(tmp_path, points):
         ([*sheets, str(points)], 2, f"Invalid image '{points}'. It cannot be read"),
         ([*sheets, "--sizes", "20x20"], 2, "Invalid sizes '20x20'. The images have their own."),
         ([*sheets, "--frame", "2"], 2, "Invalid frame '2'."),
-        ([*sheets, "--correspondences", str(points)], 2, "Invalid images. There are 2; the correspondences are of 3."),
+        ([*sheets, "--correspondences", str(points)], 2, "Invalid images. There are 2; the correspondences are for 3."),
         (sheets, 1, "Invalid images. No two of them have anything in common."),
     ):
         result = run(*words)

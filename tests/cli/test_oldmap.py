@@ -184,7 +184,7 @@ def test_words_are_those_of_the_pictures():
         (["--draw", "map", "-o", "x.png"], "Invalid panel 'map'. It must be tissot, heatmap, rotation, scale or grid."),
         (["--measure", "h", "-o", "x.png"], "Invalid measure 'h'. It must be fisher or areal_scale."),
         (["--image", "none.jpg", "-o", "x.png"], "Invalid image 'none.jpg'. It cannot be read: No such file"),
-        (["-o", "x.tif"], "Invalid output 'x.tif'. It is of the scan: --image FILE."),
+        (["-o", "x.tif"], "Invalid output 'x.tif'. It needs a scan: --image FILE."),
         (["-o", "x.tif", "--image", "none.jpg"], "Invalid image 'none.jpg'. It cannot be read: No such file"),
         (["-o", "x.tif", "--image", "a.jpg", "--by", "x"], "Invalid rectification 'x'. It must be fit, mdt, affine or"),
         (["-o", "x.tif", "--image", "a.jpg", "--dpi", "90"], "Invalid option '--dpi' for 'x.tif'. It is for pictures."),

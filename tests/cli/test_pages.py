@@ -61,7 +61,7 @@ def test_many_maps_are_told(tmp_path: Path) -> None:
     names = "robin moll merc eqearth sinu eck4 eck6".split()
     found = page(tmp_path / "x.html", "compare", *names, "-r", "globe", *QUICK)
     assert len(found["canvas"]) == 6 + 1
-    assert any("The maps are of the first 6 of 7." in text for text in found["li"])
+    assert any("These are the maps of the first 6 of 7." in text for text in found["li"])
 
 
 def test_a_comparison_of_nothing_has_no_maps() -> None:
@@ -161,7 +161,7 @@ def test_a_page_is_refused_where_it_cannot_be(tmp_path: Path) -> None:
     for command in (words, commands[2]):
         for option, value in {"--size": "5,5", "--dpi": "100", "--theme": "dark"}.items():
             assert refused(*command, option, value) == (
-                f"projdist: Invalid option '{option}'. It is of pictures, and '{path}' is a page.\n"
+                f"projdist: Invalid option '{option}'. It is for pictures, and '{path}' is a page.\n"
             )
     assert "Its suffix must be" in refused("heatmap", "robin", "-o", str(path))
     path.write_text("old")

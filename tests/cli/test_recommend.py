@@ -290,7 +290,7 @@ def test_picture(tmp_path):
         ([ISLAND, "--authority", "IAU"], "Invalid authority 'IAU'. It must be EPSG, ESRI or IGNF."),
         ([ISLAND, "--limit", "0"], "Invalid limit '0'. It must be a number within 1 and 10000."),
         ([ISLAND, "--limit", "1.5"], "Invalid limit '1.5'. It must be a whole number."),
-        ([ISLAND, "--contains", "--intersects"], "Invalid option '--intersects'. It cannot stand with --contains."),
+        ([ISLAND, "--contains", "--intersects"], "Invalid option '--intersects'. It cannot be used with --contains."),
         ([ISLAND, "--executor", "dask"], "Invalid executor 'dask'. It must be dask://HOST:PORT"),
         ([ISLAND, "--size", "10"], "Invalid option '--size'. It needs a picture to draw to: -o FILE."),
         ([ISLAND, "--dpi", "5"], "Invalid option '--dpi'. It needs a picture to draw to: -o FILE."),

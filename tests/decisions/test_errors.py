@@ -460,7 +460,7 @@ def test_no_crs_is_recommended_on_other_bodies():
     """The registry's areas of use are the Earth's."""
     found = projdist.check(frame(box(0, 0, 1, 1), crs="IAU_2015:30100"), "IAU_2015:30110")
     assert found.recommended is None
-    assert found.notes[-1] == "No CRS is recommended: these are of the Earth only."
+    assert found.notes[-1] == "No CRS is recommended: that is done for the Earth only."
 
 
 @pytest.mark.parametrize(

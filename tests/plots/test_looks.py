@@ -166,7 +166,7 @@ def test_options_of_the_command(tmp_path: Path) -> None:
         (["--theme", "pink"], "Invalid theme 'pink'"),
         (["--font-size", "big"], "Invalid font size 'big'"),
         (["--style", "none.mplstyle"], "Invalid style 'none.mplstyle'"),
-        (["--title", "A", "--no-title"], "It cannot stand with --title"),
+        (["--title", "A", "--no-title"], "It cannot be used with --title"),
     ):
         result = run("tissot", "robin", *wrong, "-o", str(tmp_path / "c.png"))
         assert result.exit_code == 2

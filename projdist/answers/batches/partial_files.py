@@ -69,7 +69,7 @@ def _results(text: bytes, header: Mapping[str, Any], path: Path) -> dict[int, di
         raise ValueError(f"Invalid partial file {quoted(str(path))}. It is none; take another name.")
     if found["digest"] != header["digest"]:
         raise ValueError(
-            f"Invalid partial file {quoted(str(path))}. It is of another job, {_difference(found, header)}. Take "
+            f"Invalid partial file {quoted(str(path))}. It belongs to another job, {_difference(found, header)}. Take "
             "another name, or remove it."
         )
     results = [_parsed(line, path, number) for number, line in enumerate(lines[1:], start=2)]

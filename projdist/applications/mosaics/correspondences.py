@@ -75,7 +75,7 @@ class Correspondences:
         """The same points in images of other sizes, which have names; raises ValueError where shapes differ."""
         new = np.array(sizes, dtype=float)
         if len(new) != len(self.sizes):
-            raise ValueError(f"Invalid images. There are {len(new)}; the correspondences are of {len(self.sizes)}.")
+            raise ValueError(f"Invalid images. There are {len(new)}; the correspondences are for {len(self.sizes)}.")
         ratio = new / self.sizes
         for name, (across, down) in zip(names, ratio, strict=True):
             if abs(across / down - 1.0) > _SAME_SHAPE:

@@ -271,7 +271,7 @@ def _recommended(
     if region is None:
         return None, ("No CRS is recommended: the data have no place on the Earth.",)
     if abs(projection.ellipsoid.a / MEAN_EARTH_RADIUS - 1.0) > _EARTHLY:
-        return None, ("No CRS is recommended: these are of the Earth only.",)
+        return None, ("No CRS is recommended: that is done for the Earth only.",)
     lon, lat = source.degrees(edges[:, 0], edges[:, 1])
     known = np.isfinite(lon) & (np.abs(lat) <= 90.0)
     found = site(crs, region, lon[known], lat[known], purpose=purpose, **options)

@@ -156,7 +156,7 @@ class Lane:
         """What the page hears of an exception that nobody foresaw, whose trace is for the terminal."""
         self._end()
         logging.getLogger(__name__).error(trace)  # to standard error, if nobody says otherwise
-        return failed(request, "This failed, and should not have: the terminal where the page was started tells why.")
+        return failed(request, "This failed, and should not have: the terminal where the page was started says why.")
 
     def _start(self) -> tuple[BaseProcess, Connection]:
         """The process and the connection to it, which are made where there are none."""

@@ -101,11 +101,11 @@ def test_going_on(tmp_path):
     log.write_text("")
     assert batch(slow, BANDS, options=options, partial=path).to_dict() == whole
     assert sorted(line.split()[1] for line in log.read_text().splitlines()) == BANDS[3:]
-    with pytest.raises(ValueError, match=r"It is of another job, with other options"):
+    with pytest.raises(ValueError, match=r"It belongs to another job, with other options"):
         batch(slow, BANDS, options=options | {"seconds": 1.0}, partial=path)
-    with pytest.raises(ValueError, match=r"It is of another job, of other regions or maps"):
+    with pytest.raises(ValueError, match=r"It belongs to another job, of other regions or maps"):
         batch(slow, [*BANDS[1:], BANDS[0]], options=options, partial=path)
-    with pytest.raises(ValueError, match=r"It is of another job, of another function"):
+    with pytest.raises(ValueError, match=r"It belongs to another job, of another function"):
         batch(name_of, BANDS, partial=path)
 
 

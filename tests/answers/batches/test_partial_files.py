@@ -78,7 +78,7 @@ def test_another_job_is_refused(tmp_path, changed, what):
     path = tmp_path / "part"
     write(path)
     before = path.read_bytes()
-    message = rf"^Invalid partial file '.*part'. It is of another job, {what}. Take another name, or remove it.$"
+    message = rf"^Invalid partial file '.*part'. It belongs to another job, {what}. Take another name, or remove it.$"
     with pytest.raises(ValueError, match=message):
         read(path, HEADER | {"digest": "other"} | changed)
     assert path.read_bytes() == before
