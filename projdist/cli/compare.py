@@ -73,7 +73,12 @@ def compare_command(
         typer.Option("--modes", help="The independent ways in which each map distorts, and their shares of the whole."),
     ] = False,
     sort: Annotated[
-        str, typer.Option("--sort", help="given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.")
+        str,
+        typer.Option(
+            "--sort",
+            metavar="COLUMN",
+            help="given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.",
+        ),
     ] = "airy_kavrayskiy",
     tolerance: Annotated[
         str, typer.Option(metavar="NUMBER", help="Largest error of the Airy-Kavrayskiy figures.")

@@ -46,7 +46,9 @@ _DOING = {
 
 @with_looks
 def design_command(
-    region: Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")],
+    region: Annotated[
+        str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
+    ],
     kind: Annotated[str, typer.Option(metavar="|".join(KINDS), help="What the map keeps.")] = "any",
     criterion: Annotated[
         str,

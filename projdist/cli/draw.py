@@ -96,6 +96,7 @@ def heatmap_command(
         typer.Option(
             "--measure",
             "-m",
+            metavar="NAME",
             help="See 'projdist list measures'; fisher if none. A raster may have several, with commas.",
         ),
     ] = None,
@@ -108,12 +109,17 @@ def heatmap_command(
     ] = None,
     region: RegionOption = None,
     step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between graticule lines.")] = None,
-    levels: Annotated[str | None, typer.Option(help="Number of isolines, or values in any order, as 1,1.5,2.")] = None,
-    cmap: Annotated[str | None, typer.Option(help="Name of a matplotlib colour map.")] = None,
+    levels: Annotated[
+        str | None, typer.Option(metavar="NUMBERS", help="Number of isolines, or values in any order, as 1,1.5,2.")
+    ] = None,
+    cmap: Annotated[str | None, typer.Option(metavar="NAME", help="A colour map of matplotlib.")] = None,
     context: ContextOption = None,
     size: Annotated[
         str | None,
-        typer.Option(help="Inches of a picture, as 10,6; pixels of a raster: of its longer side, or as 1000,500."),
+        typer.Option(
+            metavar="WIDTH,HEIGHT",
+            help="Inches of a picture, as 10,6; pixels of a raster: of its longer side, or as 1000,500.",
+        ),
     ] = None,
     dpi: DpiOption = None,
     resolution: Annotated[

@@ -31,7 +31,8 @@ def explore_command(
     ] = None,
     region: RegionOption = None,
     measure: Annotated[
-        str, typer.Option("--measure", "-m", help="The measure shown first (see 'projdist list measures').")
+        str,
+        typer.Option("--measure", "-m", metavar="NAME", help="The measure shown first (see 'projdist list measures')."),
     ] = "fisher",
     port: Annotated[
         str | None, typer.Option(metavar="NUMBER", help="Of the address; any free one if not given.")

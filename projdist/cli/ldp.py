@@ -38,7 +38,9 @@ _FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
 
 @with_looks
 def ldp_command(
-    region: Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")],
+    region: Annotated[
+        str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
+    ],
     heights: Annotated[
         str | None,
         typer.Option(metavar="FILE", help="Points: .csv with lon, lat and ellipsoidal h, or a .tif (with rasterio)."),

@@ -34,12 +34,14 @@ def morph_command(
     output: Annotated[str, output_option("Film: .gif, or .mp4 (with ffmpeg).")] = "morph.gif",
     measure: Annotated[
         list[str] | None,
-        typer.Option("--measure", "-m", help="Its colours; fisher if none (see 'projdist list measures')."),
+        typer.Option(
+            "--measure", "-m", metavar="NAME", help="Its colours; fisher if none (see 'projdist list measures')."
+        ),
     ] = None,
     region: RegionOption = None,
     frames: Annotated[str, typer.Option(metavar="NUMBER", help="Pictures on the way there.")] = "24",
     seconds: Annotated[str, typer.Option(metavar="NUMBER", help="There and back, without the rests.")] = "4",
-    size: Annotated[str, typer.Option(help="Width and height in inches.")] = "7,4.6",
+    size: Annotated[str, typer.Option(metavar="WIDTH,HEIGHT", help="In inches.")] = "7,4.6",
     dpi: Annotated[str, typer.Option(metavar="NUMBER", help="Dots per inch.")] = "100",
     overwrite: OverwriteOption = False,
     look: LookWords | None = None,

@@ -70,8 +70,8 @@ def oldmap_command(
         str | None,
         typer.Option(
             metavar="|".join(RECTIFIED_BY),
-            help="What rectifies the scan, fit if not given; or what displacements, isolines and several maps are "
-            "after, mdt.",
+            help="The map that rectifies the scan, fit if not given; for displacements, isolines and several maps the "
+            "linear map that is taken out first, mdt if not given.",
         ),
     ] = None,
     resolution: Annotated[

@@ -45,7 +45,9 @@ def optimize_command(
             help=f"auto, {', '.join(FAMILIES)}, or a PROJ string with ranges, as '+proj=lcc +lat_1={{20..60}}'.",
         ),
     ],
-    region: Annotated[str, typer.Argument(metavar="REGION", help="As --region of compare.")],
+    region: Annotated[
+        str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
+    ],
     free: Annotated[
         str | None,
         typer.Option(

@@ -47,6 +47,7 @@ RegionOption = Annotated[
     typer.Option(
         "--region",
         "-r",
+        metavar="REGION",
         help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM, country:NAME, "
         "continent:NAME, state:NAME (of the USA), crs:CODE (its area of use), file:PATH[#LAYER] (polygons), "
         "geodesic:PATH (with geodesics for edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', "
@@ -96,9 +97,14 @@ DatumOption = Annotated[
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")]
 MeasuresOption = Annotated[
     list[str] | None,
-    typer.Option("--measure", "-m", help="A measure (see 'projdist list measures'); may be repeated, or with commas."),
+    typer.Option(
+        "--measure",
+        "-m",
+        metavar="NAME",
+        help="A measure (see 'projdist list measures'); may be repeated, or with commas.",
+    ),
 ]
-SizeOption = Annotated[str | None, typer.Option(help="Width and height of the picture in inches, as 10,6.")]
+SizeOption = Annotated[str | None, typer.Option(metavar="WIDTH,HEIGHT", help="Of the picture in inches, as 10,6.")]
 ContextOption = Annotated[
     str | None,
     typer.Option(

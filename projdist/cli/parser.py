@@ -52,6 +52,23 @@ class Command(TyperCommand):
         with notices_said():
             return super().invoke(ctx)
 
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """`[OPTIONS] REGION [NAME...]`, the same whatever typer's version."""
+        arguments = [one for one in self.get_params(ctx) if one.param_type_name == "argument"]
+        return ["[OPTIONS]", *(_name(one) if one.required else f"[{_name(one)}]" for one in arguments)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Arguments and options with their help; newer versions of typer write the types of Python beside arguments."""
+        rows: dict[str, list[tuple[str, str]]] = {"argument": [], "option": []}
+        for one in self.get_params(ctx):
+            if record := one.get_help_record(ctx):
+                is_argument = one.param_type_name == "argument"
+                rows[one.param_type_name].append((_name(one), record[1]) if is_argument else record)
+        for kind, lines in rows.items():
+            if lines:
+                with formatter.section(f"{kind.title()}s"):
+                    formatter.write_dl(lines)
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words behind the command."""
         options = [name for parameter in self.params for name in parameter.opts if name.startswith("-")]
@@ -65,6 +82,12 @@ class Command(TyperCommand):
             if parameter.param_type_name == "argument":
                 _check_arguments(ctx, ctx.params[parameter.name], options)
         return rest
+
+
+def _name(argument: Any) -> str:
+    """What an argument is called in help."""
+    name = str(argument.metavar or argument.name.upper())
+    return name[1:-1] if name.startswith("[") else name
 
 
 def _protected(words: list[str], options: list[str]) -> list[str]:

@@ -50,7 +50,9 @@ _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
 _ROUNDING = 1e-6  # of an angle, degrees
 
-RegionArgument = Annotated[str | None, typer.Argument(metavar="REGION", help="As --region of compare.")]
+RegionArgument = Annotated[
+    str | None, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
+]
 
 
 @with_looks

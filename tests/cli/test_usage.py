@@ -254,5 +254,8 @@ def test_version() -> None:
 @pytest.mark.parametrize("command", [[], *([command] for command in COMMANDS)], ids=["projdist", *COMMANDS])
 @pytest.mark.parametrize("option", ["--help", "-h"])
 def test_help(command: list[str], option: str) -> None:
-    """Every command has help with its usage."""
-    assert "Usage: " in run_ok(*command, option)
+    """Every command has help with its usage, and tells what to write, not Python's types."""
+    text = run_ok(*command, option)
+    assert text.startswith("Usage: projdist ")
+    assert not re.search(r"<\w|list\[|\[\[", text)
+    assert "{" not in text.splitlines()[0]
