@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from projdist import plots
+from projdist.cli.cells import size_text
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import CSV, HTML, JSON, TABLE
 from projdist.cli.options import (
@@ -127,7 +128,7 @@ _ANGLES = ("lat_0", "lat_1", "lon_0", "lonc", "alpha")
 def _report(found: LDP, picture: PictureFile | None, against: Sequence[str]) -> Report:
     name, region = found.projection.name, found.region
     return Report(
-        title=f"{name} for {region.name} ({region.area_km2:,.0f} km2), by {found.criterion}",
+        title=f"{name} for {region.name} ({size_text(region)}), by {found.criterion}",
         lead=[
             f"{key:6} {_degrees(value) if key in _ANGLES else number_text(value)}"
             for key, value in found.parameters.items()

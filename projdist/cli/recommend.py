@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from projdist import plots
-from projdist.cli.cells import certain, change, per_cent, rounded
+from projdist.cli.cells import certain, change, per_cent, rounded, size_text
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.executors import executor_opened
 from projdist.cli.options import (
@@ -177,7 +177,7 @@ def _report(result: Recommendation, picture: PictureFile | None) -> Report:
     existing, custom = rows[: len(result.results)], rows[len(result.results) :]
     designed = [Column("method", "name", "custom {}".format), *_figures(result.criterion), Column("proj", "definition")]
     return Report(
-        title=f"{result.region.name} ({result.region.area_km2:,.0f} km2), {result.purpose}, by {result.criterion}",
+        title=f"{result.region.name} ({size_text(result.region)}), {result.purpose}, by {result.criterion}",
         tables=[
             Table(existing, [*_columns(existing, result)]),
             *([Table(custom, designed)] if custom else []),
