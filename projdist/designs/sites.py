@@ -16,6 +16,7 @@ __all__ = ["SYMMETRIES", "Site", "central_meridian", "mirrored", "site_of"]
 SYMMETRIES = ("none", "meridian", "equator", "both")
 
 _SAME = 1e-3  # metres
+_ASIDE, _THROWN, _NEAR = 1e-3, 1.0, 1e5  # degrees between neighbours, and metres from their middle and between them
 _TORN = 1e-9  # of the region's area: nodes at which the base is not smooth, or turns over
 
 
@@ -75,7 +76,7 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
     else:
         both, beside = nodes, np.zeros(nodes.lon.size)
     J, _ = both.jacobian(base)
-    x, y = base(both.lon, both.lat)
+    x, y = _places(base, both.lon, both.lat)
     det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
     smooth = np.isfinite(x + y + det) & (det > 0.0)
     lost = float(both.weight[~smooth].sum())
@@ -91,6 +92,18 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
         site,
         **{name: getattr(site, name)[kept] for name in ("lon", "lat", "weight", "around", "x", "y", "J")},
     )
+
+
+def _places(base: Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:
+    """Places (2, n) in metres; the middle of the neighbours for a point that is thrown far from both.
+
+    PROJ's omerc throws a strip a metre wide, along the meridian where the tangent in its equations is infinite.
+    """
+    own = np.array(base(lon, lat))
+    west, east = np.array(base(lon - _ASIDE, lat)), np.array(base(lon + _ASIDE, lat))
+    middle = 0.5 * (west + east)
+    thrown = (np.hypot(*(own - middle)) > _THROWN) & (np.hypot(*(east - west)) < _NEAR)
+    return np.where(thrown, middle, own)
 
 
 def mirrored(site: Site, symmetry: str) -> Site:

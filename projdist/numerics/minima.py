@@ -236,6 +236,7 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
     """The x (m,) for which the largest |values + columns x| is least, columns (n, m): a linear programme.
 
     It sees some of the rows at first, and then those that rise above its optimum, until none does (E. Remez, 1934).
+    Raises ValueError for columns beyond what the programme can tell.
     """
     from scipy.optimize import linprog  # as above
 
@@ -253,6 +254,8 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
             bounds=[(None, None)] * count + [(0.0, None)],
             method="highs",
         )
+        if found.status != 0:
+            raise ValueError(f"{len(values)} points do not tell {count} terms apart.")
         rest = np.abs(values + columns @ found.x[:count])
         above = np.flatnonzero(rest > found.x[count] * (1.0 + _ROUNDING))
         new = np.setdiff1d(above[np.argsort(-rest[above])[: 4 * count]], seen)

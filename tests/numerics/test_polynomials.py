@@ -84,6 +84,14 @@ def test_least_largest_of_small_and_no_values() -> None:
     assert not least_largest(columns, 0.0 * x).any()
 
 
+def test_least_largest_beyond_what_can_be_told() -> None:
+    """One row with 1e22 beside others of 1: the programme's solver takes no such number."""
+    columns = np.ones((50, 3))
+    columns[0] = 1.0, 1e12, 1e22
+    with pytest.raises(ValueError, match="50 points do not tell 3 terms apart"):
+        least_largest(columns, np.linspace(-1.0, 1.0, 50))
+
+
 def test_least_squares() -> None:
     """Rosenbrock's valley ends at 1, 1."""
 
