@@ -112,10 +112,10 @@ def overview_page(images: str, link: Callable[[str], str | None]) -> str:
         "",
         *_wrapped(
             f"The best maps of {len(known)} places, measured beforehand: continents, oceans, UTM zones, countries and "
-            "their parts far away, states of the USA. For each, for any purpose, for angles, for areas, as a "
-            "compromise and by the largest scale error: the best CRS of EPSG and ESRI, the best member of PROJ's "
-            "families, the best map made to measure, about the least error that any map can have, and the country's "
-            "own system."
+            "their distant parts, and states of the USA. There are five purposes: any, angles, areas, a compromise, "
+            "and the least scale error. For each the atlas has the best CRS of EPSG and ESRI, the best member of "
+            "PROJ's families, the best map made to measure, a prediction of the least possible error, and the "
+            "country's own system."
         ),
         "",
         "```sh",
@@ -136,17 +136,17 @@ def overview_page(images: str, link: Callable[[str], str | None]) -> str:
         f"![How far the official CRS of each country is from the best map of all]({images}/world.png)",
         "",
         *_wrapped(
-            "How many times the error of the best map made to measure a country's official CRS has. Gray: there is no "
-            "single official CRS, as where the country has zones."
+            "The error of each country's official CRS, over that of the best map made to measure. Gray: there is no "
+            "single official CRS, for example where the country has zones."
         ),
         "",
         "## All places",
         "",
         *_wrapped(
-            "Errors are Airy-Kavrayskiy's, of any purpose. Official: the best of the country's own CRSs for general "
-            "use that hold nine tenths of the place, on its datum in force; in states and parts far away only one "
-            "that is made for them. Saves: the share of the error of the official CRS that a map saves, or, where "
-            "there is none, of the best existing one."
+            "Errors are Airy-Kavrayskiy's, for any purpose. Official: the best of the country's own CRSs for general "
+            "use that hold at least nine tenths of the place, on the datum in force; for states and distant parts "
+            "only a CRS that was made for them. Saves: by how much the error is less than that of the official CRS, "
+            "or of the best existing one if there is none."
         ),
         "",
         *_table(link),
@@ -205,20 +205,22 @@ def _findings(known: Sequence[AtlasEntry]) -> Iterator[str]:
     crs = {entry.title: entry.official.projection for entry in official if entry.official is not None}
     middle = statistics.median(made.values())
     yield from _item(
-        f"Of {len(countries)} countries {len(official)} have a CRS of their own for general use that holds nine tenths "
-        "of their main part, which is called official here; the others have zones, or none. Where an agency works in "
-        "zones, too, the one for all is mostly for small scales."
+        f"Of {len(countries)} countries {len(official)} have a CRS of their own for general use that holds at least "
+        "nine tenths of their main part. It is called official here. The others have zones, or no CRS of their own. "
+        "An agency that has zones as well mostly uses the one CRS for small scales only."
     )
     yield from _item(
-        f"{good} of these {len(official)} are at most {100 * _AS_GOOD:.0f} % above the error of the best existing CRS."
+        f"The errors of {good} of these {len(official)} are at most {100 * _AS_GOOD:.0f} % above that of the best "
+        "existing CRS."
     )
     yield from _item(
-        f"{len(bad)} of {_SMALL:,} km² and more have {_FACTOR:g} times its error or more: {_told(bad, lost, crs)}."
+        f"In {len(bad)} countries of at least {_SMALL:,} km² the official CRS has {_FACTOR:g} times the error of the "
+        f"best existing one or more: {_told(bad, lost, crs)}."
     )
     yield from _item(
-        f"Against the best map made to measure half of them have {middle:.2g} times the error and more. Of countries "
-        f"of {_LARGE:,} km² and more the nearest to it are {_told(near[:_NAMED], made, crs)}; the farthest are "
-        f"{_told(near[: -_NAMED - 1 : -1], made, crs)}."
+        f"Half of the official CRSs have at least {middle:.2g} times the error of the best map made to measure. Among "
+        f"countries of at least {_LARGE:,} km² these are nearest to it: {_told(near[:_NAMED], made, crs)}. "
+        f"These are farthest: {_told(near[: -_NAMED - 1 : -1], made, crs)}."
     )
 
 
@@ -259,9 +261,9 @@ def _about(versions: Mapping[str, str]) -> Iterator[str]:
     yield ""
     yield from _wrapped(
         "Tests measure the maps of one place in twelve again by differences of PROJ's coordinates, and look in ten "
-        "places at all CRSs of EPSG and Esri for a better one, by pyproj's factors. A map made for the least scale "
-        "error is not always better than the best of the families: of Asia it is worse by 60 %, of ten small or "
-        "narrow places by up to 13 %."
+        "places at all CRSs of EPSG and Esri for a better one, by pyproj's factors. No member of a family that shows "
+        "the place in one piece is better than the map made to measure. Around the poles (Antarctica, the Southern "
+        "and the Arctic Ocean) a cone that is cut within the place can be."
     )
 
 
