@@ -166,6 +166,7 @@ async def _send_all(socket: Any, waiting: asyncio.Queue[bytes | str]) -> None:
         while True:
             block = await waiting.get()
             await (socket.send_text(block) if isinstance(block, str) else socket.send_bytes(block))
+            await asyncio.sleep(0)  # for the loop to hear that the page has left, before asyncio says so
 
 
 def _files() -> dict[str, str]:

@@ -58,7 +58,7 @@ def test_what_takes_too_long_is_stopped() -> None:
 
 
 @pytest.mark.slow
-def test_what_nobody_foresaw_is_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_what_nobody_foresaw_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     """In one line on the page, with its trace once in the log, which is standard error's; the lane goes on."""
     told = Hearing()
     with lane(Traps()) as found:
@@ -68,9 +68,9 @@ def test_what_nobody_foresaw_is_told(caplog: pytest.LogCaptureFixture) -> None:
         assert "problem" not in told.next()
     assert problem.startswith("This failed, and should not have")
     assert "\n" not in problem
-    (error,) = caplog.messages
-    assert error.startswith("Traceback (most recent call last)")
-    assert error.endswith("LookupError: nobody foresaw this\n")
+    error = capsys.readouterr().err
+    assert error.count("Traceback (most recent call last)") == 1
+    assert error.endswith("LookupError: nobody foresaw this\n\n")
 
 
 @pytest.mark.slow
