@@ -18,12 +18,15 @@ EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 SLOW_EXAMPLES = {
     "projdist.answers.corrections.correct",
     "projdist.decisions.recommendation.for_frames.estimate_crs",
+    "projdist.decisions.recommendation.search.recommend",
+    "projdist.decisions.surveying.design.ldp",
     "projdist.designs.averaging.mean_map",
     "projdist.designs.making.design",
     "projdist.gis.accessors.FrameAccessor",
     "projdist.gis.old_maps.old_map_layers",
     "projdist.plots.geoaxes.add_heatmap",
     "projdist.plots.geoaxes.add_tissot",
+    "projdist.plots.geoaxes.to_cartopy",
     "projdist.plots.morphs.morph",
     "projdist.plots.spaces.space_figure",
 }

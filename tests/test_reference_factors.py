@@ -39,6 +39,7 @@ def of_methods(table: "pd.DataFrame", *starts: str) -> "pd.DataFrame":
     return table[named & (table.error < CERTAIN)]
 
 
+@pytest.mark.slow
 def test_both_files_are_the_same() -> None:
     parquet = pd.read_parquet(DOCS / "reference_factors" / "factors.parquet")
     text = pd.read_csv(DOCS / "reference_factors" / "factors.csv.gz", keep_default_na=True)
@@ -67,6 +68,7 @@ def test_what_methods_promise(table: "pd.DataFrame", methods: tuple[str, ...], l
     assert np.quantile(np.abs(off), 0.99) < AGREE
 
 
+@pytest.mark.slow
 def test_convergences_of_cones(table: "pd.DataFrame") -> None:
     """Of Lambert's with one parallel, sin(lat_1) of the difference of longitudes."""
     checked = 0

@@ -166,7 +166,7 @@ def test_all_kinds_are_one_region(kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW[:3] else name for name in ANSWERS]
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW[:4] else name for name in ANSWERS]
 )
 def test_answers_are_of_the_region(name: str) -> None:
     """Whatever it was given as; what takes seconds is tried with what is least like text."""

@@ -109,6 +109,7 @@ def test_wrong_radius(radius):
         local_corrections("robin", 0.0, 0.0, radius)
 
 
+@pytest.mark.slow
 def test_wrong_projection():
     """A projection that is none is refused as elsewhere."""
     with pytest.raises(ProjectionError):

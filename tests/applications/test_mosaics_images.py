@@ -42,7 +42,8 @@ def test_registration_recovers_the_maps(model, tilt):
     assert pairs_apart(mosaic(points, model=model), H) < SUB_PIXEL
 
 
-@pytest.mark.parametrize("fine", [pytest.param(0.5, marks=pytest.mark.slow), 1.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("fine", [0.5, 1.0])
 def test_large_images_are_reduced(monkeypatch, fine):
     """Features of reduced images are in pixels of the whole ones, without a shift; larger ones are nearer."""
     pytest.importorskip("cv2")
@@ -111,6 +112,7 @@ def test_text():
         mosaic(match(open_pictures([grey_cut(page(seed), H[0]) for seed in (11, 21)])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "kept"), [(2, 6), (5, 10)])
 def test_few_blobs(seed, kept):
     """Of seven or thirteen points, as cells under a microscope have, those that are right are enough."""
@@ -123,6 +125,7 @@ def test_few_blobs(seed, kept):
     assert pair.false_alarms < -10
 
 
+@pytest.mark.slow
 def test_mirrored_pictures():
     """A picture and its mirror image, as of a slide turned over, make no mosaic."""
     pytest.importorskip("cv2")

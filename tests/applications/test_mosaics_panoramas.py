@@ -235,6 +235,7 @@ def test_from_pictures(name, degrees, share):
 # ---- the map --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_it_is_a_region():
     """A panorama stands for what it shows: all round the sphere, and of an image the solid angle of a pyramid."""
     R, f = turned("all round")
@@ -276,6 +277,7 @@ def test_reports():
     assert repr(found) == "Panorama(5 images of a camera that turns)"
 
 
+@pytest.mark.slow
 def test_arguments_are_checked():
     """Maps of ellipsoids and without an inverse, focal lengths and tolerances that cannot be."""
     R, f = turned("150 degrees")

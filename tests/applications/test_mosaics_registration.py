@@ -71,6 +71,7 @@ def test_the_least_symmetric_transfer_error(model):
     np.testing.assert_allclose(again.x, start, rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.slow
 @MODELS
 def test_the_order_of_images_does_not_matter(model):
     """Another first image is another plane, and the same maps from image to image, to 1e-10."""

@@ -234,6 +234,7 @@ def test_refused(pictures, found):
 # ---- files ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
 def test_files(tmp_path, found, pictures, suffix):
     """Files hold the pixels, in colour or grey; JPEGs are white where nothing is."""

@@ -327,12 +327,14 @@ def sheets(kind: str, count: int, noise: float, sets: range):
         yield ControlPoints(old, smooth(kind, old) + noise * rng.normal(size=(count, 2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "count"),
     [
         ("affine", 12),
-        pytest.param("affine", 40, marks=pytest.mark.slow),
-        *(pytest.param(k, 120, marks=pytest.mark.slow) for k in ("affine", "cone")),
+        ("affine", 40),
+        ("affine", 120),
+        ("cone", 120),
     ],
 )
 def test_false_alarms(kind, count):
@@ -342,14 +344,16 @@ def test_false_alarms(kind, count):
     assert named <= sets * FALSE_ALARM + 3.0 * math.sqrt(sets * FALSE_ALARM * (1.0 - FALSE_ALARM))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["affine", "waves", "conformal", "cone"])
-@pytest.mark.parametrize("count", [8, 40, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, 40, 300])
 def test_no_alarm_without_errors(kind, count):
     """Whatever a spline lacks at the rim of a smooth map is no error of a point; rounding is none, either."""
     for points in sheets(kind, count, 0.0, range(75 if count < 300 else 10)):
         assert not wrong_points(points).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", some_slow(["affine", "waves", "cone"], {"affine", "cone"}))
 @pytest.mark.parametrize("noise", some_slow([0.0, 100.0], {0.0}))
 def test_wrong_points_are_named(kind, noise):
@@ -366,6 +370,7 @@ def test_wrong_points_are_named(kind, noise):
     assert (missed, others <= (0 if noise == 0.0 else 3)) == (0, True)
 
 
+@pytest.mark.slow
 def test_neighbours_of_a_wrong_point():
     """Of points in pairs, 2 units apart, the one that is wrong is named, and not the one beside it."""
     for number, points in enumerate(sheets("waves", 40, 20.0, range(20))):
@@ -514,11 +519,9 @@ def test_standard_errors_of_helmert():
     assert exact.to_dict()["rectifications"]["affine"]["scale_error"] is None
 
 
-SPLINE = pytest.param("tps", 0.02, marks=pytest.mark.slow)
-
-
-@pytest.mark.parametrize("flip", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
-@pytest.mark.parametrize(("model", "smoothing"), [("polynomial2", None), SPLINE])
+@pytest.mark.slow
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+@pytest.mark.parametrize(("model", "smoothing"), [("polynomial2", None), ("tps", 0.02)])
 def test_standard_errors_go_through_the_mean(model, smoothing, flip):
     """They are the noise times the root of the squares of what each coordinate moves the scale and the turn by."""
     old, new = scattered(12)

@@ -248,7 +248,8 @@ def test_self_consistent(seed, n):
     np.testing.assert_allclose(shrunk, np.broadcast_to(shrunk[0], shrunk.shape), atol=1e-9)
 
 
-@pytest.mark.parametrize("n", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [2, 3])
 def test_chains(n):
     """Ten clouds in a row, each of which shares ten points with the next, are found exactly; noise settles, too."""
     rng = np.random.default_rng(n)
@@ -316,6 +317,7 @@ def test_shrinkage_is_said():
     assert symmetric.warnings == []
 
 
+@pytest.mark.slow
 def test_mirror_images():
     """A cloud that is a mirror image of most is named, and registered; all mirrored together are not."""
     clouds, _ = made(np.random.default_rng(7), 3)
@@ -462,7 +464,8 @@ def any_rotation(rng, n):
     return Q * np.where(np.arange(n) == 0, np.linalg.det(Q), 1.0)
 
 
-@pytest.mark.parametrize("pairs", [2, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("pairs", [2, 8])
 @pytest.mark.parametrize("fine", [1e-9, 1e-3])
 @pytest.mark.parametrize(("n", "missing"), [(2, 0), (3, 10)])
 def test_icp_where_half_of_the_points_are_nearly_exact(n, missing, fine, pairs):
@@ -528,6 +531,7 @@ def test_partners_are_mutual_and_near():
     assert icp._partners(cloud, template).tolist() == [0, -1, 1, 2, -1]
 
 
+@pytest.mark.slow
 def test_modes():
     """Clouds that differ by their height alone have that for their only mode, whatever the frame."""
     points = np.random.default_rng(5).normal(size=(30, 3))
@@ -557,7 +561,8 @@ def test_turns_in_space():
 # ---- weights ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("n", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [2, 3])
 @pytest.mark.parametrize("method", ["symmetric", "least_squares"])
 def test_weights_are_counts(n, method):
     """Rows of whole weights are as so many rows, rows of weight 0 as missing, and only ratios count."""
@@ -580,6 +585,7 @@ def test_weights_are_counts(n, method):
     np.testing.assert_allclose(fits[0].shift, fits[1].shift, atol=EXACT * np.abs(clouds[0]).max())
 
 
+@pytest.mark.slow
 def test_a_weight_of_one_cloud():
     """A point of weight 0 in one cloud is missing there alone; equal weights are none."""
     rng = np.random.default_rng(6)

@@ -60,7 +60,8 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("way", ["down", *(pytest.param(way, marks=pytest.mark.slow) for way in ("up", "negative"))])
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["down", "up", "negative"])
 def test_a_bent_map_comes_back(way, tmp_path):
     """By the spline each block is within half a pixel of its place, whichever way rows are counted."""
     found = rectify(*sheet(1.0, WAYS[way], tmp_path))
@@ -83,6 +84,7 @@ def test_a_bent_map_stays_bent_by_linear_maps(tmp_path):
     assert np.median(shifts(rectify(found, path, by="mdt"))) > HALF
 
 
+@pytest.mark.slow
 def test_resolution(tmp_path):
     """Larger pixels lie on multiples of their side, and have the mean of what is in them."""
     found = rectify(*sheet(1.0, WAYS["down"], tmp_path), resolution=60.0)
@@ -99,6 +101,7 @@ def shifts_of_coarse(found):
     return np.hypot(*np.linalg.lstsq(A, (found.pixels[..., 0] - true)[there], rcond=None)[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["RGB", "RGBA", "P", "I;16"])
 def test_kinds_of_images(mode, tmp_path):
     """Colours, palettes and deep greys are read; what is grey stays so."""

@@ -26,6 +26,7 @@ def test_formats() -> None:
     assert parse_markdown(run_ok("atlas", "NZ", "-f", "markdown"))[0]["map"] == "EPSG:2193"
 
 
+@pytest.mark.slow
 def test_all_places() -> None:
     """Without a place, a row each."""
     rows = parse_csv(run_ok("atlas", "-f", "csv"))

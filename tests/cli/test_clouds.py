@@ -168,6 +168,7 @@ def test_wrong_partners(tmp_path):
     assert "Invalid robust with the correspondence icp." in refused.stderr
 
 
+@pytest.mark.slow
 def test_weights(tmp_path: Path) -> None:
     """A column, or a file by rows or ids, is what the library makes of the same weights."""
     counts = np.arange(12) % 4

@@ -238,6 +238,7 @@ def test_tables_fit_into_a_terminal(columns: int, monkeypatch: pytest.MonkeyPatc
         assert f" {cell} " in text
 
 
+@pytest.mark.slow
 def test_compare_csv() -> None:
     """One row a projection, statistics as columns of their own, all digits."""
     words = ["compare", "moll", "robin", "-m", "omega", "-r", "box:0,0,40,40", *QUICK]

@@ -24,6 +24,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_there_and_back(folder: Path) -> None:
     """The CRS that a file loses is beside it, which a line says; with that the data come back."""
     code, out, err = run("convert", "data.geojson", "--to", "map.wkt", "-o", "new.shp")

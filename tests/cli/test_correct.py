@@ -126,7 +126,8 @@ def test_options(words, determinant, vertical):
     assert bool(M[0, 1] == 0.0) == vertical
 
 
-@pytest.mark.parametrize("words", [pytest.param([], marks=pytest.mark.slow), ["--local", "300"]])
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [[], ["--local", "300"]])
 @pytest.mark.usefixtures("few_cells")
 def test_pictures(words, tmp_path):
     """Before and after, or the field of local corrections, as a picture."""

@@ -48,6 +48,7 @@ def made() -> Design:
     return design("country:CH", degree=2, base="EPSG:2056", against=())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["proj", "wkt", "wkt-derived", "projjson"])
 def test_formats_that_programs_read(form: str, made: Design) -> None:
     """They are the same map."""

@@ -23,6 +23,7 @@ def test_formats() -> None:
     assert parse_markdown(run_ok("find", "EPSG:3035", "-f", "markdown"))[0]["code"] == "EPSG:3035"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["table", "json", "csv"])
 def test_nothing(form: str) -> None:
     """One line, and 1."""

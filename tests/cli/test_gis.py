@@ -69,7 +69,8 @@ def test_a_raster_that_falls_back(tmp_path: Path) -> None:
         assert image.descriptions == ("fisher",)
 
 
-@pytest.mark.parametrize("name", [pytest.param("x.gpkg", marks=pytest.mark.slow), "x.geojson"])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["x.gpkg", "x.geojson"])
 @pytest.mark.usefixtures("few_cells")
 def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
     """The indicatrices of the step asked for; a map without a CRS has a note."""

@@ -30,6 +30,7 @@ def test_a_card() -> None:
     assert re.search(r"\nScale error: ░ to [\d.]+, ▒ to [\d.]+, ▓ to [\d.]+, █ to [\d.]+ %; · sea\n", text)
 
 
+@pytest.mark.slow
 def test_deprecated_ones_are_said() -> None:
     """With what shall be used."""
     assert "│ status      │ deprecated; use EPSG:2953 instead " in run_ok("info", "EPSG:2036")
@@ -51,6 +52,7 @@ def test_formats(tmp_path: Path) -> None:
     assert "LV95" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_no_promise_is_taken_for_a_measurement() -> None:
     """A conformal method far outside of where it is meant for is told to be none."""
     result = run("info", "+proj=nzmg +ellps=intl", "-r", "box:0,40,20,60")

@@ -43,6 +43,7 @@ def heights(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_small_places_have_an_area() -> None:
     """A thousandth of a degree at 50 north is 71.7 by 111.2 m, not "0 km2"."""
     out = run("box:-40,50,-39.999,50.001", "--height", "0", *QUICK)[1]
@@ -89,7 +90,8 @@ def test_other_forms(heights: Path) -> None:
     assert list(rows[0]) == ["lon", "lat", "height", "ppm"]
 
 
-@pytest.mark.parametrize("kind", [pytest.param("level", marks=pytest.mark.slow), "points"])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["level", "points"])
 @pytest.mark.usefixtures("few_cells")
 def test_pictures(tmp_path: Path, heights: Path, kind: str) -> None:
     """A field of colour for level ground, dots for points."""

@@ -29,6 +29,7 @@ def test_json() -> None:
     assert json.loads(out) == found.to_dict()
 
 
+@pytest.mark.slow
 def test_table() -> None:
     """The bound, the mean, the average and the maps; which distance it is."""
     code, out, err = run(*SWISS, "--weights", "1,2", "--name", "Between two")
@@ -62,7 +63,11 @@ def test_other_forms(form: str) -> None:
         (["robin", "moll", "--degree", "x"], "Invalid degree 'x'"),
         (["robin", "moll", "--region", "globe"], "Invalid region 'globe'"),
         (["robin", "igh"], "It is cut within"),
-        (["aitoff", "moll", "--degree", "3", "--format", "wkt"], "JSON has its coefficients"),
+        pytest.param(
+            ["aitoff", "moll", "--degree", "3", "--format", "wkt"],
+            "JSON has its coefficients",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_what_is_refused(words: list[str], told: str) -> None:

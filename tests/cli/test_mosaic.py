@@ -102,6 +102,7 @@ def two_groups(tmp_path):
     return write_csv(tmp_path / "groups.csv", common_points(H))
 
 
+@pytest.mark.slow
 def test_groups(tmp_path):
     """Of two groups the smaller is left out and named as one; with --all each is a mosaic with a file of its own."""
     table, figure = two_groups(tmp_path), tmp_path / "frames.png"
@@ -133,6 +134,7 @@ def test_groups(tmp_path):
     assert [line.split(",")[0] for line in lines] == ["image", "0", "1", "2", "3", "4"]
 
 
+@pytest.mark.slow
 def test_the_model_that_the_points_ask_for(tmp_path):
     """Affine maps of pictures taken aslant are warned of with both errors; auto takes the homographies."""
     rng = np.random.default_rng(4)
@@ -167,7 +169,12 @@ def test_the_model_that_the_points_ask_for(tmp_path):
         (["--weights", "1,-2,1"], 2, "Invalid weight '-2'"),
         (["--format", "xml"], 2, "Invalid format 'xml'"),
         (["--report", "/nowhere/at/all.json"], 2, "There is no directory"),
-        (["--tolerance", "0.001"], 1, "Invalid correspondences. No two images match: 0 and 1, "),
+        pytest.param(
+            ["--tolerance", "0.001"],
+            1,
+            "Invalid correspondences. No two images match: 0 and 1, ",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_refused(points, words, code, message):
@@ -210,6 +217,7 @@ def test_a_camera_that_turns(turned, tmp_path):
     assert len(lines) == 4
 
 
+@pytest.mark.slow
 def test_the_projection_is_told_once(turned):
     """One that is usual is not there twice."""
     words = ["--correspondences", str(turned[1]), "--model", "rotation", "--projection", "mercator", "-f", "json"]
@@ -264,7 +272,12 @@ def test_a_panorama(turned, tmp_path):
         (["--model", "rotation", "--focal", "one"], 2, "Invalid focal 'one'. It must be common or free."),
         (["--model", "rotation", "--projection", "EPSG:3035"], 2, "Invalid projection 'EPSG:3035'. It must be of a"),
         (["--model", "rotation", "--projection", "mollwide"], 1, "Did you mean mollweide?"),
-        (["--model", "rotation", "--tolerance", "0.001"], 1, "Invalid correspondences. No two images match: 0 and 1"),
+        pytest.param(
+            ["--model", "rotation", "--tolerance", "0.001"],
+            1,
+            "Invalid correspondences. No two images match: 0 and 1",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_panoramas_refused(turned, words, code, message):
@@ -293,6 +306,7 @@ def test_images(tmp_path):
     assert "first (sheet0.png)" in out
 
 
+@pytest.mark.slow
 def test_picture(tmp_path):
     """A mosaic of sheets with world files is drawn with one of its own, or as a GeoTIFF, and is told in the report."""
     rasterio = pytest.importorskip("rasterio")

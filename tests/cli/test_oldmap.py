@@ -80,6 +80,7 @@ def test_csv(points):
     assert rows[7]["id"] == "8"
 
 
+@pytest.mark.slow
 def test_folds_and_outliers_are_named(tmp_path):
     """Folds are told with their area, and what lies near; so are outliers."""
     rng = np.random.default_rng(3)
@@ -127,6 +128,7 @@ def test_picture(points, tmp_path):
     assert run(points, *QUICK, *words, "--overwrite")[0] == 0
 
 
+@pytest.mark.slow
 def test_sheet(points, tmp_path):
     """The scan as a GeoTIFF in the CRS; without one that is told."""
     rasterio = pytest.importorskip("rasterio")
@@ -255,6 +257,7 @@ def test_several(sheets):
     assert [row["map"] for row in rows] == [*map(str, sheets), "their mean"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -133,6 +133,7 @@ def test_published_tables_have_the_maps_of_their_rows() -> None:
     assert "canvas" not in Texts(run_ok("tables", "snyder", "-f", "html")).found
 
 
+@pytest.mark.slow
 def test_checked_data_are_marked(tmp_path: Path) -> None:
     """The worst features by their ranks and names, on the map about the data."""
     geopandas, shapely = pytest.importorskip("geopandas"), pytest.importorskip("shapely")

@@ -21,6 +21,7 @@ def run(*words: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
+@pytest.mark.slow
 def test_table() -> None:
     code, out, err = run(*QUICK, "--cut", "-169")
     assert (code, err) == (0, "")

@@ -32,6 +32,7 @@ def test_polygons_count_themselves():
     assert estimate_crs(croatia.boundary, authorities=["EPSG"]).to_epsg() == 3766
 
 
+@pytest.mark.slow
 def test_purpose():
     """Data in any CRS, and a purpose: the European Union's grid for its statistics."""
     frame = gpd.GeoDataFrame(geometry=gpd.points_from_xy([6.0, 15.0], [47.5, 55.0]), crs="EPSG:4326").to_crs(25832)

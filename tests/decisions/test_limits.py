@@ -90,6 +90,7 @@ def test_what_has_no_limit() -> None:
     assert optimize("laea", cap(10.0), criterion="max_areal_error_ppm").limit is None
 
 
+@pytest.mark.slow
 def test_an_optimum_has_it() -> None:
     """The best stereographic map of a cap is sqrt(2) times the limit of all maps."""
     found = optimize("stere", cap(10.0), ellipsoid="sphere", criterion="airy_kavrayskiy_scaled")

@@ -221,6 +221,7 @@ def test_a_function_with_a_closed_form() -> None:
     assert found.value == pytest.approx(1.0 - first**2 / second, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_best_affine_map() -> None:
     """After the best linear map a cylinder's standard parallel does not matter: all have the error of any."""
     found = optimize("eqc", "box:-20,0,20,60", criterion="airy_kavrayskiy_affine", ellipsoid="sphere")

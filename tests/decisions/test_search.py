@@ -197,6 +197,7 @@ def test_forms(germany):
     assert list(frame["value"]) == list(frame["max_scale_error_ppm"])
 
 
+@pytest.mark.slow
 def test_progress():
     """The listener hears rising numbers that end at the total."""
     heard = []
@@ -476,10 +477,13 @@ def test_functions_of_users():
     assert found.results[0].value == min(one.value for one in found.results)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("kavrayskiy", "isotropy", "max_log_scale")),
+        "kavrayskiy",
+        "isotropy",
+        "max_log_scale",
         "canters_ab",
     ],
 )

@@ -230,6 +230,7 @@ def test_where_a_crs_is_sought(monkeypatch):
         sited(monkeypatch, "Freiburg", "EPSG:4258", [ValueError("Invalid purpose.")])
 
 
+@pytest.mark.slow
 def test_the_best_of_the_country(monkeypatch):
     """The first may be of the country beside, whose box reaches there; where there is nothing else it is said."""
     french = candidate("EPSG:2154", "France - onshore.", value=0.5)

@@ -14,6 +14,7 @@ MEAN_RADIUS_KM = 6371.0
 OF_LIMIT = 0.02  # the Earth is no sphere, and a made map stops where degrees gain less than 1 %
 
 
+@pytest.mark.slow
 def test_every_region_once() -> None:
     areas = atlas_areas()
     assert len({(area.kind, area.title) for area in areas}) == len({area.text for area in areas}) == len(areas)
@@ -21,6 +22,7 @@ def test_every_region_once() -> None:
     assert (kinds.count("country"), kinds.count("continent"), kinds.count("state")) == (240, 7, 56)
 
 
+@pytest.mark.slow
 def test_parts_make_the_whole() -> None:
     """A country's main part and those far away have its area; those of boxes lose or win nothing."""
     areas = atlas_areas()

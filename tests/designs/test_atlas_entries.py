@@ -154,6 +154,7 @@ def errors_by_differences(definition: str, lon: np.ndarray, lat: np.ndarray, wei
     return float(np.sqrt(weight @ (logs**2).sum(axis=1))), float(np.abs(logs).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", chosen(12))
 def test_maps_by_pyproj(name: str) -> None:
     """The errors of existing, custom and made maps are those of PROJ's coordinates; none is above the largest."""

@@ -15,6 +15,7 @@ TRUNCATED = 1e-8  # of central differences with a step of 1e-5, the third deriva
 EXPONENTIATED = Energy(exponent=EXPONENT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", PUBLISHED)
 def test_known_energies(n: int) -> None:
     """To the last decimal."""

@@ -40,7 +40,8 @@ def test_slopes(degree: int) -> None:
         np.testing.assert_allclose(slopes[:, k], difference, rtol=0.0, atol=TOLERANCE)
 
 
-@pytest.mark.parametrize("degree", [2, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("degree", [2, 4])
 def test_minima_are_those_of_minpack(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the valley is long: in the USA at degree 2 the hundredth step has 7 % more."""
     nodes = nodes_of(get_region("country:US & box:-125,24,-66,50"), WGS84, 500)

@@ -35,9 +35,8 @@ def cap(angle: float, lat: float = 0.0) -> str:
     return f"cap:0,{lat:g},{math.radians(angle) * 6371.0087714:.9f}"
 
 
-@pytest.mark.parametrize(
-    "angle", [10.0, pytest.param(30.0, marks=pytest.mark.slow), pytest.param(60.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("angle", [10.0, 30.0, 60.0])
 def test_caps_by_the_euler_lagrange_equation(angle: float) -> None:
     """The best map of a cap is azimuthal, and its error is known."""
     found = design(cap(angle), degree=9, base=SPHERICAL.format("laea", 0, 0), against=(), background=0.0)
@@ -46,7 +45,7 @@ def test_caps_by_the_euler_lagrange_equation(angle: float) -> None:
     assert found.inverse_error < 1e-6
 
 
-@pytest.mark.parametrize("angle", CAPS)
+@pytest.mark.parametrize("angle", [10.0, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (30.0, 60.0))])
 def test_the_best_conformal_map_of_a_cap(angle: float) -> None:
     """It is stereographic in the best scale, from whatever conformal base."""
     found = design(
@@ -55,6 +54,7 @@ def test_the_best_conformal_map_of_a_cap(angle: float) -> None:
     assert found.airy_kavrayskiy == pytest.approx(STEREOGRAPHIC[angle] * CAPS[angle], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["any", "conformal", "equal-area"])
 def test_ellipses_by_the_clamped_plate(kind: str) -> None:
     """2 by 1 degrees: 1 / (24 (3/p^4 + 2/(p^2 q^2) + 3/q^4)), and sqrt(2) times the root for the two special kinds."""
@@ -71,7 +71,8 @@ def test_ellipses_by_the_clamped_plate(kind: str) -> None:
     assert found.limit == pytest.approx(theory, rel=nodes)
 
 
-@pytest.mark.parametrize("km", [pytest.param(100.0, marks=pytest.mark.slow), 5.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("km", [100.0, 5.0])
 def test_the_least_scale_error_of_an_ellipse(km: float) -> None:
     """Half of the range of ln k, whose Laplacian is the curvature: p^2 q^2 / 4 (p^2 + q^2); also of 0.1 ppm."""
     p, q = km / 6371.0087714, 2.0 * km / 6371.0087714
@@ -158,6 +159,7 @@ def test_every_form_is_the_same_map() -> None:
     json.loads(found.crs.projjson)
 
 
+@pytest.mark.slow
 def test_the_datum_is_that_of_the_base() -> None:
     """Else programs would take coordinates on CH1903+ for such on WGS 84; a PROJ string has none."""
     swiss = design("country:CH", degree=2, base="EPSG:2056", against=())
@@ -189,6 +191,7 @@ def test_symmetric_maps() -> None:
     np.testing.assert_allclose(x, [[-1.0], [1.0]] * y, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", ["EPSG:3035", "EPSG:25832"])
 def test_symmetric_maps_of_bases_with_false_origins(base: str) -> None:
     """About the base's own meridian, wherever its coordinates begin, which is straight up without a word."""
@@ -287,6 +290,7 @@ def test_norms() -> None:
     assert found[0].airy_kavrayskiy < found[1].airy_kavrayskiy < found[2].airy_kavrayskiy
 
 
+@pytest.mark.slow
 def test_points_with_weights() -> None:
     """A set of points is a region, too; whether its image covers itself is not asked."""
     nodes = nodes_of(projdist.get_region("country:CH"), SPHERE, 300)

@@ -78,6 +78,7 @@ def test_the_bound_in_closed_form() -> None:
     np.testing.assert_allclose([y[0], x[1]], [truth, R * np.pi / 2], rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_symmetric_maps_have_a_symmetric_mean(winkel: MeanMap) -> None:
     """About the equator and the central meridian, to a tenth of a millimetre."""
     lon, lat = np.array([30.0, 100.0, 179.0]), np.array([10.0, 50.0, 84.0])
@@ -86,6 +87,7 @@ def test_symmetric_maps_have_a_symmetric_mean(winkel: MeanMap) -> None:
         np.testing.assert_allclose(winkel.projection(sx * lon, sy * lat), (sx * x, sy * y), rtol=0, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_what_travels(winkel: MeanMap) -> None:
     """The map of the world is pickled, ends with its box, goes on over the antimeridian, and is told in JSON."""
     again = pickle.loads(pickle.dumps(winkel.projection))
@@ -98,7 +100,8 @@ def test_what_travels(winkel: MeanMap) -> None:
     assert winkel.crs is None
 
 
-@pytest.mark.parametrize(("weights", "cone"), [pytest.param(None, 0.5, marks=pytest.mark.slow), ([2, 1], 1 / 3)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("weights", "cone"), [(None, 0.5), ([2, 1], 1 / 3)])
 def test_the_mean_of_a_cylinder_and_a_plane_is_a_cone(weights: list[float] | None, cone: float) -> None:
     """Conformal maps have a conformal mean, whose scale is the geometric mean of theirs: no gap.
 
@@ -126,6 +129,7 @@ def coordinates(found: MeanMap) -> np.ndarray:
     return np.array(found.projection(LON, LAT))
 
 
+@pytest.mark.slow
 def test_the_mean_of_one_map() -> None:
     """Is the map, of copies, too, and has no total."""
     truth = np.array(Projection.from_user_input(EUROPE)(LON, LAT))
@@ -275,6 +279,7 @@ def test_the_variance_inequality() -> None:
         assert targets.total(other) - bound >= (1.0 - 1e-13) * from_middle.total(other)
 
 
+@pytest.mark.slow
 def test_the_start_does_not_matter(winkel: MeanMap) -> None:
     """From the average and from random maps to the same least sum: no other minimum is met."""
     nodes = nodes_of(winkel.region, winkel.projection.ellipsoid, 800)

@@ -16,7 +16,6 @@ from projdist.designs.cuts import get_cut
 PACIFIC = [(-180.0, -70.0), (-172.0, 37.0)]
 BENT = [(-169.0, -90.0), (-169.0, 60.0), (-150.0, 75.0)]
 CUTS = {"antimeridian": 180.0, "Bering": -169.0, "oblique": PACIFIC, "bent": BENT}
-SLOW = "oblique", "bent"  # of two halves that differ
 SAME, SAME_TURNED = 1e-8, 1e-6  # metres: rounding of coordinates, and of longitudes near the frame's poles
 FINEST_KNOWN = 0.34340, 0.32903  # energy and AK on 4608 triangles of a quarter of the sphere
 BEST_KNOWN = 0.3409, 0.326  # extrapolated from four such meshes
@@ -37,6 +36,7 @@ def coarse(name: str) -> WorldMap:
     return world_map(cut=CUTS[name], cells=8, against=[])
 
 
+@pytest.mark.slow
 def test_the_world_beats_known_maps(world: WorldMap) -> None:
     """Below the finest triangles, at what they extrapolate to; every refinement is lower; measured, not at nodes."""
     energies = [one.energy for one in world.refinements]
@@ -158,9 +158,8 @@ def test_the_map_is_smooth() -> None:
         assert abs(left - right) / step**2 < 60.0 * step * abs(x[4])
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CUTS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CUTS)
 def test_proj_runs_the_triangles(name: str, tmp_path: Path) -> None:
     """PROJ equals numpy inside the triangles, and at their corners the map itself; and there and back."""
     made = coarse(name)
@@ -249,6 +248,7 @@ def test_bad_input_is_told_in_a_line(options: dict, message: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "step"), [("x.txt", 2.0), ("x.json", 0.01)])
 def test_bad_files_of_triangles(name: str, step: float, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"Invalid (file|step)"):

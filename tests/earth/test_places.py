@@ -56,6 +56,7 @@ def test_known_capitals(key: tuple[str, str]) -> None:
     assert [all_cities.lon[found], all_cities.lat[found]] == pytest.approx(KNOWN[key], abs=CITY)
 
 
+@pytest.mark.slow
 def test_capitals_lie_in_their_countries() -> None:
     """Or within 0.3 degrees, as coasts are generalised."""
     all_cities = cities()
@@ -77,6 +78,7 @@ def test_every_country_has_one_capital() -> None:
     assert ours - set(codes) == {"AQ", "HM"}
 
 
+@pytest.mark.slow
 def test_cities_lie_in_their_countries() -> None:
     """99 of 100 within 0.3 degrees; others on small islands, or where borders are disputed."""
     all_cities = cities()

@@ -62,6 +62,7 @@ def test_deviation():
         assert found.error < 1e-6
 
 
+@pytest.mark.slow
 def test_countries_of_the_north_under_mercator():
     """The figures of Norway and Canada that sums over nodes get wrong, where weights are negative.
 

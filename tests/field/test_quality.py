@@ -58,7 +58,8 @@ def test_points_do_not_influence_each_other():
     np.testing.assert_array_equal(alone.quality, together.quality[some])
 
 
-@pytest.mark.parametrize("every", [10, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("every", [10, 1])
 @pytest.mark.parametrize("name", ["robin", "moll", "wintri", "laea", "igh"])
 def test_hard_points_do_not_influence_each_other(name, every):
     """At poles, beside them and on seams a point has the same alone, where its steps are tried together, and in 900."""

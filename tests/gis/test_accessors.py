@@ -45,12 +45,13 @@ def test_what_is_no_data_is_refused() -> None:
         pandas.DataFrame({"lon": [10.0]}).projdist.check("EPSG:3857")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("imports", "has"),
     [
         ("geopandas, projdist.gis", True),
-        pytest.param("projdist.gis, pandas", False, marks=pytest.mark.slow),
-        pytest.param("projdist.gis.accessors, geopandas", True, marks=pytest.mark.slow),
+        ("projdist.gis, pandas", False),
+        ("projdist.gis.accessors, geopandas", True),
     ],
 )
 def test_it_is_registered_with_pandas(imports: str, has: bool) -> None:

@@ -48,6 +48,7 @@ def test_arrays_are_the_raster(projection: str, tmp_path: Path) -> None:
     assert found.x.attrs["units"] == units
 
 
+@pytest.mark.slow
 def test_grid_mappings_are_those_of_cf() -> None:
     """As the conventions have them, appendix F: Lambert azimuthal equal-area; longitudes have degrees_east."""
     found = gis.measure_arrays("EPSG:3035", size=5)

@@ -63,6 +63,7 @@ def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: 
     assert coordinates(back) == pytest.approx(np.column_stack([LON, LAT]), abs=DEGREES)
 
 
+@pytest.mark.slow
 def test_a_derived_crs(points: Path, tmp_path: Path) -> None:
     """The other form of WKT, which names the base, of which WKT 1 has nothing."""
     found = design("country:CH", degree=2, base="EPSG:3035", against=())
@@ -70,6 +71,7 @@ def test_a_derived_crs(points: Path, tmp_path: Path) -> None:
     assert coordinates(tmp_path / "new.gpkg") == pytest.approx(np.column_stack(found.projection(LON, LAT)), abs=METRES)
 
 
+@pytest.mark.slow
 def test_lines_are_divided_only_if_asked(made: Path, tmp_path: Path) -> None:
     """Vertices stay what they are; with a distance there are more, on the same line, none farther apart."""
     path, new = tmp_path / "line.gpkg", tmp_path / "new.gpkg"

@@ -36,6 +36,7 @@ def test_isolines_of_a_conformal_map(flip):
             np.testing.assert_allclose(value(slope), level, atol=MESH * max(1.0, abs(level)))
 
 
+@pytest.mark.slow
 def test_no_isolines_of_what_does_not_vary():
     """An affine map is the same everywhere: its layer is that of displacements."""
     gis = pytest.importorskip("projdist.gis")

@@ -49,6 +49,7 @@ def centres(image: rasterio.DatasetReader) -> tuple[np.ndarray, np.ndarray]:
     return np.reshape(x, rows.shape), np.reshape(y, rows.shape)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "projection",
     some_slow(RASTERS, set(RASTERS) - {"EPSG:5513"}),

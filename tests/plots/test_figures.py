@@ -260,6 +260,7 @@ def test_small_distortions_are_exaggerated_and_the_picture_says_so() -> None:
         plots.tissot_figure("robin", exaggeration=0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_a_grid_keeps_all_its_ellipses() -> None:
     """Also where they stand close: eleven meridians on each of five parallels of the Robinson map."""

@@ -42,6 +42,7 @@ def grid(west: float, south: float, east: float, north: float) -> tuple[np.ndarr
     return lon.ravel(), lat.ravel()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_slow(WORLD, set(WORLD) - {"igh"}))
 def test_world_maps_have_the_coordinates_of_proj(name: str) -> None:
     """Longitudes and latitudes are taken for the map's own; all images lie within the edge of the map."""
@@ -69,13 +70,14 @@ def test_crs_have_their_own_coordinates(name: str) -> None:
     np.testing.assert_allclose(np.column_stack(source.transform(lon, lat)), truth, rtol=0, atol=SAME)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "own", "share"),
     [
         ("robinson", "Robinson", 2e-3),
-        pytest.param("mollweide", "Mollweide", 2e-3, marks=pytest.mark.slow),
-        pytest.param("equal-earth", "EqualEarth", 2e-3, marks=pytest.mark.slow),
-        pytest.param("igh", "InterruptedGoodeHomolosine", 4e-3, marks=pytest.mark.slow),
+        ("mollweide", "Mollweide", 2e-3),
+        ("equal-earth", "EqualEarth", 2e-3),
+        ("igh", "InterruptedGoodeHomolosine", 4e-3),
     ],
 )
 def test_edges_are_those_of_cartopy(name: str, own: str, share: float) -> None:
@@ -86,6 +88,7 @@ def test_edges_are_those_of_cartopy(name: str, own: str, share: float) -> None:
     assert shapely.symmetric_difference(theirs.buffer(0), ours).area < share * ours.area
 
 
+@pytest.mark.slow
 def test_edge_around_a_region() -> None:
     """On plate carree it is the box around the region."""
     found = to_cartopy("+proj=eqc +R=6371008.7714", region="cap:10,50,500")
@@ -110,6 +113,7 @@ def test_geometries_and_gridlines_are_drawn() -> None:
     assert drawn.area == pytest.approx(area, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_copies() -> None:
     """As figures are copied and kept."""
     found = to_cartopy("robinson")
@@ -120,12 +124,13 @@ def test_copies() -> None:
     assert repr(found) == "<cartopy CRS of Robinson>"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "projection",
     [
         "EPSG:2263",
-        pytest.param("mollweide", marks=pytest.mark.slow),
-        pytest.param(crs.Mollweide(), marks=pytest.mark.slow),
+        "mollweide",
+        crs.Mollweide(),
         crs.PlateCarree(150.0),
     ],
 )
@@ -146,6 +151,7 @@ def test_ellipses_are_on_their_places(projection: object) -> None:
     assert (ax.get_xlim(), ax.get_ylim()) == before
 
 
+@pytest.mark.slow
 def test_ellipses_of_plate_carree() -> None:
     """In degrees: a circle on the equator is as high as on the ground, and 1 / cos(lat) times as wide at a latitude."""
     ax = Figure().add_subplot(projection=crs.PlateCarree())
@@ -187,6 +193,7 @@ def test_functions_are_refused(wrong: object) -> None:
         to_cartopy(wrong)
 
 
+@pytest.mark.slow
 def test_maps_in_pieces_are_refused() -> None:
     with pytest.raises(ValueError, match=r"It must be a map in one piece; this one has 2\.$"):
         to_cartopy("bipc")

@@ -86,7 +86,8 @@ def test_scans(flip, shift, extent, scan):
         )
 
 
-@pytest.mark.parametrize("flip", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("flip", [1.0, -1.0])
 def test_picture_on_a_scan(flip, scan):
     """North is up, whichever way the rows are counted, and the scan fills the view that it has."""
     found = sheet(flip, 0.0 if flip > 0 else 300.0)
@@ -142,6 +143,7 @@ def test_a_bomb(tmp_path, monkeypatch):
     assert read_scan(tmp_path / "scan.jpg", sheet()).pixels.shape == (4000, 4000, 3)
 
 
+@pytest.mark.slow
 def test_folds_are_marked():
     """Where the fit turns over the picture has another colour, and says so."""
     x, y = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 8)] * 2), axis=-1).reshape(-1, 2).T

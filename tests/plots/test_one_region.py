@@ -19,6 +19,7 @@ def test_the_region_of_several_maps_is_named_once():
     assert heatmap.axes[-1].get_xlabel() == f"Fisher distortion, over {PLACE}"
 
 
+@pytest.mark.slow
 def test_the_region_of_one_map_is_in_its_title():
     """A country with its code; the figure follows."""
     figure = plots.heatmap_figure("EPSG:2056", region="country:CH", airy_kavrayskiy=[0.0123])

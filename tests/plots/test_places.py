@@ -25,8 +25,9 @@ PICTURES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("projection", "region"), PICTURES)
-@pytest.mark.parametrize("kind", [plots.heatmap_figure, pytest.param(plots.tissot_figure, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", [plots.heatmap_figure, plots.tissot_figure])
 def test_texts_are_apart_and_within_the_figure(projection, region, kind) -> None:
     """Labels of the graticule, cities, the scale bar and the titles: no boxes overlap, none leaves the figure."""
     figure = kind(projection, region=region)
@@ -74,6 +75,7 @@ def test_no_scale_bar_where_the_scale_is_not_one() -> None:
     assert labelled(plots.heatmap_figure("mercator", region="country:NO@main"), "scale bar") == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_scale_bar_is_as_long_as_it_says() -> None:
     """In metres of the map, to the width of its line."""
@@ -87,7 +89,8 @@ def test_scale_bar_is_as_long_as_it_says() -> None:
     assert {text.get_text() for text in labelled(figure, "scale bar")} == {"100 km"}
 
 
-@pytest.mark.parametrize("context", ["none", "coast", pytest.param("borders", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("context", ["none", "coast", "borders"])
 @pytest.mark.usefixtures("few_cells")
 def test_less_is_shown_on_request(context: str) -> None:
     """Lines of the coast from "coast" on, of borders from "borders" on, cities only with all."""
@@ -103,6 +106,7 @@ def test_context_that_is_none() -> None:
         plots.heatmap_figure("EPSG:2056", context="much")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_cells")
 def test_cities_of_a_panel_without_room() -> None:
     """A picture of a square centimetre has none, and is drawn."""

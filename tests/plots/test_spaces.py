@@ -47,6 +47,7 @@ def markers(ax):
     return {line.get_label(): complex(line.get_xdata()[0], line.get_ydata()[0]) for line in ax.get_lines()}
 
 
+@pytest.mark.slow
 def test_space_of_the_plate_carree():
     """Its shapes lie on one line; the mean is at ln(e / 2), the median at the scale at 30 degrees."""
     figure = plots.space_figure("plate-carree")

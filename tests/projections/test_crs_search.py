@@ -91,6 +91,7 @@ ADVICE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ADVICE)
 def test_nothing_is_found(text: str) -> None:
     """What may have been meant is told."""

@@ -72,6 +72,7 @@ def operation(text: str) -> str:
     return text.removeprefix("+proj=").partition(" ")[0].partition("+")[0]
 
 
+@pytest.mark.slow
 def test_what_has_no_parameters_is_known() -> None:
     """An operation that PROJ has and the table has not is one whose numbers are constants."""
     assert {name for name in OPERATIONS if not tunable(projection_names()[name]).parameters} == WITHOUT

@@ -245,6 +245,7 @@ def test_wkt_of_everything_is_json_too():
     assert make(text) == make(json.loads(text))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", ["ESRI:102060", "ESRI:102166", "EPSG:3035", "EPSG:32661", "EPSG:27572"])
 def test_the_conversion_alone(code):
     """No shift of datum, though PROJ's database has some between a CRS and its own geodetic CRS (1 cm, 4 cm)."""

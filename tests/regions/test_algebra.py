@@ -87,6 +87,7 @@ def test_points_are_members_as_the_operator_says(a: Shape, b: Shape, operator: s
     np.testing.assert_array_equal(found[clear], expected[clear])
 
 
+@pytest.mark.slow
 @given(SHAPES, SHAPES)
 def test_areas_add_up(a: Shape, b: Shape) -> None:
     """|a + b| + |a & b| = |a| + |b|, and a is what `a - b` and `a & b` leave of it."""

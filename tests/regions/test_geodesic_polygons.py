@@ -81,7 +81,7 @@ def check(rings: list[Ring]) -> None:
     assert found.notes == ()
 
 
-@pytest.mark.parametrize("km", [0.2, 500])
+@pytest.mark.parametrize("km", [0.2, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("where", CENTRES)
 def test_valid_polygons(where: str, km: float) -> None:
     """Their areas are GeographicLib's to 1e-8, and nothing is said of them."""
@@ -178,6 +178,7 @@ def test_a_hole_that_leaves_its_shell(hole: tuple[float, ...], common: tuple[flo
         assert found.repairs[0].startswith(said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edges", ["straight", "geodesic"])
 def test_a_hole_round_a_pole(edges: str) -> None:
     """A ring between two parallels that both go round the pole, however they begin, is a band, and as it was meant."""

@@ -378,6 +378,7 @@ def test_points_beyond_the_map(tmp_path):
     assert summarize("+proj=ortho", points).coverage == 0.75
 
 
+@pytest.mark.slow
 def test_points_combine(tmp_path):
     """Points may be chosen by regions, and stand on the left only."""
     path = tmp_path / "cities.csv"

@@ -40,6 +40,7 @@ def test_main_parts_of_countries(code: str) -> None:
     assert main.area_km2 < whole.area_km2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", ["ID", "GB", "DK", "GR", "PH", "RU", "CA", "HR", "BS"])
 def test_archipelagos_stay_whole(code: str) -> None:
     """What hangs together is the region itself, and there is no word on it; Russia crosses the antimeridian."""

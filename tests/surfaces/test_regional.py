@@ -33,16 +33,17 @@ def test_pieces_of_a_region_are_side_by_side(text: str) -> None:
     assert all(piece.exterior.is_ccw for piece in pieces)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("projection", "region"),
     [
-        pytest.param("EPSG:2193", "country:NZ", marks=pytest.mark.slow),
+        ("EPSG:2193", "country:NZ"),
         ("EPSG:3460", "country:FJ"),
-        pytest.param("EPSG:3576", "country:RU", marks=pytest.mark.slow),
-        pytest.param("EPSG:3031", "country:AQ", marks=pytest.mark.slow),
-        pytest.param("EPSG:6350", "country:US", marks=pytest.mark.slow),
-        pytest.param("mercator", "country:NO@main", marks=pytest.mark.slow),
-        pytest.param("EPSG:2154", "cap:2.35,48.85,60", marks=pytest.mark.slow),
+        ("EPSG:3576", "country:RU"),
+        ("EPSG:3031", "country:AQ"),
+        ("EPSG:6350", "country:US"),
+        ("mercator", "country:NO@main"),
+        ("EPSG:2154", "cap:2.35,48.85,60"),
         ("EPSG:25832", "box:6,47,12,55"),
     ],
 )
@@ -70,6 +71,7 @@ def test_parts_far_away_are_left_out_where_the_picture_would_be_empty() -> None:
         assert shown_part(get_region(text)) == get_region(text)
 
 
+@pytest.mark.slow
 def test_a_map_that_is_cut_within_the_region_says_so() -> None:
     """Fiji on both ends of the world: one line names the middle that shows it whole, and it does."""
     with pytest.warns(Notice, match=r"Gall-Peters is cut within country:FJ.*\+lon_0=178, may show it whole"):
@@ -108,10 +110,9 @@ def test_maps_that_come_round_again_show_one_sheet() -> None:
     assert 160.0 < np.mod(lon[seen], 360.0).min() < np.mod(lon[seen], 360.0).max() < 186.0
 
 
-@pytest.mark.parametrize("place", [pytest.param("continent:Africa", marks=pytest.mark.slow), "country:Indonesia"])
-@pytest.mark.parametrize(
-    "purpose", ["any", *(pytest.param(name, marks=pytest.mark.slow) for name in ("conformal", "equal-area"))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["continent:Africa", "country:Indonesia"])
+@pytest.mark.parametrize("purpose", ["any", "conformal", "equal-area"])
 def test_made_maps_cover_their_view_once(place, purpose) -> None:
     """Also conformal ones, which turn nothing over where they come round, and equal-area ones, which swell nothing."""
     entry = atlas(place)

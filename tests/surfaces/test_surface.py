@@ -150,6 +150,7 @@ def test_endless_maps_are_cut() -> None:
     assert surface_of(f"+proj=gnom +lat_0=90 +R={R}").extent[1] / R == pytest.approx(np.sqrt(11.0), abs=0.25)
 
 
+@pytest.mark.slow
 def test_what_proj_gets_wrong_is_not_drawn() -> None:
     """PROJ's transverse Mercator is wrong about its singular points; meridians are 40,008 km long on GRS 80."""
     surface = build_surface(domain_of(Projection.from_user_input("+proj=tmerc"), GLOBE), 2.0)

@@ -123,9 +123,8 @@ def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> 
     assert (off <= steepness * stated)[stated < 0.1].all()
 
 
-@pytest.mark.parametrize(
-    "given", ["healpix", *(pytest.param(name, marks=pytest.mark.slow) for name in ("igh", "peirce_q"))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("given", ["healpix", "igh", "peirce_q"])
 def test_figures_beside_cuts_are_those_of_the_map(given: str) -> None:
     """Between the corners of triangles of torn cells that are more than a line, within the error stated there."""
     frame = Decoded(draw_maps([given], titles=["A"], region="globe").frames[0])
@@ -209,6 +208,7 @@ def test_marks_are_where_they_are() -> None:
     assert np.allclose(middle, 4.0, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_conformal_maps_have_no_other_part() -> None:
     """q / p vanishes, so that omega is 0 wherever one points."""
     frame = drawn("mercator", "globe")

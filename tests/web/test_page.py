@@ -144,9 +144,8 @@ LARGE = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("given", "region"), [*ORDINARY, *(pytest.param(*case, marks=pytest.mark.slow) for case in LARGE)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("given", "region"), [*ORDINARY, *LARGE])
 def test_a_map_has_less_than_400_kb(given: str, region: str) -> None:
     """Also of coasts with many islands, and of all land on maps that are cut often."""
     maps = draw_maps([given], titles=["A"], region=region)

@@ -55,6 +55,7 @@ def test_features_of_a_file(tmp_path):
         areas[3].place()
 
 
+@pytest.mark.slow
 def test_features_in_a_crs(tmp_path):
     """A file's own coordinates go along with its CRS, and edges are straight there."""
     gis = pytest.importorskip("geopandas")

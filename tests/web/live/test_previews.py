@@ -93,6 +93,7 @@ def test_nothing_of_a_region_is_said() -> None:
         Previewer().frame(Projection.from_user_input("+proj=ortho +lat_0=90 +R=6371000"), "cap:0,-80,500", None)
 
 
+@pytest.mark.slow
 # Of Mars, of the Moon and of Phobos, as they are and dragged, and strings with the figure of a body.
 @pytest.mark.parametrize("given", ["IAU_2015:49911", "ESRI:103881", "IAU_2015:40110", "+proj=moll +R=1737400"])
 @pytest.mark.parametrize("centre", [None, (20.0, 10.0)])

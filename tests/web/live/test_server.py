@@ -295,6 +295,7 @@ NAMING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "name"), NAMING)
 def test_no_request_names_files(kind: str, name: str) -> None:
     """Projections and regions, of whatever kind it is, but for those that have none; the command line does."""
