@@ -3,7 +3,7 @@ from .gauss import DIFFERENTIATE, LEGENDRE, NODES, ORDER, PLANE_WEIGHTS, WEIGHTS
 from .graded_polynomials import ComplexPolynomials, PlanePolynomials
 from .harmonic_fits import HarmonicFit, fit_harmonic
 from .minima import descend, descend_lattice, lattice, least_between, least_largest, least_squares, minimise
-from .statistics import CRITERIA, get_criterion, maximum, mean, median, p95, quantile, rms
+from .statistics import CRITERIA, get_criterion, maximum, mean, median, p95, quantile, quantiles, rms
 
 __all__ = [
     "CRITERIA",
@@ -32,5 +32,6 @@ __all__ = [
     "minimise",
     "p95",
     "quantile",
+    "quantiles",
     "rms",
 ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from projdist._typing import FloatArray
 from projdist.support import hints, quoted
 
-__all__ = ["CRITERIA", "get_criterion", "quantile"]
+__all__ = ["CRITERIA", "get_criterion", "quantile", "quantiles"]
 
 Criterion = Callable[[FloatArray, FloatArray], float]
 
@@ -62,12 +62,17 @@ def minimum(values: FloatArray, weights: FloatArray) -> float:
 
 def quantile(values: ArrayLike, weights: ArrayLike, share: float) -> float:
     """The value below which `share` of the weight lies, linear between the middles of the weights."""
+    return quantiles(values, weights, [share])[0]
+
+
+def quantiles(values: ArrayLike, weights: ArrayLike, shares: Sequence[float]) -> list[float]:
+    """Quantiles of several shares, for one sorting."""
     values, weights = _of_positive_weight(values, weights)
     if not values.size:
-        return np.nan
+        return [np.nan] * len(shares)
     order = np.argsort(values)
     cumulative = np.cumsum(weights[order]) - 0.5 * weights[order]
-    return float(np.interp(share * weights.sum(), cumulative, values[order]))
+    return [float(np.interp(share * weights.sum(), cumulative, values[order])) for share in shares]
 
 
 def _defined(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from projdist._typing import FloatArray
 from projdist.matrices import Measure
-from projdist.numerics import quantile
+from projdist.numerics import quantiles
 from projdist.plots.themes import THEMES, Theme
 from projdist.plots.titles import with_minus
 from projdist.support import check_numbers, check_pair, listed, quoted, tell
@@ -170,8 +170,8 @@ def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:
     )
 
 
-def _robust_range(data: FloatArray, area: FloatArray) -> tuple[float, float]:
-    low, high = (quantile(data, area, q) for q in (_TAIL, 1.0 - _TAIL))
+def _robust_range(data: FloatArray, low: float, high: float) -> tuple[float, float]:
+    """All values, but for tails of which values run off."""
     room = 0.25 * (high - low)
     least, most = float(data.min()), float(data.max())
     return (least if least >= low - room else low), (most if most <= high + room else high)
@@ -190,8 +190,8 @@ def shows_isolines(scale: ColourScale, values: FloatArray) -> bool:
 def _limits(measure: Measure, data: FloatArray, area: FloatArray) -> tuple[float, float]:
     """The limits for values: with the neutral one if they come near to it, and never equal."""
     distance = _from_neutral(measure, data)
-    start, stop = _robust_range(distance, area)
-    least, most = (quantile(distance, area, q) for q in (_FEW, 1.0 - _FEW))
+    low, high, least, most = quantiles(distance, area, [_TAIL, 1.0 - _TAIL, _FEW, 1.0 - _FEW])
+    start, stop = _robust_range(distance, low, high)
     start, stop = _with_neutral(start, stop, np.inf if stop - start <= _noise(measure) else _NEAR)
     if measure.kind != "magnitude" and start <= 0.0 <= stop:
         start, stop = _with_neutral(*_halves(start, stop, least, most), 0.0)

@@ -14,7 +14,7 @@ from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 from projdist._typing import FloatArray
 from projdist.field import Field, sample
 from projdist.matrices import Measure, get_measure
-from projdist.numerics import quantile
+from projdist.numerics import quantiles
 from projdist.plots.colours import colour_scale, level_labels
 from projdist.plots.label_places import place_labels
 from projdist.plots.layouts import check_dpi, check_size
@@ -185,7 +185,7 @@ def _range(measure: Measure, many: list[tuple[FloatArray, FloatArray]]) -> tuple
     """The limits of the axis: what nearly all values of all maps have, as colours have it."""
     scale = colour_scale(measure, [values for values, _ in many], [weights for _, weights in many])
     low, high = scale.limits
-    ends = [(quantile(values, weights, _TAIL), quantile(values, weights, 1.0 - _TAIL)) for values, weights in many]
+    ends = [quantiles(values, weights, [_TAIL, 1.0 - _TAIL]) for values, weights in many]
     low, high = min(low, *(one for one, _ in ends)), max(high, *(one for _, one in ends))
     return low, high
 

@@ -158,18 +158,16 @@ def _in_cells(
     keep = shapely.area(parts) > 0
     rings, owner = shapely.get_exterior_ring(parts[keep]), owner[keep]
     points, ring = shapely.get_coordinates(rings, return_index=True)
-    if not torn:
+    if torn:
+        image = np.full(points.shape, np.nan)
+    else:
         image = np.column_stack(surface.domain(normalised(points[:, 0]), points[:, 1]))
-    polygons = []
-    for number, part in enumerate(np.split(np.arange(len(points)), np.flatnonzero(np.diff(ring)) + 1)):
-        if not part.size:
-            continue
+    starts = np.searchsorted(ring, np.arange(owner.size))
+    places, polygons = (np.split(values, starts)[1:] for values in (points, image))
+    for number in np.unique(ring[np.isnan(image[:, 0])]):
+        # On a seam a point has two images. The linear map of the cell's corners takes the right side.
         k = owner[number]
-        if torn or not np.isfinite(image[part]).all():
-            # On a seam a point has two images. The linear map of the cell's corners takes the right side.
-            polygons.append(_linear_image(corners[k], xy[cells[border[k]]], points[part]))
-        else:
-            polygons.append(image[part])
+        polygons[number] = _linear_image(corners[k], xy[cells[border[k]]], places[number])
     return inside[cells.T].all(axis=0) & ~on_border, border[owner], polygons
 
 

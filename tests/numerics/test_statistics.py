@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 import projdist
-from projdist.numerics.statistics import CRITERIA, get_criterion, quantile
+from projdist.numerics.statistics import CRITERIA, get_criterion, quantile, quantiles
 
 VALUES = np.array([4.0, 1.0, 3.0, 1.0])
 WEIGHTS = np.array([1.0, 2.0, 3.0, 2.0])
@@ -100,7 +100,9 @@ def test_quantiles_ascend():
     """Quantiles ascend from the minimum to the maximum."""
     rng = np.random.default_rng(4)
     values, weights = rng.normal(size=31), rng.uniform(size=31)
-    found = [quantile(values, weights, share) for share in np.linspace(0, 1, 41)]
+    shares = np.linspace(0, 1, 41).tolist()
+    found = quantiles(values, weights, shares)
+    assert found == [quantile(values, weights, share) for share in shares]
     assert found == sorted(found)
     assert (found[0], found[-1]) == (values.min(), values.max())
 

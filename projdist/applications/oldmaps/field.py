@@ -28,7 +28,7 @@ from projdist.matrices import (
     field_rotation,
     fisher,
 )
-from projdist.numerics import quantile
+from projdist.numerics import quantiles
 from projdist.support import Answer, check_choice, check_instance, check_number, plain
 
 __all__ = ["OUTLIERS", "OldMap", "Rectification", "hull_nodes", "old_map"]
@@ -199,8 +199,8 @@ class OldMap(Answer):
         J = self.corrected(self.jacobian[known])
         found = {}
         for name, measure in LOCAL_MEASURES.items():
-            values = measure(J)
-            found[name] = {key: float(quantile(values, self.weights[known], q)) for key, q in _SHARES.items()}
+            values = quantiles(measure(J), self.weights[known], [*_SHARES.values()])
+            found[name] = dict(zip(_SHARES, values, strict=True))
         return found
 
     def _line(self) -> str:
