@@ -12,6 +12,8 @@ from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
 
 R = MEAN_EARTH_RADIUS
 HALF_PI = math.pi / 2
+L2 = math.log(2)
+PLATE_CARREE = math.sqrt(2 - 2 * L2 + L2**2 - math.pi**2 / 12)
 
 # ---- quadrature -------------------------------------------------------------------------------
 

@@ -1,0 +1,162 @@
+"""The field of distortion of old maps: its means, folds, statistics, nodes and modes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from old_map_points import grid, scattered
+
+from projdist.applications.oldmaps import LOCAL_MEASURES, ControlPoints, old_map
+from projdist.applications.oldmaps.field import hull_nodes
+from projdist.matrices.distortions import fisher
+from projdist.matrices.mean_transformation import mdt
+
+RULE = 2e-5  # of means by 100 rows of midpoints: the error is 1e-4 / 24 of a second derivative
+
+LOST = (
+    1e-4 / 12.0
+)  # of the mean square of a slope, which the variance within the cells, 0.01 wide, takes from the whole
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_known_field(flip):
+    """Of f = (x + a x^2 / 2, y) the MDT is the geometric mean, and its cost the variance of ln(1 + a x)."""
+    a = 0.8
+    x, y = grid().T
+    points = ControlPoints(np.stack([x, flip * y], axis=-1), 1000.0 * np.stack([x + 0.5 * a * x * x, y], axis=-1))
+    found = old_map(points, model="polynomial2")
+    expected = np.zeros((len(found.nodes), 2, 2))
+    expected[:, 0, 0], expected[:, 1, 1] = 1e-3 / (1.0 + a * found.nodes[:, 0]), 1e-3 * flip
+    np.testing.assert_allclose(found.jacobian, expected, atol=1e-12)
+    log = np.log1p(a)
+    mean = ((1.0 + a) * log - a) / a
+    square = ((1.0 + a) * (log * log - 2.0 * log + 2.0) - 2.0) / a
+    correction = found.rectifications["mdt"]
+    np.testing.assert_allclose(correction.affine.matrix, 1000.0 * np.diag([np.exp(mean), flip]), rtol=RULE, atol=1e-6)
+    slope = a / (1.0 + a) * a  # the mean square of a / (1 + a x)
+    assert correction.distortion == pytest.approx(square - mean * mean - LOST * slope, rel=RULE)
+    assert (found.is_mirrored, found.fold_share, found.folds_near) == (flip < 0, 0.0, ())
+    assert found.area == pytest.approx(1.0, rel=1e-12)
+
+
+def test_distortion_of_rectifications():
+    """The means are those of Dist_F^2 of M J by the measure, the MDT's is that of `mdt`."""
+    found = old_map(ControlPoints(*scattered()))
+    assert found.rectifications["mdt"].distortion == pytest.approx(mdt(found.jacobian, found.weights).cost, rel=1e-12)
+    for one in found.rectifications.values():
+        mean = found.weights @ fisher(one.affine.matrix @ found.jacobian) ** 2
+        assert one.distortion == pytest.approx(mean, rel=1e-12)
+        assert one.distortion >= found.rectifications["mdt"].distortion
+
+
+@pytest.mark.slow
+@given(st.lists(st.floats(-0.3, 0.3), min_size=12, max_size=12), st.booleans(), st.sampled_from(["polynomial2", "tps"]))
+def test_no_affine_map_is_better(numbers, is_mirrored, model):
+    """The MDT's mean Dist_F^2 is never above the affine's, which may be a similarity, at the same nodes (theorem)."""
+    x, y = grid(5).T
+    basis = np.stack([x * x, x * y, y * y, x**3, np.sin(5 * x), np.cos(4 * y)], axis=-1)
+    new = 1000.0 * (grid(5) + 0.5 * basis @ np.reshape(numbers, (6, 2)))
+    old = grid(5) * [1.0, -1.0 if is_mirrored else 1.0]
+    found = old_map(ControlPoints(old, new), model=model).rectifications
+    for other in ("affine", "helmert"):
+        assert found["mdt"].distortion <= found[other].distortion + 1e-14
+    assert found["affine"].residual <= found["helmert"].residual + 1e-9
+    assert found["affine"].residual <= found["mdt"].residual + 1e-9
+
+
+@pytest.mark.parametrize(
+    "model", ["affine", *(pytest.param(model, marks=pytest.mark.slow) for model in ("polynomial2", "tps"))]
+)
+def test_units_and_axes_of_the_old_map(model):
+    """Affine changes of the old plane, mirrored ones too, change no figure but the Helmert fit's and the area."""
+    old, new = scattered()
+    first = old_map(ControlPoints(old, new), model=model)
+    for change in (np.array([[0.1, 0.0], [0.0, 0.3]]), np.array([[0.5, 2.0], [1.0, -0.4]])):
+        other = old_map(ControlPoints(old @ change.T + [50.0, -70.0], new), model=model)
+        assert other.is_mirrored == (np.linalg.det(change) < 0)
+        for name in ("mdt", "affine"):
+            one, two = (found.rectifications[name] for found in (first, other))
+            assert two.distortion == pytest.approx(one.distortion, rel=1e-8, abs=1e-20)
+            assert two.residual == pytest.approx(one.residual, rel=1e-8)
+        np.testing.assert_allclose(other.fit.left_out, first.fit.left_out, rtol=1e-6, atol=1e-4)
+        assert other.area == pytest.approx(first.area * abs(np.linalg.det(change)), rel=1e-9)
+        for name, values in first.statistics().items():
+            assert other.statistics()[name] == pytest.approx(values, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_folds(flip):
+    """f = (x, y - 0.625 y^2) folds where y > 0.8, on a fifth of the square; the figures are of the rest."""
+    x, y = grid(11).T
+    points = ControlPoints(np.stack([x, flip * y], axis=-1), 1000.0 * np.stack([x, y - 0.625 * y * y], axis=-1))
+    found = old_map(points, model="polynomial2")
+    assert found.fold_share == pytest.approx(0.2, abs=1e-12)
+    np.testing.assert_array_equal(np.isnan(found.jacobian[:, 0, 0]), flip * found.nodes[:, 1] > 0.8)
+    near = [points.names.index(name) for name in found.folds_near]
+    assert near
+    assert (y[near] >= 0.8 - 1e-9).all()
+    assert np.isfinite(found.rectifications["mdt"].distortion)
+    folds = found.to_dict()["folds"]
+    assert (folds["share"], folds["area"]) == (found.fold_share, found.fold_share * found.area)
+
+
+def test_percentiles_of_measures():
+    """A twentieth of the area has less than the first, a half less than the second, nineteen twentieths the third."""
+    rng = np.random.default_rng(8)
+    old = rng.uniform(0.0, 100.0, (30, 2))
+    found = old_map(ControlPoints(old, 50.0 * old + 0.05 * old**2), model="polynomial2")
+    for name, shares in found.statistics().items():
+        values = LOCAL_MEASURES[name](found.corrected(found.jacobian))
+        for key, share in (("p05", 0.05), ("median", 0.5), ("p95", 0.95)):
+            assert found.weights[values <= shares[key]].sum() == pytest.approx(share, abs=0.01)
+
+
+def test_local_measures():
+    """Rotation counts clockwise, and scale is the root of the areal scale, whatever the stretch."""
+    angle = np.radians(5.0)
+    clockwise = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    J = clockwise @ np.diag([2.0, 0.5])
+    assert LOCAL_MEASURES["rotation"](J) == pytest.approx(5.0)
+    assert LOCAL_MEASURES["scale"](3.0 * J) == pytest.approx(3.0)
+
+
+@pytest.mark.slow
+def test_answer():
+    """A row a control point, with the names of the JSON; a frame has them as columns."""
+    pytest.importorskip("pandas")
+    found = old_map(ControlPoints(*scattered(12)))
+    data, frame = found.to_dict(), found.to_frame()
+    assert list(frame.columns) == list(data["points"][0])
+    assert len(frame) == len(data["points"]) == 12
+    np.testing.assert_allclose(np.hypot(*found.residuals_left_out.T), frame["left_out"])
+    assert found.to_json()
+
+
+@pytest.mark.parametrize(
+    ("corners", "area", "moment"),
+    [([[0, 0], [2, 0], [0, 1]], 1.0, 2 / 3), ([[0, 0], [1, 0], [1, 1], [0, 1]], 1.0, 1 / 3)],
+)
+def test_nodes(corners, area, moment):
+    """Over a triangle and a square the rule has the area, and the mean of x^2 with an error of second order."""
+    errors = []
+    for rows in (20, 40):
+        nodes, weights, found = hull_nodes(np.array(corners, dtype=float), rows)
+        assert found == pytest.approx(area, rel=1e-12)
+        assert weights.sum() == pytest.approx(1.0, rel=1e-12)
+        errors.append(abs(float(weights @ nodes[:, 0] ** 2) - moment))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+    assert errors[1] < 1e-3
+
+
+def test_modes():
+    """A sheet that shrank unevenly in one direction alone has that for its only mode, to the fit's own error."""
+    side = np.linspace(0.0, 10.0, 9)
+    x, y = (axis.ravel() for axis in np.meshgrid(side, side))
+    true = np.stack([1000.0 * (x + 0.02 * x**2), 1000.0 * y], axis=-1)
+    found = old_map(ControlPoints(np.stack([x, y], axis=-1), true), model="polynomial2")
+    assert found.modes.words[0] == "horizontal"
+    assert found.modes.shares[0] == pytest.approx(1.0, abs=1e-9)
+    # ln(1 + .04 x) about its mean, x even from 0 to 10.
+    logs = np.log1p(0.04 * (np.arange(100_000) + 0.5) / 10_000)
+    assert found.modes.rms[0] == pytest.approx(logs.std(), rel=1e-4)
+    assert found.to_dict()["modes"][0]["words"] == "horizontal"

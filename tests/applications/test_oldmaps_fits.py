@@ -1,0 +1,180 @@
+"""Fits of old maps: exact recovery, derivatives, points left out, cross-validation."""
+
+import numpy as np
+import pytest
+from old_map_points import ROUNDING, grid, scattered
+from scipy.interpolate import RBFInterpolator
+
+from projdist.applications.oldmaps import MODELS, ControlPoints, affine_fit, fit, helmert_fit
+from projdist.field.at_points import jacobian
+from projdist.projections import Projection
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_similarity_is_recovered(flip):
+    """Every model but one finds a similarity exactly, mirrored or not; so do both linear fits."""
+    old = grid(4) * [300.0, 200.0]
+    matrix = 5.0 * np.array([[0.8, -0.6], [0.6, 0.8]]) @ np.diag([1.0, flip])
+    points = ControlPoints(old, old @ matrix.T + [6e5, 2e5])
+    for linear in (affine_fit(points), helmert_fit(points)):
+        np.testing.assert_allclose(linear.matrix, matrix, atol=5 * ROUNDING)
+        np.testing.assert_allclose(linear.inverse()(linear(old)), old, atol=1e-6)
+    for model in MODELS:
+        found = fit(points, model)
+        np.testing.assert_allclose(found(old), points.new, rtol=ROUNDING)
+        np.testing.assert_allclose(found.jacobian(old), np.broadcast_to(matrix, (16, 2, 2)), atol=1e-8)
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.01, None, 10.0])
+def test_spline_reproduces_affine_maps(smoothing):
+    """Whatever its smoothing, a thin-plate spline of affine data is the affine map, inside and outside."""
+    old = np.random.default_rng(2).uniform(0.0, 500.0, (30, 2))
+    matrix, shift = np.array([[2.0, 0.7], [-0.4, 1.5]]), np.array([6e5, 2e5])
+    found = fit(ControlPoints(old, old @ matrix.T + shift), "tps", smoothing)
+    places = np.random.default_rng(3).uniform(-200.0, 700.0, (50, 2))
+    np.testing.assert_allclose(found(places), places @ matrix.T + shift, rtol=ROUNDING)
+    np.testing.assert_allclose(found.jacobian(places), np.broadcast_to(matrix, (50, 2, 2)), rtol=1e-7)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_polynomials_are_recovered(degree):
+    """A polynomial of the degree is found with its derivatives; one of a higher degree is not."""
+    rng = np.random.default_rng(degree)
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    C = rng.normal(size=(len(powers), 2))
+    old, places = rng.uniform(-1.0, 1.0, (30, 2)), rng.uniform(-1.0, 1.0, (20, 2))
+
+    def value(p):
+        return np.stack([p[:, 0] ** i * p[:, 1] ** j for i, j in powers], axis=-1) @ C
+
+    def derivative(p):
+        x, y = p.T
+        dx = np.stack([i * x ** max(i - 1, 0) * y**j for i, j in powers], axis=-1) @ C
+        dy = np.stack([j * x**i * y ** max(j - 1, 0) for i, j in powers], axis=-1) @ C
+        return np.stack([dx, dy], axis=-1)
+
+    found = fit(ControlPoints(old, value(old)), f"polynomial{degree}")
+    np.testing.assert_allclose(found(places), value(places), atol=1e-10)
+    np.testing.assert_allclose(found.jacobian(places), derivative(places), atol=1e-10)
+    assert found.freedom == len(powers)
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.02])
+def test_spline_is_scipys(smoothing):
+    """In the coordinates of the affine fit the spline is SciPy's, with the same smoothing."""
+    old, new = scattered()
+    points = ControlPoints(old, new)
+    registered = affine_fit(points)(old)
+    unit = np.sqrt(registered.var(axis=0).mean())
+    u = (registered - registered.mean(axis=0)) / unit
+    other = RBFInterpolator(u, new, kernel="thin_plate_spline", smoothing=smoothing)
+    places = np.random.default_rng(5).uniform([0.0, 0.0], [900.0, 600.0], (40, 2))
+    v = (affine_fit(points)(places) - registered.mean(axis=0)) / unit
+    np.testing.assert_allclose(fit(points, "tps", smoothing)(places), other(v), rtol=1e-9)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_analytic_jacobian_is_the_engines(model):
+    """The derivatives agree with differences of the map, as of any projection: J of the composition is J_fit J_map."""
+    old, new = scattered(25)
+    found = fit(ControlPoints(old, new), model)
+    base = Projection.from_user_input("+proj=eqc +R=6371000")
+
+    def composed(lon, lat):
+        x, y = base(lon, lat)
+        places = found(np.stack([np.ravel(x), np.ravel(y)], axis=-1) / 1000.0)
+        return places[:, 0].reshape(np.shape(lon)), places[:, 1].reshape(np.shape(lon))
+
+    lon, lat = np.random.default_rng(6).uniform(1.0, 5.0, (2, 20))
+    places = np.stack(base(lon, lat), axis=-1) / 1000.0
+    expected = found.jacobian(places) @ jacobian(base, lon, lat) / 1000.0
+    scale = np.abs(expected).max()
+    # Differences know nothing of the logarithm at the knots; away from them they are good to 1e-7.
+    measured = jacobian(Projection.from_function(composed, ellipsoid=base.ellipsoid), lon, lat)
+    np.testing.assert_allclose(measured, expected, atol=1e-7 * scale)
+
+
+def refitted(points: ControlPoints, model: str, k: int) -> np.ndarray:
+    """The residual of point k from least squares with the others, in plain coordinates."""
+    rest = np.arange(len(points.old)) != k
+    degree = {"affine": 1, "polynomial2": 2, "polynomial3": 3}[model]
+
+    def basis(p):
+        x, y = ((p - 300.0) / 300.0).T
+        return np.stack([x**i * y**j for i in range(degree + 1) for j in range(degree + 1 - i)], axis=-1)
+
+    C = np.linalg.lstsq(basis(points.old[rest]), points.new[rest], rcond=None)[0]
+    return points.new[k] - (basis(points.old[k : k + 1]) @ C)[0]
+
+
+@pytest.mark.parametrize("model", ["affine", "polynomial2", "polynomial3"])
+def test_left_out(model):
+    """What a point would be without it is what a fit without it says."""
+    points = ControlPoints(*scattered(20))
+    found = fit(points, model)
+    for k in (0, 7, 19):
+        np.testing.assert_allclose(found.left_out[k], refitted(points, model, k), rtol=1e-8, atol=1e-6)
+
+
+def test_left_out_of_helmert():
+    """The same of a similarity, by complex least squares."""
+    points = ControlPoints(*scattered(12))
+    found = fit(points, "helmert")
+    z, w = points.old @ [1, 1j], points.new @ [1, 1j]
+    for k in (0, 11):
+        rest = np.arange(12) != k
+        slope, shift = np.linalg.lstsq(np.stack([z[rest], np.ones(11)], axis=-1), w[rest], rcond=None)[0]
+        off = w[k] - slope * z[k] - shift
+        np.testing.assert_allclose(found.left_out[k], [off.real, off.imag], rtol=1e-8, atol=1e-6)
+
+
+def normalised(points: ControlPoints) -> np.ndarray:
+    registered = affine_fit(points)(points.old)
+    middle = registered.mean(axis=0)
+    return (registered - middle) / np.sqrt(((registered - middle) ** 2).mean())
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.05])
+def test_left_out_of_spline(smoothing):
+    """The same of a spline of given smoothing, by SciPy."""
+    points = ControlPoints(*scattered(15))
+    u, found = normalised(points), fit(points, "tps", smoothing)
+    for k in (0, 14):
+        rest = np.arange(15) != k
+        other = RBFInterpolator(u[rest], points.new[rest], kernel="thin_plate_spline", smoothing=smoothing)
+        np.testing.assert_allclose(found.left_out[k], points.new[k] - other(u[k : k + 1])[0], rtol=1e-6, atol=1e-5)
+
+
+def test_cross_validation():
+    """The smoothing has the least n RSS / tr(1 - H)^2, H by SciPy's splines through unit vectors."""
+    points = ControlPoints(*scattered(30))
+    u, found = normalised(points), fit(points)
+
+    def score(smoothing):
+        H = RBFInterpolator(u, np.eye(30), kernel="thin_plate_spline", smoothing=smoothing)(u)
+        return 30.0 * ((points.new - H @ points.new) ** 2).sum() / np.trace(np.eye(30) - H) ** 2, np.trace(H)
+
+    assert found.smoothing is not None
+    best, freedom = score(found.smoothing)
+    assert freedom == pytest.approx(found.freedom, rel=1e-8)
+    # Two refinements of 121 steps leave about a percent of the smoothing; the score is flat there.
+    assert best <= min(score(found.smoothing * 10.0**k)[0] for k in (-3, -2, -1, -0.3, -0.1, 0.1, 0.3, 1, 2, 3))
+
+
+def test_wrong_fits():
+    """Models, smoothings and points that make no fit are refused."""
+    points = ControlPoints(*scattered(5))
+    with pytest.raises(ValueError, match=r"Invalid model 'spline'. It must be one of helmert, affine, polynomial2"):
+        fit(points, "spline")
+    with pytest.raises(ValueError, match=r"Invalid smoothing '1' of model 'affine'. It is for tps"):
+        fit(points, "affine", 1.0)
+    with pytest.raises(ValueError, match="Invalid smoothing '-1' of model 'tps'"):
+        fit(points, "tps", -1.0)
+    with pytest.raises(ValueError, match=r"Invalid control points for model 'polynomial2'. There must be 6 or more"):
+        fit(points, "polynomial2")
+    with pytest.raises(ValueError, match=r"Invalid control points for model 'tps'. There must be 4 or more"):
+        fit(ControlPoints(points.old[:3], points.new[:3]), "tps")
+    old, new = scattered(6)
+    old[4] = old[1]
+    with pytest.raises(ValueError, match="Points '2' and '5' are too close on the old map to be interpolated"):
+        fit(ControlPoints(old, new), "tps", 0.0)

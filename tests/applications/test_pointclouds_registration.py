@@ -1,0 +1,304 @@
+"""Registered clouds against the affine maps they were made with, and the laws of affine fits and of the MDT."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.linalg
+from cloud_sets import CASES, EXACT, made, maps, moved
+from hypothesis import settings
+
+from projdist.applications.pointclouds import FRAMES, affine_fit, register
+from projdist.applications.pointclouds.groupwise import consensus
+
+
+def dist_square(A):
+    """Dist_F^2 by its definition."""
+    return np.sum(np.log(np.linalg.svd(A, compute_uv=False)) ** 2, axis=-1)
+
+
+def chained(clouds, shared):
+    """Clouds in a row, of which neighbours alone share points."""
+    count, points = clouds.shape[:2]
+    at, width = np.arange(points), points // (count + 1)
+    chain = clouds.copy()
+    for i in range(count):
+        chain[i, (at < i * width) | (at >= (i + 1) * width + shared)] = np.nan
+    return chain
+
+
+# ---- two clouds -----------------------------------------------------------------------------
+
+
+@CASES
+def test_a_map_is_found(seed, n):
+    """Both fits find the map that made one set from the other, and correlations of 1."""
+    rng = np.random.default_rng(seed)
+    (y, z), B = made(rng, n, 2)
+    truth = B[1] @ np.linalg.inv(B[0])
+    for method in ("symmetric", "least_squares"):
+        fit = affine_fit(y, z, method=method)
+        np.testing.assert_allclose(fit.matrix, truth, atol=EXACT * np.linalg.cond(truth))
+        np.testing.assert_allclose(y @ fit.matrix.T + fit.shift, z, atol=EXACT * np.abs(z).max())
+        np.testing.assert_allclose(fit.correlations, 1.0, rtol=1e-12)
+
+
+@CASES
+def test_the_symmetric_fit_is_symmetric(seed, n):
+    """Exchanged sets have the inverse map, and the covariance of the mapped points is that of the target."""
+    rng = np.random.default_rng(seed)
+    (y, z), _ = made(rng, n, 2, noise=0.3)
+    there, back = affine_fit(y, z), affine_fit(z, y)
+    np.testing.assert_allclose(there.matrix @ back.matrix, np.eye(n), atol=EXACT)
+    np.testing.assert_allclose(np.cov(y @ there.matrix.T, rowvar=False), np.cov(z, rowvar=False), rtol=1e-8, atol=EXACT)
+
+
+def test_one_dimension():
+    """In one dimension it is the reduced major axis: the slope is the ratio of the standard deviations."""
+    rng = np.random.default_rng(2)
+    y = rng.normal(size=(50, 1))
+    z = -3 * y + rng.normal(size=y.shape)
+    assert affine_fit(y, z).matrix[0, 0] == pytest.approx(-z.std() / y.std(), rel=1e-12)
+    r = np.corrcoef(y.ravel(), z.ravel())[0, 1]
+    assert affine_fit(y, z, method="least_squares").matrix[0, 0] == pytest.approx(r * z.std() / y.std(), rel=1e-12)
+
+
+@CASES
+def test_least_squares_is_least_squares(seed, n):
+    """It is numpy's solution, and shrinks volumes by the product of the correlations, there and back."""
+    rng = np.random.default_rng(seed)
+    (y, z), _ = made(rng, n, 2, noise=0.3)
+    there, back = (affine_fit(*pair, method="least_squares") for pair in ((y, z), (z, y)))
+    solved = np.linalg.lstsq(np.c_[y, np.ones(len(y))], z, rcond=None)[0]
+    np.testing.assert_allclose(np.vstack([there.matrix.T, there.shift]), solved, rtol=1e-8, atol=1e-8)
+    determinant = np.linalg.det(there.matrix @ back.matrix)
+    assert determinant == pytest.approx(np.prod(there.correlations) ** 2, rel=1e-8)
+    assert determinant < 1
+
+
+def test_noise_shrinks_least_squares_only():
+    """Of two noisy pictures of the same points, least squares shrinks by 1 / (1 + sigma^2) an axis, symmetric by none.
+
+    The factor is the attenuation of errors in variables (Fuller 1987, Measurement Error Models, section 1.1).
+    """
+    rng, sigma, n = np.random.default_rng(5), 0.4, 3
+    found = {}
+    for method in ("symmetric", "least_squares"):
+        logs = []
+        for _ in range(100):
+            z = rng.normal(size=(200, n))
+            y, x = z + sigma * rng.normal(size=(2, *z.shape))
+            logs.append(np.linalg.slogdet(affine_fit(y, x, method=method).matrix)[1] / n)
+        found[method] = np.mean(logs), np.std(logs) / 10
+    for method, truth in {"symmetric": 0.0, "least_squares": -np.log(1 + sigma**2)}.items():
+        mean, error = found[method]
+        assert abs(mean - truth) < 4 * error + 0.002, method  # 0.002: the bias of two hundred points
+
+
+def test_far_from_the_origin():
+    """Clouds of ten metres at coordinates of 5e6, as of UTM, are neither flat nor lost."""
+    rng = np.random.default_rng(1)
+    y = 10 * rng.normal(size=(40, 3)) + [5e5, 5e6, 300]
+    B, s = np.eye(3) + 0.1 * rng.normal(size=(3, 3)), rng.normal(size=3)
+    fit = affine_fit(y, y @ B.T + s)
+    np.testing.assert_allclose(fit.matrix, B, atol=1e-8)
+    np.testing.assert_allclose(y @ fit.matrix.T + fit.shift, y @ B.T + s, atol=1e-7)
+
+
+# ---- several clouds -------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@CASES
+def test_exact_recovery(seed, n):
+    """Clouds made from one by affine maps meet in the frame, in any of the frames, at the cost the MDT says."""
+    rng = np.random.default_rng(seed)
+    clouds, B = made(rng, n)
+    A = np.linalg.inv(B)
+    for frame in (*FRAMES, 3):
+        found = register(clouds, frame=frame)
+        assert found.rms_total < EXACT * np.abs(clouds).max()
+        relative = found.matrices @ B
+        np.testing.assert_allclose(relative, np.broadcast_to(relative[0], A.shape), atol=EXACT)
+    np.testing.assert_allclose(found.matrices[3], np.eye(n), atol=EXACT)
+    np.testing.assert_allclose(found.aligned[0], clouds[3], atol=EXACT * np.abs(clouds).max())
+    for k, total in enumerate(found.sums):
+        assert total == pytest.approx(dist_square(np.linalg.solve(A[k], A)).sum(), rel=1e-8)
+    assert register(clouds).distortions @ register(clouds).distortions == pytest.approx(found.mdt_sum, rel=1e-8)
+
+
+@pytest.mark.slow
+@CASES
+def test_the_gauge_does_not_count(seed, n):
+    """Each cloud in other affine coordinates has the map of before behind the map back: to 1e-10."""
+    rng = np.random.default_rng(seed)
+    clouds, _ = made(rng, n, noise=0.2)
+    B, s = maps(rng, n, len(clouds))
+    found, other = register(clouds, frame="first"), register(moved(clouds, B, s), frame="first")
+    np.testing.assert_allclose(B[0] @ found.matrices, other.matrices @ B, rtol=0, atol=EXACT * np.abs(B).max())
+    np.testing.assert_allclose(found.correlations, other.correlations, atol=EXACT)
+
+
+@pytest.mark.slow
+@CASES
+def test_the_order_does_not_count(seed, n):
+    """In another order, turned and scaled together, clouds have the same sums, and turn and scale in their frame."""
+    rng = np.random.default_rng(seed)
+    clouds, _ = made(rng, n, noise=0.2)
+    order = rng.permutation(len(clouds))
+    found, other = register(clouds), register(clouds[order])
+    np.testing.assert_allclose(other.matrices, found.matrices[order], atol=EXACT)
+    np.testing.assert_allclose(other.shifts, found.shifts[order], atol=EXACT * np.abs(clouds).max())
+    turn = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    other = register(7 * clouds @ turn.T)
+    np.testing.assert_allclose(other.matrices, turn @ found.matrices @ turn.T, atol=EXACT)
+    np.testing.assert_allclose(other.sums, found.sums, rtol=EXACT)
+    np.testing.assert_allclose(other.aligned, 7 * np.array(found.aligned) @ turn.T, atol=1e-9 * np.abs(clouds).max())
+
+
+@pytest.mark.slow
+@CASES
+def test_frames(seed, n):
+    """The MDT beats every cloud: references cost twice as much on average at least, the best its distance more."""
+    clouds, _ = made(np.random.default_rng(seed), n, noise=0.2)
+    found = register(clouds)
+    assert found.sums.mean() >= 2 * found.mdt_sum * (1 - EXACT)
+    best = int(np.argmin(found.sums))
+    assert found.sums[best] >= found.mdt_sum + len(clouds) * found.distortions[best] ** 2 - EXACT
+    assert found.frames["best"] == (str(best), found.sums[best])
+    assert found.frames["central"] == ("2", found.sums[2])
+    assert (found.frames["first"][0], found.frames["last"][0], found.frames["mdt"][0]) == ("0", "4", None)
+    pair = register(clouds[:2])
+    assert pair.sums.mean() == pytest.approx(2 * pair.mdt_sum, rel=EXACT)
+
+
+@pytest.mark.slow
+@settings(max_examples=25)
+@CASES
+def test_known_means(seed, n):
+    """Clouds made by (G exp(S_i / 2) Q_i)^-1, S_i of sum 0, have the MDT G: T stands on the left, T^-1 A_i.
+
+    Karcher's equation at G G^T is sum S_i = 0, and Dist_F(exp(S / 2)) is half the norm of S. Diagonal maps
+    have the geometric mean.
+    """
+    rng = np.random.default_rng(seed)
+    z = rng.normal(size=(20, n))
+    S = 0.2 * rng.normal(size=(6, n, n))
+    S += np.swapaxes(S, 1, 2)
+    S -= S.mean(axis=0)
+    Q = np.array([scipy.linalg.polar(one)[0] for one in maps(rng, n, 6)[0]])
+    A = maps(rng, n, 1)[0] @ scipy.linalg.expm(S / 2) @ Q
+    found = register((np.linalg.inv(A) @ z.T).swapaxes(1, 2))
+    np.testing.assert_allclose(found.distortions, np.linalg.norm(S, axis=(1, 2)) / 2, rtol=1e-8)
+    assert found.mdt_sum == pytest.approx(np.sum(S * S) / 4, rel=1e-8)
+    d = np.exp(0.5 * rng.normal(size=(6, n)))
+    found = register(z / d[:, None])
+    expected = (d / np.exp(np.log(d).mean(axis=0)))[:, None] * np.eye(n)
+    np.testing.assert_allclose(found.matrices, expected, atol=EXACT)
+
+
+@pytest.mark.slow
+@CASES
+def test_two_clouds_are_a_pair(seed, n):
+    """Of two clouds the fit is the symmetric fit of one onto the other."""
+    clouds, _ = made(np.random.default_rng(seed), n, 2, noise=0.3)
+    np.testing.assert_allclose(
+        register(clouds, frame="first").matrices[1], affine_fit(*clouds[::-1]).matrix, atol=EXACT
+    )
+
+
+@pytest.mark.slow
+@CASES
+def test_self_consistent(seed, n):
+    """Each cloud lies by its symmetric fit onto the mean of all, also where points are missing."""
+    rng = np.random.default_rng(seed)
+    clouds, _ = made(rng, n, 6, 60, noise=0.1)
+    clouds[rng.uniform(size=clouds.shape[:2]) < 0.3] = np.nan
+    seen = ~np.isnan(clouds[..., 0])
+    group = consensus(clouds, 1.0 * seen)
+    assert group.settled
+    places = moved(clouds, group.A, group.shift)
+    shared = seen.sum(axis=0) > 1
+    mean = np.nanmean(places[:, shared], axis=0)
+    fits = [affine_fit(y[shared][t[shared]], mean[t[shared]]).matrix for y, t in zip(clouds, seen, strict=True)]
+    # The mean of noisy points is narrower than they are: all fits onto it shrink by one map.
+    shrunk = np.array([fit @ np.linalg.inv(A) for fit, A in zip(fits, group.A, strict=True)])
+    np.testing.assert_allclose(shrunk, np.broadcast_to(shrunk[0], shrunk.shape), atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [2, 3])
+def test_chains(n):
+    """Ten clouds in a row, each of which shares ten points with the next, are found exactly; noise settles, too."""
+    rng = np.random.default_rng(n)
+    clouds, B = made(rng, n, 10, 110)
+    found = register(chained(clouds, 10), frame="first")
+    np.testing.assert_allclose(found.matrices, B[0] @ np.linalg.inv(B), atol=1e-9)
+    noisy, _ = made(rng, n, 10, 110, noise=0.05)
+    assert register(chained(noisy, 10)).settled
+
+
+def test_points_of_one_cloud_move_along():
+    """Points that are in one cloud alone do not count, and are moved."""
+    rng = np.random.default_rng(3)
+    clouds, B = made(rng, 2, 3, 20)
+    clouds[1:, :5] = np.nan
+    found = register(clouds, frame="last")
+    assert found.used.tolist() == [15, 15, 15]
+    np.testing.assert_allclose(found.matrices[0], B[2] @ np.linalg.inv(B[0]), atol=EXACT)
+    assert np.isfinite(found.aligned[0]).all()
+
+
+def test_ids():
+    """Points with equal ids are the same, in whatever rows they stand."""
+    rng = np.random.default_rng(4)
+    clouds, _ = made(rng, 3, 3, 12, noise=0.1)
+    ids = [f"p{k}" for k in range(12)]
+    orders = [rng.permutation(12)[:10] for _ in clouds]
+    found = register(
+        [cloud[order] for cloud, order in zip(clouds, orders, strict=True)],
+        correspond="id",
+        ids=[[ids[k] for k in order] for order in orders],
+    )
+    gaps = np.full_like(clouds, np.nan)
+    for gap, cloud, order in zip(gaps, clouds, orders, strict=True):
+        gap[order] = cloud[order]
+    np.testing.assert_allclose(found.matrices, register(gaps).matrices, atol=EXACT)
+
+
+@pytest.mark.slow
+@CASES
+def test_mean_orientation_and_place(seed, n):
+    """In the frame of the MDT the clouds lie about where they lay, and turned on average as they were."""
+    clouds, _ = made(np.random.default_rng(seed), n, noise=0.1)
+    found = register(clouds)
+    np.testing.assert_allclose(np.mean(found.aligned, axis=(0, 1)), clouds.mean(axis=(0, 1)), atol=1e-9)
+    mean = np.mean([scipy.linalg.polar(M)[0] for M in found.matrices], axis=0)
+    np.testing.assert_allclose(mean, mean.T, atol=EXACT)
+
+
+@pytest.mark.slow
+def test_modes():
+    """Clouds that differ by their height alone have that for their only mode, whatever the frame."""
+    points = np.random.default_rng(5).normal(size=(30, 3))
+    clouds = [points * [1.0, 1.0, height] for height in (1.0, 1.5, 3.0, 0.4)]
+    for frame in ("mdt", 0):
+        found = register(clouds, frame=frame)
+        assert found.modes.shares[0] == pytest.approx(1.0, abs=1e-12)
+        assert found.modes.rms[0] == pytest.approx(np.std(np.log([1.0, 1.5, 3.0, 0.4])), rel=1e-10)
+    assert register(clouds).modes.words[0] == "z +1.0"
+    assert len(found.to_dict()["modes"]) == 6
+
+
+def test_forms():
+    """A registration can be had as JSON and as a frame, a row a cloud."""
+    pytest.importorskip("pandas")
+    clouds, _ = made(np.random.default_rng(11), 3, noise=0.1)
+    found = register(clouds, frame="best")
+    data = json.loads(found.to_json())
+    assert data["frames"].keys() == set(FRAMES)
+    assert data["reference"] == data["frames"]["best"]["cloud"]
+    assert np.array(data["clouds"][2]["matrix"]).tolist() == found.matrices[2].tolist()
+    frame = found.to_frame()
+    np.testing.assert_array_equal(frame[["t_0", "t_1", "t_2"]], found.shifts)
+    np.testing.assert_array_equal(frame["M_12"], found.matrices[:, 1, 2])

@@ -1,0 +1,118 @@
+"""What is said of clouds: shrinkage, mirror images, flat ones, those left out, and wrong arguments."""
+
+import numpy as np
+import pytest
+from cloud_sets import EXACT, made
+
+from projdist.applications.pointclouds import affine_fit, register
+
+
+def test_shrinkage_is_said():
+    """Least squares onto the first cloud shrinks the others, by their correlations, and that is said."""
+    clouds, _ = made(np.random.default_rng(6), 3, 6, 40, noise=0.4)
+    found = register(clouds, method="least_squares", frame="first")
+    volumes = [np.linalg.slogdet(np.cov(cloud, rowvar=False))[1] / 2 for cloud in found.aligned]
+    np.testing.assert_allclose(found.shrinkage, np.array(volumes) - volumes[0], atol=EXACT)
+    assert found.shrinkage[1:].max() < -0.1
+    assert any(text.startswith("Least squares shrinks the clouds, on average to ") for text in found.warnings)
+    symmetric = register(clouds)
+    np.testing.assert_array_equal(symmetric.shrinkage, 0.0)
+    volumes = [np.linalg.slogdet(np.cov(cloud, rowvar=False))[1] / 2 for cloud in symmetric.aligned]
+    np.testing.assert_allclose(volumes, volumes[0], atol=EXACT)
+    assert symmetric.warnings == []
+
+
+@pytest.mark.slow
+def test_mirror_images():
+    """A cloud that is a mirror image of most is named, and registered; all mirrored together are not."""
+    clouds, _ = made(np.random.default_rng(7), 3)
+    clouds[3, :, 0] *= -1
+    found = register(clouds, names=list("abcde"))
+    assert found.warnings == ["Mirror images of the others: d."]
+    assert found.mirrored.tolist() == [False, False, False, True, False]
+    assert np.sign(np.linalg.det(found.matrices)).tolist() == [1, 1, 1, -1, 1]
+    assert found.rms_total < 1e-9
+    clouds[[0, 1, 2, 4], :, 0] *= -1
+    assert register(clouds).warnings == []
+
+
+def test_uncertain_and_nearly_singular():
+    """A cloud whose thickness is noise, and one that is much flatter than the others, are named."""
+    rng = np.random.default_rng(8)
+    clouds, _ = made(rng, 3, noise=0.05)
+    clouds[1] = rng.normal(size=(30, 3)) * 0.1 + clouds[1] @ np.diag([1, 1, 0])
+    clouds[4] = clouds[4] @ np.diag([1, 1, 1e-5])
+    warnings = register(clouds, names=list("abcde")).warnings
+    assert "Nearly singular beside the others: e." in warnings
+    assert next(text for text in warnings if text.startswith("Uncertain")).endswith(": b.")
+
+
+def test_no_mean_orientation():
+    """Clouds that face all ways have no mean orientation, and that is said."""
+    z = np.random.default_rng(9).normal(size=(20, 2))
+    t = np.radians([0, 90, 180, 270])
+    turns = np.moveaxis(np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]), -1, 0)
+    (warning,) = register(z @ turns).warnings
+    assert warning.startswith("There is no meaningful mean orientation")
+
+
+def test_left_out():
+    """Clouds with too few points, points in a plane, or none in common are named, and the others go on."""
+    clouds, B = made(np.random.default_rng(10), 3, 6, 40)
+    clouds[0, 3:] = np.nan
+    clouds[2] = np.where(np.isnan(clouds[2]), np.nan, clouds[2] @ np.diag([1, 1, 0]))
+    clouds[4, :38] = np.nan
+    clouds[5, ::2] = np.nan
+    found = register(clouds, names=list("abcdef"), frame="f")
+    assert found.names == ("b", "d", "f")
+    assert [tuple(one) for one in found.left_out] == [
+        ("a", "it has 3 points, and 4 are needed"),
+        ("c", "the 40 points that it has span 2 of 3 dimensions"),
+        ("e", "it has 2 points, and 4 are needed"),
+    ]
+    np.testing.assert_allclose(found.matrices[0], B[5] @ np.linalg.inv(B[1]), atol=EXACT)
+    with pytest.raises(ValueError, match=r"^Invalid frame 'c'\. That cloud is left out: the 40 points"):
+        register(clouds, names=list("abcdef"), frame="c")
+    apart = np.full((3, 20, 2), np.nan)
+    apart[:2, :12], apart[2, 10:] = (
+        made(np.random.default_rng(1), 2, 2, 12)[0],
+        np.random.default_rng(2).normal(size=(10, 2)),
+    )
+    assert register(apart).left_out == (("2", "it shares with the others 2 points, and 3 are needed"),)
+
+
+def test_too_little():
+    """Where no two clouds share enough, each is named with its reason."""
+    with pytest.raises(
+        ValueError, match=r"^Invalid clouds\. Fewer than two share points enough; '1': it has 2 points, an"
+    ):
+        register([np.random.default_rng(1).normal(size=(5, 2)), [[0, 0], [1, 1]] + [[np.nan] * 2] * 3])
+
+
+def test_arguments_are_checked():
+    """Each wrong argument is one line that says what is allowed."""
+    a = np.random.default_rng(1).normal(size=(6, 2))
+    for match, words in {
+        r"^Invalid clouds\. There must be at least two; there is one\.$": {"clouds": [a]},
+        r"^Invalid clouds\. There must be at least two; there are none\.$": {"clouds": []},
+        r"^Invalid cloud '1' of shape \(6,\)\. It must be \(M, n\)": {"clouds": [a, a[:, 0]]},
+        r"^Invalid cloud '1'\. It has 1 coordinates a point, '0' 2\.$": {"clouds": [a, a[:, :1]]},
+        r"^Invalid cloud '1'\. It has 5 points, '0' 6; rows that correspond must be as many": {"clouds": [a, a[1:]]},
+        r"^Invalid cloud '1'\. Point 1 must be finite, or all NaN\.$": {"clouds": [a, a * np.inf]},
+        r"^Invalid method 'ols'\. It must be symmetric or least_squares\.$": {"method": "ols"},
+        r"^Invalid correspondence 'row'\. It must be rows, id or icp\.$": {"correspond": "row"},
+        r"^Invalid frame 'z'\. It must be first, last, central, best, mdt or a cloud by its name": {"frame": "z"},
+        r"^Invalid frame '2'\. ": {"frame": 2},
+        r"^Invalid ids\. There must be a list of them for each cloud\.$": {"correspond": "id"},
+        r"^Invalid ids of cloud '0'\. They are 1; its points are 6\.$": {"correspond": "id", "ids": ["a", "b"]},
+        r"^Invalid cloud '0'\. It has two points with the id 'a'\.$": {"correspond": "id", "ids": ["aabcde"] * 2},
+        r"^Invalid names\. There must be 2, one a cloud; there are 1\.$": {"names": ["a"]},
+    }.items():
+        with pytest.raises(ValueError, match=match):
+            register(**({"clouds": [a, a]} | words))
+    with pytest.raises(ValueError, match=r"^Invalid shapes \(6, 2\) and \(5, 2\) of points\. Both must be \(M, n\)\.$"):
+        affine_fit(a, a[1:])
+    with pytest.raises(ValueError, match=r"^Invalid points\. They must span 2 dimensions, and span 1\.$"):
+        affine_fit(a, a[:, :1] * [1, 2])
+    with pytest.raises(ValueError, match=r"^Invalid points\. They must be finite\.$"):
+        affine_fit(a, a * np.nan)
