@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeGuard
 
 import numpy as np
@@ -51,6 +51,28 @@ def normalised(lon: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
+class Survey:
+    """Images x, y and rough principal scales a >= b of a map at places lon, lat all over a region, (rows, columns)."""
+
+    lon: FloatArray
+    lat: FloatArray
+    x: FloatArray
+    y: FloatArray
+    a: FloatArray
+    b: FloatArray
+
+    @classmethod
+    def of(cls, projection: Projection, bounds: Bounds) -> Survey:
+        """Places two degrees apart over a globe, and closer together over less."""
+        west, south, _, north = bounds
+        u = west + longitude_width(bounds) * (np.arange(180) + 0.5) / 180
+        v = np.clip(south + (north - south) * np.linspace(0.0, 1.0, 121), -POLE, POLE)
+        lon, lat = np.meshgrid(normalised(u), v)
+        x, y = projection(lon, lat)
+        return cls(lon, lat, x, y, *rough_scales(projection, lon, lat, x, y))
+
+
+@dataclass(frozen=True)
 class Domain:
     """The drawn part of a projection; call it for x, y in metres, NaN outside.
 
@@ -61,6 +83,7 @@ class Domain:
     projection: Projection
     region: Place
     box: Place
+    survey: Survey = field(compare=False, repr=False)
     beyond: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None = None
     within: Callable[[FloatArray, FloatArray], BoolArray] | None = None
 
@@ -69,14 +92,27 @@ class Domain:
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
         lon = normalised(lon)
         x, y = self.projection(lon, lat)
+        outside = self._outside(lon, lat, x)
+        if self.beyond is not None:
+            outside |= self.beyond(x, y, *rough_scales(self.projection, lon, lat, x, y))
+        return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
+
+    def surveyed(self) -> BoolArray:
+        """Which places of the survey are drawn."""
+        survey = self.survey
+        outside = self._outside(survey.lon, survey.lat, survey.x)
+        if self.beyond is not None:
+            outside |= self.beyond(survey.x, survey.y, survey.a, survey.b)
+        return ~outside
+
+    def _outside(self, lon: FloatArray, lat: FloatArray, x: FloatArray) -> BoolArray:
+        """What is not on the map, or not where it is drawn."""
         outside = ~np.isfinite(x)
         if self.box != GLOBE:
             outside |= ~self.box.contains(lon, lat)
         if self.within is not None:
             outside |= ~self.within(lon, lat)
-        if self.beyond is not None:
-            outside |= self.beyond(x, y, *rough_scales(self.projection, lon, lat))
-        return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
+        return outside
 
     @property
     def radius(self) -> float:
@@ -88,7 +124,8 @@ def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
     """The drawn part of a projection in a region; None is its area of use, or the globe."""
     place = region_for(region, [projection])
     box = Box(*place.bounds) if is_part(place) else place
-    return Domain(projection, place, box, _beyond(projection, place))
+    survey = Survey.of(projection, place.bounds)
+    return Domain(projection, place, box, survey, _beyond(projection, place, survey))
 
 
 def is_part(region: Place) -> TypeGuard[Region]:
@@ -106,21 +143,26 @@ def nothing_of(domain: Domain) -> ValueError:
 _STEP = 2e-5  # degrees; 2 m on the ground, where differences still have 9 digits
 
 
-def rough_scales(projection: Projection, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Principal scales a >= b by differences over 2 m, to 5 digits or so.
+def rough_scales(
+    projection: Projection, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Principal scales a >= b at points with images x, y, by differences over 2 m, to 5 digits or so.
 
     Each direction takes the smaller of its two one-sided differences, so that a seam in between
-    does not pass for a scale.
+    does not pass for a scale. Those at a pole are a step away from it.
     """
-    lat = np.clip(lat, -POLE + _STEP, POLE - _STEP)
+    polar = np.abs(lat) > POLE - _STEP
+    if polar.any():
+        lat, x, y = np.clip(lat, -POLE + _STEP, POLE - _STEP), x.copy(), y.copy()
+        x[polar], y[polar] = projection(lon[polar], lat[polar])
     east = _STEP / np.cos(np.radians(lat))
-    lons = normalised(np.stack([lon, lon + east, lon - east, lon, lon]))
-    lats = np.stack([lat, lat, lat, lat + _STEP, lat - _STEP])
-    x, y = projection(lons, lats)
+    lons = normalised(np.stack([lon + east, lon - east, lon, lon]))
+    lats = np.stack([lat, lat, lat + _STEP, lat - _STEP])
+    xs, ys = projection(lons, lats)
     metres = np.radians(_STEP) * projection.ellipsoid.a
     columns = []
-    for one, other in ((1, 2), (3, 4)):
-        dx, dy = (x[[one, other]] - x[0]) / metres, (y[[one, other]] - y[0]) / metres
+    for pair in ((0, 1), (2, 3)):
+        dx, dy = (xs[[*pair]] - x) / metres, (ys[[*pair]] - y) / metres
         length = np.where(np.isfinite(dx), np.hypot(dx, dy), np.inf)
         first = length[0] <= length[1]
         columns.append((np.where(first, dx[0], -dx[1]), np.where(first, dy[0], -dy[1])))
@@ -138,15 +180,10 @@ _LARGE = 12.0  # Mercator's scale at 85.2 degrees, the gnomonic map's at 73 degr
 
 
 def _beyond(
-    projection: Projection, region: Place
+    projection: Projection, region: Place, survey: Survey
 ) -> Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None:
     """The test (x, y, a, b) for the parts that run off to infinity; None for maps that do not."""
-    west, south, _, north = region.bounds
-    u = west + longitude_width(region.bounds) * (np.arange(180) + 0.5) / 180
-    v = np.clip(south + (north - south) * np.linspace(0.0, 1.0, 121), -POLE, POLE)
-    lon, lat = np.meshgrid(normalised(u), v)
-    x, y = projection(lon, lat)
-    a, b = rough_scales(projection, lon, lat)
+    lon, lat, x, y, a, b = (getattr(survey, name) for name in ("lon", "lat", "x", "y", "a", "b"))
     within = region.contains(lon, lat)
     undefined = ~np.isfinite(x[within])
     inside = np.isfinite(x + a + b) & within

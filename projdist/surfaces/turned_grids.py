@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.field import drawn, evaluate
 from projdist.surfaces.domain import POLE, Domain, longitude_width, normalised, rough_scales
 
 
@@ -36,19 +35,20 @@ def frame_of(domain: Domain) -> Frame:
     """A frame with a pole at the singular point of the map, if that is not a pole of the Earth."""
     if longitude_width(domain.box.bounds) < 180.0:
         return Frame()
-    u, v = np.meshgrid(np.arange(-179.0, 180.0, 2.0), np.arange(-89.0, 90.0, 2.0))
-    scale = np.where(drawn(evaluate(domain, u, v)), rough_scales(domain.projection, u, v)[0], np.nan)
+    survey = domain.survey
+    scale = np.where(domain.surveyed() & np.isfinite(survey.a), survey.a, np.nan)
     if not np.isfinite(scale).any():
         return Frame()
     usual = float(np.nanmedian(scale))
     best = int(np.nanargmax(scale))
-    lon, lat, span = float(u.flat[best]), float(v.flat[best]), 2.0
+    lon, lat, span = float(survey.lon.flat[best]), float(survey.lat.flat[best]), 2.0
     offsets = np.linspace(-1.0, 1.0, 9)
     while span > 1e-4:
         lons = lon + span * offsets[:, None] / max(np.cos(np.radians(lat)), 1e-3)
         lats = np.clip(lat + span * offsets[None, :], -POLE, POLE)
         lons, lats = np.broadcast_arrays(lons, lats)
-        scale = np.nan_to_num(rough_scales(domain.projection, normalised(lons), lats)[0], nan=0.0)
+        images = domain.projection(normalised(lons), lats)
+        scale = np.nan_to_num(rough_scales(domain.projection, normalised(lons), lats, *images)[0], nan=0.0)
         best = int(np.argmax(scale))
         lon, lat, span = float(lons.flat[best]), float(lats.flat[best]), span / 3.0
     if scale.flat[best] < _SINGULAR * usual or abs(lat) > 89.5:

@@ -33,8 +33,8 @@ def surface_of(projection: object, region: RegionLike | None = None, step: float
 @pytest.mark.parametrize("side", [-5e-6, 5e-6])
 def test_rough_scales_beside_a_seam(projection: str, lon: float, lat: float, side: float) -> None:
     """Half a metre from a seam they are those of the point's own side, where the sixth-order stencils find them."""
-    place = np.array([lon + side]), np.array([lat])
-    found = rough_scales(Projection.from_user_input(projection), *place)
+    place, the_map = (np.array([lon + side]), np.array([lat])), Projection.from_user_input(projection)
+    found = rough_scales(the_map, *place, *the_map(*place))
     truth = principal_scales(jacobian(projection, np.array([lon + np.sign(side) * 0.05]), place[1]))
     np.testing.assert_allclose(np.ravel(found), np.ravel(truth), rtol=2e-3)  # of 5 km apart
 
