@@ -2,7 +2,7 @@ from .boundaries import boundary_polygon
 from .domain import Bounds, ground_size, is_part, longitude_width, normalised
 from .fields import field, filled, jacobians, measured
 from .jumps import ValuesAt, crosses, jumping
-from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons
+from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons, land_rings
 from .lines import cut_at_tears, graticule, graticule_steps, graticule_values, project_lines
 from .regional import shown_part, surface_of, surface_of_globe
 from .surface import Surface
@@ -46,6 +46,7 @@ __all__ = [
     "lake_polygons",
     "lake_shores",
     "land_polygons",
+    "land_rings",
     "longitude_width",
     "measured",
     "normalised",

@@ -14,6 +14,7 @@ from projdist.earth import borders, coastlines, lakes, lakes_within, land, land_
 from projdist.regions import Polygons
 from projdist.surfaces.areas import Area, cells_in
 from projdist.surfaces.domain import Bounds, ground_size, longitude_width
+from projdist.surfaces.lines import project_lines
 from projdist.surfaces.surface import Surface
 
 _FINEST = "10m"
@@ -39,6 +40,25 @@ def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[Flo
     """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
     is_wide = _is_wide(surface) and resolution != _FINEST
     return _polygons(surface, _all_land(resolution) if is_wide else _land_about(surface, resolution))
+
+
+def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
+    """The rings (x, y) about the land of a surface, and about its holes; None where the map may be torn there.
+
+    `size` is the width or height of the map in metres. It takes a quarter of the time of `land_polygons`.
+    """
+    rows, columns = surface.shape
+    if len(surface.whole) != (rows - 1) * (columns if _is_wide(surface) else columns - 1):
+        return None
+    bounds = _window(surface.domain.box.bounds, -_INSET)
+    if _is_wide(surface) and resolution != _FINEST:
+        found = shapely.clip_by_rect(land(resolution), *bounds)
+    else:
+        found = land_within(bounds, resolution)
+    rings = shapely.segmentize(shapely.get_rings(shapely.get_parts(found)), max(ground_size(bounds)) / _ALONG)
+    images = project_lines(surface.domain, [shapely.get_coordinates(ring) for ring in rings], size)
+    are_whole = len(images) == len(rings) and all((image[0] == image[-1]).all() for image in images)
+    return images if are_whole else None
 
 
 def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
@@ -85,13 +105,15 @@ def _segments(lines: Sequence[FloatArray]) -> FloatArray:
 
 # Of the region's width and height: lines run on past its edge, where the projecting of them finds their ends.
 _MARGIN = 0.02
+_ALONG = 60.0  # steps along the size of a part of the world
+_INSET = 1e-9  # so that points on the edge are within, however they are rounded
 
 
-def _window(bounds: Bounds) -> Bounds:
+def _window(bounds: Bounds, margin: float = _MARGIN) -> Bounds:
     """Bounds and a little more."""
     west, south, _, north = bounds
     width = longitude_width(bounds)
-    beside, above = _MARGIN * width, _MARGIN * (north - south)
+    beside, above = margin * width, margin * (north - south)
     return west - beside, south - above, west + width + beside, north + above
 
 

@@ -22,6 +22,7 @@ from projdist.surfaces import (
     graticule_steps,
     ground_size,
     land_polygons,
+    land_rings,
     project_lines,
 )
 
@@ -115,7 +116,7 @@ def map_lines(surface: Surface, grid: Grid) -> dict[str, Points]:
         if surface.is_local:
             found["borders"] = _earthly(surface, drawn, country_borders, size)
         if surface.ground is not None:
-            areas["land"] = _land(surface, surface.ground)
+            areas["land"] = _land(surface, surface.ground, size)
     return {
         **{name: _packed(_simplified(lines, grid, window)) for name, lines in found.items()},
         **{name: _packed(_united(polygons, grid, window)) for name, polygons in areas.items()},
@@ -131,9 +132,13 @@ def _earthly(
     return project_lines(drawn.domain, lines(bounds, coast_resolution(surface), spacing), size)
 
 
-def _land(surface: Surface, ground: Surface) -> list[FloatArray]:
-    """The land about a region as many polygons."""
-    triangles, pieces = land_polygons(ground, coast_resolution(surface))
+def _land(surface: Surface, ground: Surface, size: float) -> list[FloatArray]:
+    """The land about a region: rings that are drawn by even and odd, or many polygons side by side."""
+    resolution = coast_resolution(surface)
+    rings = land_rings(ground, resolution, size)
+    if rings is not None:
+        return rings
+    triangles, pieces = land_polygons(ground, resolution)
     xy = np.column_stack([ground.x, ground.y])
     return [*xy[triangles], *pieces]
 
@@ -145,7 +150,8 @@ def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon
     points, sizes = grid.exact(np.concatenate(lines)), [len(line) for line in lines]
     steps = shapely.linestrings(points, indices=np.repeat(np.arange(len(lines)), sizes))
     merged = shapely.line_merge(shapely.multilinestrings(steps))
-    shown = shapely.clip_by_rect(shapely.simplify(shapely.get_parts(merged), _SEEN), *window.bounds)
+    seen = shapely.simplify(shapely.get_parts(merged), _SEEN, preserve_topology=False)
+    shown = shapely.clip_by_rect(seen, *window.bounds)
     for line in shapely.get_parts(shapely.get_parts(shown)):
         yield shapely.get_coordinates(line)
 
@@ -189,32 +195,26 @@ def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatA
     start, stop = vertex.reshape(2, -1)
     edge, index = np.unique(np.minimum(start, stop) * len(places) + np.maximum(start, stop), return_inverse=True)
     net = np.bincount(index, np.sign(stop - start)).astype(int)
-    edges, forward = edge[net != 0], net[net != 0] > 0
-    low, high = edges // len(places), edges % len(places)
-    for ring in _traced(np.where(forward, low, high).tolist(), np.where(forward, high, low).tolist()):
-        if len(ring) > 3:
-            yield places[ring].astype(float)
+    # Whatever is the border of polygons leads as often to a point as away from it.
+    edge, net = np.repeat(edge, np.abs(net)), np.repeat(net, np.abs(net))
+    low, high = edge // len(places), edge % len(places)
+    start, stop = np.where(net > 0, low, high), np.where(net > 0, high, low)
+    for ring in _traced(start, stop):
+        if len(ring) > 2:
+            yield places[start[[*ring, ring[0]]]].astype(float)
 
 
-def _traced(start: Sequence[int], stop: Sequence[int]) -> Iterator[list[int]]:
-    """Closed walks along directed edges, each of which is gone once."""
-    leads = dict(zip(start, stop, strict=True))
-    others: dict[int, list[int]] = {}  # of the few points where rings meet
-    for one, other in zip(start, stop, strict=True):
-        if leads[one] != other:
-            others.setdefault(one, []).append(other)
-
-    def follow(point: int) -> int:
-        after = leads.pop(point)
-        if others.get(point):
-            leads[point] = others[point].pop()
-        return after
-
-    for first in list(leads):
-        while first in leads:
-            walk = [first, follow(first)]
-            while walk[-1] != first and walk[-1] in leads:
-                walk.append(follow(walk[-1]))
+def _traced(start: NDArray[np.int_], stop: NDArray[np.int_]) -> Iterator[list[int]]:
+    """The numbers of directed edges that make up closed walks, each in one of them."""
+    follower = np.empty(len(start), dtype=int)
+    follower[np.argsort(stop, kind="stable")] = np.argsort(start, kind="stable")
+    after = follower.tolist()
+    for first in range(len(after)):
+        walk = []
+        while after[first] >= 0:
+            walk.append(first)
+            after[first], first = -1, after[first]
+        if walk:
             yield walk
 
 
