@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.answers.pairs import Points, Scatter
+from projdist.answers.pairs import Points, scatter_over
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, check_number, check_whole_number, plain
@@ -134,7 +134,7 @@ class Question:
         if not check_number("tolerance", tolerance) > 0.0:
             raise ValueError(f"Invalid tolerance '{tolerance:g}'. It must be positive.")
         rng = np.random.default_rng(check_whole_number("seed", seed))
-        scatter = Scatter(self.region, self.projection.ellipsoid)
+        scatter = scatter_over(self.region, self.projection.ellipsoid)
         for size in sizes:
             found = [figures(scatter.draw(size, rng), scatter.draw(size, rng), rng) for _ in range(_DRAWS)]
             values, pairs, coverages = (np.array(column) for column in zip(*found, strict=True))

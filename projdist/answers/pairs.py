@@ -8,7 +8,8 @@ times less. Scrambled Sobol points do no better, and scipy.stats takes half a se
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid, destination
 from projdist.regions import Box, Cap, Place, PointSet, Region, cells_of
 
-__all__ = ["GOLDEN", "Points", "Scatter"]
+__all__ = ["GOLDEN", "Points", "scatter_over"]
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 """The step of the sequence, modulo 1, that fills an interval most evenly."""
@@ -35,49 +36,71 @@ class Points(NamedTuple):
         return Points(self.lon[kept], self.lat[kept], self.weight[kept])
 
 
-class Scatter:
-    """What strews points over a region, by area on an ellipsoid; those of a set of points by their weights.
+class Scatter(Protocol):
+    """What strews points over a region."""
+
+    def draw(self, count: int, rng: np.random.Generator) -> Points:
+        """About `count` points."""
+
+
+def scatter_over(region: Place, ellipsoid: Ellipsoid) -> Scatter:
+    """What strews points over a region by area on an ellipsoid, and those of a set of points by their weights."""
+    if isinstance(region, PointSet):
+        return _OfPoints(region)
+    return _OfCap(region, ellipsoid) if isinstance(region, Cap) else _OfBoxes(region, ellipsoid)
+
+
+class _OfPoints:
+    """Points of a set, by their weights."""
+
+    def __init__(self, points: PointSet) -> None:
+        self._points = points
+        self._cumulative = np.cumsum(points.weight) / points.weight.sum()
+
+    def draw(self, count: int, rng: np.random.Generator) -> Points:
+        along, _ = _even(count, rng)
+        # The last sum may be rounded to less than one.
+        k = np.minimum(np.searchsorted(self._cumulative, along, side="right"), self._points.lon.size - 1)
+        return Points(self._points.lon[k], self._points.lat[k], np.ones(count))
+
+
+@dataclass(frozen=True)
+class _OfCap:
+    """Points of a cap, in rings of equal areas on the sphere."""
+
+    cap: Cap
+    ellipsoid: Ellipsoid
+
+    def draw(self, count: int, rng: np.random.Generator) -> Points:
+        along, across = _even(count, rng)
+        distance = 2.0 * np.degrees(np.arcsin(np.sqrt(along) * np.sin(np.radians(0.5 * self.cap.angle))))
+        return _weighted(*destination(self.cap.lon, self.cap.lat, 360.0 * across, distance), self.ellipsoid)
+
+
+class _OfBoxes:
+    """Points of the boxes that cover a region.
 
     Polygons are covered by cells, and what falls beside them is dropped: no point is moved, so that coasts
     have their share, at the cost of some more points and of a count that is about what was asked for.
     """
 
-    def __init__(self, region: Place, ellipsoid: Ellipsoid) -> None:
+    def __init__(self, region: Region, ellipsoid: Ellipsoid) -> None:
         self._region, self._ellipsoid = region, ellipsoid
-        self._fill = 1.0
-        if isinstance(region, PointSet):
-            self._cumulative = np.cumsum(region.weight) / region.weight.sum()
-        elif not isinstance(region, Cap):
-            self._boxes = _boxes(region, ellipsoid)
-            west, south, east, north = self._boxes.T
-            # A difference of sines without cancellation.
-            middle, half = np.radians(0.5 * (north + south)), np.radians(0.5 * (north - south))
-            areas = np.radians(east - west) * 2.0 * np.cos(middle) * np.sin(half)
-            self._cumulative = np.cumsum(areas) / areas.sum()
-            if not isinstance(region, Box):
-                self._fill = min(1.0, region.area_km2 * 1e6 / (areas.sum() * ellipsoid.a**2))
+        self._boxes = _boxes(region, ellipsoid)
+        west, south, east, north = self._boxes.T
+        # A difference of sines without cancellation.
+        middle, half = np.radians(0.5 * (north + south)), np.radians(0.5 * (north - south))
+        areas = np.radians(east - west) * 2.0 * np.cos(middle) * np.sin(half)
+        self._cumulative = np.cumsum(areas) / areas.sum()
+        self._is_box = isinstance(region, Box)
+        self._fill = 1.0 if self._is_box else min(1.0, region.area_km2 * 1e6 / (areas.sum() * ellipsoid.a**2))
 
     def draw(self, count: int, rng: np.random.Generator) -> Points:
-        """About `count` points."""
-        number = int(np.ceil(count / self._fill))
-        index = np.arange(number)
-        along = (index + rng.random(number)) / number
-        across = np.mod(index * GOLDEN + rng.random(), 1.0)
-        region = self._region
-        if isinstance(region, PointSet):
-            # The last sum may be rounded to less than one.
-            k = np.minimum(np.searchsorted(self._cumulative, along, side="right"), region.lon.size - 1)
-            return Points(region.lon[k], region.lat[k], np.ones(number))
-        if isinstance(region, Cap):
-            distance = 2.0 * np.degrees(np.arcsin(np.sqrt(along) * np.sin(np.radians(0.5 * region.angle))))
-            lon, lat = destination(region.lon, region.lat, 360.0 * across, distance)
-        else:
-            lon, lat = self._in_boxes(along, across)
-        meridian, vertical = self._ellipsoid.radii(lat)
-        points = Points(lon, lat, meridian * vertical / self._ellipsoid.a**2)
-        return points if isinstance(region, Box | Cap) else points.take(region.contains(lon, lat))
+        lon, lat = self._places(*_even(int(np.ceil(count / self._fill)), rng))
+        points = _weighted(lon, lat, self._ellipsoid)
+        return points if self._is_box else points.take(self._region.contains(lon, lat))
 
-    def _in_boxes(self, along: FloatArray, across: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _places(self, along: FloatArray, across: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points by area: `along` runs through the boxes, and from south to north in each."""
         k = np.minimum(np.searchsorted(self._cumulative, along, side="right"), len(self._boxes) - 1)
         before = np.append(0.0, self._cumulative)
@@ -86,6 +109,18 @@ class Scatter:
         low, high = np.sin(np.radians(south)), np.sin(np.radians(north))
         lat = np.degrees(np.arcsin(np.clip(low + share * (high - low), -1.0, 1.0)))
         return west + across * (east - west), np.clip(lat, south, north)
+
+
+def _even(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """So many points that fill the unit square evenly."""
+    index = np.arange(count)
+    return (index + rng.random(count)) / count, np.mod(index * GOLDEN + rng.random(), 1.0)
+
+
+def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: Ellipsoid) -> Points:
+    """Points that are even on a sphere, with the weights that make means those on the ellipsoid."""
+    meridian, vertical = ellipsoid.radii(lat)
+    return Points(lon, lat, meridian * vertical / ellipsoid.a**2)
 
 
 def _boxes(region: Region, ellipsoid: Ellipsoid) -> FloatArray:

@@ -70,6 +70,41 @@ class Samples:
     hessian: FloatArray | None
     charted: Region | None = None  # the region whose chart u, v and patch are of; None for points
 
+    @classmethod
+    def of_points(
+        cls,
+        lon: FloatArray,
+        lat: FloatArray,
+        weight: FloatArray,
+        jacobian: FloatArray,
+        hessian: FloatArray | None,
+        *,
+        doubt: FloatArray,
+        evaluations: int,
+    ) -> Samples | None:
+        """Those of n points that have a weight and a Jacobian, as pieces with one node each; None where none has."""
+        defined = np.isfinite(jacobian).all(axis=(1, 2)) & (weight > 0.0)
+        if not defined.any():
+            return None
+        u, v, own = (values[defined, None, None] for values in (lon, lat, weight))
+        return cls(
+            lon=u,
+            lat=v,
+            u=u,
+            v=v,
+            patch=np.zeros(len(own), dtype=int),
+            jacobian=jacobian[defined, None, None],
+            density=own,
+            weight=own,
+            share=np.ones(len(own)),
+            doubt=doubt[defined],
+            coverage=float(own.sum() / weight.sum()),
+            undecided=0.0,
+            evaluations=evaluations,
+            limit="",
+            hessian=None if hessian is None else hessian[defined, None, None],
+        )
+
     def mean(self, values: FloatArray, slope: FloatArray | float, *, most: float = UNDEFINED) -> tuple[float, float]:
         """Mean over the covered area of values (n, 10, 10) at the nodes, and its estimated error.
 
@@ -185,29 +220,16 @@ def _nothing(projection: Projection, region: Region | PointSet) -> ProjectionErr
 
 
 def _at_points(projection: Projection, points: PointSet, curved: bool) -> Samples:
-    """The derivatives at points, as pieces with one node each; where there are none, the points are not covered."""
-    found = derivatives(projection, points.lon, points.lat)
-    defined = np.isfinite(found.jacobian).all(axis=(1, 2)) & (points.weight > 0.0)
-    if not defined.any():
-        raise _nothing(projection, points)
-    lon, lat, weight = (values[defined, None, None] for values in (points.lon, points.lat, points.weight))
-    return Samples(
-        lon=lon,
-        lat=lat,
-        u=lon,
-        v=lat,
-        patch=np.zeros(len(lon), dtype=int),
-        jacobian=found.jacobian[defined, None, None],
-        density=weight,
-        weight=weight,
-        share=np.ones(len(lon)),
-        doubt=found.error[defined],
-        coverage=float(weight.sum() / points.weight.sum()),
-        undecided=0.0,
-        evaluations=STENCIL * points.lon.size,
-        limit="",
-        hessian=hessian(projection, lon, lat) if curved else None,
+    """The derivatives at points; where there are none, the points are not covered."""
+    lon, lat = points.lon, points.lat
+    found = derivatives(projection, lon, lat)
+    H = hessian(projection, lon, lat) if curved else None
+    samples = Samples.of_points(
+        lon, lat, points.weight, found.jacobian, H, doubt=found.error, evaluations=STENCIL * lon.size
     )
+    if samples is None:
+        raise _nothing(projection, points)
+    return samples
 
 
 @dataclass(frozen=True)

@@ -199,7 +199,7 @@ class Field:
             for one, at_nodes in zip(chosen, values, strict=True)
             for largest in (True, False)
         ]
-        found = find_extremes(self.projection, self.region, self._samples, goals)
+        found = find_extremes(self.projection, self._samples, goals)
         if self._coarser is not None and self.projection is None:
             coarse = [extreme for pair in self._coarser.extremes(chosen) for extreme in reversed(pair)]
             found = [_missed(*both) for both in zip(found, coarse, strict=True)]

@@ -93,27 +93,10 @@ def _field_of_points(jacobian: Any, weight: Any, lon: Any, lat: Any, hessian: An
     w = arrays["weight"]
     if not (w.min() >= 0.0 and 0.0 < w.sum() < np.inf):
         raise ValueError("Invalid weights. They must be finite and not negative, and not all 0.")
-    defined = np.isfinite(J).all(axis=(1, 2)) & (w > 0.0)
-    if not defined.any():
+    H = None if hessian is None else arrays["hessian"]
+    samples = Samples.of_points(arrays["lon"], arrays["lat"], w, J, H, doubt=np.zeros(len(J)), evaluations=0)
+    if samples is None:
         raise ValueError("Invalid Jacobians. None of those with a weight is finite.")
-    places = [arrays[name][defined, None, None] for name in ("lon", "lat")]
-    samples = Samples(
-        lon=places[0],
-        lat=places[1],
-        u=places[0],
-        v=places[1],
-        patch=np.zeros(int(defined.sum()), dtype=int),
-        jacobian=J[defined, None, None],
-        density=w[defined, None, None],
-        weight=w[defined, None, None],
-        share=np.ones(int(defined.sum())),
-        doubt=np.zeros(int(defined.sum())),
-        coverage=float(w[defined].sum() / w.sum()),
-        undecided=0.0,
-        evaluations=0,
-        limit="",
-        hessian=None if hessian is None else arrays["hessian"][defined, None, None],
-    )
     return Field(projection=None, region=None, measures={}, _samples=samples)
 
 

@@ -24,7 +24,7 @@ def maximum(projection, region, measure):
     projection, region, measure = Projection.from_user_input(projection), get_region(region), get_measure(measure)
     samples = sample_panels(projection, region, tolerance=1e-6, second_order=[measure] if measure.needs_hessian else [])
     values = measure(samples.jacobian, samples.hessian)
-    return find_extremes(projection, region, samples, [Goal(measure, values)])[0]
+    return find_extremes(projection, samples, [Goal(measure, values)])[0]
 
 
 # ---- on the edge ------------------------------------------------------------------------------

@@ -87,7 +87,7 @@ class ScaledField:
     def _extreme(self, name: str, *, largest: bool) -> Estimate:
         measure = get_measure(name)
         goal = Goal(measure, measure(self.samples.jacobian), largest)
-        (found,) = find_extremes(self.projection, self.region, self.samples, [goal])
+        (found,) = find_extremes(self.projection, self.samples, [goal])
         return Estimate(found.value, found.error)
 
     @functools.cached_property

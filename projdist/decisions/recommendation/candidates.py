@@ -240,7 +240,7 @@ class _Measurement:
             return figure(self._probed(), self.task.probe.weight)
         if figure.is_maximum:
             goal = Goal(figure.measure, figure.measure(self.first.jacobian))
-            return find_extremes(self.projection, self.task.region, self.first, [goal])[0].value
+            return find_extremes(self.projection, self.first, [goal])[0].value
         squares = figure.statistic == "rms"
         term = _squared(figure.measure) if squares else figure.measure
         value = self._mean_over(self._resolving([term]), term)
@@ -312,7 +312,7 @@ class _Measurement:
         """The largest values of what is searched."""
         measures = [one for part in self.parts for one, kept in _SEARCHED[part].items() if kept not in self.task.keeps]
         goals = [Goal(one, one(self.first.jacobian)) for one in measures]
-        found = find_extremes(self.projection, self.task.region, self.first, goals)
+        found = find_extremes(self.projection, self.first, goals)
         return {goal.measure: extreme for goal, extreme in zip(goals, found, strict=True)}
 
     def _mean(self, one: Measure) -> float:

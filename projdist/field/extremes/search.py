@@ -22,7 +22,7 @@ from projdist.field.extremes.singular_points import unbounded
 from projdist.field.extremes.states import NOBODY, Chosen, State
 from projdist.numerics import ORDER
 from projdist.projections import Projection
-from projdist.regions import Place, PointSet, Region
+from projdist.regions import Region
 
 _NOISY = 1e-3  # errors of the scales
 _NARROW = 1e-4  # of the region's width: of pieces that are narrower nothing is certain
@@ -39,15 +39,13 @@ _ON_EDGES = 64  # points
 _CANDIDATES = 3  # places of a goal to measure at
 
 
-def find_extremes(
-    projection: Projection | None, region: Place | None, samples: Samples, goals: Sequence[Goal]
-) -> list[Extreme]:
+def find_extremes(projection: Projection | None, samples: Samples, goals: Sequence[Goal]) -> list[Extreme]:
     """The value of each goal and its place, of points the largest; NaN where the measure is not defined anywhere."""
-    if region is None or projection is None or isinstance(region, PointSet):
+    if projection is None or samples.charted is None:
         return [_signed(goal, _best_point(samples, goal)) for goal in goals]
     if not goals:
         return []
-    search = _Search(projection, samples.charted or region, samples, goals)
+    search = _Search(projection, samples.charted, samples, goals)
     return [_signed(goal, one) for goal, one in zip(goals, search.run(), strict=True)]
 
 
