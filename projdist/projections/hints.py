@@ -10,7 +10,7 @@ import pyproj.database
 import pyproj.list
 from pyproj.enums import PJType
 
-from projdist.projections.catalogue import NAMES, NOT_MAPS
+from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_MAPS
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import NEAR, close_words
 
@@ -20,6 +20,12 @@ _MOST = 6  # as many as Eckert and Wagner made maps
 def normalised(text: str) -> str:
     """A name in the catalogue's spelling: small letters and hyphens."""
     return re.sub(r"[\s_]+", "-", text.lower())
+
+
+@functools.cache
+def operation_titles() -> dict[str, str]:
+    """What PROJ's operations are called, by their ids."""
+    return pyproj.list.get_proj_operations_map() | ID_TITLES
 
 
 def close_names(text: str) -> list[str]:

@@ -13,7 +13,6 @@ from projdist.earth import SPHERE
 from projdist.projections.arguments import check_read, number_text
 from projdist.projections.aspects import Turned, Words, has_words, turned_tokens, words_of
 from projdist.projections.catalogue import (
-    ID_TITLES,
     NAMES,
     NEEDED_PARAMETERS,
     NOT_IN_METRES,
@@ -24,7 +23,7 @@ from projdist.projections.catalogue import (
 from projdist.projections.crs import parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.figures import figure_parameters, own_figure
-from projdist.projections.hints import close_codes, close_crs_names, close_names, crs_code, normalised
+from projdist.projections.hints import close_codes, close_crs_names, close_names, crs_code, normalised, operation_titles
 from projdist.projections.operations import Function, Parts
 from projdist.projections.projstrings import ELLIPSOID_KEYS, ellipsoid_of, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
@@ -104,8 +103,7 @@ def _named(words: Words, text: str) -> Parts:
 
 def title_of(words: Words) -> str:
     """What a map of a name is called, with its parameters and centre."""
-    operations = pyproj.list.get_proj_operations_map() | ID_TITLES
-    return f"{TITLES.get(words.name) or operations[words.name]}{_aspect(words)}"
+    return f"{TITLES.get(words.name) or operation_titles()[words.name]}{_aspect(words)}"
 
 
 def known_name(text: str) -> str:

@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import pyproj.list
 from pyproj import CRS
 
 from projdist.earth import SPHERE, WGS84
 from projdist.projections.aspects import Turned
-from projdist.projections.catalogue import ID_TITLES
+from projdist.projections.hints import operation_titles
 from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.projection import Projection
 from projdist.projections.projstrings import ELLIPSOID_KEYS
@@ -126,7 +125,7 @@ def _of_string(projection: Projection, function: Pipeline) -> Particulars:
     operations = [value for key, _, value in tokens if key == "proj"]
     alone = len(operations) == 1
     stated = {key: value for key, _, value in tokens}
-    known = pyproj.list.get_proj_operations_map() | ID_TITLES
+    known = operation_titles()
     unit = stated.get("units", _METRES if function.to_metre == 1.0 else "")
     return Particulars(
         kind="PROJ string" if alone else "PROJ pipeline",

@@ -15,10 +15,10 @@ from pyproj import CRS, Transformer
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.projections.arguments import check_values, tell_of_idle
-from projdist.projections.catalogue import ID_TITLES, NOT_IN_METRES, NOT_MAPS
+from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS
 from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.figures import figure_parameters, has_own_figure, own_figure, tell_of_figure, tell_of_sphere
-from projdist.projections.hints import close_ids
+from projdist.projections.hints import close_ids, operation_titles
 from projdist.projections.operations import Parts, Pipeline, transform
 from projdist.support import did_you_mean, shown
 
@@ -86,7 +86,8 @@ def parse_proj_string(text: str) -> Parts:
         hint = did_you_mean(close_ids(unknown))
         message = f"Invalid PROJ string '{shown(text)}'. PROJ says: {proj_reason(error)}. {hint}"
         raise ProjectionError(message.rstrip()) from error
-    _check_maps_degrees_to_plane(text, transformer)
+    if operations[0] == "pipeline":
+        _check_maps_degrees_to_plane(text, transformer)
     tell_of_idle(tokens)
     stated = ellipsoid_of(tokens)
     _tell_of_figure(operation, tokens, stated)
@@ -121,7 +122,7 @@ def _tell_of_figure(operation: str, tokens: list[str], stated: Ellipsoid) -> Non
 
 def operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
     """The name of the last map among the operations, or of what an ob_tran rotates."""
-    known = pyproj.list.get_proj_operations_map() | ID_TITLES
+    known = operation_titles()
     maps = [name for name in operations if name not in NOT_MAPS]
     if not maps:
         return "pipeline"

@@ -3,12 +3,14 @@
 import math
 
 import numpy as np
+import pyproj.list
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from projdist import Projection
+from projdist import Projection, ProjectionError
 from projdist.projections import with_parameters
+from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS
 
 LON, LAT = np.meshgrid(np.linspace(-150.0, 170.0, 9), np.linspace(-70.0, 85.0, 7))
 SAME = 1e-6  # metres: twelve digits of 1e7 m, lost twice
@@ -90,3 +92,29 @@ def test_changed_parameters_are_those_of_a_new_string(old: Parameters, new: Para
     assert read(projection.definition) == pytest.approx(old | changes, rel=0.0, abs=1e-12)
     again = Projection.from_user_input(" ".join(["+proj=lcc", *written(old | changes)]))
     np.testing.assert_array_equal(projection(LON, LAT), again(LON, LAT))
+
+
+USUAL = "+lat_1=30 +lat_2=50 +lat_0=10 +lon_0=5 +lon_1=10 +lon_2=30"
+OTHERS = (
+    *("", USUAL, "+lat_1=10 +lat_ts=30 +alpha=30 +lonc=5", "+h=35785831 +n=0.5 +m=1 +W=2 +q=1 +lsat=3 +path=5"),
+    *("+o_proj=moll +o_lat_p=30", "+plat_0=10 +plon_0=5 +phdg_0=30 +path=5"),
+    f"{USUAL} +lat_3=20 +lon_3=-20",
+)
+
+
+@pytest.mark.filterwarnings("ignore::projdist.Notice")  # of parameters that a map has no use for
+def test_operations_alone_take_angles_to_a_plane() -> None:
+    """So they need not be asked: of angles in degrees and in radians they make the same lengths, all that are
+    taken."""
+    taken = set()
+    for name in pyproj.list.get_proj_operations_map():
+        for parameters in OTHERS:
+            try:
+                function = Projection.from_user_input(f"+proj={name} {parameters}").function
+            except ProjectionError:
+                continue
+            taken.add(name)
+            in_degrees = np.array(function.transformer.transform(LON, LAT))
+            in_radians = np.array(function.transformer.transform(np.radians(LON), np.radians(LAT), radians=True))
+            np.testing.assert_allclose(in_degrees, in_radians, rtol=1e-9, atol=SAME)  # a turn to radians is rounded
+    assert {*pyproj.list.get_proj_operations_map()} - taken == {*NOT_MAPS, *NOT_IN_METRES, "pipeline"}
