@@ -14,7 +14,7 @@ import pyproj.list
 
 from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_IN_METRES, NOT_MAPS, TITLES
 from projdist.projections.errors import ProjectionError
-from projdist.projections.registry import database
+from projdist.projections.registry import database, year_of
 from projdist.support import (
     Answer,
     check_text,
@@ -220,7 +220,7 @@ def _entry(
         bool(deprecated),
         area or "",
         tuple(bounds) if known else None,
-        int(date[:4]) if date else 0,
+        year_of(date),
         _folded(f"{name} | {aliases or ''}"),
         _folded(area or ""),
         _folded(f"{countries or ''} {method or ''}"),

@@ -17,7 +17,7 @@ from pyproj import proj_version_str
 from pyproj.database import get_database_metadata
 from pyproj.datadir import get_data_dir
 
-__all__ = ["FALSE_ORIGINS", "UNKNOWN", "Facts", "database", "facts_of", "proj_version"]
+__all__ = ["FALSE_ORIGINS", "UNKNOWN", "Facts", "database", "facts_of", "proj_version", "year_of"]
 
 _AT_ONCE = 500  # codes in a query: SQLite takes 999 values
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
@@ -25,6 +25,9 @@ FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
 
 # Scopes of those who ask for a map for their own use, and of those that nobody states.
 _SPECIAL = re.compile(r"oil|gas |railway|tunnel|military|navigation|user-defined|not known|no official", re.IGNORECASE)
+
+
+_YEAR = re.compile(r"\d{4}")
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,12 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
     return {code: _facts(rows) for code, rows in found.items()}
 
 
+def year_of(date: str | None) -> int:
+    """The year of a date of the registry, mostly as 1995-03-07, but once March 2011; 0 where there is none."""
+    year = _YEAR.search(date or "")
+    return int(year[0]) if year else 0
+
+
 def _facts(rows: list[Any]) -> Facts:
     """The facts of one CRS, from a row for each of its usages."""
     frame, date, _, _, _, method, meridian, *parameters = rows[0]
@@ -99,7 +108,7 @@ def _facts(rows: list[Any]) -> Facts:
     kept = frozenset(value for value in values if value[0] and value[0] not in FALSE_ORIGINS)
     return Facts(
         frame or "",
-        int(date[:4]) if date else 0,
+        year_of(date),
         (method, meridian, kept) if method is not None else None,
         tuple(text for row in rows for text in row[3:5] if text),
         all(row[2] is None or _SPECIAL.search(row[2]) is not None for row in rows),

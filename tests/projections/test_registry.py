@@ -3,22 +3,30 @@
 import pytest
 
 from projdist.projections import registry
-from projdist.projections.registry import facts_of
+from projdist.projections.registry import facts_of, year_of
 
 
 @pytest.mark.parametrize(
     ("code", "since"),
     [
-        ("EPSG:7855", 2017),  # GDA2020
-        ("EPSG:2056", 1995),  # CH1903+
-        ("EPSG:25832", 1990),  # ETRS89, an ensemble: ETRF89
-        ("EPSG:32632", 1984),  # WGS 84, an ensemble: Transit
-        ("EPSG:28992", 0),  # Amersfoort: EPSG tells no date
+        ("EPSG:7855", {2017}),  # GDA2020
+        ("EPSG:2056", {1995}),  # CH1903+
+        ("EPSG:25832", {1989, 1990}),  # ETRS89, an ensemble: ETRF89, of 1990 in EPSG v11.022, of 1989 in v12.029
+        ("EPSG:32632", {1984}),  # WGS 84, an ensemble: Transit
+        ("EPSG:28992", {0}),  # Amersfoort: EPSG tells no date
     ],
 )
 def test_years_of_datums(code, since):
     """The year of publication, of an ensemble that of its first member."""
-    assert facts_of([code])[code].since == since
+    assert facts_of([code])[code].since in since
+
+
+@pytest.mark.parametrize(
+    ("date", "year"), [("1995-03-07", 1995), ("2011", 2011), ("March 2011", 2011), ("unknown", 0), ("", 0), (None, 0)]
+)
+def test_years_of_dates(date, year):
+    """As EPSG writes them; v12 has Uganda's datum of March 2011."""
+    assert year_of(date) == year
 
 
 def test_maps_but_for_false_origins():
