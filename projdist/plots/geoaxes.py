@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.colors import Colormap
 
 from projdist._typing import FloatArray
+from projdist.earth import Ellipsoid
 from projdist.matrices import get_measure
 from projdist.plots.cartopy_projections import cartopy_projection
 from projdist.plots.colours import ColourScale, colour_scale
@@ -201,8 +202,9 @@ def _inverse(matrix: FloatArray) -> FloatArray:
 def _plate_carree(crs: Any) -> tuple[Projection, FloatArray]:
     """Cartopy's plate carree, in degrees from a central meridian that it has for a prime meridian."""
     a, b = crs.ellipsoid.semi_major_metre, crs.ellipsoid.semi_minor_metre
-    projection = Projection.from_user_input(f"+proj=eqc +lon_0={crs.prime_meridian.longitude!r} +a={a!r} +b={b!r}")
-    return projection, np.eye(2) / np.radians(a)
+    # The sphere's formula on the ellipsoid. PROJ's own eqc has that of the ellipsoid there since 9.8.
+    sphere = Projection.from_user_input(f"+proj=eqc +lon_0={crs.prime_meridian.longitude!r} +R={a!r}")
+    return dataclasses.replace(sphere, ellipsoid=Ellipsoid(a, 1.0 - b / a)), np.eye(2) / np.radians(a)
 
 
 def _plane_of(projection: Projection) -> Plane:
