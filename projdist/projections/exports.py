@@ -19,6 +19,7 @@ from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.projection import Projection
 
 _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of parameters
+_SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
 # Defaults of PROJ's own that a CRS made of its string takes for others: arccos(2 / pi), for which PROJ has 0 there.
 _LOST = {"wintri": ("lat_1", str(WINKEL_PARALLEL))}
@@ -212,7 +213,8 @@ def _projecting_step(projection: Projection) -> Parameters | None:
             found.append(parameters)
     if isinstance(function, CrsOperation) and function.greenwich:
         for parameters in found:
-            if prime_meridian(parameters) != function.greenwich:  # PROJ's paris is 0.2 mm from EPSG's, in grads
+            # PROJ's paris is 0.2 mm from EPSG's, in grads; its rome, in seconds, is EPSG's but for the last bit.
+            if abs(prime_meridian(parameters) - function.greenwich) > _SAME_MERIDIAN:
                 parameters["pm"] = repr(function.greenwich)
     return found[0] if len(found) == 1 and "inv" not in found[0] else None
 
