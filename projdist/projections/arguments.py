@@ -21,7 +21,8 @@ from projdist.support import close_words, did_you_mean, listed, shown, tell
 
 ANGLES = frozenset(
     """alpha asc_lon azi gamma inc_angle lat_0 lat_1 lat_2 lat_3 lat_b lat_ts lon_0 lon_1 lon_2 lon_3 lon_wrap lonc
-    o_alpha o_lat_1 o_lat_2 o_lat_c o_lat_p o_lon_1 o_lon_2 o_lon_c o_lon_p phdg_0 plat_0 plon_0 theta tilt""".split()
+    o_alpha o_lat_1 o_lat_2 o_lat_c o_lat_p o_lon_1 o_lon_2 o_lon_c o_lon_p phdg_0 plat_0 plon_0 rot theta
+    tilt""".split()
 )
 NUMBERS = frozenset(
     """M R R_lat_a R_lat_g W a b e es f h h_0 k k_0 m n ps_rev q rf rot_xy s11 s12 s13 s21 s22 s23 s31 s32 s33 scrollx
