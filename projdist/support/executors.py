@@ -9,6 +9,7 @@ import pickle
 import re
 import sys
 import threading
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, as_completed
 from contextvars import ContextVar
@@ -91,10 +92,22 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
     others = multiprocessing.active_children()
     with ProcessPoolExecutor(cores, multiprocessing.get_context("fork"), initializer=default_signals) as pool:
         try:
+            _fork(pool)
             yield pool
         except BaseException:  # also Ctrl-C: nobody waits for what they do
             _end_all_but(others)
             raise
+
+
+def _fork(pool: Executor) -> None:
+    """Start the processes of a pool.
+
+    No thread of Python's runs, as `own_executor` sees to. Those of libraries, of which Python 3.12 warns, are made for
+    forks: OpenBLAS stops its own before one, and jemalloc, which comes with pyarrow, has its locks in order.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r".*is multi-threaded, use of fork", DeprecationWarning)
+        pool.submit(os.getpid)
 
 
 @contextlib.contextmanager

@@ -4,7 +4,9 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 import time
+import warnings
 from concurrent.futures import (
     BrokenExecutor,
     CancelledError,
@@ -20,7 +22,7 @@ from batch_functions import kill_itself
 from dask_clusters import dask_cluster
 
 from projdist.decisions.recommendation.search import recommend
-from projdist.support.executors import check_executor, is_lost, open_executor, run_all
+from projdist.support.executors import check_executor, is_lost, open_executor, own_executor, run_all
 
 
 def square(number):
@@ -53,6 +55,22 @@ def test_a_lost_worker_loses_nothing(tmp_path):
     """A pool whose process is killed half-way is broken; what it had not done is done here."""
     with ProcessPoolExecutor(2) as pool:
         assert run_all(pool, fragile, [(n, str(tmp_path / "trap")) for n in range(30)]) == [n * n for n in range(30)]
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="needs processes that are forked")
+def test_threads_of_libraries_are_no_matter(monkeypatch):
+    """As jemalloc's, which pandas starts: from Python 3.12 on a fork beside a thread brings a warning."""
+    monkeypatch.setattr("projdist.support.executors._cores", lambda: 2)
+    monkeypatch.setattr("projdist.support.executors.threading.active_count", lambda: 1)
+    held = threading.Lock()
+    with held:
+        thread = threading.Thread(target=held.acquire, daemon=True)
+        thread.start()
+        with warnings.catch_warnings(record=True) as told, own_executor(100) as pool:
+            warnings.simplefilter("always")
+            assert run_all(pool, square, range(20)) == [n * n for n in range(20)]
+    thread.join()
+    assert told == []
 
 
 class Lossy(Executor):
