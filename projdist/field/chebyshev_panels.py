@@ -13,7 +13,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import AnyArray, BoolArray, FloatArray, IntArray
 from projdist.projections import Projection
 
 # The smallest panels are cells of 2.5 x 1.25 degrees, the largest 360 x 30 degrees. Longitudes are cut into nine,
@@ -229,7 +229,7 @@ def _laid(
     if _AHEAD * tiles.row.size * _NODES > allowed:
         return None
     index: IntArray = np.full(counts.shape, -1)
-    found: list[tuple[FloatArray, ...]] = []
+    found: list[tuple[AnyArray, ...]] = []
     while True:
         points = tiles.sums(below)
         chosen = np.argsort(-points, kind="stable")[: int(allowed // _NODES)]

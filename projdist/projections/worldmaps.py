@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import AnyArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS
 
 __all__ = [
@@ -158,7 +158,7 @@ def distance_around_edge(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: Flo
     # Both on one disc of radius 1, as the sides of a sheet lie upon each other.
     px, py, qx, qy = (1.0 - np.abs(x0[over]) / edge, y0[over] / edge, 1.0 - np.abs(x1[over]) / edge, y1[over] / edge)
 
-    def way(angle: FloatArray | float) -> FloatArray:
+    def way(angle: AnyArray | float) -> FloatArray:
         x, y = np.cos(angle), np.sin(angle)
         return np.hypot(x - px, y - py) + np.hypot(x - qx, y - qy)
 

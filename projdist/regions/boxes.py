@@ -125,7 +125,7 @@ def bounding_box(west: ArrayLike, south: ArrayLike, east: ArrayLike, north: Arra
     following = np.append(start[order][1:], start[order][0] + 360.0)
     widest = int(np.argmax(following - end))
     width = min(360.0 - float(following[widest] - end[widest]), 360.0)
-    low, high = float(np.min(south)), float(np.max(north))
+    low, high = float(np.min(np.asarray(south))), float(np.max(np.asarray(north)))
     if width < _SMALLEST:
         following[widest] -= 0.5 * (_SMALLEST - width)
         width = _SMALLEST

@@ -146,7 +146,7 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
     within = np.zeros(len(lon), dtype=bool)
     for name in names:
         within |= _on_land_of(name, lon, lat)
-    return bool(names) and within.mean() < _LEAST and _on_land(lon, lat).mean() > _LAND
+    return bool(names and within.mean() < _LEAST and _on_land(lon, lat).mean() > _LAND)
 
 
 def _on_land_of(name: str, lon: FloatArray, lat: FloatArray) -> BoolArray:
