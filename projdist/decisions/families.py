@@ -71,7 +71,7 @@ def _folded(value: float, half: float) -> float:
 
 _CONES = ("lcc", "aea", "eqdc")
 _AZIMUTHALS = ("laea", "aeqd", "stere", "airy")
-_SPHERICAL = ("airy", "eqc")
+_SPHERICAL = ("airy", "eqc")  # PROJ has eqc on ellipsoids since 9.8; on the sphere it is the same in all versions
 
 
 def _cone(name: str, e: Extent) -> Family:

@@ -107,4 +107,7 @@ def test_the_datum_in_force_is_that_of_any_own_map():
 def test_official(region, code):
     """What decrees and agencies say."""
     official = recommend(region, limit=1).official
-    assert (official and official.code) == code
+    if code is None:
+        assert official is None
+    else:  # on the datum in force: EPSG v12 has California's map on that of 2025, too
+        assert code in {official.code, *(other for other, _ in official.same)}

@@ -144,6 +144,10 @@ def errors_by_differences(definition: str, lon: np.ndarray, lat: np.ndarray, wei
     else:
         ellipsoid = pyproj.CRS(definition).ellipsoid
         forward, a = pyproj.Proj(definition, preserve_units=False), ellipsoid.semi_major_metre
+        parameters = dict(token.partition("=")[::2] for token in forward.definition.split())
+        if parameters["proj"] == "eqc":
+            # By formulas of the sphere in PROJ 9.5, which the atlas was measured with, of the ellipsoid in 9.8.
+            forward = pyproj.Proj(f"+proj=eqc +lat_ts={parameters['lat_ts']} +lon_0={parameters['lon_0']} +R={a}")
         e2 = 1.0 - (ellipsoid.semi_minor_metre / a) ** 2
     step = 1e-4  # degrees: 11 m, of which the rounding of coordinates is 1e-10
     ends = [np.array(forward(lon + u, lat + v)) for u, v in ((-step, 0), (step, 0), (0, -step), (0, step))]

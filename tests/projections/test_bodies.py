@@ -131,8 +131,8 @@ def assert_authority(code):
     assert first == "north"
     longitude = {"west": -lon, "east": lon}[second]
     u, v = Transformer.from_crs(geodetic, crs).transform(latitude, longitude)
-    sign = {"west": -1.0, "east": 1.0}[crs.axis_info[0].direction]
-    assert crs.axis_info[1].direction == "north"
+    # PROJ 9.8 has other directions of the axes on polar maps, as of one that runs north along 90 degrees east.
+    sign = {"WN": -1.0, "EN": 1.0, "XY": 1.0}["".join(axis.abbrev for axis in crs.axis_info)]
     truth = np.where(np.isfinite(u), (sign * np.asarray(u), v), np.nan)
     np.testing.assert_allclose(projection(lon, lat), truth, rtol=0, atol=1e-12 * projection.ellipsoid.a)
 

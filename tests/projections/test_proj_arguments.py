@@ -182,8 +182,8 @@ def test_the_kinds_of_parameters_are_those_of_proj() -> None:
             if _reads(base, name) and (*kinds, name) not in _ASKED_FIRST:
                 wrong.append((name, kinds))
                 break
-    # `b` and `f` of an ellipsoid, whose questions are shorter than what a library keeps apart, may seem angles.
-    assert not [entry for entry in wrong if entry[0] not in ("b", "f")]
+    # `a`, `b` and `f` of an ellipsoid, whose questions are shorter than what a library keeps apart, may seem angles.
+    assert not [entry for entry in wrong if entry[0] not in ("a", "b", "f")]
 
 
 @pytest.mark.slow
