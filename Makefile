@@ -1,8 +1,9 @@
 # Two commands: `make demo` shows what projdist does, `make test` shows that it works.
-# The virtual environment is .venv; it is made anew when pyproject.toml changes.
+# The virtual environment is .venv, that of `make test PYTHON=python3.13` is .venv-3.13; they follow pyproject.toml.
 
 PYTHON ?= python3
-BIN := .venv/bin
+VENV := .venv$(if $(findstring command,$(origin PYTHON)),-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])'))
+BIN := $(VENV)/bin
 DEMO := robinson mollweide winkel-tripel equal-earth mercator
 
 # The oldest versions have wheels for this Python, and not for newer ones.
@@ -11,17 +12,17 @@ OLD := .venv-oldest
 
 .PHONY: demo test test-slow test-oldest test-wheel coverage lint types docs notebooks notebooks-check atlas atlas-pages gallery world-maps reference-factors benchmarks benchmarks-check benchmarks-record browser clean
 
-demo: .venv/installed
+demo: $(VENV)/installed
 	@mkdir -p demo
 	$(BIN)/projdist compare $(DEMO)
 	$(BIN)/projdist tissot $(DEMO) -o demo/tissot.png --overwrite
 	$(BIN)/projdist heatmap $(DEMO) --measure omega -o demo/omega.png --overwrite
 	@echo "Pictures: $(CURDIR)/demo/tissot.png $(CURDIR)/demo/omega.png"
 
-test: .venv/installed-test
+test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m "not slow" -n auto --dist worksteal
 
-test-slow: .venv/installed-test
+test-slow: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m slow -n auto --dist worksteal
 
 # What the slow tests of pages need besides Python.
@@ -29,7 +30,7 @@ browser:
 	.ci/install-browser
 
 # What the fast tests do not run, line by line and branch by branch.
-coverage: .venv/installed-test
+coverage: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m "not slow" -n auto --cov --cov-report=term
 
 # Old libraries use what newer ones of those that they use will drop.
@@ -39,69 +40,69 @@ test-oldest: $(OLD)/installed
 test-wheel:
 	PYTHON=$(PYTHON) .ci/test-wheel
 
-lint: .venv/installed-test
+lint: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-types: .venv/installed-test
+types: $(VENV)/installed-test
 	$(BIN)/mypy
 
 # The notebooks with their outputs, anew; and whether they still run and say the same.
-notebooks: .venv/installed-notebook
+notebooks: $(VENV)/installed-notebook
 	$(BIN)/python notebooks/run.py
 
-notebooks-check: .venv/installed-notebook
+notebooks-check: $(VENV)/installed-notebook
 	$(BIN)/python notebooks/run.py --check
 
-gallery: .venv/installed
+gallery: $(VENV)/installed
 	$(BIN)/python docs/make_gallery.py
 	$(BIN)/python docs/make_guide_pictures.py
 
-world-maps: .venv/installed
+world-maps: $(VENV)/installed
 	$(BIN)/python docs/make_world_maps.py
 
-reference-factors: .venv/installed-test
+reference-factors: $(VENV)/installed-test
 	$(BIN)/python docs/make_reference_factors.py
 
 # An hour and a half on two cores; it goes on where it was stopped.
-atlas: .venv/installed-test
+atlas: $(VENV)/installed-test
 	$(BIN)/python docs/make_atlas.py
 	$(BIN)/python docs/make_atlas_pages.py
 
 # The pages, pictures and tables of the atlas from its data.
-atlas-pages: .venv/installed-test
+atlas-pages: $(VENV)/installed-test
 	$(BIN)/python docs/make_atlas_pages.py
 
-benchmarks: .venv/installed-test
+benchmarks: $(VENV)/installed-test
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/means.py
 	$(BIN)/python benchmarks/recommend.py
 
 # What has become slower by a tenth; `make benchmarks-record` adds to benchmarks/history.csv.
-benchmarks-check: .venv/installed-test
+benchmarks-check: $(VENV)/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/check.py
 
-benchmarks-record: .venv/installed-test
+benchmarks-record: $(VENV)/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/check.py --record
 
 # The site: docs/_build/html/index.html.
-docs: .venv/installed-docs
+docs: $(VENV)/installed-docs
 	$(BIN)/python -m sphinx -W --keep-going -j auto -q docs docs/_build/html
 
 clean:
-	rm -rf .venv $(OLD) demo docs/_build docs/made
+	rm -rf .venv .venv-* demo docs/_build docs/made
 
-.venv/bin/python:
+$(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "projdist needs Python 3.11 or newer.")'
-	$(PYTHON) -m venv .venv
+	$(PYTHON) -m venv $(VENV)
 
-.venv/installed: .venv/bin/python pyproject.toml
+$(VENV)/installed: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
 	@touch $@
 
-.venv/installed-test: .venv/bin/python pyproject.toml
+$(VENV)/installed-test: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
-	@touch $@ .venv/installed
+	@touch $@ $(VENV)/installed
 
 $(OLD)/installed: pyproject.toml .ci/oldest.py
 	rm -rf $(OLD)
@@ -110,10 +111,10 @@ $(OLD)/installed: pyproject.toml .ci/oldest.py
 	$(OLD)/bin/python -m pip install --quiet --disable-pip-version-check -c $(OLD)/constraints.txt -e '.[test]'
 	@touch $@
 
-.venv/installed-docs: .venv/bin/python pyproject.toml
+$(VENV)/installed-docs: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
-	@touch $@ .venv/installed
+	@touch $@ $(VENV)/installed
 
-.venv/installed-notebook: .venv/bin/python pyproject.toml
+$(VENV)/installed-notebook: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[notebook]'
-	@touch $@ .venv/installed
+	@touch $@ $(VENV)/installed
