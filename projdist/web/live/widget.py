@@ -144,8 +144,8 @@ class Explorer(anywidget.AnyWidget):
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """The widget, and a picture for where it cannot run."""
         bundle = super()._repr_mimebundle_(**options)
-        if bundle is None:
-            return None
+        if bundle is None or _is_marimo(self.comm):
+            return bundle
         data, metadata = bundle
         return {**data, "image/png": self._picture()}, metadata
 
@@ -324,6 +324,11 @@ def _new_name(name: str, known: Collection[str]) -> str:
 
 def _measure_name(measure: Any) -> str:
     return check_choice("measure", get_measure(measure).name, SHOWN_MEASURES)
+
+
+def _is_marimo(comm: Any) -> bool:
+    """Whether a widget is marimo's, which asks for its picture and shows it nowhere."""
+    return type(comm).__module__.partition(".")[0] == "marimo"
 
 
 def _in_this_loop(tell: Any) -> Any:
