@@ -133,8 +133,10 @@ def country_keys() -> tuple[dict[str, str], ...]:
 def country(key: str, resolution: str = "50m") -> shapely.MultiPolygon | None:
     """The polygons of a numeric ISO code, or of a name where there is none; None for those too small for the data."""
     objects, arcs = _topology("countries", resolution)
-    chosen = [one for one in objects["countries"] if key == _key(one)]
-    return merged([decoded(one, arcs) for one in chosen]) if chosen else None
+    found = [decoded(one, arcs) for one in objects["countries"] if key == _key(one)]
+    if len(found) > 1:
+        return merged(found)
+    return found[0] if found else None
 
 
 def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degrees: float) -> BoolArray:

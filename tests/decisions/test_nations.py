@@ -3,6 +3,7 @@
 import pytest
 
 from projdist.decisions.recommendation.nations import home_of, named
+from projdist.decisions.recommendation.pool import _NOBODYS_KM2
 from projdist.decisions.recommendation.trial_nodes import Lattice
 from projdist.regions import get_region
 
@@ -58,3 +59,10 @@ def test_home(region, home):
     """The country that has most of a region's land; none at sea, and none that has half of the world."""
     lattice = Lattice(get_region(region))
     assert home_of(lattice.lon, lattice.lat, lattice.weight) == home
+
+
+def test_the_world_is_nobodys():
+    """A region above 450 million km2 is not looked into: no country has half of what it must hold."""
+    area = {name: get_region(name).area_km2 for name in ("globe", "land", "country:RU", "country:AQ")}
+    land = area["land"] - area["country:AQ"] - (area["globe"] - _NOBODYS_KM2)
+    assert area["country:RU"] < 0.5 * land
