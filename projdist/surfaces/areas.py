@@ -83,7 +83,8 @@ def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
         for j in range(_TILES)
         if not strips[k].is_empty
     ]
-    kept = [tile for tile in found if not tile.is_empty]
+    # Coasts that a side of a tile cuts many times may cross themselves at it.
+    kept = [tile if tile.is_valid else shapely.make_valid(tile) for tile in found if not tile.is_empty]
     turned = [
         shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0]))
         for turn in _TURNS

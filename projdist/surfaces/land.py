@@ -48,7 +48,9 @@ def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArra
     `size` is the width or height of the map in metres. It takes a quarter of the time of `land_polygons`.
     """
     rows, columns = surface.shape
-    if len(surface.whole) != (rows - 1) * (columns if _is_wide(surface) else columns - 1):
+    # A turned map is singular at a point that a ring may be around.
+    turned = surface.frame.axes is not None
+    if turned or len(surface.whole) != (rows - 1) * (columns if _is_wide(surface) else columns - 1):
         return None
     bounds = _window(surface.domain.box.bounds, -_INSET)
     if _is_wide(surface) and resolution != _FINEST:

@@ -196,7 +196,8 @@ def _one_sheet(
     west, south, _, north = bounds
     east = west + longitude_width(bounds)
     inside = ((lons >= west) & (lons <= east))[None, :] & ((lats >= south) & (lats <= north))[:, None] & seen
-    way = float(np.sign(np.nansum(areas[inside])))
+    # Most nodes tell: about a singular point areas are huge, and of either sign.
+    way = float(np.sign(np.nansum(np.sign(areas[inside]))))
     upright = seen & (np.sign(areas) != -way)  # at a pole it is 0
     found = _hanging_together(inside, upright)
     left, right, bottom, top = view

@@ -92,6 +92,21 @@ def test_the_border_is_drawn_whole() -> None:
     np.testing.assert_allclose(distances, 0.0, atol=1.0)
 
 
+@pytest.mark.slow
+def test_a_border_reaches_to_the_other_end_of_the_world() -> None:
+    """Of all land on an equal-area map: as far as the pieces do, whose area is that on the ground.
+
+    About the antipode the map turns round and round within a step; and tiles of this land crossed themselves.
+    """
+    region = get_region("land - continent:Antarctica")
+    surface = surface_of("+proj=laea +lat_0=40 +lon_0=10 +ellps=WGS84", region, 2.0)
+    assert sum(shapely.Polygon(piece).area for piece in surface.pieces) == pytest.approx(
+        1e6 * region.area_km2, rel=2e-3
+    )
+    drawn = shapely.total_bounds([shapely.linestrings(line) for line in surface.border])
+    np.testing.assert_allclose(drawn, shapely.total_bounds([shapely.polygons(p) for p in surface.pieces]), rtol=1e-3)
+
+
 def test_islands_have_ellipses() -> None:
     """Where no point of the grid falls on atolls, those beside them stand for them."""
     surface = surface_of("EPSG:3832", "country:KI@all")
