@@ -86,8 +86,10 @@ def parse_proj_string(text: str) -> Parts:
         hint = did_you_mean(close_ids(unknown))
         message = f"Invalid PROJ string '{shown(text)}'. PROJ says: {proj_reason(error)}. {hint}"
         raise ProjectionError(message.rstrip()) from error
-    if operations[0] == "pipeline":
+    if operations[0] == "pipeline" or "inv" in keys:
         _check_maps_degrees_to_plane(text, transformer)
+    elif "omit_fwd" in keys:
+        raise _no_map(text)
     tell_of_idle(tokens)
     stated = ellipsoid_of(tokens)
     _tell_of_figure(operation, tokens, stated)
@@ -195,10 +197,13 @@ def _check_maps_degrees_to_plane(text: str, transformer: Transformer) -> None:
     radians = np.array(transform(transformer, np.radians(lon), np.radians(lat), radians=True))
     untagged = np.array(transform(transformer, lon, lat, radians=True)) if _takes_grads(text) else radians
     if not (_same(degrees, radians) or _same(degrees, untagged)):
-        raise ProjectionError(
-            f"Invalid projection '{shown(text)}'. It must take longitude and latitude and return a plane, "
-            "as a map does."
-        )
+        raise _no_map(text)
+
+
+def _no_map(text: str) -> ProjectionError:
+    return ProjectionError(
+        f"Invalid projection '{shown(text)}'. It must take longitude and latitude and return a plane, as a map does."
+    )
 
 
 def _same(one: FloatArray, other: FloatArray) -> bool:

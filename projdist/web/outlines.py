@@ -150,8 +150,10 @@ def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon
     points, sizes = grid.exact(np.concatenate(lines)), [len(line) for line in lines]
     steps = shapely.linestrings(points, indices=np.repeat(np.arange(len(lines)), sizes))
     merged = shapely.line_merge(shapely.multilinestrings(steps))
-    seen = shapely.simplify(shapely.get_parts(merged), _SEEN, preserve_topology=False)
-    shown = shapely.clip_by_rect(seen, *window.bounds)
+    parts = shapely.get_parts(merged)
+    seen = shapely.simplify(parts, _SEEN, preserve_topology=False)
+    # A ring that is smaller becomes a line of no length, which is not drawn; islands are to be dots.
+    shown = shapely.clip_by_rect(np.where(shapely.length(seen) > 0.0, seen, parts), *window.bounds)
     for line in shapely.get_parts(shapely.get_parts(shown)):
         yield shapely.get_coordinates(line)
 
