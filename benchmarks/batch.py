@@ -66,7 +66,8 @@ def run(name: str, executor: str, countries: int, *, core: bool = False) -> list
     With `core`, all of it runs on one core.
     """
     words = [sys.executable, __file__, "--core" if core else "--one", name, executor, str(countries)]
-    return json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # NumPy is loaded here before processes start
+    return json.loads(subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout)
 
 
 def loops(processes: int) -> list[float]:

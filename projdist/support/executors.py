@@ -37,6 +37,7 @@ Arguments = ParamSpec("Arguments")
 
 _FEW = 24  # tasks that are done before another process has started
 _RETRIES = 3
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # of the libraries that NumPy comes with
 _ADDRESS = re.compile(r"dask://([^/\s:]+|\[[^\]\s]+\]):(\d{1,5})/?")
 _NUMBER = re.compile(r"processes(?::([1-9]\d{0,3}))?")
 
@@ -192,8 +193,13 @@ class Processes(Executor):
 
 
 def _begin() -> None:
-    """In a process of `Processes`: end by signals without a word, and with the process that started this one."""
+    """In a process of `Processes`: end by signals without a word, and with the process that started this one.
+
+    NumPy, loaded later, is to start no threads beside those of as many processes as there are cores.
+    """
     default_signals()
+    for name in _THREADS:
+        os.environ.setdefault(name, "1")
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()

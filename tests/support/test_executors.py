@@ -22,7 +22,7 @@ from batch_functions import kill_itself
 from dask_clusters import dask_cluster
 
 from projdist.decisions.recommendation.search import recommend
-from projdist.support.executors import check_executor, is_lost, open_executor, own_executor, run_all
+from projdist.support.executors import Processes, check_executor, is_lost, open_executor, own_executor, run_all
 
 
 def square(number):
@@ -221,3 +221,11 @@ def test_a_cluster_is_asked_for_an_executor(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match=r"^Invalid executor 'dask://localhost:1'. It needs Dask: pip install"):
         open_executor("dask://localhost:1").__enter__()
+
+
+@pytest.mark.slow
+def test_processes_start_no_threads_beside_each_other():
+    """NumPy's library is told so before it is loaded, unless the user has said how many threads there are to be."""
+    usual = os.environ.get("OPENBLAS_NUM_THREADS", "1")
+    with Processes(1) as pool:
+        assert run_all(pool, os.getenv, ["OPENBLAS_NUM_THREADS"]) == [usual]
