@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeGuard
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 import shapely
@@ -50,8 +50,7 @@ def normalised(lon: FloatArray) -> FloatArray:
     return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
 
 
-@dataclass(frozen=True)
-class Survey:
+class Survey(NamedTuple):
     """Images x, y and rough principal scales a >= b of a map at places lon, lat all over a region, (rows, columns)."""
 
     lon: FloatArray
@@ -183,7 +182,7 @@ def _beyond(
     projection: Projection, region: Place, survey: Survey
 ) -> Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None:
     """The test (x, y, a, b) for the parts that run off to infinity; None for maps that do not."""
-    lon, lat, x, y, a, b = (getattr(survey, name) for name in ("lon", "lat", "x", "y", "a", "b"))
+    lon, lat, x, y, a, b = survey
     within = region.contains(lon, lat)
     undefined = ~np.isfinite(x[within])
     inside = np.isfinite(x + a + b) & within

@@ -45,7 +45,7 @@ def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[Flo
 def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
     """The rings (x, y) about the land of a surface, and about its holes; None where the map may be torn there.
 
-    `size` is the width or height of the map in metres. It takes a quarter of the time of `land_polygons`.
+    `size` is the width or height of the map in metres. It mostly takes a quarter of the time of `land_polygons`.
     """
     rows, columns = surface.shape
     # A turned map is singular at a point that a ring may be around.
