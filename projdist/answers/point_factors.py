@@ -13,7 +13,8 @@ from projdist._typing import AnyArray, FloatArray
 from projdist.field import Quality, derivatives, measure_at, named_measures, tell_of_contradiction
 from projdist.matrices import FACTORS, Measure, factors_of
 from projdist.projections import Frame, Projection, ProjectionLike, add_columns, is_frame, places
-from projdist.support import Answer, check_degrees, plain
+from projdist.regions import Box
+from projdist.support import Answer, check_degrees, plain, tell
 
 __all__ = ["Factors", "factors"]
 
@@ -142,6 +143,7 @@ def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: I
     lon, lat = check_degrees(lon, lat)
     found = derivatives(projection, lon, lat)
     J = found.jacobian
+    _tell_of_elsewhere(projection, lon, lat)
     tell_of_contradiction(projection, J)
     worst = found.quality.max(initial=0)
     labels = np.array([quality.label for quality in Quality if quality <= worst])
@@ -157,3 +159,19 @@ def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: I
         jacobian=J,
         extra={name: measure_at(projection, measure, lon, lat, J) for name, measure in chosen.items()},
     )
+
+
+def _tell_of_elsewhere(projection: Projection, lon: FloatArray, lat: FloatArray) -> None:
+    """Tell of points outside the area of use of a CRS, and whether they lie inside with their coordinates swapped."""
+    if projection.area_of_use is None:
+        return
+    area = Box(*projection.area_of_use)
+    there = np.isfinite(lon) & np.isfinite(lat)
+    outside = there & ~area.contains(lon, lat)
+    if not outside.any():
+        return
+    points = "the point lies" if lon.size == 1 else f"{outside.sum()} of {there.sum()} points lie"
+    swapped = int(area.contains(lat[outside], lon[outside]).sum())
+    inside = "it lies" if lon.size == 1 else f"{swapped} of them lie"
+    hint = f" With longitude and latitude swapped {inside} inside: longitudes come first." if swapped else ""
+    tell(f"{projection.label} is for {area.name}: {points} outside its area of use.{hint}")

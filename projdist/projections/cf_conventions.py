@@ -1,10 +1,34 @@
-"""A CRS as the CF conventions have it."""
+"""CRSs as the CF conventions have them: the attributes of a grid mapping."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from numbers import Real
 from typing import Any, NamedTuple
 
+import numpy as np
+import pyproj.exceptions
 from pyproj import CRS
+
+from projdist.projections.conversion_methods import Stated, conversion_of_names
+from projdist.projections.errors import ProjectionError
+from projdist.support import shown, tell
+
+_WKT = ("crs_wkt", "spatial_ref")  # CF's, and GDAL's
+_NAME = "grid_mapping_name"
+_FIGURE = ("semi_major_axis", "semi_minor_axis", "inverse_flattening", "earth_radius", "reference_ellipsoid_name")
+_GEODETIC = (
+    *_FIGURE,
+    *("longitude_of_prime_meridian", "prime_meridian_name", "horizontal_datum_name", "geographic_crs_name", "towgs84"),
+)
+_DEGREES = ("latitude_longitude", "rotated_latitude_longitude")
+_METRE_AXES = {
+    "subtype": "Cartesian",
+    "axis": [
+        {"name": "Easting", "abbreviation": "E", "direction": "east", "unit": "metre"},
+        {"name": "Northing", "abbreviation": "N", "direction": "north", "unit": "metre"},
+    ],
+}
 
 
 class CfAttributes(NamedTuple):
@@ -31,3 +55,66 @@ def cf_attributes(wkt: str) -> CfAttributes:
             {"axis": axis.upper(), "standard_name": f"projection_{axis}_coordinate", "units": units} for axis in "xy"
         )
     return CfAttributes(mapping, x, y)
+
+
+def grid_mapping_in(value: Any) -> dict[str, Any] | None:
+    """The attributes of a grid mapping, of a dictionary of them or a variable of xarray, netCDF4 or h5netcdf."""
+    attributes = getattr(value, "attrs", value)
+    if hasattr(value, "ncattrs"):
+        attributes = {name: value.getncattr(name) for name in value.ncattrs()}
+    if not isinstance(attributes, Mapping) or not any(key in attributes for key in (_NAME, *_WKT)):
+        return None
+    return dict(attributes)
+
+
+def wkt_in(mapping: Mapping[str, Any]) -> str:
+    """The WKT in a grid mapping, which says all, where there is one."""
+    return next((str(mapping[key]) for key in _WKT if mapping.get(key)), "")
+
+
+def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
+    """The CRS of the attributes of a grid mapping: CF 1.11, appendix F; raises ProjectionError."""
+    name = str(mapping[_NAME])
+    geodetic = {key: value for key, value in mapping.items() if key in _GEODETIC}
+    try:
+        if name in _DEGREES:
+            return CRS.from_cf(dict(mapping))
+        base = CRS.from_cf({_NAME: "latitude_longitude", **geodetic}).to_json_dict()
+    except (pyproj.exceptions.CRSError, KeyError, TypeError, ValueError) as error:
+        raise ProjectionError(f"Invalid grid mapping '{shown(name)}'. PROJ cannot read its attributes.") from error
+    if not any(key in geodetic for key in _FIGURE):
+        tell(f"The grid mapping '{shown(name)}' states no figure of the Earth: that of WGS 84 is taken.")
+    title = str(mapping.get("projected_crs_name", name))
+    conversion = conversion_of_names(_method(name, mapping), _parameters(name, mapping), title)
+    return CRS.from_json_dict(
+        {
+            "type": "ProjectedCRS",
+            "name": title,
+            "base_crs": {key: value for key, value in base.items() if key != "$schema"},
+            "conversion": conversion,
+            "coordinate_system": _METRE_AXES,
+        }
+    )
+
+
+def _method(name: str, mapping: Mapping[str, Any]) -> str:
+    """What a grid mapping's projection is called in the table of methods."""
+    if name != "geostationary":
+        return name
+    sweep = mapping.get("sweep_angle_axis", {"x": "y", "y": "x"}.get(str(mapping.get("fixed_angle_axis")), "y"))
+    return f"Geostationary Satellite (Sweep {str(sweep).upper()})"
+
+
+def _parameters(name: str, mapping: Mapping[str, Any]) -> list[Stated]:
+    """The numbers of a grid mapping by the names that they have in WKT."""
+    found = []
+    for key, value in mapping.items():
+        values = np.ravel(value) if key not in (*_GEODETIC, _NAME) else ()
+        numbers = [float(item) for item in values if isinstance(item, Real)]
+        if key == "standard_parallel" and name in ("lambert_conformal_conic", "albers_conical_equal_area"):
+            found += [Stated("standard_parallel_1", numbers[0]), Stated("standard_parallel_2", numbers[-1])]
+        elif numbers:
+            found.append(Stated(key, numbers[0]))
+        if key == "azimuth_of_central_line" and numbers:  # CF has no other angle for the grid
+            found.append(Stated("rectified_grid_angle", numbers[0]))
+    return found

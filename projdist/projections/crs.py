@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -11,12 +12,15 @@ import pyproj.exceptions
 from pyproj import CRS
 
 from projdist.earth import Ellipsoid
+from projdist.projections.cf_conventions import crs_of_grid_mapping, grid_mapping_in, wkt_in
+from projdist.projections.conversion_methods import Stated, known_method, reconciled
 from projdist.projections.datums import geographic_base, greenwich_offset, units_per_degree
 from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
 from projdist.projections.figures import own_figure, tell_of_figure
-from projdist.projections.hints import close_codes
+from projdist.projections.hints import close_codes, codes_elsewhere
 from projdist.projections.operations import CrsOperation, Parts
-from projdist.support import did_you_mean, shown
+from projdist.projections.wkt import WktNode, check_wkt, is_wkt, parse_wkt, with_spaces
+from projdist.support import did_you_mean, listed, shown
 
 
 def parse_crs(value: Any, *, registered: bool = True) -> Parts:
@@ -27,9 +31,12 @@ def parse_crs(value: Any, *, registered: bool = True) -> Parts:
     given = value if isinstance(value, str) else getattr(value, "name", None) or str(value)
     quoted = shown(given)
     try:
-        stated = CRS.from_user_input(value)
+        stated = read_crs(value)
+    except ProjectionError:
+        raise
     except (pyproj.exceptions.CRSError, TypeError, ValueError) as error:
-        raise ProjectionError(f"Invalid projection '{quoted}'. {_hint(given)}{ALLOWED}") from error
+        reason = f"PROJ says: {proj_reason(error)}." if _is_definition(value) else _unknown(given)
+        raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
     crs = _projected_part(stated, quoted)
     geodetic = geographic_base(crs)
     if geodetic is None or crs.ellipsoid is None:
@@ -41,13 +48,67 @@ def parse_crs(value: Any, *, registered: bool = True) -> Parts:
         _ = function.transformer
         _check_spread(function, crs, quoted)
     except pyproj.exceptions.ProjError as error:
-        raise ProjectionError(
-            f"Invalid projection '{quoted}'. PROJ cannot compute {stated.name}: {proj_reason(error)}."
-        ) from error
+        operation = crs.coordinate_operation
+        reason = f"PROJ cannot compute {shown(stated.name)}: {proj_reason(error)}."
+        if operation is not None and not known_method(operation.method_name):
+            reason = f"PROJ does not know the method '{shown(operation.method_name)}' of {shown(stated.name)}."
+        raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
     rf = crs.ellipsoid.inverse_flattening
     ellipsoid = _drawn(function, Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0))
     definition = (_code(stated, crs) if registered else "") or str(stated.to_wkt())
     return Parts(_name(stated, crs), definition, ellipsoid, function, bounds_of(stated) or bounds_of(crs))
+
+
+def read_crs(value: Any) -> CRS:
+    """The CRS of all that pyproj takes, as it was meant where PROJ does not understand its WKT.
+
+    Raises pyproj's CRSError, TypeError or ValueError, and ProjectionError for what PROJ would read as something else.
+    """
+    mapping = grid_mapping_in(value)
+    if mapping is not None:
+        value = wkt_in(mapping) or crs_of_grid_mapping(mapping)
+    text = value.srs if isinstance(value, CRS) else value
+    if not _is_definition(text):
+        return CRS.from_user_input(value)
+    roots: list[WktNode] = []
+    if isinstance(text, str) and is_wkt(text):
+        roots = parse_wkt(text)
+        check_wkt(roots, text)
+        value = with_spaces(text)
+    crs = CRS.from_user_input(value)
+    parts = crs.to_json_dict()
+    mended = _with_conversion(parts, _parameters_in(roots))
+    return crs if mended is parts else CRS.from_json_dict(mended)
+
+
+def _is_definition(value: Any) -> bool:
+    """Whether it is WKT or PROJJSON, and no code of a registered CRS or PROJ string."""
+    if isinstance(value, str):
+        return is_wkt(value) or value.lstrip().startswith("{")
+    return isinstance(value, Mapping) and "proj" not in value
+
+
+def _with_conversion(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str, Any]:
+    """PROJJSON of a CRS, or of one that holds a projected one, with what is stated of its conversion."""
+    if crs["type"] == "ProjectedCRS":
+        return reconciled(crs, stated)
+    if crs["type"] == "BoundCRS":
+        inner = _with_conversion(crs["source_crs"], stated)
+        return crs if inner is crs["source_crs"] else crs | {"source_crs": inner}
+    if crs["type"] == "CompoundCRS":
+        first, *others = crs["components"]
+        inner = _with_conversion(first, stated)
+        return crs if inner is first else crs | {"components": [inner, *others]}
+    return crs
+
+
+def _parameters_in(roots: Sequence[WktNode]) -> list[Stated] | None:
+    """The parameters of WKT 1, of which PROJ drops those that it does not know; None for others."""
+    projected = next((node for root in roots if (node := root.find("PROJCS"))), None)
+    if projected is None:
+        return None
+    parameters = (node for node in projected.nodes if node.keyword == "PARAMETER")
+    return [Stated(node.name, node.numbers[0]) for node in parameters if node.numbers]
 
 
 def _code(stated: CRS, projected: CRS) -> str:
@@ -91,11 +152,18 @@ def _check_spread(function: CrsOperation, crs: CRS, quoted: str) -> None:
         )
 
 
-def _hint(given: str) -> str:
-    authority, colon, _ = given.partition(":")
-    if colon and authority.upper() in (*pyproj.database.get_authorities(), "URN"):
-        return f"{authority.upper()} has no such CRS in PROJ's database. "
-    return did_you_mean(close_codes(given))
+def _unknown(given: str) -> str:
+    """What is wrong with a text that names no CRS, and what is allowed, or meant."""
+    authority, colon, code = given.partition(":")
+    if not colon or authority.upper() not in (*pyproj.database.get_authorities(), "URN"):
+        return f"{did_you_mean(close_codes(given))}{ALLOWED}"
+    missing = f"{authority.upper()} has no such CRS in PROJ's database"
+    others = [f"{other} ({_registered_name(other)})" for other in codes_elsewhere(authority.upper(), code)]
+    return f"{missing}: it is {listed(others, 'or')}." if others else f"{missing}. {ALLOWED}"
+
+
+def _registered_name(code: str) -> str:
+    return str(CRS.from_user_input(code).name)
 
 
 def _name(stated: CRS, projected: CRS) -> str:
@@ -109,9 +177,10 @@ def _projected_part(crs: CRS, quoted: str) -> CRS:
     while crs.is_bound or crs.is_compound:
         crs = cast(CRS, crs.source_crs) if crs.is_bound else crs.sub_crs_list[0]
     if not (crs.is_projected or crs.type_name == "Derived Projected CRS"):
+        drawn = " As longitudes and latitudes are drawn for x and y it is 'plate-carree'." if crs.is_geographic else ""
         raise ProjectionError(
             f"Invalid projection '{quoted}'. It is a {crs.type_name} ({shown(crs.name)}), which has no map plane; "
-            "it must be a projected CRS."
+            f"it must be a projected CRS.{drawn}"
         )
     return crs.to_2d() if len(crs.axis_info) > 2 else crs
 

@@ -8,7 +8,7 @@ from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid
-from projdist.projections.crs import parse_crs
+from projdist.projections.crs import parse_crs, read_crs
 from projdist.projections.datums import geographic_base, greenwich_offset, has_plain_axes, units_per_degree
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.exports import agree, base_crs, tried
@@ -76,7 +76,9 @@ def crs_wkt(
 
 def _geodetic(text: str) -> CRS:
     try:
-        crs = CRS.from_user_input(text)
+        crs = read_crs(text)
+    except ProjectionError:
+        raise
     except (pyproj.exceptions.CRSError, TypeError, ValueError) as error:
         hint = did_you_mean(close_codes(str(text)))
         raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. {hint}{ALLOWED}") from error
@@ -90,7 +92,7 @@ def _geodetic(text: str) -> CRS:
 def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Greenwich degrees, on its own datum, of coordinates in a CRS: longitudes, latitudes; raises ProjectionError."""
     try:
-        stated = CRS.from_user_input(crs)
+        stated = read_crs(crs)
         base = geographic_base(stated)
         if base is None:
             raise ProjectionError(f"Invalid CRS '{shown(crs)}'. It has no longitudes and latitudes.")

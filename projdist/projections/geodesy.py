@@ -11,7 +11,8 @@ from pyproj import CRS, Geod, Transformer
 
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
-from projdist.projections.crs import bounds_of
+from projdist.projections.crs import bounds_of, read_crs
+from projdist.projections.errors import ProjectionError
 from projdist.projections.grids import check_grids
 from projdist.projections.hints import close_codes
 from projdist.support import did_you_mean, shown
@@ -22,7 +23,9 @@ _GEOD = Geod(ellps="WGS84")
 def crs_of(value: Any) -> CRS:
     """The CRS of whatever pyproj takes; raises ValueError."""
     try:
-        return CRS.from_user_input(value)
+        return read_crs(value)
+    except ProjectionError:
+        raise
     except (pyproj.exceptions.CRSError, TypeError) as error:
         hint = did_you_mean(close_codes(value)) if isinstance(value, str) else ""
         raise ValueError(f"Invalid CRS '{shown(str(value))}'. {hint}It must be a CRS that PROJ knows.") from error

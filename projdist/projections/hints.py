@@ -14,6 +14,7 @@ from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_MAPS
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import NEAR, close_words
 
+_OF_THE_EARTH = ("EPSG", "ESRI", "IGNF")
 _MOST = 6  # as many as Eckert and Wagner made maps
 
 
@@ -52,18 +53,30 @@ def close_codes(text: str) -> list[str]:
     return list(known)[:1]
 
 
+def codes_elsewhere(authority: str, number: str) -> list[str]:
+    """The codes of projected CRSs of the Earth that other authorities have with the number."""
+    others = (name for name in _OF_THE_EARTH if name != authority)
+    kinds = (PJType.PROJECTED_CRS, PJType.GEOGRAPHIC_2D_CRS, PJType.COMPOUND_CRS)
+    return [
+        f"{name}:{number}"
+        for name in others
+        if any(number in pyproj.database.get_codes(name, kind, allow_deprecated=True) for kind in kinds)
+    ]
+
+
 def crs_code(text: str) -> str:
     """The code of the projected CRS of a name, in capitals or not; nothing where there is none."""
-    return _crs_names().get(_folded(text), ("", ""))[0]
+    return _crs_names().get(folded(text), ("", ""))[0]
 
 
 def close_crs_names(text: str) -> list[str]:
     """Names of projected CRSs that are spelt nearly so."""
     known = _crs_names()
-    return [known[name][1] for name in close_words(_folded(text), known)][:_MOST]
+    return [known[name][1] for name in close_words(folded(text), known)][:_MOST]
 
 
-def _folded(text: str) -> str:
+def folded(text: str) -> str:
+    """A name without what programs spell in different ways: capitals, spaces, underscores, brackets."""
     return re.sub(r"[^a-z0-9+]+", "", text.lower())
 
 
@@ -71,9 +84,9 @@ def _folded(text: str) -> str:
 def _crs_names() -> dict[str, tuple[str, str]]:
     """Codes and names of the projected CRSs of the Earth by their folded names; of a name of several, EPSG's code."""
     found: dict[str, tuple[str, str]] = {}
-    for authority in ("EPSG", "ESRI", "IGNF"):
+    for authority in _OF_THE_EARTH:
         for info in pyproj.database.query_crs_info(authority, PJType.PROJECTED_CRS):
-            found.setdefault(_folded(info.name), (f"{authority}:{info.code}", info.name))
+            found.setdefault(folded(info.name), (f"{authority}:{info.code}", info.name))
     return found
 
 

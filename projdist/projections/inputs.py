@@ -11,6 +11,7 @@ from typing import Any
 
 from pyproj import CRS, Proj
 
+from projdist.projections.cf_conventions import grid_mapping_in
 from projdist.projections.crs import parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.names import parse_name
@@ -21,6 +22,7 @@ from projdist.projections.projstrings import (
     proj_string_of_crs,
     proj_string_of_parameters,
 )
+from projdist.projections.wkt import is_wkt
 from projdist.support import shown
 
 _LONGEST_PATH = 300  # characters
@@ -63,8 +65,8 @@ def _parse_contents(text: str) -> Parts:
         return parse_crs(init[1].upper())
     if text.startswith("{"):
         return _parse_json(text)
-    if re.match(r"\w+\s*[\[(]", text):
-        return _parse_wkt(text)
+    if is_wkt(text):
+        return parse_crs(text)
     if is_proj_string(text):
         return parse_proj_string(" ".join(text.split()))
     if ":" not in text:
@@ -82,28 +84,7 @@ def _parse_json(text: str) -> Parts:
         value = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
-    return parse_proj_string(proj_string_of_parameters(value)) if "proj" in value else parse_crs(text)
-
-
-def _parse_wkt(text: str) -> Parts:
-    rest = _behind_wkt(text)
-    if re.match(r"\s*,\s*VERTCS\s*[\[(]", rest):  # Esri's compound CRS
-        rest = _behind_wkt(rest)
-    if rest.strip():
-        raise ProjectionError(
-            f"Invalid projection '{shown(text)}'. WKT must end with its last bracket, and not with '{shown(rest)}'."
-        )
-    return parse_crs(text)
-
-
-def _behind_wkt(text: str) -> str:
-    """What stands behind the bracket that closes the first one; PROJ would not read it."""
-    depth = 0
-    for match in re.finditer(r'"[^"]*"|[\[(]|[\])]', text):
-        depth += {"[": 1, "(": 1, "]": -1, ")": -1}.get(match[0], 0)
-        if depth == 0 and match[0] in ("]", ")"):
-            return text[match.end() :]
-    return ""
+    return parse(value) if "proj" in value or grid_mapping_in(value) else parse_crs(text)
 
 
 def _shown_path(path: Path) -> str:

@@ -12,7 +12,7 @@ from pyproj.enums import TransformDirection
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84
-from projdist.projections.crs import parse_crs
+from projdist.projections.crs import parse_crs, read_crs
 from projdist.projections.datums import geographic_base, greenwich_offset, has_plain_axes, units_per_degree
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import base_crs, same_coordinates
@@ -181,7 +181,7 @@ def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source
     and latitudes. Raises ProjectionError for a CRS that is none of the Earth's surface, or of another
     body; `thing` is what its message says the CRS is of.
     """
-    source = CRS.from_user_input(crs)
+    source = read_crs(crs)
     operation = projection.function
     target = geographic_base(CRS.from_wkt(operation.crs) if isinstance(operation, CrsOperation) else source)
     if target is None:

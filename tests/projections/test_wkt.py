@@ -1,0 +1,354 @@
+"""WKT as programs write it: the same map under every spelling, or one line that names what is not understood."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+import rasterio.crs
+import rasterio.warp
+from projection_points import make, message
+from pyproj import CRS, Transformer
+
+from projdist.projections import ProjectionError
+from projdist.support import Notice
+
+GEOGCS = (
+    'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],'
+    'UNIT["degree",0.017453292519943295]]'
+)
+E = math.sqrt(0.0066943799901413165)  # of WGS 84
+# Rounding of PROJ's operations, of coordinates of some 1e7 m.
+ROUNDING = 1e-6
+
+# What PROJ runs for each method: parameters by kind, and the PROJ string that is told the same by another door.
+WORLD = (
+    "Eckert I:eck1|Eckert II:eck2|Eckert III:eck3|Eckert IV:eck4|Eckert V:eck5|Eckert VI:eck6|Mollweide:moll|"
+    "Robinson:robin|Sinusoidal:sinu|Natural Earth:natearth|Natural Earth II:natearth2|Wagner I:wag1|Wagner II:wag2|"
+    "Wagner IV:wag4|Wagner V:wag5|Wagner VI:wag6|Wagner VII:wag7|Aitoff:aitoff|Craster Parabolic:crast|"
+    "Quartic Authalic:qua_aut|Flat Polar Quartic:mbtfpq|Compact Miller:comill|Patterson:patterson|Times:times|"
+    "Gall Stereographic:gall|Goode Homolosine:goode|Interrupted Goode Homolosine:igh|"
+    "Interrupted Goode Homolosine Ocean:igh_o|Equal Earth:eqearth"
+)
+LAT = "lat_0={latitude} lon_0={longitude}"
+METHODS = {
+    "Transverse Mercator": f"tmerc {LAT} k_0={{scale}}",
+    "Gauss Schreiber Transverse Mercator": f"gstmerc {LAT} k_0={{scale}}",
+    "Lambert Conic Conformal (1SP)": "lcc lat_1={latitude} lat_0={latitude} lon_0={longitude} k_0={scale}",
+    "Lambert Conic Conformal (2SP)": f"lcc {LAT} lat_1={{parallel_1}} lat_2={{parallel_2}}",
+    "Albers Equal Area": f"aea {LAT} lat_1={{parallel_1}} lat_2={{parallel_2}}",
+    "Equidistant Conic": f"eqdc {LAT} lat_1={{parallel_1}} lat_2={{parallel_2}}",
+    "Mercator (variant A)": "merc lon_0={longitude} k_0={scale}",
+    "Mercator (variant B)": "merc lon_0={longitude} lat_ts={parallel_1}",
+    "Polar Stereographic (variant B)": "stere lat_0=90 lat_ts={parallel_1} lon_0={longitude}",
+    "Oblique Stereographic": f"sterea {LAT} k_0={{scale}}",
+    "Stereographic": f"stere {LAT} k_0={{scale}}",
+    "Hotine Oblique Mercator (variant A)": (
+        "omerc no_uoff lat_0={latitude} lonc={longitude} alpha={azimuth} gamma={skew} k_0={scale}"
+    ),
+    "Hotine Oblique Mercator (variant B)": (
+        "omerc lat_0={latitude} lonc={longitude} alpha={azimuth} gamma={skew} k_0={scale}"
+    ),
+    "Lambert Azimuthal Equal Area": f"laea {LAT}",
+    "Azimuthal Equidistant": f"aeqd {LAT}",
+    "Gnomonic": f"gnom {LAT}",
+    "Orthographic": f"ortho {LAT}",
+    "Cassini-Soldner": f"cass {LAT}",
+    "American Polyconic": f"poly {LAT}",
+    "Quadrilateralized Spherical Cube": f"qsc {LAT}",
+    "Transverse Cylindrical Equal Area": f"tcea {LAT} k_0={{scale}}",
+    "Bonne": "bonne lat_1={latitude} lon_0={longitude}",
+    "Loximuthal": "loxim lat_1={latitude} lon_0={longitude}",
+    "Lambert Cylindrical Equal Area": "cea lat_ts={parallel_1} lon_0={longitude}",
+    "Equidistant Cylindrical": "eqc lat_ts={parallel_1} lon_0={longitude}",
+    "Winkel I": "wink1 lat_ts={parallel_1} lon_0={longitude}",
+    "Winkel II": "wink2 lat_1={parallel_1} lon_0={longitude}",
+    "Winkel Tripel": "wintri lat_1={parallel_1} lon_0={longitude}",
+    "Wagner III": "wag3 lat_ts={parallel_1} lon_0={longitude}",
+    "Geostationary Satellite (Sweep Y)": "geos lon_0={longitude} h={height}",
+    "Two Point Equidistant": "tpeqd lat_1={lat_1st} lon_1={lon_1st} lat_2={lat_2nd} lon_2={lon_2nd}",
+    "Miller Cylindrical": "mill lon_0={longitude} R_A",
+    "Van Der Grinten": "vandg lon_0={longitude} R_A",
+} | {name: f"{key} lon_0={{longitude}}" for name, key in (pair.split(":") for pair in WORLD.split("|"))}
+
+VALUES = {
+    "latitude": 41.25,
+    "longitude": 11.5,
+    "parallel_1": 38.5,
+    "parallel_2": 52.75,
+    "scale": 0.97,
+    "azimuth": 31.0,
+    "skew": 29.0,
+    "height": 35786023.0,
+    "lat_1st": 37.0,
+    "lon_1st": 3.0,
+    "lat_2nd": 51.0,
+    "lon_2nd": 21.0,
+    "easting": 250000.0,
+    "northing": 75000.0,
+}
+# How GDAL, Esri, GeoTools and WKT 2 call a kind; of those that EPSG has three names for, each is tried.
+GDAL = {
+    "latitude": "latitude_of_origin",
+    "longitude": "central_meridian",
+    "parallel_1": "standard_parallel_1",
+    "parallel_2": "standard_parallel_2",
+    "scale": "scale_factor",
+    "azimuth": "azimuth",
+    "skew": "rectified_grid_angle",
+    "height": "satellite_height",
+    "lat_1st": "Latitude_Of_1st_Point",
+    "lon_1st": "Longitude_Of_1st_Point",
+    "lat_2nd": "Latitude_Of_2nd_Point",
+    "lon_2nd": "Longitude_Of_2nd_Point",
+    "easting": "false_easting",
+    "northing": "false_northing",
+}
+CENTRES = GDAL | {"latitude": "latitude_of_center", "longitude": "longitude_of_center"}
+GEOTOOLS = {kind: name.replace("_", " ") for kind, name in GDAL.items()}
+ESRI = {kind: name.title() for kind, name in GDAL.items()} | {"height": "Height"}
+NATURAL = {
+    **GDAL,
+    "latitude": "Latitude of natural origin",
+    "longitude": "Longitude of natural origin",
+    "parallel_1": "Latitude of 1st standard parallel",
+    "parallel_2": "Latitude of 2nd standard parallel",
+    "scale": "Scale factor at natural origin",
+    "azimuth": "Azimuth of initial line",
+    "skew": "Angle from Rectified to Skew Grid",
+    "easting": "False easting",
+    "northing": "False northing",
+}
+FALSE = NATURAL | {
+    "latitude": "Latitude of false origin",
+    "longitude": "Longitude of false origin",
+    "easting": "Easting at false origin",
+    "northing": "Northing at false origin",
+}
+CENTRE = NATURAL | {
+    "latitude": "Latitude of projection centre",
+    "longitude": "Longitude of projection centre",
+    "scale": "Scale factor at projection centre",
+    "azimuth": "Azimuth at projection centre",
+}
+SPELLINGS = {
+    "gdal": GDAL,
+    "centres": CENTRES,
+    "geotools": GEOTOOLS,
+    "esri": ESRI,
+    "capitals": {kind: name.upper() for kind, name in GDAL.items()},
+    "natural": NATURAL,
+    "false": FALSE,
+    "centre": CENTRE,
+}
+LON, LAT_POINTS = (values.ravel() for values in np.meshgrid(np.linspace(-9.0, 33.0, 8), np.linspace(31.0, 62.0, 7)))
+
+
+def kinds_of(method):
+    """The kinds of parameters of a method, with those of the false origin."""
+    named = [kind for kind in VALUES if f"{{{kind}}}" in METHODS[method]]
+    return [*named, "easting", "northing"]
+
+
+def proj_string(method):
+    """The PROJ string of a method with its parameters."""
+    operation, *others = METHODS[method].format(**VALUES).split()
+    text = " ".join([f"+proj={operation}", *(f"+{other}" for other in others)])
+    return f"{text} +x_0={VALUES['easting']} +y_0={VALUES['northing']} +ellps=WGS84"
+
+
+def truth(method):
+    """Coordinates by the PROJ string."""
+    x, y = Transformer.from_pipeline(proj_string(method)).transform(LON, LAT_POINTS)
+    return np.where(np.isfinite(x), x, np.nan), np.where(np.isfinite(y), y, np.nan)
+
+
+def wkt1(method, parameters, geogcs=GEOGCS):
+    """A PROJCS of a method and its parameters by name."""
+    texts = [f'PARAMETER["{name}",{value!r}]' for name, value in parameters.items()]
+    return f'PROJCS["map",{geogcs},PROJECTION["{method}"],{",".join(texts)},UNIT["metre",1.0]]'
+
+
+def wkt2(method, parameters):
+    """A PROJCRS of the same."""
+    base = CRS("EPSG:4326").to_wkt().replace("GEOGCRS[", "BASEGEOGCRS[", 1).split(",CS[")[0] + "]"
+    units = {"scale": 'SCALEUNIT["unity",1]', "height": 'LENGTHUNIT["metre",1]'}
+    units |= dict.fromkeys(("easting", "northing"), 'LENGTHUNIT["metre",1]')
+    degree = 'ANGLEUNIT["degree",0.0174532925199433]'
+    texts = [f'PARAMETER["{name}",{VALUES[kind]!r},{units.get(kind, degree)}]' for kind, name in parameters.items()]
+    plane = 'CS[Cartesian,2],AXIS["E",east],AXIS["N",north],LENGTHUNIT["metre",1]'
+    return f'PROJCRS["map",{base},CONVERSION["map",METHOD["{method}"],{",".join(texts)}],{plane}]'
+
+
+def spelt(method, spelling):
+    """Parameters of a method by their names in a spelling."""
+    names = SPELLINGS[spelling]
+    return {names[kind]: VALUES[kind] for kind in kinds_of(method)}
+
+
+# Esri's Orthographic, which is told by these names, is that of a sphere.
+ESRIS = ("Orthographic", "centres")
+
+
+@pytest.mark.parametrize(
+    ("method", "spelling"), [(one, other) for one in METHODS for other in SPELLINGS if (one, other) != ESRIS]
+)
+def test_one_map_by_every_spelling(method, spelling):
+    """Parameters as any program calls them make the map of the PROJ string in WKT 1 and WKT 2, without a word."""
+    names = {kind: SPELLINGS[spelling][kind] for kind in kinds_of(method)}
+    for text in (wkt1(method, spelt(method, spelling)), wkt2(method, names)):
+        np.testing.assert_allclose(make(text)(LON, LAT_POINTS), truth(method), rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_missing_parameter_is_named(method):
+    """Without one that its method needs a CRS is refused; without a scale it is told of one of 1."""
+    for kind in kinds_of(method)[:-2]:
+        parameters = spelt(method, "geotools")
+        del parameters[GEOTOOLS[kind]]
+        if kind == "scale":
+            with pytest.warns(Notice, match="scale_factor"):
+                make(wkt2(method, {kind: GDAL[kind] for kind in kinds_of(method) if kind != "scale"}))
+        else:
+            assert GDAL[kind].lower() in message(wkt1(method, parameters)).lower()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_misspelt_parameter_is_named(method):
+    """One letter wrong: a line has the word that was written, whether the map can be made or not."""
+    for kind in kinds_of(method):
+        name = GDAL[kind][0] + GDAL[kind][2:]
+        parameters = {name if key == GDAL[kind] else key: value for key, value in spelt(method, "gdal").items()}
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            try:
+                make(wkt1(method, parameters))
+                lines = [str(warning.message) for warning in told]
+            except ProjectionError as error:
+                lines = [str(error)]
+        assert any(f"'{name}'" in line and "\n" not in line for line in lines), (kind, lines)
+
+
+# PROJ has changed the formulas of these since 9.5, and GDAL brings a PROJ of its own.
+CHANGED = ("Wagner VI", "Equidistant Cylindrical")
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name not in CHANGED])
+def test_as_gdal_reads_gdals(method):
+    """The WKT 1 that GDAL writes of a map gives GDAL's own coordinates."""
+    wanted = rasterio.crs.CRS.from_string(proj_string(method))
+    there = rasterio.warp.transform(rasterio.crs.CRS.from_epsg(4326), wanted, LON, LAT_POINTS)
+    np.testing.assert_allclose(make(wanted.to_wkt())(LON, LAT_POINTS), there[:2], rtol=0, atol=ROUNDING)
+
+
+def test_polar_stereographic_by_other_names():
+    """Scales of Snyder 1987, equations 21-33 and 21-34, from the standard parallel."""
+
+    def shape(lat):
+        phi = math.radians(lat)
+        tangent = math.tan(math.pi / 4 - phi / 2) / ((1 - E * math.sin(phi)) / (1 + E * math.sin(phi))) ** (E / 2)
+        return tangent, math.cos(phi) / math.sqrt(1 - (E * math.sin(phi)) ** 2)
+
+    (there, m), (here, own) = shape(71.0), shape(77.0)
+    wanted = m * here / (there * own)
+    # The scale along the parallel, by the length of a small arc of it.
+    for latitude in ("latitude_of_origin", "Standard_Parallel_1", "Latitude of standard parallel"):
+        names = {"straight_vertical_longitude_from_pole": -45.0, latitude: 71.0}
+        x, y = make(wkt1("Polar Stereographic (variant B)", names))([20.0, 20.001], [77.0, 77.0])
+        length = 6378137.0 * own * math.radians(0.001)
+        assert math.hypot(x[1] - x[0], y[1] - y[0]) / length == pytest.approx(wanted, abs=1e-9)
+
+
+def test_what_a_method_makes_no_use_of_is_told():
+    """By its name and value; not what changes nothing, as a scale of 1 and latitudes of 0, which Esri always writes."""
+    names = spelt("Transverse Mercator", "gdal") | {"semi_major": 6371200.0}
+    with pytest.warns(
+        Notice, match=r"^The CRS 'map' states 'semi_major' \(6371200\), of which Transverse Mercator makes"
+    ):
+        make(wkt1("Transverse_Mercator", names))
+    make(wkt1("Lambert_Conformal_Conic_2SP", spelt("Lambert Conic Conformal (2SP)", "gdal") | {"scale_factor": 1.0}))
+    with pytest.warns(Notice, match=r"'standard_parallel_1' \(41\), of which Mercator \(variant A\)"):
+        make(wkt1("Mercator_1SP", {"central_meridian": 9.0, "scale_factor": 1.0, "standard_parallel_1": 41.0}))
+
+
+def test_a_polar_latitude_of_origin_that_is_no_pole():
+    """Old GDAL's Polar_Stereographic with a scale beside its true latitude: the scale is told to be without use."""
+    names = {"latitude_of_origin": -71.0, "central_meridian": 0.0, "scale_factor": 0.97}
+    with pytest.warns(Notice, match=r"'scale_factor' \(0\.97\), of which Polar Stereographic \(variant B\)"):
+        found = make(wkt1("Polar_Stereographic", names))
+    truth = Transformer.from_pipeline("+proj=stere +lat_0=-90 +lat_ts=-71 +ellps=WGS84")
+    np.testing.assert_allclose(found(10.0, -75.0), truth.transform(10.0, -75.0), atol=ROUNDING)
+
+
+COMMAS = {
+    'PARAMETER["central_meridian",11.5]': ('PARAMETER["central_meridian",11,5]', "PARAMETER 'central_meridian'.*11,5:"),
+    "6378137.0,298.257223563": ("6378137,0,298,257223563", "SPHEROID 'WGS 84'.*6378137,0,298,257223563:"),
+    'PRIMEM["Greenwich",0.0]': ('PRIMEM["Greenwich",0,0]', "PRIMEM 'Greenwich'.*0,0:"),
+    "0.017453292519943295": ("0,017453292519943295", "UNIT 'degree'.*0,017453292519943295:"),
+}
+
+
+@pytest.mark.parametrize("place", COMMAS)
+def test_decimal_commas(place):
+    """A comma in a number, which PROJ takes for the end of it, is refused with the place and the figure."""
+    text = wkt1("Transverse_Mercator", spelt("Transverse Mercator", "gdal"))
+    assert place in text
+    wrong, words = COMMAS[place]
+    with pytest.raises(ProjectionError, match=rf"{words} write a point\.$"):
+        make(text.replace(place, wrong))
+
+
+def test_a_flattening_for_its_inverse():
+    """PROJ would make a body flatter than a disk of it."""
+    text = wkt1("Transverse_Mercator", spelt("Transverse Mercator", "gdal")).replace("298.257223563", "0.00335281066")
+    assert "a flattening of 0.00335281066 is written as 298.257224" in message(text)
+
+
+def test_what_is_not_closed():
+    """A bracket or a quotation mark that is missing is named, with what is open."""
+    text = wkt1("Transverse_Mercator", spelt("Transverse Mercator", "gdal"))
+    assert message(text[:-1]).endswith("The closing bracket of PROJCS is missing.")
+    assert "or a quotation mark before" in message(text.replace('"metre"', '"metre'))
+
+
+def test_reasons_of_proj_are_handed_on():
+    """An axis that PROJ does not know, and a method, are named."""
+    text = wkt1("Transverse_Mercator", spelt("Transverse Mercator", "gdal"))
+    sideways = text[:-1] + ',AXIS["Easting","North along 90 deg East"],AXIS["Northing","North along 0 deg"]]'
+    assert message(sideways).endswith('PROJ says: unhandled axis direction: "North along 90 deg East".')
+    assert message(wkt1("Unknown", {"central_meridian": 9.0})).endswith(
+        "PROJ does not know the method 'Unknown' of map."
+    )
+
+
+def test_codes_of_other_authorities():
+    """A number that another authority has is told with its name."""
+    assert message("EPSG:102008").endswith("it is ESRI:102008 (North_America_Albers_Equal_Area_Conic).")
+    assert message("ESRI:3857").endswith("it is EPSG:3857 (WGS 84 / Pseudo-Mercator).")
+
+
+def test_longitudes_and_latitudes_are_no_map_but_drawn_as_one():
+    """Which is named: by a code and by WKT."""
+    for text in ("EPSG:4326", GEOGCS):
+        assert message(text).endswith("As longitudes and latitudes are drawn for x and y it is 'plate-carree'.")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", ["WKT2_2019", "WKT1_GDAL", "WKT1_ESRI"])
+def test_registered_crss_are_read_as_by_proj(version):
+    """WKT that PROJ writes of every 19th CRS is PROJ's reading of it, without a word."""
+    from pyproj.database import query_crs_info
+    from pyproj.enums import PJType
+    from pyproj.exceptions import CRSError
+
+    from projdist.projections.crs import read_crs
+
+    read = 0
+    for info in query_crs_info(pj_types=PJType.PROJECTED_CRS)[::19]:
+        try:
+            text = CRS(f"{info.auth_name}:{info.code}").to_wkt(version)
+        except CRSError:
+            continue
+        assert read_crs(text).to_wkt() == CRS.from_wkt(text).to_wkt(), info
+        read += 1
+    assert read > 400
