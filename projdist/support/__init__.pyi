@@ -30,7 +30,20 @@ from .files import is_stream, refuse_existing, replacing
 from .hints import NEAR, close_words, did_you_mean, listed, one_line, shown
 from .notices import Notice, notices_kept, tell
 from .signals import end_if_told, orderly_end
-from .text_tables import MISSING, cells_of, is_number, number_of, numbered_rows, read_text
+from .text_tables import (
+    MISSING,
+    cells_of,
+    comma_hint,
+    has_decimal_comma,
+    is_number,
+    number_of,
+    numbered_rows,
+    read_text,
+    rows_of_text,
+    separator_of,
+    split_rows,
+    with_decimal_points,
+)
 
 __all__ = [
     "MISSING",
@@ -52,8 +65,10 @@ __all__ = [
     "check_text",
     "check_whole_number",
     "close_words",
+    "comma_hint",
     "did_you_mean",
     "end_if_told",
+    "has_decimal_comma",
     "hints",
     "is_lost",
     "is_number",
@@ -74,8 +89,12 @@ __all__ = [
     "read_text",
     "refuse_existing",
     "replacing",
+    "rows_of_text",
     "run_all",
+    "separator_of",
     "shown",
+    "split_rows",
     "tell",
+    "with_decimal_points",
     "without_processes",
 ]

@@ -1,14 +1,40 @@
 """People's tables of text: cells that stand apart by commas, semicolons, tabs or spaces, and comment lines with #.
 
-A row is a line: a quotation mark that is not closed on its line would else swallow those that follow.
+A row is a line: a quotation mark that is not closed on its line would else swallow those that follow. Numbers may have
+decimal commas where cells stand apart by anything else.
 """
 
 from __future__ import annotations
 
 import csv
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-__all__ = ["MISSING", "cells_of", "is_number", "number_of", "numbered_rows", "read_text"]
+from projdist.support.notices import tell
+
+__all__ = [
+    "MISSING",
+    "cells_of",
+    "comma_hint",
+    "has_decimal_comma",
+    "is_number",
+    "number_of",
+    "numbered_rows",
+    "read_text",
+    "rows_of_text",
+    "separator_of",
+    "split_rows",
+    "with_decimal_points",
+]
+
+NumberedRow = tuple[int, list[str]]
+
+_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
+_WITH_POINT = re.compile(r"\s*[+-]?(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
+_WHOLE = re.compile(r"\s*[+-]?\d+\s*")
+_THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2},\d{3}\s*")
+_HINT = " Decimal commas are read where all numbers have them and cells stand apart by semicolons, tabs or blanks."
 
 
 def read_text(path: Path, complaint: str) -> str:
@@ -20,33 +46,81 @@ def read_text(path: Path, complaint: str) -> str:
         raise ValueError(f"{complaint} It cannot be read as text: {reason}.") from error
 
 
-def numbered_rows(path: Path, complaint: str, *, comments: bool = True) -> list[tuple[int, list[str]]]:
-    """The rows of a file and the numbers of their lines; raises ValueError that begins with the complaint.
+def numbered_rows(path: Path, complaint: str, *, comments: bool = True) -> list[NumberedRow]:
+    """The rows of a file and the numbers of their lines, as those of a text; raises ValueError."""
+    return rows_of_text(read_text(path, complaint), complaint, comments=comments)
+
+
+def rows_of_text(text: str, complaint: str, *, comments: bool = True) -> list[NumberedRow]:
+    """The rows of a text and the numbers of their lines; raises ValueError that begins with the complaint.
 
     What separates the cells is told by the first row. Rows of empty cells are left out, and, if there may be
-    `comments`, lines that begin with #. No row has more cells than the first, but for empty ones.
+    `comments`, lines that begin with #. No row has more cells than the first, but for empty ones. Decimal commas have
+    become points.
     """
-    numbered = enumerate(read_text(path, complaint).splitlines(), start=1)
-    lines = [(number, line) for number, line in numbered if line.strip()]
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if comments:
         lines = [(number, line) for number, line in lines if not line.lstrip().startswith("#")]
-    if not lines:
+    try:
+        rows = split_rows(lines, separator_of(lines[0][1])) if lines else []
+    except ValueError as error:
+        raise ValueError(f"{complaint} Line {error}") from error
+    rows = [(number, row) for number, row in rows if any(cell.strip() for cell in row)]
+    if not rows:
         raise ValueError(f"{complaint} It is empty.")
-    separator = next((mark for mark in ";\t," if mark in lines[0][1]), None)
-    rows, width = [], 0
+    return with_decimal_points(rows)
+
+
+def separator_of(line: str) -> str | None:
+    """What stands between the cells of a line; None for blanks, also where all commas are within numbers."""
+    words = line.split()
+    if not (";" in line or "\t" in line) and len(words) > 1 and all(map(_is_decimal, words)):
+        return None
+    return next((mark for mark in ";\t," if mark in line), None)
+
+
+def _is_decimal(word: str) -> bool:
+    """Whether a word is a number, perhaps with a decimal comma."""
+    return has_decimal_comma(word) or is_number(word)
+
+
+def split_rows(lines: Iterable[tuple[int, str]], separator: str | None) -> list[NumberedRow]:
+    """The cells of numbered lines, none of which has more than the first; raises ValueError from the number on."""
+    rows: list[NumberedRow] = []
     for number, line in lines:
         try:
             row = cells_of(line, separator)
         except ValueError as error:
-            raise ValueError(f"{complaint} Line {number} has {error}.") from error
-        width = width or len(row)
+            raise ValueError(f"{number} has {error}.") from error
+        width = len(rows[0][1]) if rows else len(row)
         if any(cell.strip() for cell in row[width:]):
-            raise ValueError(f"{complaint} Line {number} has {len(row)} cells; it must have {width}.")
-        if any(cell.strip() for cell in row):
-            rows.append((number, row[:width]))
-    if not rows:
-        raise ValueError(f"{complaint} It is empty.")
+            hint = _HINT if separator == "," and all(map(_WHOLE.fullmatch, row)) else ""
+            raise ValueError(f"{number} has {len(row)} cells; it must have {width}.{hint}")
+        rows.append((number, row[:width]))
     return rows
+
+
+def with_decimal_points(rows: Sequence[NumberedRow]) -> list[NumberedRow]:
+    """Rows with decimal points in place of commas, unless any of their numbers has a point already."""
+    cells = [cell for _, row in rows for cell in row]
+    commas = [cell for cell in cells if "," in cell and has_decimal_comma(cell)]
+    if not commas or any("." in cell and _WITH_POINT.fullmatch(cell) for cell in cells):
+        return list(rows)
+    if all(map(_THOUSANDS.fullmatch, commas)):
+        tell(f"'{commas[0].strip()}' is read as a number with a decimal comma, not as thousands.")
+    return [
+        (number, [cell.replace(",", ".") if has_decimal_comma(cell) else cell for cell in row]) for number, row in rows
+    ]
+
+
+def has_decimal_comma(cell: str) -> bool:
+    """Whether a cell is a number with a decimal comma."""
+    return _WITH_COMMA.fullmatch(cell) is not None
+
+
+def comma_hint(cells: Iterable[str]) -> str:
+    """A sentence on decimal commas where a cell that is no number has one, else nothing."""
+    return _HINT if any(map(has_decimal_comma, cells)) else ""
 
 
 MISSING = ("", "NA", "<NA>")

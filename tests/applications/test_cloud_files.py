@@ -42,6 +42,51 @@ def ply(order, kind="double", points=POINTS, normal=NORMAL):
     return head + b"".join(rows) + struct.pack(ORDERS[order] + "B3i", 3, 0, 1, 2)
 
 
+PCD = """# .PCD v.7 - Point Cloud Data file format
+VERSION .7
+FIELDS x y z more normal
+SIZE 4 8 4 2 4
+TYPE F F F U F
+COUNT 1 1 1 1 2
+WIDTH 3
+HEIGHT 1
+VIEWPOINT 0 0 0 1 0 0 0
+POINTS 3
+DATA {form}
+"""
+
+
+def pcd(form):
+    """A PCD file with columns of several types and several numbers, by hand."""
+    rows = [(x, y, z, 60000 + k, 0.5, -k) for k, (x, y, z) in enumerate(POINTS.tolist())]
+    if form == "ascii":
+        return PCD.format(form=form).encode() + "".join(" ".join(map(repr, row)) + "\n" for row in rows).encode()
+    return PCD.format(form=form).encode() + b"".join(struct.pack("<fdfHff", *row) for row in rows)
+
+
+def faces_first(order):
+    """A PLY file with faces of three and four corners and an element of numbers before its vertices, by hand."""
+    lines = ["element face 2", "property uchar flag", "property list uchar int vertex_indices", "element range 1"]
+    lines += [
+        "property short low",
+        "property double high",
+        "element vertex 3",
+        *(f"property double {x}" for x in "xyz"),
+    ]
+    head = "\n".join(
+        ["ply", f"format {order} 1.0", *lines, "element edge 1", "property int one", "end_header\n"]
+    ).encode()
+    if order == "ascii":
+        points = "".join(" ".join(map(repr, row)) + "\n" for row in POINTS.tolist())
+        return head + f"7 3 0 1 2\n7 4 0 1 2 0\n-5 0.5\n{points}42\n".encode()
+
+    def pack(mark, *values):
+        return struct.pack(ORDERS[order] + mark, *values)
+
+    faces = pack("BB3i", 7, 3, 0, 1, 2) + pack("BB4i", 7, 4, 0, 1, 2, 0)
+    return head + faces + pack("hd", -5, 0.5) + pack("9d", *POINTS.ravel()) + pack("i", 42)
+
+
 @pytest.fixture
 def file(tmp_path):
     """Write a file and read it as a cloud."""
@@ -245,7 +290,7 @@ def test_ply_in_single_precision(file, order, tmp_path):
 @pytest.mark.parametrize(
     ("name", "data", "said"),
     [
-        ("a.obj", "v 1 2 3", r"Its suffix must be \.csv, \.xyz or \.ply"),
+        ("a.obj", "v 1 2 3", r"Its suffix must be \.csv, \.xyz, \.asc, \.ply or \.pcd"),
         ("a.csv", "", "There are no points in it"),
         ("a.csv", "x,y\n", "There are no points in it"),
         ("a.csv", "1 2\n3 4\n", "Its cells must stand apart by commas, semicolons or tabs"),
@@ -261,6 +306,29 @@ def test_ply_in_single_precision(file, order, tmp_path):
         ("a.xyz", "1 2\n3 4 5\n", "Row 1 has 2 numbers, row 2 more"),
         ("a.csv", b"\xff\xfe1,2", "It must be text in UTF-8"),
         ("a.xyz", "1 2 3\n4 5\n", "Row 2 must have 3 numbers for its point"),
+        ("a.csv", "x;y\n1.5;2\n3,5;4\n", "Row 2 must have 2 numbers for its point. Decimal commas are read where all"),
+        ("a.asc", "ncols 2\nnrows 1\n1 2\n", "It is a grid of Esri's, no cloud"),
+        ("a.asc", "//X Y Z\n", "There are no points in it"),
+        ("a.pcd", "solid\n", "It is no PCD file: 'solid' is no line of such a header"),
+        ("a.pcd", PCD.format(form="binary_compressed"), "Its data are binary_compressed; they must be ascii or binary"),
+        ("a.pcd", PCD.format(form="zip"), "It is no PCD file: its header must end with DATA"),
+        ("a.pcd", PCD.format(form="ascii").replace("SIZE 4", "SIZE 3"), "Its header must have FIELDS, SIZE, TYPE and"),
+        ("a.pcd", PCD.format(form="ascii").replace("SIZE 4 ", "SIZE "), "Its header must have FIELDS, SIZE, TYPE and"),
+        ("a.pcd", PCD.format(form="ascii").replace("FIELDS x", "FIELDS u"), "Its FIELDS must have x, y and perhaps z"),
+        ("a.pcd", PCD.format(form="ascii") + "1 2 3 4 5\n", "Point 1 must have 6 numbers"),
+        (
+            "a.pcd",
+            PCD.format(form="ascii") + "1,5 2 3 4 5 6\n",
+            "Point 1 must have 6 numbers, with decimal points, not",
+        ),
+        ("a.pcd", PCD.format(form="binary") + "12345678", "It ends before its 3 points do"),
+        ("a.ply", faces_first("ascii").partition(b"5.5")[0], "Vertex 2 must have 3 numbers"),
+        (
+            "a.ply",
+            faces_first("ascii").partition(b"3 0 1")[0],
+            "It ends before its vertices, among those of its element",
+        ),
+        ("a.ply", faces_first("binary_big_endian")[:-106], "It ends before its vertices, among those of its element"),
         ("a.ply", "solid", "It is no PLY file: its header must begin with ply"),
         ("a.ply", ply("binary_little_endian")[:-50], "It ends before its 3 vertices do"),
         ("a.ply", ply("ascii")[:-50], "Vertex 2 must have 7 numbers"),
@@ -279,7 +347,7 @@ def test_ply_in_single_precision(file, order, tmp_path):
         ),
         ("a.ply", ply("ascii").replace(b"float ny", b"float nx"), "Its vertices have two properties of one name"),
         ("a.ply", ply("ascii", "int"), "Its vertices must have x, y and perhaps z of type float or double"),
-        ("a.ply", HEADER.format(order="zip", kind="float"), "Its header must name a format and, as the first element"),
+        ("a.ply", HEADER.format(order="zip", kind="float"), "Its header must name a format and an element vertex"),
         (
             "a.ply",
             HEADER.format(order="ascii", kind="half"),
@@ -297,3 +365,81 @@ def test_there_is_no_file(tmp_path):
     """A file that is not there is named."""
     with pytest.raises(ValueError, match=r"^Invalid cloud '.*a\.csv'\. The file cannot be read: No such file"):
         read_cloud(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_ply_with_its_faces_first(file, order, tmp_path):
+    """The vertices may stand behind other elements, which stay what they are."""
+    data = faces_first(order)
+    cloud = file("a.ply", data)
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    cloud.write(tmp_path / "b.ply", np.eye(3), np.zeros(3))
+    assert (tmp_path / "b.ply").read_bytes() == data
+    cloud.write(tmp_path / "c.ply", A, SHIFT)
+    np.testing.assert_allclose(read_cloud(tmp_path / "c.ply").points, MOVED, rtol=1e-15)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary"])
+def test_pcd(file, form, tmp_path):
+    """Points, whatever else there is beside them, which stays what it is."""
+    data = pcd(form)
+    cloud = file("a.pcd", data)
+    np.testing.assert_array_equal(cloud.points, np.column_stack([np.float32(POINTS[:, 0]), POINTS[:, 1:]]))
+    assert cloud.columns == ("x", "y", "z", "more", "normal")
+    cloud.write(tmp_path / "b.pcd", np.eye(3), np.zeros(3))
+    again = read_cloud(tmp_path / "b.pcd")
+    np.testing.assert_array_equal(again.points, cloud.points)
+    assert again.content.vertices.tobytes() == cloud.content.vertices.tobytes()
+    assert form == "ascii" or (tmp_path / "b.pcd").read_bytes() == data
+    cloud.write(tmp_path / "c.pcd", A, SHIFT)
+    np.testing.assert_allclose(read_cloud(tmp_path / "c.pcd").points, MOVED, rtol=1e-7)
+    np.testing.assert_array_equal(read_cloud(tmp_path / "a.pcd", weights="more").weights, [60000, 60001, 60002])
+    assert read_cloud(tmp_path / "a.pcd", weights="normal").weights is None
+
+
+def test_pcd_with_missing_points_and_columns_of_one_name(file):
+    """Organised clouds have nan where nothing was seen; padding has the same name again and again."""
+    head = (
+        PCD.format(form="ascii").replace("z more normal", "z _ _").replace("2 4\nTYPE F F F U F", "4 4\nTYPE F F F F F")
+    )
+    head = head.replace("COUNT 1 1 1 1 2\n", "").replace("HEIGHT 1", "HEIGHT 2").replace("POINTS 3\n", "")
+    cloud = file("a.pcd", head.replace("WIDTH 3", "WIDTH 1") + "1 2 3 0 0\nnan nan nan 0 0\n")
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [np.nan] * 3])
+
+
+@pytest.mark.parametrize(
+    ("name", "head"),
+    [
+        ("a.xyz", "//X Y Z R\n"),
+        ("a.asc", "//X Y Z R\n3\n"),
+        ("a.asc", "# scan\n"),
+        ("a.asc", "x y z r\n"),
+    ],
+)
+def test_headers_of_cloudcompare(file, tmp_path, name, head):
+    """The names of columns, and the number of points, stand before them and stay there."""
+    body = "0.1 -2.0 300000.0 255\n4.0 5.5 6.0 0\n7.25 8.0 9.0 1\n"
+    cloud = file(name, head + body)
+    np.testing.assert_array_equal(cloud.points, POINTS)
+    cloud.write(tmp_path / f"b-{name}", np.eye(3), np.zeros(3))
+    assert (tmp_path / f"b-{name}").read_text() == head + body
+
+
+def test_columns_that_cloudcompare_names(tmp_path):
+    """In whatever order, with weights and normals, and with semicolons and decimal commas."""
+    path = tmp_path / "a.asc"
+    path.write_text("//Nx;Ny;Nz;Quality;X;Y;Z\n0,6;0,8;0;2,5;0,1;-2;300000\n0;0;1;1;4;5,5;6\n")
+    cloud = read_cloud(path, weights="quality")
+    np.testing.assert_array_equal(cloud.points, POINTS[:2])
+    np.testing.assert_array_equal(cloud.weights, [2.5, 1])
+    np.testing.assert_array_equal(cloud.normals, [[0.6, 0.8, 0], [0, 0, 1]])
+
+
+def test_decimal_commas(file, tmp_path):
+    """They are read between semicolons, tabs and blanks, and written as they were."""
+    cloud = file("a.csv", "x;name;y\n1,5;a,b;2,25\n-3;c;4,0\n")
+    np.testing.assert_array_equal(cloud.points, [[1.5, 2.25], [-3, 4]])
+    cloud.write(tmp_path / "b.csv", np.eye(2), np.array([0.25, 0.0]))
+    assert (tmp_path / "b.csv").read_text() == "x;name;y\n1,75;a,b;2,25\n-2,75;c;4,0\n"
+    np.testing.assert_array_equal(file("a.csv", "1,5;2,25\n-3;4,0\n").points, [[1.5, 2.25], [-3, 4]])
+    np.testing.assert_array_equal(file("a.xyz", "1,5 2,25 0\n-3 4,0 1\n").points, [[1.5, 2.25, 0], [-3, 4, 1]])

@@ -1,6 +1,7 @@
 """Files of points: read, and written again with the points moved and all else as it was.
 
-PLY has a reader of its own (`ply`), which keeps all else byte for byte; the library plyfile is under the GPL.
+PLY and PCD have readers of their own (`records`), which keep all else byte for byte; the library plyfile is under the
+GPL.
 """
 
 from __future__ import annotations
@@ -8,7 +9,9 @@ from __future__ import annotations
 import csv
 import io
 import math
+import operator
 import os
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +19,26 @@ from pathlib import Path
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.applications.pointclouds.ply import CloudError, Ply, read_ply
-from projdist.support import cells_of, is_number, listed, number_of, replacing, tell
+from projdist.applications.pointclouds.records import CloudError, Records, read_pcd, read_ply
+from projdist.support import (
+    cells_of,
+    comma_hint,
+    has_decimal_comma,
+    is_number,
+    listed,
+    number_of,
+    replacing,
+    separator_of,
+    tell,
+    with_decimal_points,
+)
 
 __all__ = ["SUFFIXES", "CloudFile", "read_cloud"]
 
 _IDS = ("id", "name", "label", "point")
 _NAMED = 5  # rows in a notice
 _AXES, _NORMALS = ("x", "y", "z"), ("nx", "ny", "nz")
+_CLOUDCOMPARE = "//"  # before the names of the columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +52,7 @@ class CloudFile:
     points: FloatArray
     ids: tuple[str, ...] | None
     normals: FloatArray | None
-    content: _Table | Ply
+    content: _Table | Records
     weights: FloatArray | None = None
 
     @property
@@ -56,14 +71,15 @@ class CloudFile:
 
 
 def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> CloudFile:
-    """The points of a .csv, .xyz or .ply file.
+    """The points of a .csv, .xyz, .asc, .ply or .pcd file.
 
     CSV, with commas, semicolons or tabs: with a header, columns x, y and perhaps z, or, where there are
     no such, all; a column id, name, label or point has the ids. Without a header all columns are
     coordinates, and the first has the ids if it is no number. Empty is missing; a point with some of its coordinates is
-    missing, too, which is told. XYZ: the first three numbers of each line. PLY: ascii or binary. `weights`: the name of
-    a column of a header, or of a property of PLY's vertices, which is then no coordinate; a file may lack it.
-    Raises ValueError.
+    missing, too, which is told. XYZ and ASC: the first three numbers of each line, or those that a header names, as
+    CloudCompare's `//X Y Z`. PLY and PCD: ascii or binary. Numbers of text may have decimal commas where cells stand
+    apart by anything else. `weights`: the name of a column of a header, which is then no coordinate; a file may lack
+    it. Raises ValueError.
     """
     path = Path(path)
     read = _READERS.get(path.suffix.lower())
@@ -110,11 +126,13 @@ def _turned(normals: FloatArray, A: FloatArray) -> FloatArray:
 class _Table:
     """Rows of cells, and in which columns the coordinates, the normals and the ids stand.
 
-    `missing` is written for what is missing: nothing where a header tells which cells there are, else nan.
+    `plain` are the rows with decimal points. `missing` is written for what is missing: nothing where a header tells
+    which cells there are, else nan.
     """
 
     head: str
     rows: list[list[str]]
+    plain: list[list[str]]
     separator: str
     axes: list[int]
     normal_axes: list[int]
@@ -143,7 +161,7 @@ class _Table:
         if name.lower() not in self.names:
             return None
         k = self.names.index(name.lower())
-        cells = [row[k].strip() if k < len(row) else "" for row in self.rows]
+        cells = [row[k].strip() if k < len(row) else "" for row in self.plain]
         wrong = next((number for number, cell in enumerate(cells, start=1) if cell and not is_number(cell)), None)
         if wrong is not None:
             raise CloudError(f"Row {wrong} must have a number for '{name}'.")
@@ -151,10 +169,11 @@ class _Table:
 
     def _numbers(self, columns: Sequence[int]) -> FloatArray:
         numbers = []
-        for number, row in enumerate(self.rows, start=1):
+        for number, row in enumerate(self.plain, start=1):
             cells = [row[column].strip() if column < len(row) else "?" for column in columns]
             if not all(cell == "" or is_number(cell) for cell in cells):
-                raise CloudError(f"Row {number} must have {len(columns)} numbers for its point.")
+                hint = comma_hint(cells)
+                raise CloudError(f"Row {number} must have {len(columns)} numbers for its point.{hint}")
             numbers.append([number_of(cell or "nan") for cell in cells])
         if not numbers:
             raise CloudError("There are no points in it.")
@@ -166,60 +185,105 @@ class _Table:
         writer = csv.writer(text, delimiter=self.separator, lineterminator="\n")
         columns = self.axes + self.normal_axes
         values = points if normals is None else np.hstack([points, normals])
+        mark = "." if all(map(operator.is_, self.rows, self.plain)) else ","
         for row, numbers in zip(self.rows, values.tolist(), strict=True):
             cells = list(row)
             for column, number in zip(columns, numbers, strict=True):
-                cells[column] = self.missing if math.isnan(number) else repr(number)
+                cells[column] = self.missing if math.isnan(number) else repr(number).replace(".", mark)
             writer.writerow(cells)
         return (self.head + text.getvalue()).encode()
 
 
 def _read_csv(data: bytes, weights: str | None) -> _Table:
-    comments, lines = _split_comments(_lines(data))
-    separator = next((mark for mark in ",;\t" if mark in lines[-1]), None)
+    comments, lines = _split_comments(_lines(data), "#")
+    separator = separator_of(lines[-1])
     if separator is None:
         raise CloudError("Its cells must stand apart by commas, semicolons or tabs.")
     rows = _rows(lines, separator)
     header = [cell.strip().lower() for cell in rows[0]]
-    if any(map(is_number, header)) or not any(header):
-        ids = 0 if header[0] and not is_number(header[0]) else None
+    if any(map(is_number, header)) or any(map(has_decimal_comma, header)) or not any(header):
+        ids = 0 if header[0] and not _is_decimal(header[0]) else None
         axes = [k for k in range(len(header)) if k != ids]
         return _Table(
             head="".join(f"{line}\n" for line in comments),
             rows=rows,
+            plain=_plain(rows),
             separator=separator,
             axes=axes,
             normal_axes=[],
             id_column=ids,
         )
+    header[0] = header[0].removeprefix(_CLOUDCOMPARE)
     ids = next((header.index(name) for name in _IDS if name in header), None)
     axes = [header.index(name) for name in _AXES if name in header]
     if not {"x", "y"} <= set(header):
         beside = (ids, header.index(weights.lower()) if weights and weights.lower() in header else None)
         axes = [k for k in range(len(header)) if k not in beside]
-    normals = [header.index(name) for name in _NORMALS[: len(axes)] if name in header]
     head = "".join(f"{line}\n" for line in [*comments, lines[0]])
     return _Table(
         head=head,
         rows=rows[1:],
+        plain=_plain(rows[1:]),
         separator=separator,
         axes=axes,
-        normal_axes=normals if len(normals) == len(axes) else [],
+        normal_axes=_normal_axes(header, len(axes)),
         id_column=ids,
         names=tuple(header),
         missing="",
     )
 
 
+def _normal_axes(header: Sequence[str], dimension: int) -> list[int]:
+    """The columns of normals in a space of that dimension; none unless all of them are there."""
+    found = [header.index(name) for name in _NORMALS[:dimension] if name in header]
+    return found if len(found) == dimension else []
+
+
+def _plain(rows: list[list[str]]) -> list[list[str]]:
+    """Rows with decimal points; the same lists where they have had these."""
+    return [row for _, row in with_decimal_points(list(enumerate(rows)))]
+
+
+def _is_decimal(cell: str) -> bool:
+    """Whether a cell is a number, perhaps with a decimal comma."""
+    return is_number(cell) or has_decimal_comma(cell)
+
+
 def _read_xyz(data: bytes, weights: str | None) -> _Table:
-    comments, lines = _split_comments(_lines(data))
-    rows = [line.split() for line in lines]
-    dimension = min(3, len(rows[0]))
-    longer = next((k for k, row in enumerate(rows, start=1) if len(row) > dimension), None)
-    if dimension < 3 and longer is not None:
-        raise CloudError(f"Row 1 has {dimension} numbers, row {longer} more.")
-    head = "".join(f"{line}\n" for line in comments)
-    return _Table(head=head, rows=rows, separator=" ", axes=list(range(dimension)), normal_axes=[], id_column=None)
+    head, lines = _split_comments(_lines(data), ("#", _CLOUDCOMPARE))
+    names = _names_of(head[-1].removeprefix(_CLOUDCOMPARE)) if head and head[-1].startswith(_CLOUDCOMPARE) else ()
+    if _names_of(lines[0])[0] == "ncols":
+        raise CloudError("It is a grid of Esri's, no cloud.")
+    if lines[0].strip().isdigit() and int(lines[0]) == len(lines) - 1:  # of points
+        head, lines = [*head, lines[0]], lines[1:]
+    elif not names and not any(map(_is_decimal, _names_of(lines[0]))):
+        head, lines, names = [*head, lines[0]], lines[1:], _names_of(lines[0])
+    if not lines:
+        raise CloudError("There are no points in it.")
+    first = lines[0].split()
+    separator = None if len(first) > 1 and all(map(_is_decimal, first[:3])) else separator_of(lines[0])
+    rows = [cells_of(line, separator) for line in lines]
+    axes = [names.index(name) for name in _AXES if name in names]
+    if not {"x", "y"} <= set(names):
+        axes = list(range(min(3, len(rows[0]))))
+        longer = next((k for k, row in enumerate(rows, start=1) if len(row) > len(axes)), None)
+        if len(axes) < 3 and longer is not None:
+            raise CloudError(f"Row 1 has {len(axes)} numbers, row {longer} more.")
+    return _Table(
+        head="".join(f"{line}\n" for line in head),
+        rows=rows,
+        plain=_plain(rows),
+        separator=separator or " ",
+        axes=axes,
+        normal_axes=_normal_axes(names, len(axes)),
+        id_column=None,
+        names=names,
+    )
+
+
+def _names_of(line: str) -> tuple[str, ...]:
+    """The words of a header, in small letters."""
+    return tuple(re.split(r"[\s,;]+", line.strip().lower()))
 
 
 def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:
@@ -236,21 +300,22 @@ def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:
 
 
 def _lines(data: bytes) -> list[str]:
-    lines = [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
-    if all(line.startswith("#") for line in lines):
+    return [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
+
+
+def _split_comments(lines: list[str], marks: str | tuple[str, ...]) -> tuple[list[str], list[str]]:
+    """The comments at the beginning, which begin with marks, and the rest; raises CloudError where that is nothing."""
+    first = next((k for k, line in enumerate(lines) if not line.startswith(marks)), None)
+    if first is None:
         raise CloudError("There are no points in it.")
-    return lines
-
-
-def _split_comments(lines: list[str]) -> tuple[list[str], list[str]]:
-    """The comments at the beginning, and the rest."""
-    first = next(k for k, line in enumerate(lines) if not line.startswith("#"))
     return lines[:first], lines[first:]
 
 
-_READERS: dict[str, Callable[[bytes, str | None], _Table | Ply]] = {
+_READERS: dict[str, Callable[[bytes, str | None], _Table | Records]] = {
     ".csv": _read_csv,
     ".xyz": _read_xyz,
+    ".asc": _read_xyz,
     ".ply": lambda data, _: read_ply(data),
+    ".pcd": lambda data, _: read_pcd(data),
 }
 SUFFIXES = tuple(_READERS)
