@@ -44,7 +44,8 @@ def oldmap_command(
         typer.Argument(
             metavar="POINTS...",
             help="Control points: [id], x and y on the old map, x and y in truth in metres; or columns x_old, y_old, "
-            "x_new, y_new, or QGIS's. Files of several maps of one region are compared with their mean.",
+            "x_new, y_new; or QGIS's, ArcGIS's link tables, or GDAL's -gcp. Files of several maps of one region are "
+            "compared with their mean.",
         ),
     ],
     model: Annotated[str, typer.Option(metavar="|".join(MODELS), help="What is fitted to the points.")] = "tps",
@@ -59,7 +60,8 @@ def oldmap_command(
         str | None,
         typer.Option(
             metavar="PROJECTION",
-            help="The plane of the truth, given as its coordinates or as longitudes and latitudes to be projected.",
+            help="The plane of the truth, given as its coordinates or as longitudes and latitudes to be projected; by "
+            "default the CRS that the file states.",
         ),
     ] = None,
     scan_dpi: Annotated[
@@ -112,7 +114,7 @@ def oldmap_command(
     written: OldMapFile | PictureFile | None
     if _is_for_gis(output):
         check_layer_options(Path(str(output)), pictured)
-        written = OldMapFile(str(output), image=image, by=by, resolution=resolution, crs=crs, overwrite=overwrite)
+        written = OldMapFile(str(output), image=image, by=by, resolution=resolution, overwrite=overwrite)
     else:
         _refuse_without_layers({"--by": by, "--resolution": resolution})
         beside = (*SHEETS, *LAYERS)

@@ -27,11 +27,10 @@ class OldMapFile:
         image: str | None,
         by: str | None,
         resolution: str | None,
-        crs: str | None,
         overwrite: bool,
     ) -> None:
         self.path = file_of_kind(output, (*SHEETS, *LAYERS), overwrite)
-        self._crs, self._overwrite = crs, overwrite
+        self._overwrite = overwrite
         self._is_sheet = self.path.suffix.lower() in SHEETS
         allowed = list(RECTIFIED_BY) if self._is_sheet else [name for name in RECTIFIED_BY if name != "fit"]
         self._by = choice("rectification", by, allowed) if by is not None else "fit" if self._is_sheet else "mdt"
@@ -53,9 +52,8 @@ class OldMapFile:
         with drawing(self.path), working("Drawing"):
             if self._is_sheet:
                 sheet = rectify(found, self._image, by=self._by, resolution=self._resolution)
-                gis.save_sheet(sheet, self.path, crs=self._crs, overwrite=self._overwrite)
+                gis.save_sheet(sheet, self.path, crs=found.points.crs, overwrite=self._overwrite)
             else:
-                layers = gis.old_map_layers(found, by=self._by, crs=self._crs)
-                gis.save_layers(layers, self.path, overwrite=self._overwrite)
-        if self._crs is None:
+                gis.save_layers(gis.old_map_layers(found, by=self._by), self.path, overwrite=self._overwrite)
+        if found.points.crs is None:
             tell(f"'{self.path}' has no CRS, but metres of a plane without a name; --crs states it.")

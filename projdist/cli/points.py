@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -12,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from projdist.projections import MISSING, tell_of_missing
+from projdist.projections import MISSING, coordinate_columns, tell_of_missing
+from projdist.support import cells_of, has_decimal_comma, is_number, separator_of, with_decimal_points
 
 
 class _Point(NamedTuple):
@@ -73,51 +73,71 @@ def _pair(word: str) -> list[str]:
 
 def _read_lines(points: Points, lines: Iterable[str]) -> None:
     """The points of lines, the first of which may be a header."""
-    columns: dict[str, int] | None = None
+    header: _Header | None = None
     first = True
     for number, line in enumerate(lines, start=1):
         text = line.lstrip("\ufeff").strip()
         if not text or text.startswith("#"):
             continue
-        if first and (columns := _header(text)):
-            first = False
-            continue
-        first = False
         try:
-            _read_line(points, text, columns)
+            if first:
+                first, header = False, _header(text)
+                if header is not None:
+                    continue
+            _read_line(points, text, header)
         except ValueError as error:
             points.problems.append(f"line {number}: {error}")
 
 
-_LON, _LAT = ("lon", "longitude", "long", "lng"), ("lat", "latitude")
+class _Header(NamedTuple):
+    """The numbers of the columns of longitudes and latitudes, and what stands between columns; None for blanks."""
+
+    columns: tuple[int, int]
+    separator: str | None
 
 
-def _header(text: str) -> dict[str, int] | None:
-    """The numbers of the columns of longitudes and latitudes, where a line names them."""
-    cells = [cell.lower() for cell in _cells(text)]
-    found = {
-        key: next((cells.index(name) for name in names if name in cells), -1)
-        for key, names in (("lon", _LON), ("lat", _LAT))
-    }
-    return None if -1 in found.values() else found
+def _header(text: str) -> _Header | None:
+    """What a first line names, if it names columns."""
+    separator = separator_of(text)
+    columns = coordinate_columns(_cells(text, separator))
+    return None if columns is None else _Header(columns, separator)
 
 
-def _cells(text: str) -> list[str]:
-    separator = next((mark for mark in "\t;," if mark in text), None)
-    row = next(csv.reader([text], delimiter=separator, skipinitialspace=True)) if separator else text.split()
-    return [cell.strip() for cell in row]
+def _cells(text: str, separator: str | None) -> list[str]:
+    """The cells of a line, with decimal points in place of commas where these do not stand between them."""
+    try:
+        row = cells_of(text, separator)
+    except ValueError as error:
+        raise ValueError(f"Invalid point '{_quoted(text)}'. It has {error}.") from error
+    return [cell.strip() for cell in with_decimal_points([(1, row)])[0][1]]
 
 
-def _read_line(points: Points, line: str, columns: dict[str, int] | None) -> None:
+def _is_blank_separated(line: str, header: _Header) -> bool:
+    """Whether numbers stand in the columns of coordinates if blanks part these."""
+    words = line.split()
+    return len(words) > max(header.columns) and all(
+        is_number(words[place]) or has_decimal_comma(words[place]) for place in header.columns
+    )
+
+
+def _read_line(points: Points, line: str, header: _Header | None) -> None:
     """Add the point of a line; raises ValueError."""
-    if columns is not None:
-        cells = _cells(line)
-        if len(cells) <= max(columns.values()):
+    if header is not None:
+        cells = _cells(line, header.separator or (None if _is_blank_separated(line, header) else separator_of(line)))
+        if len(cells) <= max(header.columns):
             raise ValueError(f"Invalid point '{_quoted(line)}'. It has no cell for each of lon and lat.")
-        label = " ".join(cell for place, cell in enumerate(cells) if place not in columns.values())
-        lon, lat = (cells[columns[key]] for key in ("lon", "lat"))
-        points.add(_point(*("nan" if cell in MISSING else cell for cell in (lon, lat))), label)
+        label = " ".join(cell for place, cell in enumerate(cells) if place not in header.columns)
+        points.add(_point(*("nan" if cells[place] in MISSING else cells[place] for place in header.columns)), label)
         return
+    separator = separator_of(line)
+    if separator in (";", "\t"):
+        cells = _cells(line, separator)
+        if len(cells) > 1 and (is_number(cells[1]) or not has_decimal_comma(line.partition(separator)[0])):
+            line = " ; ".join(cells)
+    elif separator is None and all(map(has_decimal_comma, line.split())):
+        raise ValueError(
+            f"Invalid point '{_quoted(line)}'. A semicolon must stand between numbers with decimal commas."
+        )
     words = re.split(r"\s*[,;]\s*|\s+", line, maxsplit=2)
     if len(words) < 2:
         raise ValueError(f"Invalid point '{_quoted(line)}'. It must be 'lon lat [text]'.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from projdist.cli.factor_report import factors_report
 from projdist.cli.formats import CSV, TABLE
 from projdist.cli.layers import check_libraries
 from projdist.cli.output import drawing, present, tell_written
-from projdist.projections import Projection, check_degrees, check_new_names
+from projdist.projections import TEXT_SUFFIXES, Projection, check_degrees, check_new_names, read_point_table
 from projdist.support import is_stream, plain
 
 TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")
@@ -46,8 +45,8 @@ def measure_file(
             refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
         form = CSV
     with refusing():
-        if at.lower().endswith(".csv") and (path is None or not is_table_file(path)):
-            header, rows = _measured_csv(projection, at, measures, prefix, form)
+        if at.lower().endswith(TEXT_SUFFIXES) and (path is None or not is_table_file(path)):
+            header, rows = _measured_text(projection, at, measures, prefix, form)
         else:
             frame = _measured_frame(projection, at, measures, prefix, path)
             if path is not None and is_table_file(path):
@@ -58,15 +57,13 @@ def measure_file(
     present(factors_report(named | {"results": rows}, header), form, path, overwrite)
 
 
-def _measured_csv(
+def _measured_text(
     projection: Projection, at: str, measures: Sequence[str], prefix: str, form: str
 ) -> tuple[list[str], list[dict[str, Any]]]:
-    """The header and the rows of a CSV file with columns added; the file's own stay the text that they are."""
-    header, rows = _read_csv(Path(at))
-    for name in ("lon", "lat"):
-        if header.count(name) != 1:
-            raise ValueError(f"Invalid points file '{at}'. It must have one column '{name}', in degrees.")
-    lon, lat = check_degrees(*([row[header.index(name)] for row in rows] for name in ("lon", "lat")))
+    """The header and the rows of a table of text with columns added; its own stay text, with decimal points."""
+    read = read_point_table(Path(at), f"Invalid points file '{at}'.")
+    header, rows = read.header, [row for _, row in read.rows]
+    lon, lat = check_degrees(*([row[column] for row in rows] for column in (read.lon, read.lat)))
     columns = {
         prefix + name: values for name, values in factors(projection, lon, lat, measures=measures).columns().items()
     }
@@ -78,27 +75,8 @@ def _measured_csv(
     ]
     if form != CSV:
         for row, east, north in zip(table, lon.tolist(), lat.tolist(), strict=True):
-            row.update(lon=east, lat=north)
+            row.update({header[read.lon]: east, header[read.lat]: north})
     return [*header, *columns], table
-
-
-def _read_csv(path: Path) -> tuple[list[str], list[list[str]]]:
-    """The header and the rows of a CSV file; raises ValueError."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as lines:
-            header, *rows = [row for row in csv.reader(lines, strict=True) if row] or [[]]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"Invalid points file '{path}'. It cannot be read: {reason}.") from error
-    twice = next((name for name in header if header.count(name) > 1), None)
-    if twice is not None:
-        raise ValueError(f"Invalid points file '{path}'. It has two columns '{twice}'.")
-    for number, row in enumerate(rows, start=1):
-        if len(row) != len(header):
-            raise ValueError(
-                f"Invalid points file '{path}'. Row {number} has {len(row)} cells; it must have {len(header)}."
-            )
-    return header, rows
 
 
 def _measured_frame(projection: Projection, at: str, measures: Sequence[str], prefix: str, path: Path | None) -> Any:

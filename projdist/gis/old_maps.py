@@ -32,7 +32,8 @@ def old_map_layers(
     by : str
         The rectification, "mdt", "affine" or "helmert", that the displacements and the measures are after.
     crs : ProjectionLike, optional
-        The CRS of the control points' truth; without one the layers are in metres of a plane without a name.
+        The CRS of the control points' truth, by default the one that they know; without one the layers are in metres
+        of a plane without a name.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def old_map_layers(
     """
     check_instance("old map", found, OldMap, "an OldMap")
     check_choice("rectification", by, _BY)
-    plane = _plane(crs)
+    plane = _plane(found.points.crs if crs is None else crs)
     with needed_for("layer"):
         import geopandas
         import shapely

@@ -15,9 +15,18 @@ import numpy as np
 
 from projdist.gis.layers import save_layer
 from projdist.gis.libraries import needed_for
-from projdist.projections import Projection, ProjectionLike, check_degrees, crs_of, graticule_of, is_geographic, places
+from projdist.projections import (
+    TEXT_SUFFIXES,
+    Projection,
+    ProjectionLike,
+    crs_of,
+    graticule_of,
+    is_geographic,
+    places,
+    read_point_table,
+)
 from projdist.regions import crs_name
-from projdist.support import numbered_rows, one_line, replacing, tell
+from projdist.support import one_line, replacing, tell
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,8 +66,10 @@ def _read(text: str, thing: str) -> Any:
         raise ValueError(f"{invalid} There is no file '{name}'.")
     if name.lower().endswith(".parquet"):
         return _read_parquet(name, thing)
+    if thing == "points" and name.lower().endswith(TEXT_SUFFIXES):
+        return _read_table(name)
     if name.lower().endswith(".csv"):
-        return _read_csv(name, thing)
+        raise ValueError(f"{invalid} It has no geometries.")
     try:
         with _warnings_told(name):
             layers = [str(row[0]) for row in pyogrio.list_layers(name)]
@@ -152,18 +163,11 @@ def _read_parquet(name: str, thing: str) -> Any:
         raise ValueError(f"Invalid {thing} file '{name}'. It cannot be read: {one_line(error)}.") from error
 
 
-def _read_csv(name: str, thing: str) -> Any:
+def _read_table(name: str) -> Any:
     import pandas as pd
 
-    text = f"Invalid {thing} file '{name}'."
-    (_, header), *rows = numbered_rows(Path(name), text, comments=False)
-    twice = next((word for word in header if header.count(word) > 1), None)
-    if twice is not None:
-        raise ValueError(f"{text} It has two columns '{twice}'.")
-    for number, row in rows:
-        if len(row) < len(header):
-            raise ValueError(f"{text} Line {number} has {len(row)} cells; it must have {len(header)}.")
-    texts = pd.DataFrame([row for _, row in rows], columns=header, dtype=str)
+    table = read_point_table(Path(name), f"Invalid points file '{name}'.")
+    texts = pd.DataFrame([row for _, row in table.rows], columns=table.header, dtype=str)
     return texts.apply(_numbers_where_meant)
 
 
@@ -236,9 +240,9 @@ def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:
 
 
 def _with_geometry(projection: Projection, frame: pd.DataFrame) -> Any:
-    """The points of the columns `lon` and `lat` in the geographic CRS of the map."""
+    """The points of the columns of longitudes and latitudes in the geographic CRS of the map."""
     import geopandas
 
     graticule = graticule_of(projection)
-    coordinates = graticule.coordinates(*check_degrees(frame["lon"], frame["lat"]))
+    coordinates = graticule.coordinates(*places(projection, frame))
     return geopandas.GeoDataFrame(frame, geometry=geopandas.points_from_xy(*coordinates), crs=graticule.wkt)

@@ -1,33 +1,51 @@
-"""Points in tables: the longitudes and latitudes of a DataFrame or GeoDataFrame, and columns added to it.
+"""Points in tables: the longitudes and latitudes of a file of text, a DataFrame or GeoDataFrame, and columns added.
 
 Nothing of pandas or geopandas is imported: what has their methods is a frame.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol, Self, TypeGuard, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist.projections.geodesy import crs_of
 from projdist.projections.planes import geographic
 from projdist.projections.projection import Projection
-from projdist.support import MISSING, tell
+from projdist.support import MISSING, has_decimal_comma, number_of, numbered_rows, tell
 
 __all__ = [
     "MISSING",
+    "TEXT_SUFFIXES",
     "Frame",
+    "PointTable",
     "add_columns",
     "check_degrees",
     "check_new_names",
+    "coordinate_columns",
     "is_frame",
     "is_geographic",
     "places",
+    "read_point_table",
+    "tell_of_degrees",
+    "tell_of_frame_in_degrees",
     "tell_of_missing",
 ]
 
+TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
+"""Of tables of points that are text."""
+
+_NAMES = {"lon": ("lon", "longitude", "long", "lng"), "lat": ("lat", "latitude")}
+
 _FARTHEST = 720.0  # degrees of longitude: twice round
+_TURN, _POLE = 360.0, 90.0  # degrees: what longitudes and latitudes of data keep within
+_LARGEST_UNIT = 10.0  # metres: of a projected CRS in kilometres all numbers of a country may be as small
+_SMALLEST_BODY = 1e3  # metres
 
 
 @runtime_checkable
@@ -64,10 +82,14 @@ def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
     """
     if not is_geographic(frame):
         return _columns(frame)
+    tell_of_frame_in_degrees(frame, "the points")
     geometry = frame.geometry
     missing = (geometry.isna() | geometry.is_empty).to_numpy()
     kinds = geometry.geom_type.to_numpy()
-    _check_all(missing | (kinds == "Point"), lambda row: f"The geometry is a {kinds[row]}; it must be a point.")
+    _check_all(
+        missing | (kinds == "Point"),
+        lambda row: f"The geometry is a {kinds[row]}; it must be a point. 'check' measures lines and polygons.",
+    )
     if frame.crs is None:
         raise ValueError("Invalid points. They have no CRS; they must state the one that they are in.")
     x, y, lon, lat = np.full((4, len(missing)), np.nan)
@@ -80,11 +102,48 @@ def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def _columns(frame: Any) -> tuple[FloatArray, FloatArray]:
-    names = [str(name) for name in frame.columns]
-    if names.count("lon") != 1 or names.count("lat") != 1:
-        shown = ", ".join(names[:20]) or "none"
+    names = list(frame.columns)
+    found = coordinate_columns(names)
+    if found is None or any(names.count(names[column]) > 1 for column in found):
+        shown = ", ".join(map(str, names[:20])) or "none"
         raise ValueError(f"Invalid columns '{shown}' of points. One must be 'lon' and one 'lat', in degrees.")
-    return check_degrees(frame["lon"], frame["lat"])
+    return check_degrees(*(frame[names[column]] for column in found))
+
+
+def coordinate_columns(header: Sequence[Any]) -> tuple[int, int] | None:
+    """The numbers of the columns of longitudes and latitudes, by their usual names in capitals or not; else None."""
+    words = [str(word).strip().lower() for word in header]
+    found = [next((words.index(name) for name in names if name in words), None) for names in _NAMES.values()]
+    return None if found[0] is None or found[1] is None else (found[0], found[1])
+
+
+@dataclass(frozen=True)
+class PointTable:
+    """The header of a table of points, its rows with the numbers of their lines, and where their coordinates stand."""
+
+    header: list[str]
+    rows: list[tuple[int, list[str]]]
+    lon: int
+    lat: int
+
+
+def read_point_table(path: Path, complaint: str, *, ragged: bool = False) -> PointTable:
+    """A file of text with a header, whatever separates its columns; raises ValueError that begins with the complaint.
+
+    No row is shorter than the header, unless they may be `ragged`.
+    """
+    (_, header), *rows = numbered_rows(path, complaint, comments=False)
+    header = [word.strip() for word in header]
+    twice = next((word for word in header if header.count(word) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{complaint} It has two columns '{twice}'.")
+    found = coordinate_columns(header)
+    if found is None:
+        raise ValueError(f"{complaint} Its header must have lon and lat; it has {', '.join(header)}.")
+    for number, row in [] if ragged else rows:
+        if len(row) < len(header):
+            raise ValueError(f"{complaint} Line {number} has {len(row)} cells; it must have {len(header)}.")
+    return PointTable(header, rows, *found)
 
 
 def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, FloatArray]:
@@ -107,6 +166,34 @@ def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, F
     return degrees["lon"], degrees["lat"]
 
 
+def tell_of_degrees(crs: Any, bounds: ArrayLike, thing: str, one: str = "feature") -> None:
+    """Tell how many features look like degrees, of data that state a projected CRS, if any.
+
+    `bounds` (n, 4) are the least x and y and the largest x and y of each, NaN where there is nothing. In a unit of more
+    than some metres, on a body as small as a unit sphere, and in one point at 0, 0 numbers are as small anyway.
+    """
+    stated = crs_of(crs)
+    unit = stated.axis_info[0] if stated.axis_info else None
+    small = stated.ellipsoid is None or stated.ellipsoid.semi_major_metre < _SMALLEST_BODY
+    if not stated.is_projected or unit is None or unit.unit_conversion_factor > _LARGEST_UNIT or small:
+        return
+    x0, y0, x1, y1 = np.asarray(bounds, dtype=float).reshape(-1, 4).T
+    east, north = np.maximum(np.abs(x0), np.abs(x1)), np.maximum(np.abs(y0), np.abs(y1))
+    found = (np.maximum(east, north) <= _TURN) & (np.minimum(east, north) <= _POLE) & (np.maximum(east, north) > 0.0)
+    if found.any():
+        k = int(np.argmax(found))
+        tell(
+            f"{int(found.sum())} of {len(found)} {one}(s) of {thing} look like degrees, as that at {x0[k]:.6g}, "
+            f"{y0[k]:.6g}, but {stated.name} is in units of {unit.unit_name}: is that their CRS?"
+        )
+
+
+def tell_of_frame_in_degrees(frame: Any, thing: str) -> None:
+    """The same of the features of a GeoDataFrame or GeoSeries, if it has a CRS."""
+    if frame.crs is not None and frame.crs.is_projected:
+        tell_of_degrees(frame.crs, frame.geometry.bounds.to_numpy(), thing)
+
+
 def tell_of_missing(lon: FloatArray, lat: FloatArray) -> None:
     """Tell how many points lack a coordinate, if any."""
     missing = int(np.isnan(lon + lat).sum())
@@ -118,12 +205,17 @@ def _numbers(name: str, values: list[Any]) -> FloatArray:
     numbers = np.empty(len(values))
     for row, value in enumerate(values):
         try:
-            numbers[row] = np.nan if value is None or str(value).strip() in MISSING else float(value)
+            numbers[row] = np.nan if value is None or str(value).strip() in MISSING else _number(value)
         except (TypeError, ValueError) as error:
             raise ValueError(
-                f"Invalid point in row {row + 1}. Its {name} is '{str(value)[:40]}'; it must be a number of degrees."
+                f"Invalid point in row {row + 1}. Its {name} is '{str(value)[:40]}'; it must be a number of degrees"
+                + (", with a decimal point." if has_decimal_comma(str(value)) else ".")
             ) from error
     return numbers
+
+
+def _number(value: Any) -> float:
+    return number_of(value) if isinstance(value, str) else float(value)
 
 
 def _check_all(good: BoolArray, reason: Any) -> None:

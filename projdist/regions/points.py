@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.support import MISSING, number_of, numbered_rows
+from projdist.projections import PointTable, read_point_table
+from projdist.support import MISSING, comma_hint, number_of
 
-_COLUMNS = {
-    "lon": ("lon", "longitude", "long", "lng"),
-    "lat": ("lat", "latitude"),
-    "weight": ("weight", "weights", "w"),
-    "height": ("height", "h", "elevation"),
-}
+_WEIGHTS = ("weight", "weights", "w")
+HEIGHTS = ("height", "h", "elevation", "ele")
+"""Names of columns of heights, the likeliest first; the last is GPX's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,13 +113,11 @@ def read_csv(path: Path, name: str, column: str = "weight") -> PointSet:
     Points that lack a coordinate are left out, which is noted.
     """
     text = f"Invalid points file '{path}'."
-    (_, header), *rows = numbered_rows(path, text, comments=False)
-    places = _places(header, column)
-    if "lon" not in places or "lat" not in places:
-        raise ValueError(f"{text} Its header must have lon and lat; it has {', '.join(header)}.")
+    read = read_point_table(path, text, ragged=True)
+    places = _places(read, column)
     if column != "weight" and "weight" not in places:
-        raise ValueError(f"{text} It has no column '{column}' for weights; it has {', '.join(header)}.")
-    table = np.array(list(_numbers(rows, places, text))).reshape(-1, len(places))
+        raise ValueError(f"{text} It has no column '{column}' for weights; it has {', '.join(read.header)}.")
+    table = np.array(list(_numbers(read.rows, places, text))).reshape(-1, len(places))
     if not len(table):
         raise ValueError(f"{text} It has no points.")
     columns = dict(zip(places, table.T, strict=True))
@@ -142,11 +138,11 @@ def placed(
     return PointSet(lon[known], lat[known], weight[known], name, None if height is None else height[known], (note,))
 
 
-def _places(header: list[str], weight: str) -> dict[str, int]:
+def _places(table: PointTable, weight: str) -> dict[str, int]:
     """The numbers of the columns that are known; `weight` is the one for weights, or "weight" for its usual names."""
-    words = [word.strip().lower() for word in header]
-    found = {}
-    known = _COLUMNS if weight == "weight" else _COLUMNS | {"weight": (weight.lower(),)}
+    words = [word.lower() for word in table.header]
+    found = {"lon": table.lon, "lat": table.lat}
+    known = {"weight": _WEIGHTS if weight == "weight" else (weight.lower(),), "height": HEIGHTS}
     for column, names in known.items():
         place = next((words.index(name) for name in names if name in words), None)
         if place is not None:
@@ -162,4 +158,5 @@ def _numbers(rows: list[tuple[int, list[str]]], places: dict[str, int], text: st
                 for column, place in places.items()
             ]
         except (ValueError, IndexError) as error:
-            raise ValueError(f"{text} Line {number} must have numbers for {', '.join(places)}.") from error
+            hint = comma_hint(row)
+            raise ValueError(f"{text} Line {number} must have numbers for {', '.join(places)}.{hint}") from error

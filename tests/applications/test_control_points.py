@@ -4,7 +4,7 @@ import contextlib
 
 import numpy as np
 import pytest
-from pyproj import Transformer
+from pyproj import CRS, Transformer
 
 from projdist import Notice
 from projdist.applications.oldmaps import (
@@ -86,7 +86,8 @@ def test_what_may_be_degrees(tmp_path):
         ("", "It is empty"),
         (
             "1,2,3\n",
-            r"Without a header it must have 4 columns, x_old, y_old, x_new, y_new, or 5, an id first; it has 3",
+            r"Without a header it must have 4 columns, x_old, y_old, x_new, y_new, or 5, an id first, or 8, residuals "
+            r"behind them; it has 3",
         ),
         ("a,b,c,d\n1,2,3,4\n", "Its header must name x_old, y_old, x_new and y_new; it has no x_old"),
         ("1,2,3,4\n1,2,x,4\n", "Line 2 must have numbers for x_old, y_old, x_new, y_new"),
@@ -130,3 +131,145 @@ def test_coordinates_of_a_crs(tmp_path):
     path.write_text("0,0,7,47\n10,0,8,47\n0,10,7,48\n10,10,8,480\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"Its lat is .480"):
         read_control_points(path, crs="EPSG:32632")
+
+
+FOOT = 1200.0 / 3937.0  # of the US survey, in metres
+FEET = [(0.0, 0.0, 6500000.0, 1900000.0), (10.0, 0.0, 6500100.0, 1900000.0), (0.0, 10.0, 6500000.0, 1900100.0)]
+
+
+def stating(crs, rows=FEET):
+    """QGIS's file of points with a CRS in its first line."""
+    lines = [f"#CRS: {crs}", "mapX,mapY,sourceX,sourceY,enable", *(f"{c},{d},{a},{b},1" for a, b, c, d in rows)]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:2230", CRS("EPSG:2230").to_wkt(), CRS("EPSG:2230").to_wkt("WKT1_GDAL")])
+def test_the_crs_that_a_file_states(crs, tmp_path):
+    """Is the plane of its coordinates, in its unit, with a word neither for the same one nor for the same given."""
+    path = tmp_path / "a.points"
+    path.write_text(stating(crs), encoding="utf-8")
+    for given in (None, "EPSG:2230"):
+        found = read_control_points(path, crs=given)
+        np.testing.assert_allclose(found.new[1] / FOOT, [6500100, 1900000], rtol=1e-12)
+        assert found.crs is not None
+        assert found.chosen(np.array([True, True, True])).crs is found.crs
+
+
+def test_another_crs_than_a_file_states(tmp_path):
+    """What is given holds, which is told; the same zone in metres is another."""
+    path = tmp_path / "a.points"
+    path.write_text(stating("EPSG:2230"), encoding="utf-8")
+    for given in ("EPSG:32611", "EPSG:26946"):
+        with pytest.warns(Notice, match=rf"^'.*' states the CRS NAD83 / California zone 6 \(ftUS\); .* of {given}\.$"):
+            np.testing.assert_array_equal(read_control_points(path, crs=given).new[1], [6500100, 1900000])
+
+
+def test_a_geographic_crs_that_a_file_states(tmp_path):
+    """Its places are brought to the plane that is given, over the datum, as pyproj does it; else there is none."""
+    path = tmp_path / "a.points"
+    rows = [(0.0, 0.0, 7.5, 47.5), (1.0, 0.0, 7.9, 47.4), (0.0, 1.0, 7.7, 47.6)]
+    path.write_text(stating("EPSG:4149", rows), encoding="utf-8")
+    shifted = Transformer.from_crs("EPSG:4149", "EPSG:25832", always_xy=True)
+    truth = np.stack(shifted.transform(*np.transpose(rows)[2:]), axis=-1)
+    np.testing.assert_allclose(read_control_points(path, crs="EPSG:25832").new, truth, atol=1e-3)
+    with pytest.raises(ValueError, match=r"Its truth is longitudes and latitudes; a CRS is needed"):
+        read_control_points(path)
+
+
+def test_degrees_in_a_file_that_states_metres(tmp_path):
+    """They are told of, and taken as longitudes and latitudes."""
+    path = tmp_path / "a.points"
+    rows = [(0.0, 0.0, 7.5, 47.5), (1.0, 0.0, 7.9, 47.4), (0.0, 1.0, 7.7, 47.6)]
+    path.write_text(stating("EPSG:32632", rows), encoding="utf-8")
+    with pytest.warns(
+        Notice, match=r"^3 of 3 control point\(s\) of '.*' look like degrees, as that at 7\.5, 47\.5, but"
+    ):
+        found = read_control_points(path)
+    truth = Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True).transform(*np.transpose(rows)[2:])
+    np.testing.assert_allclose(found.new, np.transpose(truth), atol=1e-6)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:99999", 'LOCAL_CS["x",UNIT["metre",1]]', "nonsense"])
+def test_a_crs_that_is_none(crs, tmp_path):
+    """It is refused in one line, unless another is given."""
+    path = tmp_path / "a.points"
+    path.write_text(stating(crs), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"^Invalid points file '.*'\. It states a CRS that is no plane of the Earth"):
+        read_control_points(path)
+    assert read_control_points(path, crs="EPSG:2230").crs is not None
+
+
+@pytest.mark.parametrize("mark", ["\t", ";", " "])
+@pytest.mark.parametrize("comma", [False, True])
+def test_link_tables(mark, comma, tmp_path):
+    """ArcGIS has a number before the coordinates, and residuals behind them; perhaps with decimal commas."""
+    text = "".join(mark.join(map(str, [k, *row, 0.1, -0.2, 0.25])) + "\n" for k, row in enumerate(ROWS, 1))
+    path = tmp_path / "links.txt"
+    path.write_text(text.replace(".", ",") if comma else text, encoding="utf-8")
+    points = read_control_points(path)
+    np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
+    assert points.names == ("1", "2", "3")
+
+
+def test_a_link_table_of_commas_only(tmp_path):
+    """Four numbers with decimal commas are no link table."""
+    path = tmp_path / "points.csv"
+    path.write_text("1,5,2,5,600,5,200,5\n5,5,2,5,604,5,200,5\n2,5,9,5,601,5,207,5\n")
+    with pytest.raises(
+        ValueError, match=r"It has 8 columns of whole numbers. With decimal commas, semicolons must part"
+    ):
+        read_control_points(path)
+
+
+GCPS = [f"-gcp {a} {b} {c} {d}" for a, b, c, d in ROWS]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\n".join(GCPS),
+        " ".join(f"{one} 12.5" for one in GCPS),
+        "# a comment\ngdal_translate -of GTiff \\\n" + " \\\n".join(GCPS) + ' \\\n"a map.tif" out.tif\n',
+        "gdal raster edit " + " ".join(f"--gcp {a},{b},{c},{d},0" for a, b, c, d in ROWS) + " in.tif",
+    ],
+)
+def test_points_of_gdal(text, tmp_path):
+    """One or many on a line, with heights or without, in a command or alone."""
+    path = tmp_path / "gcps.txt"
+    path.write_text(text, encoding="utf-8")
+    points = read_control_points(path)
+    np.testing.assert_array_equal(np.hstack([points.old, points.new]), ROWS)
+    assert points.crs is None
+
+
+def test_the_crs_of_a_command_of_gdal(tmp_path):
+    """It is that of the points."""
+    path = tmp_path / "gcps.sh"
+    words = " ".join(f"-gcp {a} {b} {c} {d}" for a, b, c, d in FEET)
+    path.write_text(f'gdal_translate -a_srs "EPSG:2230" {words} in.tif out.tif\n', encoding="utf-8")
+    np.testing.assert_allclose(read_control_points(path).new[1] / FOOT, [6500100, 1900000], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("-gcp 1 2 3\n", r"Line 1 must have -gcp pixel line easting northing \[elevation\]\.$"),
+        ("-gcp 1 2 3 4\n-gcp 1,5 2,5 3,5 4,5\n", r"Line 2 must have -gcp pixel line"),
+        ('-gcp 1 2 3 4 "in.tif\n', r"Line 1 has a quotation mark that does not end on the line\.$"),
+        ("-gcp 1 2 3 4\n", r"It has 1 control points; there must be at least 3\.$"),
+    ],
+)
+def test_wrong_points_of_gdal(text, message, tmp_path):
+    """One line says what is wrong, and where."""
+    path = tmp_path / "gcps.txt"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        read_control_points(path)
+
+
+def test_names_of_arcgis(tmp_path):
+    """Blanks and underscores in the names of columns do not matter."""
+    path = tmp_path / "points.csv"
+    rows = "".join(f"{k},{a},{b},{c},{d}\n" for k, (a, b, c, d) in enumerate(ROWS))
+    path.write_text("Link,X Source,Y Source,X Map,Y_Map\n" + rows)
+    np.testing.assert_array_equal(read_control_points(path).new, np.array(ROWS)[:, 2:])

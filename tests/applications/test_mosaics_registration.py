@@ -316,7 +316,10 @@ def test_the_table(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"It has no rows; it must have some of the model affine\.$"),
+        ("", r"It is empty\.$"),
+        ("model,i,j,xi,yi,xj,yj\n", r"It has no rows; it must have some of the model affine\.$"),
+        ("0,0,1,1,5,2,3,4,5\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
+        ("model,i,j,xi,yi,xj,yj\n0,0,1,1,5,2,3,4,5\n", r"Line 2 has 9 cells; it must have 7\. Decimal commas are read"),
         ("1,0,1,1,1,1,1\n", r"It has rows of the model homography; it must have some of the model affine\.$"),
         ("0,0,1,1,1,1\n", r"Line 1 must be model,i,j,xi,yi,xj,yj"),
         ("# sizes h x w: (9, 9), (9, 9)\n0,0,one,1,1,1,1\n", r"Line 2 must be model"),

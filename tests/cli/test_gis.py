@@ -8,11 +8,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pyproj
 import pytest
 from commands import refusal as refused
 from commands import run_ok
 from commands import told as run
 
+import projdist
 from projdist import factors
 
 geopandas = pytest.importorskip("geopandas")
@@ -103,7 +105,10 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
         ("heatmap moll -o x.tif -m foo", "Invalid measure 'foo'."),
         ("factors moll", "Invalid points. They must be LON LAT..., - for stdin, or --at FILE."),
         ("factors moll 1 2 --at p.csv", "Invalid points. They must be LON LAT..."),
-        ("factors moll --at no.csv", "Invalid points file 'no.csv'. It cannot be read: No such file or directory."),
+        (
+            "factors moll --at no.csv",
+            "Invalid points file 'no.csv'. It cannot be read as text: No such file or directory.",
+        ),
         ("factors moll --at no.gpkg", "Invalid points file 'no.gpkg'. There is no file 'no.gpkg'."),
         ("factors moll --at p.csv -o x.txt", "Invalid output 'x.txt'. Its suffix must be .csv, .parquet, .gpkg or"),
         ("factors moll --at p.csv -o x.csv -f json", "Invalid format 'json' for 'x.csv'. Its suffix tells the format."),
@@ -112,17 +117,27 @@ def test_tissot_as_a_layer(name: str, tmp_path: Path) -> None:
             "Invalid point in row 2. Its lat is '99'; it must lie within -90 and 90 degrees.",
         ),
         ("factors moll --at bad.csv -o x.gpkg", "Invalid point in row 2. Its lat is '99'; it must lie within"),
-        ("factors moll --at names.csv", "Invalid points file 'names.csv'. It must have one column 'lon', in degrees."),
-        ("factors moll --at ragged.csv", "Invalid points file 'ragged.csv'. Row 1 has 3 cells; it must have 2."),
+        (
+            "factors moll --at names.csv",
+            "Invalid points file 'names.csv'. Its header must have lon and lat; it has length, lat.",
+        ),
+        ("factors moll --at ragged.csv", "Invalid points file 'ragged.csv'. Line 2 has 3 cells; it must have 2."),
+        ("factors moll --at short.csv", "Invalid points file 'short.csv'. Line 2 has 2 cells; it must have 3."),
+        (
+            "factors moll --at commas.csv",
+            "Invalid points file 'commas.csv'. Line 2 has 4 cells; it must have 2. Decimal",
+        ),
         ("factors moll --at taken.csv", "Invalid points. They have a column 'k' already; rename it, or give the new"),
-        ("factors moll --at empty.csv", "Invalid points file 'empty.csv'. It must have one column 'lon', in degrees."),
+        ("factors moll --at empty.csv", "Invalid points file 'empty.csv'. It is empty."),
     ],
 )
 def test_wrong_words(words: str, message: str, points: Path) -> None:
     """One line, exit code 2, and no file."""
     files = {
         "bad.csv": "lon,lat\n1,2\n3,99\n",
-        "names.csv": "longitude,lat\n1,2\n",
+        "names.csv": "length,lat\n1,2\n",
+        "short.csv": "lon,lat,name\n1,2\n",
+        "commas.csv": "lon,lat\n1,5,2,5\n",
         "ragged.csv": "lon,lat\n1,2,3\n",
         "taken.csv": "lon,lat,K\n1,2,3\n",
         "empty.csv": "",
@@ -259,3 +274,30 @@ def test_devices_are_written_to(words: str, points: Path) -> None:
     """/dev/null is there, and holds nothing to lose."""
     assert run_ok(*words.split(), "-o", "/dev/null") == ""
     assert Path("/dev/null").is_char_device()
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", "longitude,latitude\n11.5,48.25\n"),
+        ("a.csv", "lon;lat\n11.5;48.25\n"),
+        ("a.csv", "Latitude;Longitude\n48,25;11,5\n"),
+        ("a.tsv", "name\tLAT\tlng\nx\t48.25\t11.5\n"),
+        ("a.txt", "long lat\n11,5 48,25\n"),
+    ],
+)
+@pytest.mark.parametrize("output", [None, "o.csv", "o.gpkg"])
+def test_tables_of_points(name: str, text: str, output: str | None, tmp_path: Path, monkeypatch) -> None:
+    """Names and delimiters are those of `points:`; h is UTM's on its ellipsoid, by PROJ."""
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_text(text)
+    truth = pyproj.Proj("EPSG:25832").get_factors(11.5, 48.25).meridional_scale
+    words = ["factors", "EPSG:25832", "--at", name]
+    if output is None:
+        (row,) = csv.DictReader(io.StringIO(run_ok(*words, "-f", "csv")))
+    else:
+        run_ok(*words, "-o", output)
+        (row,) = (pd.read_csv if output == "o.csv" else geopandas.read_file)(output).to_dict("records")
+    assert float(row["h"]) == pytest.approx(truth, rel=1e-9)
+    region = projdist.get_region(f"points:{name}")
+    assert (region.lon.tolist(), region.lat.tolist()) == ([11.5], [48.25])

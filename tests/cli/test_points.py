@@ -63,6 +63,10 @@ def test_words_that_are_no_points(words: str, message: str) -> None:
         (["name,lon,lat,town", "A,10,50,Ulm", "B,20,60,Bern"], ["A Ulm", "B Bern"]),
         (["A 10 50", "B, 20, 60"], ["A", "B"]),
         (["10 50 at the gate", "20E 60N"], ["at the gate", ""]),
+        (["10,0;50,0;A", "20;60,0;B"], ["A", "B"]),
+        (["Latitude;Longitude;Name", "50,0;10,0;A", "60,0;20;B"], ["A", "B"]),
+        (["lat lng name", "50,0 1,0e1 A", "60,0 20 B"], ["A", "B"]),
+        (["10,50 A", "20,60\tB"], ["A", "B"]),
     ],
 )
 def test_lines_may_have_a_header_and_names(lines: list[str], texts: list[str]) -> None:
@@ -87,3 +91,12 @@ def test_an_empty_cell_is_a_missing_coordinate() -> None:
     assert np.array_equal(found.lon, [10, np.nan, 12], equal_nan=True)
     assert np.array_equal(found.lat, [50, 51, np.nan], equal_nan=True)
     assert (found.text, found.problems) == (["A", "B", "C"], [])
+
+
+def test_decimal_commas_between_blanks() -> None:
+    """Two numbers with them may be two points with commas in between as well."""
+    found = read_points(["-"], ["48,25 11,5", "10,50 7"])
+    assert (found.lon, found.lat, found.text) == ([10], [50], ["7"])
+    assert found.problems == [
+        "line 1: Invalid point '48,25 11,5'. A semicolon must stand between numbers with decimal commas."
+    ]

@@ -77,10 +77,13 @@ def test_empty_geometries_have_no_figures(missing):
     ("frame", "message"),
     [
         (geo("EPSG:4326", MultiPoint([(1, 2)])), "Invalid point in row 1. The geometry is a MultiPoint; it must"),
-        (geo("EPSG:4326", Point(1, 2), Polygon([(0, 0), (1, 0), (1, 1)])), "in row 2. The geometry is a Polygon"),
+        (
+            geo("EPSG:4326", Point(1, 2), Polygon([(0, 0), (1, 0), (1, 1)])),
+            "in row 2. The geometry is a Polygon; it must be a point. 'check' ",
+        ),
         (geo(None, Point(1, 2)), "Invalid points. They have no CRS; they must state the one that they are in."),
-        (geo("EPSG:3857", Point(1, 2), Point(np.inf, 0)), "Invalid point in row 2."),
-        (SWISS.rename(columns={"lon": "longitude"}), "Invalid columns 'name, longitude, lat' of points. One must be"),
+        (geo("EPSG:3857", Point(1e6, 2e6), Point(np.inf, 0)), "Invalid point in row 2."),
+        (SWISS.rename(columns={"lon": "length"}), "Invalid columns 'name, length, lat' of points. One must be"),
         (SWISS.assign(lon=["1", "x"]), "Invalid point in row 2. Its lon is 'x'; it must be a number of degrees."),
         (SWISS.assign(lat=[95, 1]), "Invalid point in row 1. Its lat is '95'; it must lie within -90 and 90 degrees."),
         (SWISS.assign(K=1), "Invalid points. They have a column 'k' already; rename it, or give the new ones a prefix"),
@@ -136,3 +139,43 @@ def test_graticules_of_other_ellipsoids(parameters: str) -> None:
     ellipsoid = pyproj.CRS(graticule_of(projection).wkt).ellipsoid
     assert ellipsoid.semi_major_metre == projection.ellipsoid.a
     assert ellipsoid.semi_minor_metre == pytest.approx(projection.ellipsoid.a * (1 - projection.ellipsoid.f), rel=1e-12)
+
+
+TOLD = r"^{} of {} feature\(s\) of the points look like degrees, as that at {}, but .* is in units of {}: is that"
+
+
+@pytest.mark.parametrize(
+    ("crs", "points", "told"),
+    [
+        ("EPSG:3857", [(11, 48)], (1, 1, "11, 48", "metre")),
+        ("EPSG:25832", [(5e5, 5e6), (48, 150)], (1, 2, "48, 150", "metre")),
+        ("EPSG:2227", [(-120.5, 37)], (1, 1, "-120\\.5, 37", "US survey foot")),
+        ("EPSG:25832+7837", [(11, 48)], (1, 1, "11, 48", "metre")),
+    ],
+)
+def test_degrees_that_are_stated_to_be_metres(crs, points, told) -> None:
+    """They are told of, and measured as what is stated."""
+    with pytest.warns(Notice, match=TOLD.format(*told)):
+        factors("EPSG:3857", geo(crs, *map(Point, points)))
+
+
+@pytest.mark.parametrize(
+    ("crs", "x", "y"),
+    [
+        ("EPSG:4326", 11, 48),
+        ("EPSG:25832", 5e5, 5e6),
+        ("EPSG:3857", 0, 0),  # a null point, wherever it was
+        ("EPSG:3857", 180, 180),
+        ("+proj=laea +lat_0=50 +lon_0=10 +units=km +type=crs", 60, 80),
+        ("+proj=moll +R=1 +type=crs", 0.5, 0.5),
+    ],
+)
+def test_what_does_not_look_like_degrees(crs, x, y) -> None:
+    """Degrees themselves, and numbers that are as small for another reason."""
+    factors("+proj=moll +R=1" if "R=1" in crs else "EPSG:3857", geo(crs, Point(x, y)))
+
+
+def test_columns_by_their_usual_names() -> None:
+    """As those of files: in capitals or not."""
+    named = SWISS.rename(columns={"lon": "Longitude", "lat": "LAT"})
+    assert factors("EPSG:2056", named).k.tolist() == factors("EPSG:2056", SWISS).k.tolist()

@@ -90,7 +90,17 @@ def test_points_without_coordinates_are_left_out(file, text, tmp_path):
         ("lon,lat,weight\n1,2\n", "Line 2 must have numbers for lon, lat, weight."),
         ("lon,lat,name\n,2,a\n3,,b\n", "It has no points with a longitude and a latitude."),
         ("lon,lat,weight\n1,2,\n", "Line 2 must have numbers for lon, lat, weight."),
-        ("lon,lat\n1,2\n8,5,47,3\n", "Line 3 has 4 cells; it must have 2."),
+        ("lon,lat\n1,2\n8,5,47,a\n", "Line 3 has 4 cells; it must have 2."),
+        (
+            "lon,lat\n1,2\n8,5,47,3\n",
+            "Line 3 has 4 cells; it must have 2. Decimal commas are read where all numbers have them and cells stand "
+            "apart by semicolons, tabs or blanks.",
+        ),
+        (
+            "lon;lat\n1.5;2\n8,5;47,3\n",
+            "Line 3 must have numbers for lon, lat. Decimal commas are read where all numbers have them and cells "
+            "stand apart by semicolons, tabs or blanks.",
+        ),
         ("lon,lat\n1,2\n1_0,2\n", "Line 3 must have numbers for lon, lat."),
         (
             'lon,lat,name\n1,2,a\n3,4,"b\n5,6,c\n7,8,d"\n',

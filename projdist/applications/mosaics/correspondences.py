@@ -13,7 +13,7 @@ import numpy as np
 from projdist._typing import AnyArray, FloatArray, IntArray
 from projdist.applications.mosaics.images import Picture
 from projdist.applications.mosaics.projective import check_model
-from projdist.support import cells_of, read_text
+from projdist.support import comma_hint, number_of, read_text, rows_of_text
 
 __all__ = ["Correspondences", "correspondences_of", "parse_sizes", "read_correspondences"]
 
@@ -96,7 +96,7 @@ def read_correspondences(
     sizes: Sequence[Sequence[float]] | None = None,
     names: Sequence[str] | None = None,
 ) -> Correspondences:
-    """The rows of a CSV file `model,i,j,xi,yi,xj,yj` that were matched for a model.
+    """The rows of a CSV file `model,i,j,xi,yi,xj,yj` that were matched for a model; also with semicolons or tabs.
 
     The column model is 0 or `affine`, 1 or `homography`; "auto" takes the rows of either. `sizes`: widths and heights,
     one pair for all images or one an image; without them a comment line must have them, as
@@ -138,30 +138,29 @@ def correspondences_of(
 
 def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]] | None]:
     """The rows of a file, without the model, and the sizes of its comment line."""
-    text = read_text(path, f"Invalid correspondences '{path}'.")
-    rows, stated, models = [], None, set()
-    for number, line in enumerate(text.splitlines(), start=1):
+    text = f"Invalid correspondences '{path}'."
+    content = read_text(path, text)
+    stated = None
+    for line in content.splitlines():
         if line.lstrip().startswith("#"):
             stated = _stated_sizes(line) or stated
-            continue
-        try:
-            cells = [cell.strip() for cell in cells_of(line, ",")]
-        except ValueError as error:
-            raise ValueError(f"Invalid correspondences '{path}'. Line {number} has {error}.") from error
-        if not any(cells) or tuple(cell.lower() for cell in cells) == _COLUMNS:
+    rows, models = [], set()
+    for number, words in rows_of_text(content, text):
+        cells = [cell.strip() for cell in words]
+        if tuple(cell.lower() for cell in cells) == _COLUMNS:
             continue
         row = _row(cells)
         if row is None:
             raise ValueError(
-                f"Invalid correspondences '{path}'. Line {number} must be {','.join(_COLUMNS)}: the model 0 or 1, the "
-                "numbers of two images, and pixels."
+                f"{text} Line {number} must be {','.join(_COLUMNS)}: the model 0 or 1, the numbers of two images, and "
+                f"pixels.{comma_hint(cells)}"
             )
         models.add(row[0])
         if model in (row[0], "auto"):
             rows.append(row[1:])
     if not rows:
         has = f"It has rows of the model {models.pop()}" if models else "It has no rows"
-        raise ValueError(f"Invalid correspondences '{path}'. {has}; it must have some of the model {model}.")
+        raise ValueError(f"{text} {has}; it must have some of the model {model}.")
     return np.array(list(dict.fromkeys(rows)) if model == "auto" else rows), stated
 
 
@@ -177,7 +176,7 @@ def _stated_sizes(line: str) -> list[tuple[float, float]] | None:
 def _row(cells: list[str]) -> tuple[str, float, float, float, float, float, float] | None:
     """The model and six numbers of a row, or None."""
     try:
-        model, (i, j, xi, yi, xj, yj) = _CODES[cells[0].lower()], (float(cell) for cell in cells[1:])
+        model, (i, j, xi, yi, xj, yj) = _CODES[cells[0].lower()], (number_of(cell) for cell in cells[1:])
     except (KeyError, ValueError):
         return None
     whole = i.is_integer() and j.is_integer() and max(abs(i), abs(j)) < _LARGEST

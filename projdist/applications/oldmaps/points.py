@@ -3,29 +3,48 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+import re
+import shlex
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.projections import Projection, ProjectionLike, check_degrees, plane_of
-from projdist.support import check_path, is_number, number_of, numbered_rows, tell
+from projdist.projections import (
+    CRS,
+    Projection,
+    ProjectionError,
+    ProjectionLike,
+    check_degrees,
+    crs_of,
+    geographic,
+    plane_of,
+    same_map,
+    tell_of_degrees,
+)
+from projdist.support import check_path, comma_hint, is_number, number_of, read_text, rows_of_text, tell
 
 __all__ = ["ControlPoints", "read_control_points"]
 
-# Beside our own names those of QGIS, whose `mapX` is the truth.
+# Beside our own names those of QGIS, whose `mapX` is the truth, and of ArcGIS; without blanks and underscores.
 _COLUMNS = {
-    "id": ("id", "name", "no", "nr", "point", "label"),
-    "x_old": ("x_old", "old_x", "xold", "oldx", "sourcex", "pixelx", "column", "col", "px"),
-    "y_old": ("y_old", "old_y", "yold", "oldy", "sourcey", "pixely", "row", "line", "py"),
-    "x_new": ("x_new", "new_x", "xnew", "newx", "mapx", "easting", "east", "e", "lon", "longitude"),
-    "y_new": ("y_new", "new_y", "ynew", "newy", "mapy", "northing", "north", "n", "lat", "latitude"),
+    "id": ("id", "name", "no", "nr", "point", "label", "link"),
+    "x_old": ("xold", "oldx", "sourcex", "xsource", "pixelx", "pixel", "column", "col", "px"),
+    "y_old": ("yold", "oldy", "sourcey", "ysource", "pixely", "row", "line", "py"),
+    "x_new": ("xnew", "newx", "mapx", "xmap", "easting", "east", "e", "lon", "longitude"),
+    "y_new": ("ynew", "newy", "mapy", "ymap", "northing", "north", "n", "lat", "latitude"),
     "enable": ("enable", "enabled"),
 }
 _NUMBERS = ("x_old", "y_old", "x_new", "y_new")
+_LINK_TABLE = ("id", *_NUMBERS, "residual x", "residual y", "residual")  # of ArcGIS
+_CRS_LINE = re.compile(r"\s*#\s*CRS\s*:(.*)", re.IGNORECASE)
+_GCP = ("-gcp", "--gcp")
+_STATED_BY = ("-a_srs", "-s_srs")  # of gdal_translate and gdalwarp: the CRS of the points
 _LEAST = 3
 _FARTHEST = 1e15  # in any unit; there doubles stand 0.1 apart, and far beyond their squares are infinite
+_DEGREES = (180.0, 90.0)  # the largest longitude and latitude
 _THIN = 1e-9  # of their length: points within a strip as narrow lie on one line
 
 
@@ -33,14 +52,15 @@ _THIN = 1e-9  # of their length: points within a strip as narrow lie on one line
 class ControlPoints:
     """Points (n, 2) on the old map, in any unit, and in truth, in metres of a plane with x east and y north.
 
-    `names` tells them apart; `note` says what is doubtful. Raises ValueError for fewer than three points, and for
-    points on one line.
+    `names` tells them apart; `note` says what is doubtful; `crs` is the one whose plane the truth is in, if that is
+    known. Raises ValueError for fewer than three points, and for points on one line.
     """
 
     old: FloatArray
     new: FloatArray
     names: tuple[str, ...] = ()
     note: str = ""
+    crs: Projection | None = None
 
     def __post_init__(self) -> None:
         old, new = np.asarray(self.old, dtype=float), np.asarray(self.new, dtype=float)
@@ -75,29 +95,32 @@ class ControlPoints:
         if which.all():
             return self
         names = tuple(name for name, one in zip(self.names, which, strict=True) if one)
-        return ControlPoints(self.old[which], self.new[which], names, self.note)
+        return replace(self, old=self.old[which], new=self.new[which], names=names)
 
 
 def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | None = None) -> ControlPoints:
-    """The control points of a table with commas, semicolons, tabs or spaces between its columns.
+    """The control points of a table with commas, semicolons, tabs or spaces between its columns, or of GDAL's `-gcp`.
 
-    Without a header these are x and y on the old map, and x and y in truth, perhaps with an id before them. With a
-    header they have any usual names (x_old, y_old, x_new, y_new; QGIS's sourceX, sourceY, mapX, mapY), or, for the
-    truth, lon and lat. What is not enabled is left out, and told.
+    Without a header these are x and y on the old map, and x and y in truth, perhaps with an id before them, and
+    residuals behind them as in a link table of ArcGIS. With a header they have any usual names (x_old, y_old, x_new,
+    y_new; QGIS's sourceX, sourceY, mapX, mapY), or, for the truth, lon and lat. What is not enabled is left out, and
+    told. Words `-gcp pixel line easting northing [elevation]` may stand in any number on a line, also in a command of
+    GDAL's.
 
     Parameters
     ----------
     path : str or path
         A text file of three points or more.
     crs : ProjectionLike, optional
-        Anything that a `Projection` is made from: the plane of the truth. Most of the points within 180 and 90, or a
-        header that says so, are longitudes and latitudes in degrees, to be projected with it; else they are its
-        coordinates, in its unit.
+        Anything that a `Projection` is made from: the plane of the truth. Without one it is the CRS that the file
+        states, in QGIS's line `#CRS:` or by GDAL's `-a_srs`; if both are given and differ, this one holds, which is
+        told. Most of the points within 180 and 90, or a header that says so, are longitudes and latitudes in degrees,
+        to be projected with it; else they are its coordinates, in its unit.
 
     Returns
     -------
     ControlPoints
-        Places (n, 2) on the old map, in any unit, and in truth, in metres; and the points' names.
+        Places (n, 2) on the old map, in any unit, and in truth, in metres; the points' names, and their CRS.
 
     Raises
     ------
@@ -109,7 +132,7 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
 
     References
     ----------
-    QGIS User Guide, Georeferencer, whose files of points may be given.
+    QGIS User Guide, Georeferencer, whose files of points may be given; GDAL, gdal_translate, option -gcp.
 
     Examples
     --------
@@ -126,63 +149,132 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
     projection = None if crs is None else Projection.from_user_input(crs)
     path = check_path("points file", path)
     text = f"Invalid points file '{path}'."
-    header, is_degrees, rows = _table(Path(path), text)
+    content = read_text(path, text)
+    table = _gcps(content, text) if set(_GCP) & set(content.split()) else _table(content, text)
     names: list[str] = []
     values: list[list[float]] = []
     disabled = 0
-    for number, row in rows:
-        cells = dict(zip(header, row, strict=False))
+    for number, row in table.rows:
+        cells = dict(zip(table.columns, row, strict=False))
         if cells.get("enable", "1").strip() in ("0", "false"):
             disabled += 1
             continue
         try:
             values.append([number_of(cells[name]) for name in _NUMBERS])
         except (KeyError, ValueError) as error:
-            raise ValueError(f"{text} Line {number} must have numbers for {', '.join(_NUMBERS)}.") from error
+            numbers = f"must have numbers for {', '.join(_NUMBERS)}.{comma_hint(row)}"
+            raise ValueError(f"{text} Line {number} {numbers}") from error
         names.append(cells.get("id", "").strip() or str(len(names) + 1))
     if disabled:
         tell(f"{disabled} control point(s) of '{path}' are not enabled and are left out.")
     places = np.array(values).reshape(-1, 4)
     if len(places) < _LEAST:
         raise ValueError(f"{text} It has {len(places)} control points; there must be at least {_LEAST}.")
-    old, new, note = places[:, :2], places[:, 2:], ""
-    if projection is not None:
-        new = _in_metres(new, projection, is_degrees)
-    elif is_degrees:
-        raise ValueError(f"{text} Its truth is longitudes and latitudes; a CRS is needed that makes a plane of them.")
-    elif (np.abs(new) <= [180.0, 90.0]).all():
-        note = "The truth is within 180 and 90: if these are degrees, and not metres, a CRS is needed."
     try:
-        return ControlPoints(old, new, tuple(names), note)
+        new, plane, note = _in_plane(places[:, 2:], table, projection, path)
+        return ControlPoints(places[:, :2], new, tuple(names), note, plane)
+    except ProjectionError:
+        raise
     except ValueError as error:
         raise ValueError(f"{text} {error}") from error
 
 
+class _Table(NamedTuple):
+    """What the columns are, whether the truth is named in degrees, the rows with the numbers of lines, the CRS told."""
+
+    columns: list[str]
+    is_degrees: bool
+    rows: list[tuple[int, list[str]]]
+    crs: str
+
+
+# ---- the truth ------------------------------------------------------------------------------
+
+
+def _in_plane(
+    new: FloatArray, table: _Table, given: Projection | None, path: Path
+) -> tuple[FloatArray, Projection | None, str]:
+    """The truth in metres of a plane, whose it is, and what is doubtful; raises ValueError without a beginning."""
+    stated = _stated(table.crs, given)
+    if stated is not None and not stated.is_geographic:
+        plane = Projection.from_user_input(table.crs)
+        if given is None:
+            tell_of_degrees(stated, np.hstack([new, new]), f"'{path}'", "control point")
+            return _in_metres(new, plane, table.is_degrees), plane, ""
+        if not _is_same_plane(given, plane):
+            tell(f"'{path}' states the CRS {stated.name}; its coordinates are taken for those of {given.label}.")
+    elif stated is not None and given is not None and _are_mostly_degrees(new):
+        return np.stack(given(*geographic(given, stated, *new.T)), axis=-1), given, ""
+    if given is not None:
+        return _in_metres(new, given, table.is_degrees), given, ""
+    if table.is_degrees or stated is not None:
+        raise ValueError("Its truth is longitudes and latitudes; a CRS is needed that makes a plane of them.")
+    if (np.abs(new) <= _DEGREES).all():
+        return new, None, "The truth is within 180 and 90: if these are degrees, and not metres, a CRS is needed."
+    return new, None, ""
+
+
+def _stated(text: str, given: Projection | None) -> CRS | None:
+    """The CRS that a file states; what is none is passed over where one is given, else ValueError is raised."""
+    try:
+        stated = crs_of(text) if text else None
+        if stated is not None and not stated.is_geographic:
+            Projection.from_user_input(text)
+    except ValueError as error:
+        if given is None:
+            raise ValueError(f"It states a CRS that is no plane of the Earth; another may be given. {error}") from error
+        return None
+    return stated
+
+
+def _is_same_plane(one: Projection, other: Projection) -> bool:
+    """Whether coordinates of two CRSs are the same, in the same unit."""
+    planes = plane_of(one), plane_of(other)
+    if planes[0] is None or planes[1] is None:
+        return False
+    return np.array_equal(planes[0].to_metres, planes[1].to_metres) and same_map(one, planes[1].wkt) is not None
+
+
+def _are_mostly_degrees(new: FloatArray) -> bool:
+    return bool((np.abs(new) <= _DEGREES).all(axis=1).mean() > 0.5)
+
+
 def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> FloatArray:
     """The truth in metres of a projection's plane, of degrees or of coordinates of the CRS."""
-    if is_degrees or (np.abs(new) <= [180.0, 90.0]).all(axis=1).mean() > 0.5:
+    if is_degrees or _are_mostly_degrees(new):
         return np.stack(projection(*check_degrees(*new.T)), axis=-1)
     plane = plane_of(projection)
     return new if plane is None else np.asarray(new @ plane.to_metres.T)
 
 
-def _table(path: Path, text: str) -> tuple[list[str], bool, list[tuple[int, list[str]]]]:
-    """What the columns are, whether the truth is named in degrees, and the rows with the numbers of their lines."""
-    rows = numbered_rows(path, text)
+# ---- tables ---------------------------------------------------------------------------------
+
+
+def _table(content: str, text: str) -> _Table:
+    """A table with or without a header."""
+    rows = rows_of_text(content, text)
     first = rows[0][1]
-    if is_number(first[-1]):
-        if len(first) not in (4, 5):
-            raise ValueError(
-                f"{text} Without a header it must have 4 columns, {', '.join(_NUMBERS)}, or 5, an id first; it has "
-                f"{len(first)}."
-            )
-        return ["id", *_NUMBERS][-len(first) :], False, rows
-    return *_header(first, text), rows[1:]
+    stated = next((match[1].strip() for line in content.splitlines() if (match := _CRS_LINE.match(line))), "")
+    crs = "" if stated.lower() == "none" else stated
+    if not is_number(first[-1]):
+        columns, is_degrees = _header(first, text)
+        return _Table(columns, is_degrees, rows[1:], crs)
+    allowed = {4: _NUMBERS, 5: ("id", *_NUMBERS), len(_LINK_TABLE): _LINK_TABLE}
+    if len(first) not in allowed:
+        raise ValueError(
+            f"{text} Without a header it must have 4 columns, {', '.join(_NUMBERS)}, or 5, an id first, or 8, residuals"
+            f" behind them; it has {len(first)}."
+        )
+    if len(first) == len(_LINK_TABLE) and all(cell.strip().lstrip("+-").isdigit() for _, row in rows for cell in row):
+        raise ValueError(
+            f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must part columns."
+        )
+    return _Table([*allowed[len(first)]], False, rows, crs)
 
 
 def _header(words: list[str], text: str) -> tuple[list[str], bool]:
     """Our names of the columns of a header, and whether the truth is in degrees."""
-    found = [word.strip().lower() for word in words]
+    found = [re.sub(r"[\s_]", "", word.lower()) for word in words]
     ours = {}
     for column, names in _COLUMNS.items():
         place = next((found.index(name) for name in names if name in found), None)
@@ -193,3 +285,38 @@ def _header(words: list[str], text: str) -> tuple[list[str], bool]:
         raise ValueError(f"{text} Its header must name x_old, y_old, x_new and y_new; it has no {', '.join(missing)}.")
     is_degrees = any(found[place].startswith("lon") for place, column in ours.items() if column == "x_new")
     return [ours.get(place, f"other {place}") for place in range(len(found))], is_degrees
+
+
+def _gcps(content: str, text: str) -> _Table:
+    """The words behind each `-gcp` of a text, up to the next that is no number, and the CRS that is named beside."""
+    rows: list[tuple[int, list[str]]] = []
+    crs = ""
+    words = _words(content, text)
+    for place, (number, word) in enumerate(words):
+        if word in _GCP:
+            behind = [one for _, one in words[place + 1 : place + 6]]
+            count = next((k for k, one in enumerate(behind) if not is_number(one)), len(behind))
+            if count < len(_NUMBERS):
+                raise ValueError(f"{text} Line {number} must have -gcp pixel line easting northing [elevation].")
+            rows.append((number, behind[: len(_NUMBERS)]))
+        elif word in _STATED_BY and place + 1 < len(words):
+            crs = words[place + 1][1]
+    return _Table([*_NUMBERS], False, rows, crs)
+
+
+def _words(content: str, text: str) -> list[tuple[int, str]]:
+    """The words of commands, some in quotation marks, and the numbers of their lines."""
+    words: list[tuple[int, str]] = []
+    for number, line in enumerate(content.splitlines(), start=1):
+        try:
+            found = shlex.split(line.strip().removesuffix("\\").removesuffix("^"), comments=True)
+        except ValueError as error:  # a quotation mark that nothing closes
+            raise ValueError(f"{text} Line {number} has a quotation mark that does not end on the line.") from error
+        words += [(number, part) for word in found for part in _parts(word)]
+    return words
+
+
+def _parts(word: str) -> list[str]:
+    """A word, or the numbers between commas of `100,-150,500187,3999702`, as GDAL's newer commands have them."""
+    numbers = word.split(",")
+    return numbers if len(numbers) >= len(_NUMBERS) and all(map(is_number, numbers)) else [word]

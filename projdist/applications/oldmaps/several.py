@@ -10,6 +10,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps.field import OldMap, hull_nodes
 from projdist.applications.oldmaps.inverses import old_places
+from projdist.projections import plane_of, same_map
 from projdist.support import check_choice, check_instance
 
 __all__ = ["CommonGround", "common_ground"]
@@ -51,7 +52,8 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
     Raises
     ------
     ValueError
-        For fewer than two maps, an unknown rectification, and maps that have no ground in common.
+        For fewer than two maps, an unknown rectification, truth in planes that are not the same, and maps that have no
+        ground in common.
 
     References
     ----------
@@ -78,6 +80,7 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
         check_instance("old map", one, OldMap, "an OldMap")
     if len(maps) < 2:
         raise ValueError(f"Invalid old maps. There must be two or more, not {len(maps)}.")
+    _check_one_plane(maps)
     places, weights, _ = min((hull_nodes(one.fitted.new, _ROWS) for one in maps), key=lambda found: found[2])
     inside = np.all([_is_within(places, one.fitted.new) for one in maps], axis=0)
     places, weights = places[inside], weights[inside]
@@ -87,6 +90,16 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
         raise ValueError("Invalid old maps. There is no ground that all of them show.")
     x, y = places[known].T
     return CommonGround(x, y, fields[:, known], weights[known] / weights[known].sum())
+
+
+def _check_one_plane(maps: Sequence[OldMap]) -> None:
+    """Raise ValueError where the control points state different CRSs; their units do not matter."""
+    known = [one.points.crs for one in maps if one.points.crs is not None]
+    for other in known[1:]:
+        plane = plane_of(other)
+        if plane is not None and same_map(known[0], plane.wkt) is None:
+            both = f"{known[0].label} and {other.label}"
+            raise ValueError(f"Invalid old maps. Their truth is in {both}; it must be in one plane (--crs, crs=).")
 
 
 def _is_within(places: FloatArray, points: FloatArray) -> BoolArray:

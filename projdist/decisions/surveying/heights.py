@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.projections import unprojected
-from projdist.support import check_path, is_number, number_of, numbered_rows, one_line
+from projdist.projections import tell_of_degrees, unprojected
+from projdist.support import check_path, comma_hint, is_number, number_of, numbered_rows, one_line
 
 __all__ = ["read_heights"]
 
@@ -74,7 +74,10 @@ def _read_table(path: Path) -> FloatArray:
         except (ValueError, IndexError):
             point = [np.nan]
         if not np.isfinite(point).all():
-            raise ValueError(f"Invalid heights '{path}'. Line {number} must have a longitude, a latitude and a height.")
+            hint = comma_hint(row)
+            raise ValueError(
+                f"Invalid heights '{path}'. Line {number} must have a longitude, a latitude and a height.{hint}"
+            )
         points.append(point)
     return np.array(points).reshape(-1, 3)
 
@@ -104,8 +107,10 @@ def _read_raster(path: Path) -> FloatArray:
             row, column = np.meshgrid(*((np.arange(n) + 0.5) / n for n in shape), indexing="ij")
             x, y = raster.transform @ (column.ravel() * raster.width, row.ravel() * raster.height)
             crs = raster.crs.to_wkt() if raster.crs else "EPSG:4326"
+            bounds = raster.bounds
     except RasterioError as error:
         raise ValueError(f"Invalid heights '{path}'. The raster cannot be read: {one_line(error)}.") from error
+    tell_of_degrees(crs, bounds, f"'{path}'", "raster")
     lon, lat = unprojected(crs, np.asarray(x), np.asarray(y))
     points = np.stack([lon, lat, heights.ravel()], axis=-1)
     return points[np.isfinite(points).all(axis=1)]
