@@ -17,7 +17,7 @@ from projdist.matrices import Measure
 from projdist.numerics import NODES, WEIGHTS
 from projdist.projections import Projection, ProjectionLike, geodesic_courses, geodesic_lengths
 from projdist.regions import HasGeometry, line_of
-from projdist.support import Answer, check_number, plain
+from projdist.support import Answer, check_number, plain, tell
 
 __all__ = ["Profile", "profile"]
 
@@ -257,6 +257,8 @@ def _heights(own: FloatArray, height: float | None) -> FloatArray | None:
     if height is not None:
         own = np.full(len(own), check_number("height", height))
     elif np.isnan(own).any():
+        if not np.isnan(own).all():
+            tell(f"{int(np.isnan(own).sum())} of {len(own)} vertices of the line have no height; no heights are used.")
         return None
     if not ((own >= _LOWEST) & (own <= _HIGHEST)).all():
         wrong = own[np.argmax(~((own >= _LOWEST) & (own <= _HIGHEST)))]

@@ -18,7 +18,15 @@ from projdist.gis.layers import save_layer, write_layer
 from projdist.gis.libraries import needed_for
 from projdist.gis.points import read_data
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of
-from projdist.projections import CRS, Projection, crs_of, plane_of, same_map
+from projdist.projections import (
+    CRS,
+    Projection,
+    crs_of,
+    plane_of,
+    same_map,
+    tell_of_degrees,
+    tell_of_frame_in_degrees,
+)
 from projdist.support import check_choice, check_number, one_line, refuse_existing, replacing, tell
 
 __all__ = ["CONVERTED_SUFFIXES", "RESAMPLINGS", "Conversion", "convert", "convert_frame"]
@@ -139,6 +147,7 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
         frame = frame.set_crs(_crs(source), allow_override=True)
     if frame.crs is None:
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
+    tell_of_frame_in_degrees(frame, "the data")
     if densify is not None:
         frame = frame.set_geometry(shapely.segmentize(frame.geometry.array, _length(frame.crs, densify)))
         frame = frame.set_crs(frame.crs)
@@ -268,6 +277,7 @@ def _warp(
             if source is None and image.crs is None:
                 raise ValueError(f"Invalid data '{data}'. They have no CRS; it must be given (--from, source=).")
             given = image.crs if source is None else rasterio.CRS.from_wkt(source.to_wkt())
+            tell_of_degrees(given.to_wkt(), image.bounds, f"'{data}'", "raster")
             wanted = rasterio.CRS.from_wkt(target.to_wkt())
             transform, width, height = rasterio.warp.calculate_default_transform(
                 given, wanted, image.width, image.height, *image.bounds, resolution=resolution

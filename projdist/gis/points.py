@@ -25,7 +25,7 @@ from projdist.projections import (
     places,
     read_point_table,
 )
-from projdist.regions import crs_name
+from projdist.regions import crs_name, with_gpx_heights
 from projdist.support import one_line, replacing, tell
 
 if TYPE_CHECKING:
@@ -82,6 +82,8 @@ def _read(text: str, thing: str) -> Any:
     if lost:
         shown = ", ".join(map(str, lost[:_NAMED])) + (", ..." if len(lost) > _NAMED else "")
         tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {shown}.")
+    if is_geographic(frame):
+        frame = frame.set_geometry(with_gpx_heights(Path(name), layer, frame.geometry.array), crs=frame.crs)
     crs = _stated_crs(name)
     if isinstance(crs, dict):
         crs_of(crs_name(crs, invalid))  # GDAL passes over what is none

@@ -13,7 +13,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.gis.libraries import needed_for
-from projdist.projections import unprojected
+from projdist.projections import tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionLike, get_region
 from projdist.support import one_line
 
@@ -47,6 +47,9 @@ def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1)
                 raise ValueError(f"{text} It has {image.count} band(s), and no band {band}.")
             if image.crs is None:
                 raise ValueError(f"{text} It states no CRS.")
+            corners = image.transform @ (np.array([0, image.width] * 2), np.repeat([0, image.height], 2))
+            bounds = [edge(side) for edge in (np.min, np.max) for side in corners]
+            tell_of_degrees(image.crs.to_wkt(), bounds, f"'{path}'", "raster")
             points = _Raster(image, band, text).points(place)
     except rasterio.errors.RasterioError as error:
         raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error

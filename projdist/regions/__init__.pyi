@@ -12,7 +12,7 @@ from .parts import main_part
 from .patches import height_of, latitude_of
 from .points import PointSet
 from .polygons import Polygons
-from .reading import crs_name
+from .reading import crs_name, tell_of_geojson_in_degrees, with_gpx_heights
 from .region import ChartPoints, Clips, Region
 from .shares import share_in
 from .titles import region_title
@@ -53,5 +53,7 @@ __all__ = [
     "region_names",
     "region_title",
     "share_in",
+    "tell_of_geojson_in_degrees",
     "weighted_points",
+    "with_gpx_heights",
 ]

@@ -12,10 +12,10 @@ import shapely
 
 from projdist._typing import FloatArray
 from projdist.earth import chords, cut_at_antimeridian, even_odd, goes_round, merged, planar, unwrapped
-from projdist.projections import geodesics, to_lonlat
+from projdist.projections import TEXT_SUFFIXES, geodesics, to_lonlat
 from projdist.regions.chains import area_km2
 from projdist.regions.parts import told_apart
-from projdist.regions.points import PointSet, placed, read_csv
+from projdist.regions.points import HEIGHTS, PointSet, placed, read_csv
 from projdist.regions.polygons import Polygons
 from projdist.regions.reading import Shape, Transform, positions, read, shapes_of, stated_transform
 
@@ -36,7 +36,7 @@ def polygons_from_file(path: Path, layer: str, name: str, *, edges: str = "strai
     `edges`: "straight" in the file's own coordinates, or "geodesic" from vertex to vertex.
     """
     text = f"Invalid region file '{path}'."
-    shapes, transform, _ = read(path, layer, text, [])
+    shapes, transform, _ = read(path, layer, text, [], ("Polygon", "MultiPolygon"))
     return _polygons(shapes, transform, name, text, edges)
 
 
@@ -76,10 +76,10 @@ def _feature(shapes: Sequence[Shape], crs: str | None) -> dict[str, Any]:
 
 def points_from_file(path: Path, layer: str, name: str, column: str = "weight") -> PointSet:
     """The points of a CSV or vector file, with its height column, and that for weights; raises ValueError."""
-    if path.suffix.lower() in (".csv", ".tsv", ".txt"):
+    if path.suffix.lower() in TEXT_SUFFIXES:
         return read_csv(path, name, column)
     text = f"Invalid points file '{path}'."
-    shapes, transform, _ = read(path, layer, text, [column, "height"])
+    shapes, transform, _ = read(path, layer, text, [column, *HEIGHTS], ("Point",))
     wrong = {shape.kind for shape in shapes} - {"Point", ""}
     if wrong or not shapes:
         raise ValueError(f"{text} It must hold points; it holds {', '.join(sorted(wrong)) or 'nothing'}.")
@@ -92,8 +92,9 @@ def points_from_file(path: Path, layer: str, name: str, column: str = "weight") 
     if column != "weight" and not any(column in field for field in fields):
         raise ValueError(f"{text} It has no column '{column}' for weights.")
     weight = np.array([_number(field.get(column, 1.0), column, k, text) for k, field in enumerate(fields)])
-    heights = [field.get("height") for field in fields]
-    numbers = None if None in heights else [_number(one, "height", k, text) for k, one in enumerate(heights)]
+    named = next((name for name in HEIGHTS if any(name in field for field in fields)), HEIGHTS[0])
+    heights = [field.get(named) for field in fields]
+    numbers = None if None in heights else [_number(one, named, k, text) for k, one in enumerate(heights)]
     return placed(lonlat[:, 0], lonlat[:, 1], weight, name, None if numbers is None else np.array(numbers), text)
 
 

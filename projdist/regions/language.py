@@ -117,8 +117,12 @@ def get_region(region: RegionLike) -> Place:
     shape = getattr(region, "__geo_interface__", region)
     if isinstance(shape, Mapping):
         from projdist.regions.files import polygons_from_geojson  # shapely is slow to load
+        from projdist.regions.reading import tell_of_geojson_in_degrees
 
-        return polygons_from_geojson(dict(shape), crs=getattr(region, "crs", None))
+        crs = getattr(region, "crs", None)
+        found = polygons_from_geojson(dict(shape), crs=crs)
+        tell_of_geojson_in_degrees(shape, crs, "Invalid region.")
+        return found
     bounds = _bounds(region)
     if bounds is None:
         raise ValueError(f"Invalid region {quoted(region)}. It must be {FORMS}; or W,S,E,N, a geometry or a region.")

@@ -26,12 +26,19 @@ def line_of(line: Any) -> FloatArray:
         return _of_text(os.fspath(line))
     shape = getattr(line, "__geo_interface__", line)
     if isinstance(shape, Mapping):
-        from projdist.regions.reading import Source, shapes_of, stated_transform  # shapely is slow to load
+        from projdist.regions.reading import (  # shapely is slow to load
+            Source,
+            shapes_of,
+            stated_transform,
+            tell_of_geojson_in_degrees,
+        )
 
         text = "Invalid line."
         crs = getattr(line, "crs", None)
         transform = stated_transform(shape, text) if crs is None else to_lonlat(crs)
-        return _joined(Source([*shapes_of(dict(shape), text)], transform), text)
+        found = _joined(Source([*shapes_of(dict(shape), text)], transform), text)
+        tell_of_geojson_in_degrees(shape, crs, text)
+        return found
     text = f"Invalid line {quoted(line)}."
     if not isinstance(line, list | tuple | np.ndarray):
         raise ValueError(f"{text} It must be {_ALLOWED}.")
@@ -52,7 +59,7 @@ def _of_text(text: Any) -> FloatArray:
 
         path, layer = layer_path(text)
         said = f"Invalid line file '{path}'."
-        return _joined(read(path, layer, said, []), said)
+        return _joined(read(path, layer, said, [], ("LineString", "MultiLineString")), said)
     if len(words) < 4 or len(words) % 2:
         raise ValueError(f"{said} It must be LON,LAT,LON,LAT,..., two numbers a point.")
     return _checked(_vertices(np.reshape([float(word) for word in words], (-1, 2)), said), said)

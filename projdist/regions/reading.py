@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import re
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 
-from projdist._typing import FloatArray
-from projdist.projections import to_lonlat
-from projdist.support import one_line, read_text, shown
+from projdist._typing import AnyArray, FloatArray
+from projdist.projections import crs_of, tell_of_degrees, to_lonlat
+from projdist.support import one_line, read_text, shown, tell
 
 Transform = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
+_TURN = 360.0  # degrees
 _SIMPLE = ("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon")
 _COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 
@@ -39,14 +41,54 @@ class Source(NamedTuple):
     crs: str | None = None
 
 
-def read(path: Path, layer: str, text: str, columns: list[str] | None) -> Source:
-    """The shapes of a vector file with these columns, or with all; raises ValueError, which begins with a text."""
+def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> Source:
+    """The shapes of a vector file with these columns, or with all; raises ValueError, which begins with a text.
+
+    Without a layer it is the first, or, where that has nothing of these `kinds`, the only one that has. What looks like
+    degrees where the file states metres is told.
+    """
+    found = _read(path, layer, text, columns, kinds)
+    tell_of_shapes_in_degrees(found.shapes, found.crs, f"'{path}'")
+    return found
+
+
+def _read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> Source:
     if path.suffix.lower() == ".wkt":
         return _read_wkt(path, text)
     if path.suffix.lower() not in (".geojson", ".json"):
-        return _read_vector(path, layer, text, columns)
+        return _read_vector(path, layer, text, columns, kinds)
     value = _read_json(path, text)
     return Source(list(shapes_of(value, text)), stated_transform(value, text), crs_name(value.get("crs"), text))
+
+
+def tell_of_shapes_in_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
+    """Tell where shapes look like degrees and their CRS, if there is one, has metres."""
+    if crs is not None and crs_of(crs).is_projected:
+        tell_of_degrees(crs, [_bounds(shape) for shape in shapes], thing)
+
+
+def tell_of_geojson_in_degrees(value: Any, crs: Any, text: str) -> None:
+    """The same of an object of GeoJSON in a CRS, or in the one that it names."""
+    crs = crs_name(value.get("crs"), text) if crs is None else crs
+    if crs is not None:
+        tell_of_shapes_in_degrees(shapes_of(value, text), crs, "the geometries")
+
+
+def _bounds(shape: Shape) -> tuple[float, float, float, float]:
+    """The least x and y and the largest of a shape, NaN where it has none; of a large one perhaps of a part of it."""
+    x0 = y0 = np.inf
+    x1 = y1 = -np.inf
+    stack = [shape.coordinates]
+    while stack and max(x1, y1, -x0, -y0) <= _TURN:  # what is farther off is no degrees anyway
+        one = stack.pop()
+        if not isinstance(one, list | tuple) or not one:
+            continue
+        if isinstance(one[0], int | float):
+            x, y = one[0], one[1] if len(one) > 1 and isinstance(one[1], int | float) else np.nan
+            x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
+        else:
+            stack += one
+    return (x0, y0, x1, y1) if x1 >= x0 and y1 >= y0 else (np.nan,) * 4
 
 
 def shapes_of(value: Any, text: str) -> Iterator[Shape]:
@@ -113,7 +155,7 @@ def crs_name(crs: Any, text: str) -> str | None:
     return name
 
 
-def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None) -> Source:
+def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> Source:
     try:
         pyogrio = importlib.import_module("pyogrio")
     except ImportError as error:
@@ -122,20 +164,18 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None) -
         ) from error
     if path.suffix.lower() == ".parquet" and "Parquet" not in pyogrio.list_drivers():
         raise ValueError(f"{text} The GDAL of pyogrio here reads no Parquet; GeoPackage and GeoJSON are read.")
-    try:
+    with _refusing(text):
         path.stat()
+        likely = [layer] if layer else _likely_layers(pyogrio, path, kinds)
+    if len(likely) > 1:
+        raise ValueError(f"{text} It must name a layer, as '{path}#{likely[0]}'; it has {', '.join(likely)}.")
+    with _refusing(text):
         with warnings.catch_warnings():
             # GDAL's and pyogrio's, of details of the format: what matters here is whether there are geometries.
             warnings.simplefilter("ignore")
-            meta, _, wkb, values = pyogrio.raw.read(path, layer=layer or None, columns=columns)
-        geometries = shapely.from_wkb(wkb)
+            meta, _, wkb, values = pyogrio.raw.read(path, layer=likely[0] if likely else None, columns=columns)
+        geometries = with_gpx_heights(path, "".join(likely), shapely.from_wkb(wkb))
         crs = to_lonlat(meta["crs"]) if meta["crs"] else None
-    except OSError as error:
-        raise ValueError(f"{text} It cannot be read: {error.strerror}.") from error
-    except IndexError as error:  # pyogrio's, where a file says that it has other geometries than it has
-        raise ValueError(f"{text} It cannot be read: it is damaged.") from error
-    except (RuntimeError, ValueError, shapely.errors.ShapelyError) as error:  # pyogrio's are RuntimeErrors
-        raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
     if wkb is None:  # of a table
         raise ValueError(f"{text} It has no geometries.")
     rows = zip(*values, strict=True) if len(values) else ((),) * len(geometries)
@@ -147,6 +187,54 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None) -
         for geometry, row in zip(geometries, rows, strict=True)
     ]
     return Source(found, crs, meta["crs"] or None)
+
+
+@contextlib.contextmanager
+def _refusing(text: str) -> Iterator[None]:
+    """Say in one line, which begins with a text, why GDAL cannot read a file."""
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(f"{text} It cannot be read: {error.strerror}.") from error
+    except IndexError as error:  # pyogrio's, where a file says that it has other geometries than it has
+        raise ValueError(f"{text} It cannot be read: it is damaged.") from error
+    except (RuntimeError, ValueError, shapely.errors.ShapelyError) as error:  # pyogrio's are RuntimeErrors
+        raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
+
+
+def _likely_layers(pyogrio: Any, path: Path, kinds: tuple[str, ...]) -> list[str]:
+    """The layers that have something of some kinds, where the first one has not; else none: the first is meant.
+
+    A GPX file has a layer each for waypoints, routes and tracks, and mostly only one of them has something.
+    """
+    layers = pyogrio.list_layers(path).tolist() if kinds else []
+    if len(layers) < 2:
+        return []
+    of_kind = [name for name, kind in layers if kind is not None and kind.partition(" ")[0] in (*kinds, "Unknown")]
+    full = [name for name in of_kind if pyogrio.read_info(path, layer=name, force_feature_count=True)["features"]]
+    return [] if full[:1] == [layers[0][0]] else full
+
+
+_GPX_POINTS = {"tracks": "track_points", "routes": "route_points"}
+
+
+def with_gpx_heights(path: Path, layer: str, geometries: AnyArray) -> AnyArray:
+    """The tracks or routes of a GPX file with their heights, which GDAL has in a layer of points only.
+
+    Where some of them have no height none has, which is told.
+    """
+    if path.suffix.lower() != ".gpx" or layer not in _GPX_POINTS or not len(geometries):
+        return geometries
+    pyogrio = importlib.import_module("pyogrio")
+    heights = pyogrio.raw.read(path, layer=_GPX_POINTS[layer], columns=["ele"], read_geometry=False)[3][0]
+    xy = shapely.get_coordinates(geometries)
+    known = int(np.isfinite(heights).sum())
+    if known == len(heights) == len(xy):
+        xyz = np.column_stack([xy, heights])
+        return np.asarray(shapely.transform(shapely.force_3d(geometries), lambda _: xyz, include_z=True))
+    if known:
+        tell(f"{len(xy) - known} of {len(xy)} points of '{path}#{layer}' have no height; no heights are used.")
+    return geometries
 
 
 def _shape(geometry: shapely.Geometry, fields: dict[str, Any]) -> Shape:

@@ -10,7 +10,7 @@ import shapely
 from numpy.testing import assert_allclose
 from pyproj import Geod, Proj
 
-from projdist import SPHERE, WGS84, Profile, factors, profile
+from projdist import SPHERE, WGS84, Notice, Profile, factors, profile
 
 R = SPHERE.a
 UTM = "EPSG:32632"
@@ -105,7 +105,8 @@ def test_heights_run_straight_between_vertices() -> None:
     assert found.height is not None
     expected = np.interp(found.distance_km, found.vertices, [100, 300, 200])
     assert_allclose(found.height, expected, rtol=1e-12)
-    assert profile(UTM, [(9, 48, 100), (9, 49, math.nan)]).combined_factor is None
+    with pytest.warns(Notice, match=r"^1 of 2 vertices of the line have no height; no heights are used\.$"):
+        assert profile(UTM, [(9, 48, 100), (9, 49, math.nan)]).combined_factor is None
     assert profile(UTM, [(9, 48, 100), (9, 49, math.nan)], height=5).height is not None
 
 
@@ -206,3 +207,69 @@ def test_what_is_refused(options: dict[str, object], message: str) -> None:
     """One line says what is wrong."""
     with pytest.raises(ValueError, match=message):
         profile("robin", [(0, 0), (1, 1)], **options)
+
+
+GPX = """<?xml version="1.0"?>
+<gpx version="1.1" creator="a test" xmlns="http://www.topografix.com/GPX/1/1">{}</gpx>
+"""
+WAYPOINT = '<wpt lat="47" lon="11"><ele>5</ele></wpt>'
+PLACES = [(11.0, 47.0, 1000.0), (11.01, 47.01, 1100.0), (11.03, 47.02, 900.0)]
+
+
+def ways(kind: str, heights: int = len(PLACES)) -> str:
+    """A track of two segments or a route of GPX, the first points of which have heights."""
+    word = {"trk": "trkpt", "rte": "rtept"}[kind]
+    points = [
+        f'<{word} lat="{lat}" lon="{lon}">{f"<ele>{h}</ele>" if k < heights else ""}</{word}>'
+        for k, (lon, lat, h) in enumerate(PLACES)
+    ]
+    if kind == "rte":
+        return f"<rte>{''.join(points)}</rte>"
+    return f"<trk><trkseg>{points[0]}{points[1]}</trkseg><trkseg>{points[1]}{points[2]}</trkseg></trk>"
+
+
+@pytest.mark.parametrize(
+    ("content", "layer"),
+    [
+        (ways("trk"), ""),
+        (ways("rte"), ""),
+        (WAYPOINT + ways("trk"), ""),
+        (ways("rte") + ways("trk"), "#tracks"),
+        (ways("trk") + ways("rte", 0), "#tracks"),
+    ],
+)
+def test_ways_of_gpx(content: str, layer: str, tmp_path: Path) -> None:
+    """Tracks and routes with their heights are what the same points are that are given as numbers."""
+    pytest.importorskip("pyogrio")
+    path = tmp_path / "way.gpx"
+    path.write_text(GPX.format(content))
+    found, truth = profile(UTM, f"{path}{layer}"), profile(UTM, PLACES)
+    assert_allclose(found.elevation_factor, truth.elevation_factor, rtol=1e-12)
+    assert found.ground_length_m == pytest.approx(truth.ground_length_m, rel=1e-12)
+    # R / (R + h), R the radius of Gauss.
+    radius = np.sqrt(np.prod(WGS84.radii(47.0)))
+    assert found.elevation_factor[0] == pytest.approx(radius / (radius + 1000.0), rel=1e-12)
+
+
+def test_ways_of_gpx_without_all_heights(tmp_path: Path) -> None:
+    """GDAL's 0 m, where a point has no height, is none: there are no heights, which is told."""
+    pytest.importorskip("pyogrio")
+    path = tmp_path / "way.gpx"
+    path.write_text(GPX.format(ways("trk", 2)))
+    with pytest.warns(Notice, match=r"^1 of 4 points of '.*way\.gpx#tracks' have no height; no heights are used\.$"):
+        assert profile(UTM, path).height is None
+    path.write_text(GPX.format(ways("trk", 0)))
+    assert profile(UTM, path).height is None
+
+
+def test_gpx_with_several_ways(tmp_path: Path) -> None:
+    """The layer must be named, and is no other than that with something in it."""
+    pytest.importorskip("pyogrio")
+    path = tmp_path / "way.gpx"
+    path.write_text(GPX.format(ways("trk") + ways("rte")))
+    message = r"It must name a layer, as '.*way\.gpx#routes'; it has routes, tracks\.$"
+    with pytest.raises(ValueError, match=message):
+        profile(UTM, path)
+    path.write_text(GPX.format(WAYPOINT))
+    with pytest.raises(ValueError, match=r"^Invalid line file '.*'\. It must hold lines only; it holds a Point\.$"):
+        profile(UTM, path)

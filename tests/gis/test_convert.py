@@ -4,11 +4,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyproj
 import pytest
 import shapely
 from gis_files import some_slow
 
-from projdist import Projection, design, gis
+from projdist import Notice, Projection, design, gis, read_heights
 from projdist.projections import crs_of, same_map
 
 geopandas = pytest.importorskip("geopandas")
@@ -112,8 +113,14 @@ def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match=r"^1 feature\(s\) cannot be drawn .* geometry: 2\.$"):
         gis.convert(path, text, tmp_path / "new.gpkg")
     assert geopandas.read_file(tmp_path / "new.gpkg").geometry.isna().tolist() == [False, True]
-    with pytest.raises(ValueError, match="PROJ has no way"):
-        gis.convert(path, text.replace("lon_0=0", "lon_0=85") + " +lat_ts=0", tmp_path / "new.gpkg", source="EPSG:2056")
+    far = text.replace("lon_0=0", "lon_0=85") + " +lat_ts=0"
+    with (
+        pytest.warns(
+            Notice, match=r"^1 of 2 feature\(s\) of the data look like degrees, as that at 170, 0, but CH1903"
+        ),
+        pytest.raises(ValueError, match="PROJ has no way"),
+    ):
+        gis.convert(path, far, tmp_path / "new.gpkg", source="EPSG:2056")
 
 
 def test_no_file_is_lost(made: Path, points: Path, tmp_path: Path) -> None:
@@ -228,3 +235,34 @@ def test_what_is_refused(made: Path, points: Path, tmp_path: Path) -> None:
         geopandas.GeoDataFrame({"name": ["a"]}, geometry=geopandas.points_from_xy([1.0], [2.0])).to_file(lost)
     with pytest.raises(ValueError, match="They have no CRS"):
         gis.convert(lost, made, new)
+
+
+def test_tracks_keep_their_heights(tmp_path: Path) -> None:
+    """Of GPX, where GDAL has them in another layer; x and y are pyproj's."""
+    points = [(11.0, 47.0, 1000.0), (11.01, 47.01, 1100.0)]
+    words = "".join(f'<trkpt lat="{lat}" lon="{lon}"><ele>{height}</ele></trkpt>' for lon, lat, height in points)
+    text = f'<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>{words}</trkseg></trk></gpx>'
+    (tmp_path / "track.gpx").write_text(text)
+    gis.convert(f"{tmp_path / 'track.gpx'}#tracks", "EPSG:25832", tmp_path / "new.gpkg")
+    (line,) = geopandas.read_file(tmp_path / "new.gpkg").geometry
+    lon, lat, height = np.transpose(points)
+    x, y = pyproj.Transformer.from_crs(4326, 25832, always_xy=True).transform(lon, lat)
+    np.testing.assert_allclose(shapely.get_coordinates(line, include_z=True), np.transpose([x, y, height]), atol=1e-6)
+
+
+def test_rasters_in_degrees_that_state_metres(tmp_path: Path) -> None:
+    """They are told of, as layers are."""
+    options = {"driver": "GTiff", "width": 20, "height": 10, "count": 1, "dtype": "uint8", "crs": "EPSG:25832"}
+    place = rasterio.Affine(0.1, 0.0, 10.0, 0.0, -0.1, 48.0)
+    with rasterio.open(tmp_path / "a.tif", "w", transform=place, **options) as image:
+        image.write(np.ones((1, 10, 20), dtype="uint8"))
+    with pytest.warns(
+        Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees, as that at 10, 47, but ETRS89"
+    ):
+        gis.convert(tmp_path / "a.tif", "EPSG:3035", tmp_path / "b.tif")
+    with pytest.warns(
+        Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees, as that at 10, 47, but ETRS89"
+    ):
+        gis.weighted("globe", tmp_path / "a.tif")
+    with pytest.warns(Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees"):
+        read_heights(tmp_path / "a.tif")

@@ -11,7 +11,8 @@ import pytest
 import shapely
 from region_texts import area, refused
 
-from projdist.regions import Box, get_region
+from projdist import Notice
+from projdist.regions import Box, get_region, line_of
 
 SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
 
@@ -232,3 +233,27 @@ def test_files_of_no_format(kind, tmp_path):
     assert refused(f"{kind}:{path}").endswith(f"It cannot be read: {said}")
     with pytest.raises(ValueError, match=rf"It cannot be read: {re.escape(said)}$"):
         gis.read_data(path)
+
+
+DEGREES = [[11.0, 48.0], [11.1, 48.0], [11.1, 48.1], [11.0, 48.1], [11.0, 48.0]]
+METRES = {"crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3857"}}}
+
+
+def test_degrees_that_are_stated_to_be_metres(tmp_path):
+    """A field of 7.4 by 11 km in metres is one of 0.1 m, which is told; so it is of the same object in Python."""
+    told = r"^1 of 1 feature\(s\) of {} look like degrees, as that at 11, 48, but WGS 84 / Pseudo-Mercator is in"
+    path = geojson(tmp_path / "field.geojson", DEGREES, **METRES)
+    with pytest.warns(Notice, match=told.format(f"'{path}'")):
+        assert get_region(f"file:{path}").area_km2 < 1e-7
+    with pytest.warns(Notice, match=told.format("the geometries")):
+        get_region(json.loads(path.read_text()))
+    path = geojson(tmp_path / "place.geojson", *DEGREES[0], kind="Point", **METRES)
+    with pytest.warns(Notice, match=told.format(f"'{path}'")):
+        get_region(f"points:{path}")
+    path = geojson(tmp_path / "way.geojson", *DEGREES[:2], kind="LineString", **METRES)
+    with pytest.warns(Notice, match=told.format(f"'{path}'")):
+        line_of(path)
+    square = np.array(DEGREES)
+    moved = pyproj.Transformer.from_crs(4326, 3857, always_xy=True).transform(*square.T)
+    geojson(path, np.transpose(moved).tolist(), **METRES)
+    assert area(f"file:{path}") == pytest.approx(area("box:11,48,11.1,48.1"), rel=1e-9)

@@ -94,6 +94,9 @@ def _named(text: str) -> Iterator[Area]:
 
 def _features(collection: Mapping[str, Any], crs: Any) -> Iterator[Area]:
     """The rows of a frame, or the features of GeoJSON; by their names, else by their ids."""
+    from projdist.regions import tell_of_geojson_in_degrees  # as above
+
+    tell_of_geojson_in_degrees(collection, crs, "Invalid regions.")
     stated = collection.get("crs") if crs is None else {"type": "name", "properties": {"name": crs.to_wkt()}}
     for number, feature in enumerate(collection["features"], start=1):
         fields = feature.get("properties") or {}

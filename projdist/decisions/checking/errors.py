@@ -18,7 +18,14 @@ from projdist.decisions.checking.edges import measure_chains
 from projdist.decisions.recommendation.purposes import get_purpose
 from projdist.decisions.recommendation.siting import site
 from projdist.earth import MEAN_EARTH_RADIUS
-from projdist.projections import Projection, ProjectionLike, Source, is_geographic, source_of
+from projdist.projections import (
+    Projection,
+    ProjectionLike,
+    Source,
+    is_geographic,
+    source_of,
+    tell_of_frame_in_degrees,
+)
 from projdist.regions import Box, bounding_box
 from projdist.support import Answer, hints, plain
 
@@ -207,6 +214,7 @@ def check(
             f"Invalid CRS '{data.crs.name}' of the data to check. It has longitudes and latitudes, and no map plane: "
             "name the projected CRS to check them in, crs= or --crs."
         )
+    tell_of_frame_in_degrees(data, "the data")
     if purpose is not None:
         get_purpose(purpose)
     projection = Projection.from_user_input(data.crs if crs is None else crs)
