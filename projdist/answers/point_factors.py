@@ -111,8 +111,9 @@ def factors(
     ProjectionError
         For what is no projection.
     ValueError
-        For an unknown measure, shapes that do not broadcast, rows of a frame that are no points, latitudes beside a
-        frame, a prefix without one, and columns that it has already.
+        For an unknown measure, shapes that do not broadcast, arrays of xarray along different dimensions, which
+        `projdist.gis.factor_arrays` takes, rows of a frame that are no points, latitudes beside a frame, a prefix
+        without one, and columns that it has already.
 
     References
     ----------
@@ -135,7 +136,18 @@ def factors(
         return add_columns(lon, found.columns(), prefix)
     if lat is None or lon is None or not isinstance(prefix, str) or prefix:
         raise ValueError("Invalid points. They must be longitudes and latitudes, or a frame alone.")
+    _check_dimensions(lon, lat)
     return _factors(projection, lon, lat, measures)
+
+
+def _check_dimensions(lon: Any, lat: Any) -> None:
+    """Refuse arrays of xarray along different dimensions, which as plain arrays would be taken pair by pair."""
+    dims = getattr(lon, "dims", ()), getattr(lat, "dims", ())
+    if dims[0] and dims[1] and dims[0] != dims[1]:
+        raise ValueError(
+            f"Invalid points. Their dimensions are {', '.join(map(str, dims[0]))} and {', '.join(map(str, dims[1]))}; "
+            "projdist.gis.factor_arrays takes arrays of xarray with their dimensions."
+        )
 
 
 def _factors(projection: Projection, lon: ArrayLike, lat: ArrayLike, measures: Iterable[str | Measure]) -> Factors:

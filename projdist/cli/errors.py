@@ -13,7 +13,9 @@ import typer
 
 from projdist.cli.terminal import folded, width_of
 from projdist.projections import GridError, ProjectionError
-from projdist.support import Notice, end_if_told
+from projdist.support import Notice, end_if_told, one_line
+
+_SURROGATES = 0xDC00  # what Python has for bytes of names that are no text: PEP 383
 
 
 def fail(message: str) -> None:
@@ -23,13 +25,19 @@ def fail(message: str) -> None:
     """
     end_if_told()
     line = " ".join(message.split())
-    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    shown = "".join(c if c.isprintable() else _escaped(c) for c in line)
     sys.stderr.write(f"{folded(f'projdist: {shown}', width_of(sys.stderr))}\n")
+
+
+def _escaped(letter: str) -> str:
+    """What is not printed, as Python writes it; a byte of a file's name that is no text as that byte."""
+    byte = ord(letter) - _SURROGATES
+    return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
 
 
 def refuse(message: str, error: Exception | None = None) -> NoReturn:
     """Say what was wrong in the usage, and end with 2; with 1 where it was a grid that cannot be had."""
-    fail(message)
+    fail(f"Invalid file. {one_line(error)}." if isinstance(error, UnicodeEncodeError) else message)
     raise typer.Exit(1 if isinstance(error, GridError) else 2) from error
 
 

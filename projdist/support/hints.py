@@ -23,6 +23,8 @@ def shown(text: str) -> str:
 def one_line(error: BaseException | str) -> str:
     """A library's message as one sentence without its full stop, and not too long: some quote what they cannot read."""
     text = " ".join(str(error).split())
+    if isinstance(error, UnicodeEncodeError):  # of a library that is told of a file by text
+        return f"'{error.object.rpartition('/')[2]}' is no text in UTF-8, as the name of such a file must be"
     if isinstance(error, BaseException) and _ELSEWHERE in text:
         while error.__cause__ is not None:
             error = error.__cause__

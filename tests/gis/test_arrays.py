@@ -87,3 +87,16 @@ def test_factors_keep_dimensions_and_coordinates() -> None:
 def test_other_points_are_refused() -> None:
     with pytest.raises(ValueError, match=r"two DataArrays of xarray\.$"):
         gis.factor_arrays("mercator", [10.0], [60.0])
+
+
+def test_arrays_given_to_factors() -> None:
+    """Along different dimensions they are no pairs, and the function for them is named; along one they are."""
+    lon = xarray.DataArray([5.0, 10.0], dims="lon", coords={"lon": [5.0, 10.0]})
+    lat = xarray.DataArray([0.0, 60.0], dims="lat", coords={"lat": [0.0, 60.0]})
+    with pytest.raises(
+        ValueError, match=r"^Invalid points\. Their dimensions are lon and lat; projdist\.gis\.factor_arrays"
+    ):
+        factors("mercator", lon, lat)
+    points = xarray.DataArray([0.0, 60.0], dims="lon")
+    np.testing.assert_allclose(factors("mercator", lon, points).k, [1.0, 2.0], rtol=1e-9)
+    assert factors("mercator", lon, lat[1]).k.shape == (2,)

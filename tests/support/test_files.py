@@ -2,11 +2,13 @@
 
 import errno
 import os
+import re
 import threading
 from pathlib import Path
 
 import pytest
 import typer
+from commands import refusal
 
 from projdist.cli import output
 from projdist.support.files import is_stream, replacing
@@ -157,3 +159,34 @@ def test_pictures_without_memory(capsys):
     with pytest.raises(typer.Exit), output.drawing(Path("x.png")):
         raise MemoryError
     assert capsys.readouterr().err.startswith("projdist: Invalid picture 'x.png'. It needs more memory than there is")
+
+
+NO_TEXT = os.fsdecode(b"a\xff.")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of Unix")
+@pytest.mark.parametrize(
+    ("words", "suffix", "message"),
+    [
+        ("factors EPSG:25832 --at {}", "gpx", r"Invalid file\. 'a\\xff\.gpx' is no text in UTF-8, as the name of such"),
+        ("check {}", "geojson", r"Invalid file\. 'a\\xff\.geojson' is no text"),
+        ("convert {} --to EPSG:3035 -o x.tif", "tif", r"Invalid file\. 'a\\xff\.tif' is no text"),
+        ("convert p.geojson --to EPSG:3035 -o {}", "gpkg", r"Invalid file\. 'a\\xff\.gpkg' is no text"),
+        (
+            "profile EPSG:25832 --line {}",
+            "gpx",
+            r"Invalid line file 'a\\xff\.gpx'\. It cannot be read: 'a\\xff\.gpx' is",
+        ),
+        ("factors EPSG:25832 --at {}", "csv", r"Invalid points file 'a\\xff\.csv'\. Its header must have lon and lat"),
+        ("oldmap {}", "points", r"Invalid points file 'a\\xff\.points'\. Its header must name x_old"),
+    ],
+)
+def test_names_that_are_no_text(words, suffix, message, tmp_path, monkeypatch):
+    """Bytes that are no UTF-8 are shown as such, in a line that names the file, whatever library cannot open it."""
+    pytest.importorskip("geopandas")
+    pytest.importorskip("rasterio")
+    monkeypatch.chdir(tmp_path)
+    Path("p.geojson").write_text('{"type": "Point", "coordinates": [11, 48]}')
+    if suffix != "gpkg":
+        Path(NO_TEXT + suffix).write_text("a,b\n")
+    assert re.match(message, refusal(*words.format(NO_TEXT + suffix).split()))
