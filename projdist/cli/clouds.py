@@ -32,7 +32,7 @@ _FARTHEST = 3  # points that are named
 def clouds_command(
     files: Annotated[
         list[str],
-        typer.Argument(metavar="FILE...", help="Two clouds or more: .csv, .xyz or .ply, in any dimension."),
+        typer.Argument(metavar="FILE...", help="Two clouds or more: .csv, of any dimension, .xyz, .asc, .ply or .pcd."),
     ],
     frame: Annotated[
         str,

@@ -36,7 +36,8 @@ def factors_command(
     at: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE[#LAYER]", help="Points to add columns to: CSV with lon and lat, or any that GDAL reads."
+            metavar="FILE[#LAYER]",
+            help="Points to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads.",
         ),
     ] = None,
     measure: MeasuresOption = None,

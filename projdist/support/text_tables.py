@@ -102,9 +102,8 @@ def split_rows(lines: Iterable[tuple[int, str]], separator: str | None) -> list[
 
 def with_decimal_points(rows: Sequence[NumberedRow]) -> list[NumberedRow]:
     """Rows with decimal points in place of commas, unless any of their numbers has a point already."""
-    cells = [cell for _, row in rows for cell in row]
-    commas = [cell for cell in cells if "," in cell and has_decimal_comma(cell)]
-    if not commas or any("." in cell and _WITH_POINT.fullmatch(cell) for cell in cells):
+    commas = [cell for _, row in rows for cell in row if "," in cell and has_decimal_comma(cell)]
+    if not commas or any("." in cell and _WITH_POINT.fullmatch(cell) for _, row in rows for cell in row):
         return list(rows)
     if all(map(_THOUSANDS.fullmatch, commas)):
         tell(f"'{commas[0].strip()}' is read as a number with a decimal comma, not as thousands.")

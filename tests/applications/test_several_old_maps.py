@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from projdist import mean_plane_map
+from projdist import Projection, mean_plane_map
 from projdist.applications.oldmaps import ControlPoints, common_ground, old_map
 from projdist.applications.oldmaps.inverses import old_places
 
@@ -69,3 +69,21 @@ def test_common_ground():
         common_ground([conformal(0.4)])
     with pytest.raises(ValueError, match=r"Invalid rectification 'fit'"):
         common_ground([conformal(0.4)] * 2, by="fit")
+
+
+def test_planes_that_are_not_the_same():
+    """Sheets whose control points state different planes have no ground to compare on; other units do not matter."""
+    sheet = conformal(0.4)
+
+    def stating(crs):
+        moved = ControlPoints(
+            sheet.points.old, sheet.points.new + np.array([2e6, 6e5]), crs=Projection.from_user_input(crs)
+        )
+        return old_map(moved, smoothing=0.0)
+
+    with pytest.raises(
+        ValueError, match=r"^Invalid old maps\. Their truth is in EPSG:2230 and EPSG:32611; it must be in"
+    ):
+        common_ground([stating("EPSG:2230"), stating("EPSG:32611")])
+    both = common_ground([stating("EPSG:2230"), stating("EPSG:26946")])
+    np.testing.assert_array_equal(both.jacobians[0], both.jacobians[1])

@@ -1,8 +1,11 @@
 """Layers of old maps: displacements, and isolines of a known field."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from projdist import Projection
 from projdist.applications.oldmaps import ControlPoints, isolines, old_map
 
 MESH = 2e-3  # of a value, by straight sides of triangles a hundredth of the sheet large
@@ -54,6 +57,8 @@ def test_layers_in_feet(tmp_path):
 
     found = conformal()
     layers = gis.old_map_layers(found, by="affine", crs="EPSG:2230")
+    known = replace(found, points=replace(found.points, crs=Projection.from_user_input("EPSG:2230")))
+    assert gis.old_map_layers(known, by="affine")["displacements"].equals(layers["displacements"])
     moved = layers["displacements"]
     assert moved.crs.to_epsg() == 2230
     foot = 1200.0 / 3937.0

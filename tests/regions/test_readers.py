@@ -112,11 +112,17 @@ CONTROL = "id,x_old,y_old,x_new,y_new\n" + "".join(
 )
 
 
+GCPS = "gdal_translate " + " ".join(f"-gcp {k} {k * k % 7} {6000 + 10 * k} {200 + 9 * (k * k % 7)}" for k in range(9))
+
+
 @pytest.mark.slow
 @MANY
 @example(CONTROL.replace("c1,1,1", "c1,1e303,1"), "tps")
 @example(CONTROL.replace("c1,1,1", "c1,1e15,1"), "tps")
-@given(broken(CONTROL), st.sampled_from(["tps", "affine", "polynomial2", "helmert"]))
+@given(
+    st.sampled_from([CONTROL, GCPS, "#CRS: EPSG:2056\n" + CONTROL]).flatmap(broken),
+    st.sampled_from(["tps", "affine", "polynomial2", "helmert"]),
+)
 def test_control_points(tmp_path, text, model):
     """An old map of control points, whatever their coordinates are."""
     tried(lambda path: old_map(read_control_points(path), model=model).to_dict(), tmp_path / "c.csv", text)
@@ -141,6 +147,11 @@ CLOUDS = {
     "a.xyz": "".join(f"{k} {k * k} {-k} 255\n" for k in range(6)),
     "a.ply": "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty ushort n\n"
     "end_header\n" + "".join(f"{k} {k * k} {10000 * k}\n" for k in range(6)),
+    "b.ply": "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int n\nelement vertex 3\nproperty float x\n"
+    "property float y\nend_header\n3 0 1 2\n3 2 1 0\n0 0\n1 0\n0 1\n",
+    "a.pcd": "VERSION .7\nFIELDS x y n\nSIZE 4 8 2\nTYPE F F U\nCOUNT 1 1 2\nWIDTH 6\nHEIGHT 1\nPOINTS 6\nDATA ascii\n"
+    + "".join(f"{k} {k * k} {100 * k} 7\n" for k in range(6)),
+    "a.asc": "//X;Y;Z\n" + "".join(f"{k},5;{k * k},25;{-k}\n" for k in range(6)),
 }
 
 
@@ -162,6 +173,11 @@ def test_clouds(tmp_path, name, data):
         np.testing.assert_array_equal(again.points, found.points)
 
 
+BINARY_PCD = "VERSION .7\nFIELDS x y n\nSIZE 4 8 2\nTYPE F F U\nCOUNT 1 1 3\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA binary\n"
+FACES = (
+    "ply\nformat binary_big_endian 1.0\nelement face 2\nproperty list uchar short n\nelement vertex 2\n"
+    "property float x\nproperty float y\nend_header\n"
+)
 BINARY = b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty double x\nproperty double y\nend_header\n"
 NUMBERS = np.arange(8.0).tobytes()
 
@@ -169,10 +185,15 @@ NUMBERS = np.arange(8.0).tobytes()
 @pytest.mark.slow
 @MANY
 @example(BINARY.replace(b"vertex 4", b"vertex 1000000000000000000") + NUMBERS)
-@given(broken(BINARY.decode()).map(str.encode).flatmap(lambda head: st.binary(max_size=80).map(head.__add__)))
+@given(
+    st.sampled_from([BINARY.decode(), BINARY_PCD, FACES])
+    .flatmap(broken)
+    .map(str.encode)
+    .flatmap(lambda head: st.binary(max_size=80).map(head.__add__))
+)
 def test_binary_clouds(tmp_path, data):
     """A binary file with a header that claims anything."""
-    found = tried(read_cloud, tmp_path / "a.ply", data)
+    found = tried(read_cloud, tmp_path / ("a.pcd" if data.startswith(b"VERSION") else "a.ply"), data)
     if found is not None:
         assert np.isfinite(found.points).all(axis=1).any()
 

@@ -244,7 +244,8 @@ def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> Flo
     if is_degrees or _are_mostly_degrees(new):
         return np.stack(projection(*check_degrees(*new.T)), axis=-1)
     plane = plane_of(projection)
-    return new if plane is None else np.asarray(new @ plane.to_metres.T)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused by its name
+        return new if plane is None else np.asarray(new @ plane.to_metres.T)
 
 
 # ---- tables ---------------------------------------------------------------------------------

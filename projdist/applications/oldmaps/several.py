@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -10,11 +11,12 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps.field import OldMap, hull_nodes
 from projdist.applications.oldmaps.inverses import old_places
-from projdist.projections import plane_of, same_map
+from projdist.projections import Projection, plane_of
 from projdist.support import check_choice, check_instance
 
 __all__ = ["CommonGround", "common_ground"]
 
+_SAME_PLACE = 0.01  # metres: zones in feet have their origins rounded to 0.1 mm
 _ROWS = 50  # of places, and places in a row
 _BY = ("mdt", "affine", "helmert")
 
@@ -93,13 +95,22 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
 
 
 def _check_one_plane(maps: Sequence[OldMap]) -> None:
-    """Raise ValueError where the control points state different CRSs; their units do not matter."""
-    known = [one.points.crs for one in maps if one.points.crs is not None]
-    for other in known[1:]:
-        plane = plane_of(other)
-        if plane is not None and same_map(known[0], plane.wkt) is None:
-            both = f"{known[0].label} and {other.label}"
+    """Raise ValueError where the control points are in CRSs in which the same ground is elsewhere, in metres."""
+    known = [(one.points.new, one.points.crs) for one in maps if one.points.crs is not None]
+    for (new, crs), (_, other) in itertools.pairwise(known):
+        if not _is_same_ground(new, crs, other):
+            both = f"{crs.label} and {other.label}"
             raise ValueError(f"Invalid old maps. Their truth is in {both}; it must be in one plane (--crs, crs=).")
+
+
+def _is_same_ground(new: FloatArray, crs: Projection, other: Projection) -> bool:
+    """Whether places in metres of the plane of a CRS have the same in that of another."""
+    plane = plane_of(crs)
+    if crs.definition == other.definition or plane is None or not plane.has_inverse:
+        return True
+    u, v = np.linalg.solve(plane.to_metres, new.T)
+    x, y = other(*plane.inverse(u, v, np.inf))
+    return bool((np.hypot(x - new[:, 0], y - new[:, 1]) <= _SAME_PLACE).all())
 
 
 def _is_within(places: FloatArray, points: FloatArray) -> BoolArray:

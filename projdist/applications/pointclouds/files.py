@@ -262,7 +262,7 @@ def _read_xyz(data: bytes, weights: str | None) -> _Table:
         raise CloudError("There are no points in it.")
     first = lines[0].split()
     separator = None if len(first) > 1 and all(map(_is_decimal, first[:3])) else separator_of(lines[0])
-    rows = [cells_of(line, separator) for line in lines]
+    rows = [_cells(line, separator, number) for number, line in enumerate(lines, start=1)]
     axes = [names.index(name) for name in _AXES if name in names]
     if not {"x", "y"} <= set(names):
         axes = list(range(min(3, len(rows[0]))))
@@ -286,14 +286,19 @@ def _names_of(line: str) -> tuple[str, ...]:
     return tuple(re.split(r"[\s,;]+", line.strip().lower()))
 
 
+def _cells(line: str, separator: str | None, number: int) -> list[str]:
+    """The cells of a line; raises CloudError with the number of its row."""
+    try:
+        return cells_of(line, separator)
+    except ValueError as error:
+        raise CloudError(f"Its row {number} has {error}.") from error
+
+
 def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:
     """The cells of lines, in none of which there are more than in the first, but for empty ones."""
     rows: list[list[str]] = []
     for number, line in enumerate(lines, start=1):
-        try:
-            rows.append(cells_of(line, separator))
-        except ValueError as error:
-            raise CloudError(f"Its row {number} has {error}.") from error
+        rows.append(_cells(line, separator, number))
         if any(cell.strip() for cell in rows[-1][len(rows[0]) :]):
             raise CloudError(f"Its row {number} has {len(rows[-1])} cells, the first one {len(rows[0])}.")
     return rows
