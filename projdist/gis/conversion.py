@@ -67,8 +67,9 @@ def convert(
 ) -> Conversion:
     """Bring a file of points, lines, polygons or pixels into another CRS.
 
-    All formats but GeoParquet lose a CRS that `design` has made, as they know older WKT only. It is then written beside
-    the data, to a file `.wkt` that `source` takes; that of a GeoTIFF is in its `.aux.xml`, too.
+    In all formats but GeoParquet older WKT spoils a CRS that `design` has made. projdist reads it all the same, but in
+    GeoTIFFs. For other programs it is written beside the data, to a file `.wkt`; that of a GeoTIFF is in its
+    `.aux.xml`, too.
 
     Parameters
     ----------
@@ -134,7 +135,7 @@ def convert(
         return Conversion(path=path, wkt=None, note=" ".join(filter(None, (lost, note))))
     with replacing(beside) as new:
         new.write_text(target.to_wkt(pretty=True) + "\n", encoding="utf-8")
-    kept = f"It is in '{beside.name}': --from {beside.name} (source=) brings the data back."
+    kept = f"It is in '{beside.name}'."
     return Conversion(path=path, wkt=beside, note=" ".join(filter(None, (lost, kept, note))))
 
 
@@ -143,8 +144,8 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
     import shapely
 
     target = _crs(to)
-    if source is not None:
-        frame = frame.set_crs(_crs(source), allow_override=True)
+    if source is not None or frame.crs is not None:
+        frame = frame.set_crs(_crs(source) if source is not None else crs_of(frame.crs), allow_override=True)
     if frame.crs is None:
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
     tell_of_frame_in_degrees(frame, "the data")
@@ -223,7 +224,11 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
             write_layer(frame, file, {"driver": _DRIVERS[suffix]})
     import geopandas
 
-    return "" if _is_same(target, geopandas.read_file(path, rows=0).crs) else f"'{path.name}' cannot hold this CRS."
+    found = geopandas.read_file(path, rows=0).crs
+    if not _is_same(target, found):
+        return f"'{path.name}' cannot hold this CRS."
+    is_plain = _METHOD not in target.to_wkt() or _METHOD in found.to_wkt()
+    return "" if is_plain else f"Other programs than projdist do not understand this CRS in '{path.name}'."
 
 
 @contextlib.contextmanager
@@ -336,8 +341,10 @@ def _copy_words(image: Any, written: Any) -> None:
 
 def _flavour(target: CRS) -> str | None:
     """How a GeoTIFF holds a CRS; None where it cannot."""
+    if _METHOD in target.to_wkt():
+        return None
     if not target.is_projected or target.to_authority(auth_name="EPSG") is not None:
-        return None if _METHOD in target.to_wkt() else FLAVOURS[0]
+        return FLAVOURS[0]
     projection = Projection.from_user_input(target)
     plane = plane_of(projection)
     return None if plane is None else flavour_of(projection, plane)

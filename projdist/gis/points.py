@@ -83,7 +83,9 @@ def _read(text: str, thing: str) -> Any:
         shown = ", ".join(map(str, lost[:_NAMED])) + (", ..." if len(lost) > _NAMED else "")
         tell(f"{len(lost)} feature(s) of '{name}' have a geometry that cannot be read and is left out: {shown}.")
     if is_geographic(frame):
-        frame = frame.set_geometry(with_gpx_heights(Path(name), layer, frame.geometry.array), crs=frame.crs)
+        understood = None if frame.crs is None else crs_of(frame.crs)
+        frame = frame.set_geometry(with_gpx_heights(Path(name), layer, frame.geometry.array))
+        frame = frame.set_crs(understood, allow_override=True)
     crs = _stated_crs(name)
     if isinstance(crs, dict):
         crs_of(crs_name(crs, invalid))  # GDAL passes over what is none

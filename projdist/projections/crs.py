@@ -78,7 +78,22 @@ def read_crs(value: Any) -> CRS:
     crs = CRS.from_user_input(value)
     parts = crs.to_json_dict()
     mended = _with_conversion(parts, _parameters_in(roots))
+    if roots and value != text:
+        mended = _with_registered_base(mended)
     return crs if mended is parts else CRS.from_json_dict(mended)
+
+
+def _with_registered_base(crs: dict[str, Any]) -> dict[str, Any]:
+    """PROJJSON of a projected CRS on the geographic CRS whose code it states.
+
+    WKT 1 states no axes for it, and PROJ, which supposes longitudes first, swaps them for those of the registered one
+    on the way to another datum behind a pipeline.
+    """
+    identity = crs.get("base_crs", {}).get("id")
+    if identity is None:
+        return crs
+    base = CRS.from_authority(identity["authority"], identity["code"]).to_json_dict()
+    return crs | {"base_crs": {key: value for key, value in base.items() if key != "$schema"}}
 
 
 def _is_definition(value: Any) -> bool:

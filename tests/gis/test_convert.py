@@ -9,7 +9,7 @@ import pytest
 import shapely
 from gis_files import some_slow
 
-from projdist import Notice, Projection, design, gis, read_heights
+from projdist import Notice, Projection, check, design, estimate_crs, factors, gis, read_heights
 from projdist.projections import crs_of, same_map
 
 geopandas = pytest.importorskip("geopandas")
@@ -17,6 +17,8 @@ rasterio = pytest.importorskip("rasterio")
 
 LON, LAT = np.array([6.1, 7.44, 9.5, 8.2]), np.array([46.2, 46.95, 46.8, 47.6])
 METRES, DEGREES = 1e-8, 1e-8
+# Factors are good to 1e-11; WKT 1 keeps the pipeline to the letter.
+SCALES = 1e-11
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +48,7 @@ def coordinates(path: Path) -> np.ndarray:
     "suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson", ".parquet"], {".gpkg", ".fgb", ".shp", ".geojson"})
 )
 def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
-    """They are where the projection has them, in files of all formats; what loses the CRS has it beside."""
+    """They are where the projection has them, in files of all formats, and come back; WKT 1 has WKT 2 beside it."""
     new, back = tmp_path / f"new{suffix}", tmp_path / "back.gpkg"
     found = gis.convert(points, made, new)
     projection = Projection.from_user_input(str(made))
@@ -57,11 +59,28 @@ def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: 
     else:
         assert found.wkt == tmp_path / "new.wkt"
         assert same_map(projection, found.wkt.read_text()) is not None
-        assert found.note.startswith(f"'new{suffix}' cannot hold this CRS. It is in 'new.wkt': --from new.wkt ")
-        with pytest.raises(ValueError, match="a lost CRS is named by --from"):
-            gis.convert(new, "EPSG:4326", back)
-    gis.convert(new, "EPSG:4326", back, source=found.wkt)
+        assert found.note == (
+            f"Other programs than projdist do not understand this CRS in 'new{suffix}'. It is in 'new.wkt'."
+        )
+    gis.convert(new, "EPSG:4326", back)
     assert coordinates(back) == pytest.approx(np.column_stack([LON, LAT]), abs=DEGREES)
+
+
+@pytest.mark.parametrize("suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson"], {".fgb", ".shp", ".geojson"}))
+def test_files_in_it_are_data_like_others(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
+    """As GDAL's WKT 1 of the CRS is read as it was: by factors, check, and the accessors of geopandas."""
+    new = gis.convert(points, made, tmp_path / f"new{suffix}").path
+    frame = geopandas.read_file(new).sort_values("name")
+    there = factors(str(made), LON, LAT)
+    np.testing.assert_allclose(factors(str(made), frame).h, there.h, rtol=0, atol=SCALES)
+    np.testing.assert_allclose(factors(frame.crs, LON, LAT).h, there.h, rtol=0, atol=SCALES)
+    discs = geopandas.GeoDataFrame(geometry=shapely.buffer(shapely.points(LON, LAT), 0.01), crs="EPSG:4326")
+    discs.to_file(tmp_path / "discs.geojson")
+    drawn = gis.convert(tmp_path / "discs.geojson", made, tmp_path / f"drawn{suffix}").path
+    by_wkt2 = geopandas.read_file(drawn).set_crs(crs_of(made.read_text()), allow_override=True)
+    found, wanted = (check(data, purpose=None).overall.area_error for data in (gis.read_data(drawn), by_wkt2))
+    assert found == pytest.approx(wanted, abs=SCALES)
+    assert estimate_crs(frame).is_projected
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from projdist.decisions.recommendation.siting import site
-from projdist.projections import CRS, is_geographic, tell_of_frame_in_degrees, to_pyproj
+from projdist.projections import CRS, crs_of, is_geographic, tell_of_frame_in_degrees, to_pyproj
 from projdist.regions import Region, bounding_box
 from projdist.support import quoted, tell
 
@@ -59,7 +59,7 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> CRS:
     if frame.crs is None:
         raise ValueError("Invalid data. It must have a CRS: set it with frame.set_crs(...).")
     tell_of_frame_in_degrees(frame, "the data")
-    shapes = frame.geometry.to_crs("OGC:CRS84")
+    shapes = frame.geometry.set_crs(crs_of(frame.crs), allow_override=True).to_crs("OGC:CRS84")
     shapes = shapes[~(shapes.isna() | shapes.is_empty)]
     if not len(shapes):
         raise ValueError("Invalid data. It must have a geometry that is not empty.")
