@@ -100,6 +100,8 @@ def check_command(
     if result.above(limit, bearing=turn, on=fail_on):
         fail(_reason(result, fail_on, fail_above, fail_above_bearing))
         raise typer.Exit(ABOVE)
+    if not result.overall.measured:
+        refuse(_unmeasured(result, data))
 
 
 def _reason(result: Check, fail_on: str, share: str | None, bearing: str | None) -> str:
@@ -109,6 +111,13 @@ def _reason(result: Check, fail_on: str, share: str | None, bearing: str | None)
     limits = [text for text in (share, bearing and f"{bearing} degrees") if text]
     what = "The worst feature is" if fail_on == "worst" else "The totals are"
     return f"{what} above {' or '.join(limits)}."
+
+
+def _unmeasured(result: Check, data: str) -> str:
+    """Why there is no figure of any feature."""
+    notes = Counter(str(note).split("; ")[-1] for note in result.features["note"])
+    reasons = ", ".join(f"{text} ({times})" for text, times in notes.items())
+    return f"Invalid CRS '{result.projection.label}' for '{data}'. None of the features can be drawn in it: {reasons}."
 
 
 def _share(text: str) -> float:
@@ -154,11 +163,7 @@ def _about(box: Place) -> Box:
     """A box with a margin, and of some size."""
     west, south, east, north = box.bounds
     margin = max(_MARGIN * max(east - west, north - south), _LEAST_MARGIN)
-    if east - west + 2.0 * margin >= 360.0:
-        west, east = -180.0, 180.0
-    else:
-        west, east = west - margin, east + margin
-    return Box(west, max(south - margin, -90.0), east, min(north + margin, 90.0))
+    return Box.between((west - margin, max(south - margin, -90.0), east + margin, min(north + margin, 90.0)))
 
 
 # ---- the report -----------------------------------------------------------------------------
@@ -167,12 +172,12 @@ def _about(box: Place) -> Box:
 def check_report(result: Check, data: str, count: int, written: Path | None = None) -> Report:
     """The totals in each CRS, and the worst features."""
     total = result.overall
-    ground = [area_text(total.area_km2)] if math.isfinite(total.area_km2) else []
-    ground += [f"{total.length_km:,.6g} km"]
-    measured = f"{total.measured} of {len(result.features['note'])} features"
+    measured = [f"{total.measured} of {len(result.features['note'])} features"]
+    measured += [area_text(total.area_km2)] if math.isfinite(total.area_km2) else []
+    measured += [f"{total.length_km:,.6g} km"] if total.measured else []
     worst = result.rows(result.worst(count))
     return Report(
-        title=f"{data} ({result.data_crs}): {measured}, {', '.join(ground)}",
+        title=f"{data} ({result.data_crs}): {', '.join(measured)}",
         tables=[_totals(result), *([Table(worst, _FEATURES, "The worst features")] if worst else [])],
         notes=_notes(result),
         data=lambda: {"data": data} | result.to_dict() | {"worst": worst},

@@ -154,7 +154,7 @@ def _mapped(found: LDP, against: Sequence[str]) -> Mapped:
     labels = [found.family, *(label for label, _ in found.baselines)]
     maps: list[ProjectionLike] = [found.projection, *against]
     titles = [f"{label}, on the ground {at}" for label, _ in zip(labels, maps, strict=False)]
-    region = Box(*found.region.bounds) if isinstance(found.region, PointSet) else found.region
+    region = Box.between(found.region.bounds) if isinstance(found.region, PointSet) else found.region
     return Mapped(maps, titles, region, "scale_error_ppm", height)
 
 

@@ -206,7 +206,7 @@ def _check_whole(projection: Projection, region: Place) -> None:
     """Raise ProjectionError for a map that is cut within a region; along the edge of a box it may be."""
     west, south, east, north = region.bounds
     goes_round = isinstance(region, Box) and east - west >= 360.0
-    inner = Box(west + _EDGE, south, east - _EDGE, north) if goes_round else region
+    inner = Box.between((west + _EDGE, south, east - _EDGE, north)) if goes_round else region
     if cut_length(projection, inner) > 0.0:
         raise ProjectionError(f"Invalid map '{projection.label}'. It is cut within {region.name}.")
 

@@ -70,7 +70,7 @@ def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) 
     projection = Projection.from_user_input(projection)
     plane = _plane_of(projection)
     bounds = region_for(region, [projection]).bounds
-    polygon = boundary_polygon(surface_of(projection, Box(*bounds)))
+    polygon = boundary_polygon(surface_of(projection, Box.between(bounds)))
     return cartopy_projection(projection, plane.wkt, plane.to_metres, polygon)
 
 

@@ -44,6 +44,14 @@ class Box(Unclipped):
     east: float
     north: float
 
+    @classmethod
+    def between(cls, bounds: Sides) -> Box:
+        """The box of bounds west < east, as regions have them: from 170 to 370 is from 170 to 10."""
+        west, south, east, north = bounds
+        if east - west >= 360.0:
+            return cls(-180.0, south, 180.0, north)
+        return cls(west, south, east if east <= 360.0 else east - 360.0, north)
+
     def __post_init__(self) -> None:
         values = (self.west, self.south, self.east, self.north)
         text = f"Invalid box '{','.join(f'{value:g}' for value in values)}'."

@@ -122,7 +122,7 @@ class Domain:
 def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
     """The drawn part of a projection in a region; None is its area of use, or the globe."""
     place = region_for(region, [projection])
-    box = Box(*place.bounds) if is_part(place) else place
+    box = Box.between(place.bounds) if is_part(place) else place
     survey = Survey.of(projection, place.bounds)
     return Domain(projection, place, box, survey, _beyond(projection, place, survey))
 

@@ -125,7 +125,29 @@ def test_what_cannot_be_drawn_is_above_every_limit(data):
     assert code == 3
     assert "Not measured, as beyond the edge of the CRS: 0 Germany, 1 a road." in out
     assert err == "projdist: 2 feature(s) cannot be drawn in this CRS, which is above every limit.\n"
-    assert run(*words)[0] == 0
+    code, out, err = run(*words)
+    reasons = "beyond the edge of the CRS (2), points only (1)"
+    assert (code, err.count("\n")) == (2, 1)
+    assert err.endswith(f"None of the features can be drawn in it: {reasons}.\n")
+    assert "0 of 3 features\n" in out
+    assert "nan" not in out
+
+
+def test_data_that_go_on_past_a_whole_turn(tmp_path):
+    """Bounds from 170 to 370 have a map on the page."""
+    shapes = [box(lon, 40, lon + 20, 50) for lon in range(170, 351, 20)]
+    geopandas.GeoDataFrame(geometry=shapes, crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
+    words = (tmp_path / "data.gpkg", "--crs", "EPSG:3832", *QUICK)
+    assert run(*words, "-o", tmp_path / "page.html")[0] == 0
+    assert "9 of 10 features" in run(*words)[1]
+
+
+def test_data_of_no_place(tmp_path):
+    """Metres in a file that says degrees end the command in one line."""
+    geopandas.GeoDataFrame(geometry=[box(1000, 40, 1010, 50)], crs="EPSG:4326").to_file(tmp_path / "data.gpkg")
+    code, out, err = run(tmp_path / "data.gpkg", "--crs", "EPSG:3857", *QUICK)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.endswith("but coordinates that are no longitudes and latitudes in degrees.\n")
 
 
 @pytest.mark.parametrize("suffix", [".gpkg", ".geojson"])

@@ -19,7 +19,7 @@ from shapely import (
 
 import projdist
 from projdist.decisions.checking.errors import OUTSIDE, TORN
-from projdist.decisions.checking.outlines import MISSING, NOT_FINITE, POINTS, REPAIRED
+from projdist.decisions.checking.outlines import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
 from projdist.decisions.recommendation.siting import Site
 
 geopandas = pytest.importorskip("geopandas")
@@ -129,6 +129,32 @@ def test_antimeridian():
     assert world.features["note"].tolist() == [TORN, "", TORN]
     assert world.overall.measured == 1
     assert world.undrawn() == [0, 2]
+
+
+@pytest.mark.parametrize("west", [-710, -370, -10, 350, 355, 540, 690])
+def test_longitudes_from_anywhere(west):
+    """Data of 0 to 360 degrees and of more turns have the areas that geodesics between near points of the box have."""
+    east, south, north = west + 20, 40, 50
+    found = checked(box(west, south, east, north), to="EPSG:3832").features
+    lon = np.linspace(west, east, 2001)
+    ring = np.concatenate([lon, lon[::-1]]), np.repeat([south, north], lon.size)
+    area, perimeter = pyproj.Geod(ellps="WGS84").polygon_area_perimeter(*ring)
+    # Geodesics of 0.01 degrees leave a parallel by 1 cm, of the 1100 km from one to the other.
+    assert found["area_km2"] == pytest.approx([area / 1e6], rel=1e-7)
+    assert found["length_km"] == pytest.approx([perimeter / 1e3], rel=1e-8)
+    turned = checked(box(west % 360 - 360, south, west % 360 - 340, north), to="EPSG:3832").features
+    for name in ("map_area_km2", "map_length_km", "length_error"):
+        assert found[name] == pytest.approx(turned[name], rel=EXACT)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:3857", "EPSG:3832"])
+def test_most_of_the_earth_from_east_of_greenwich(crs):
+    """Bounds from 170 to 370 are those of the part that they go round, also in what is recommended for it."""
+    wide = frame(*(box(lon, 40, lon + 20, 50) for lon in range(170, 351, 20)))
+    found = projdist.check(wide, crs, limit=1)
+    assert found.region.bounds == pytest.approx((170, 40, 370, 50))
+    assert (found.overall.measured, found.overall.undrawn) == (9, 1)
+    assert found.recommended is not None
 
 
 def test_rings_and_lines_round_the_earth():
@@ -351,21 +377,28 @@ def test_what_cannot_be_measured():
     with np.errstate(invalid="ignore"):
         broken = LineString([(0, 0), (np.nan, 1)])
     bow = Polygon([(8, 48), (10, 50), (10, 48), (8, 50)])
-    shapes = [None, Polygon(), Point(9, 48), MultiPoint([(9, 48), (8, 47)]), broken, box(95, -5, 105, 5), bow]
+    places = [None, Polygon(), Point(9, 48), MultiPoint([(9, 48), (8, 47)]), LineString([(9, 48), (9, 48)]), broken]
+    shapes = [*places, box(1000, 40, 1001, 41), box(9, 80, 10, 91), box(95, -5, 105, 5), bow]
     found = checked(
         *shapes, Polygon([(8, 48), (9, 49), (8, 50)]), Polygon([(9, 49), (10, 48), (10, 50)]), to="EPSG:25832"
     )
-    notes = [MISSING, MISSING, POINTS, POINTS, NOT_FINITE, OUTSIDE, REPAIRED, "", ""]
+    notes = [MISSING, MISSING, POINTS, POINTS, POINTS, NOT_FINITE, NO_DEGREES, NO_DEGREES, OUTSIDE, REPAIRED, "", ""]
     assert found.features["note"].tolist() == notes
     area = found.features["area_km2"]
-    assert np.isnan(area[:6]).all()
-    assert area[6] == pytest.approx(area[7] + area[8])
+    assert np.isnan(area[:9]).all()
+    assert area[9] == pytest.approx(area[10] + area[11])
     assert (found.overall.measured, found.overall.undrawn) == (3, 1)
 
 
 def test_metres_that_are_said_to_be_degrees():
+    """They are refused, as nothing of them has a place."""
+    with pytest.raises(ValueError, match=r"^Invalid data\. .* but coordinates that are no longitudes and lat"):
+        projdist.check(frame(box(5e5, 5e6, 6e5, 5.1e6)), "EPSG:25832")
+
+
+def test_metres_of_no_place():
     """Nothing is drawn, and nothing recommended."""
-    found = projdist.check(frame(box(5e5, 5e6, 6e5, 5.1e6)), "EPSG:25832")
+    found = projdist.check(frame(box(1e8, 1e8, 2e8, 2e8), crs="EPSG:25832"))
     assert found.features["note"].tolist() == [OUTSIDE]
     assert found.above(1e9)
     assert found.worst(5) == []
