@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -346,6 +347,23 @@ def test_the_table_is_checked(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
         read_correspondences(path)
+
+
+@pytest.mark.parametrize(("number", "ends"), [(9_999_999, "0 to 9999999"), (-1, "-1 to 1"), (3, "0 to 3")])
+def test_numbers_of_images_without_a_gap(number, ends, tmp_path):
+    """One size for all images tells not how many there are: a wrong number must not make millions of them."""
+    path = tmp_path / "points.csv"
+    path.write_text(f"0,0,1,1,1,1,1\n0,0,{number},1,1,1,1\n")
+    told = rf"'\. Its 3 images are numbered {ends}; they must be 0 to 2, or the size of every image must be given\.$"
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match=told):
+            read_correspondences(path, sizes=[(9, 9)])
+        assert tracemalloc.get_traced_memory()[1] < 1e6
+    finally:
+        tracemalloc.stop()
+    path.write_text("0,0,1,1,1,1,1\n0,1,3,1,1,1,1\n1,0,2,1,1,1,1\n")
+    assert len(read_correspondences(path, sizes=[(9, 9)]).sizes) == 4  # of rows of any model
 
 
 def test_arguments_are_checked(tmp_path):

@@ -99,10 +99,10 @@ def read_correspondences(
     """The rows of a CSV file `model,i,j,xi,yi,xj,yj` that were matched for a model; also with semicolons or tabs.
 
     The column model is 0 or `affine`, 1 or `homography`; "auto" takes the rows of either. `sizes`: widths and heights,
-    one pair for all images or one an image; without them a comment line must have them, as
-    `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
+    one pair for all images, each of which must have a row then, or one an image; without them a comment line must have
+    them, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
     """
-    table, stated = _read(Path(path), check_model(model))
+    table, stated, images = _read(Path(path), check_model(model))
     i, j = table[:, 0].astype(int), table[:, 1].astype(int)
     given = stated if sizes is None else [(float(w), float(h)) for w, h in sizes]
     if given is None:
@@ -111,7 +111,7 @@ def read_correspondences(
             "'# image sizes h x w: [(600, 800), (600, 800)]'."
         )
     if len(given) == 1 and sizes is not None:
-        given = given * (len(names) if names is not None else int(max(i.max(), j.max())) + 1)
+        given = given * (len(names) if names is not None else _count(Path(path), images))
     return Correspondences(
         i=i,
         j=j,
@@ -122,6 +122,17 @@ def read_correspondences(
     )
 
 
+def _count(path: Path, images: set[int]) -> int:
+    """How many images there are, each of which must occur, as a wrong number would stand for millions."""
+    count = len(images)
+    if images != set(range(count)):
+        raise ValueError(
+            f"Invalid correspondences '{path}'. Its {count} images are numbered {min(images)} to {max(images)}; they "
+            f"must be 0 to {count - 1}, or the size of every image must be given."
+        )
+    return count
+
+
 def correspondences_of(
     pictures: Sequence[Picture], path: str | os.PathLike[str], *, model: str = "affine"
 ) -> Correspondences:
@@ -129,15 +140,15 @@ def correspondences_of(
 
     Where a comment line has other sizes, the points are those of reduced or enlarged images. Raises ValueError.
     """
-    table, stated = _read(Path(path), check_model(model))
+    table, stated, _ = _read(Path(path), check_model(model))
     sizes, names = [picture.size for picture in pictures], tuple(picture.name for picture in pictures)
     i, j = table[:, 0].astype(int), table[:, 1].astype(int)
     points = Correspondences(i=i, j=j, xi=table[:, 2:4], xj=table[:, 4:6], sizes=np.array(stated or sizes))
     return points.resized(sizes, names)
 
 
-def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]] | None]:
-    """The rows of a file, without the model, and the sizes of its comment line."""
+def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]] | None, set[int]]:
+    """The rows of a file, without the model, the sizes of its comment line, and the images of rows of any model."""
     text = f"Invalid correspondences '{path}'."
     content = read_text(path, text)
     stated = None
@@ -145,6 +156,7 @@ def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]]
         if line.lstrip().startswith("#"):
             stated = _stated_sizes(line) or stated
     rows, models = [], set()
+    images: set[int] = set()
     for number, words in rows_of_text(content, text):
         cells = [cell.strip() for cell in words]
         if tuple(cell.lower() for cell in cells) == _COLUMNS:
@@ -156,12 +168,13 @@ def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]]
                 f"pixels.{comma_hint(cells)}"
             )
         models.add(row[0])
+        images |= {int(row[1]), int(row[2])}
         if model in (row[0], "auto"):
             rows.append(row[1:])
     if not rows:
         has = f"It has rows of the model {models.pop()}" if models else "It has no rows"
         raise ValueError(f"{text} {has}; it must have some of the model {model}.")
-    return np.array(list(dict.fromkeys(rows)) if model == "auto" else rows), stated
+    return np.array(list(dict.fromkeys(rows)) if model == "auto" else rows), stated, images
 
 
 def _stated_sizes(line: str) -> list[tuple[float, float]] | None:
