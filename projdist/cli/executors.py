@@ -14,7 +14,7 @@ from projdist.support import check_executor, open_executor
 
 @contextlib.contextmanager
 def executor_opened(text: str | None) -> Iterator[Executor | None]:
-    """The executor of `--executor`; None without one."""
+    """The executor of `--executor`, None without one; raises ImportError where it needs Dask."""
     if text is None:
         yield None
         return
@@ -22,7 +22,7 @@ def executor_opened(text: str | None) -> Iterator[Executor | None]:
     with contextlib.ExitStack() as stack:
         try:
             workers = stack.enter_context(open_executor(text))
-        except (ImportError, OSError) as error:
-            fail(str(error) if isinstance(error, ImportError) else f"Invalid executor '{text}'. Nothing answers there.")
+        except OSError as error:
+            fail(f"Invalid executor '{text}'. Nothing answers there.")
             raise typer.Exit(1) from error
         yield workers
