@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -220,7 +218,7 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
             frame.to_parquet(file)
         return ""
     else:
-        with _with_parts(path, new) as file:
+        with replacing(path, overwrite=new, beside=_PARTS if suffix == ".shp" else ()) as file:
             write_layer(frame, file, {"driver": _DRIVERS[suffix]})
     import geopandas
 
@@ -229,21 +227,6 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
         return f"'{path.name}' cannot hold this CRS."
     is_plain = _METHOD not in target.to_wkt() or _METHOD in found.to_wkt()
     return "" if is_plain else f"Other programs than projdist do not understand this CRS in '{path.name}'."
-
-
-@contextlib.contextmanager
-def _with_parts(path: Path, overwrite: bool) -> Iterator[Path]:
-    """A file to write in the place of another; those of a shapefile come along."""
-    parts = [path.with_suffix(suffix) for suffix in _PARTS] if path.suffix.lower() == ".shp" else []
-    for part in [] if overwrite else parts:
-        refuse_existing(part)
-    with replacing(path, overwrite=overwrite) as new:
-        yield new
-        for part in parts:
-            written = new.with_suffix(part.suffix)
-            if written.exists():
-                with replacing(part) as other:
-                    shutil.copyfile(written, other)
 
 
 def _is_same(target: CRS, found: CRS | None) -> bool:
@@ -304,7 +287,7 @@ def _warp(
                 "crs": wanted,
                 "GEOTIFF_KEYS_FLAVOR": flavour or FLAVOURS[0],
             }
-            with replacing(path, overwrite=overwrite, beside=BESIDE) as new:
+            with replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new:
                 with rasterio.open(new, "w", **options) as written:
                     _copy_words(image, written)
                     for band in range(1, image.count + 1):

@@ -76,16 +76,9 @@ def save_layer(
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be {' or '.join(LAYER_SUFFIXES)}.")
     with needed_for(f"output '{path}'"):
         import pyarrow  # noqa: F401 some CRSs are written with it
-        import pyogrio
-        import pyogrio.errors
+        import pyogrio  # noqa: F401 whether it is there
     with replacing(path, overwrite=overwrite) as new:
-        with warnings.catch_warnings():
-            # That there is no CRS is meant.
-            warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
-            try:
-                write_layer(frame, new, {"driver": _DRIVERS[suffix]} | ({} if layer is None else {"layer": layer}))
-            except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-                raise OSError(one_line(error)) from error
+        write_layer(frame, new, {"driver": _DRIVERS[suffix]} | ({} if layer is None else {"layer": layer}))
         if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
             _name_crs(new, _NO_PLACE if frame.crs is None else frame.crs.to_wkt())
     return path
@@ -100,22 +93,32 @@ def save_layers(
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be .gpkg, which has room for several layers.")
     with needed_for(f"output '{path}'"):
         import pyarrow  # noqa: F401 some CRSs are written with it
-        import pyogrio.errors
-    with replacing(path, overwrite=overwrite) as new, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
-        try:
-            for name, frame in frames.items():
-                write_layer(frame, new, {"driver": _DRIVERS[".gpkg"], "layer": name})
-        except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-            raise OSError(one_line(error)) from error
+        import pyogrio  # noqa: F401 whether it is there
+    with replacing(path, overwrite=overwrite) as new:
+        for name, frame in frames.items():
+            write_layer(frame, new, {"driver": _DRIVERS[".gpkg"], "layer": name})
     return path
 
 
 def write_layer(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
-    """Write a GeoDataFrame with the options of pyogrio, also in a CRS of which WKT 1 knows nothing."""
+    """Write a GeoDataFrame with the options of pyogrio, also in a CRS of which WKT 1 knows nothing; raises OSError."""
+    import pyogrio.errors
+
+    with warnings.catch_warnings():
+        # That there is no CRS is meant.
+        warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
+        try:
+            _write_with_pyogrio(frame, path, options)
+        except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
+            raise OSError(one_line(error)) from error
+
+
+def _write_with_pyogrio(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
     import pyarrow as pa
     import pyogrio
 
+    if options["driver"] == "FlatGeobuf" and (frame.geometry.isna() | frame.geometry.is_empty).any():
+        options = options | {"SPATIAL_INDEX": "NO"}  # in which only features with a geometry have a place
     if frame.crs is None or _has_wkt1(frame.crs):
         pyogrio.write_dataframe(frame, path, **options)
         return

@@ -179,7 +179,7 @@ def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool
     with needed_for(f"output '{path}'"):
         import rasterio
     with (
-        replacing(path, overwrite=overwrite, beside=BESIDE) as new,
+        replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new,
         rasterio.open(
             new,
             "w",

@@ -247,8 +247,9 @@ def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = No
     if suffix not in SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. Its suffix must be .png, .svg or .pdf.")
     dots = figure.dpi if dpi is None else check_dpi(dpi)
+    content = encoded(figure, suffix, dpi=dots)  # matplotlib's PDFs cannot end on a disk that is full
     with replacing(path, overwrite=overwrite) as new:
-        _write(figure, new, suffix, dots)
+        new.write_bytes(content)
     return path
 
 

@@ -6,12 +6,13 @@ import contextlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 __all__ = ["is_stream", "refuse_existing", "replacing"]
 
 # Where the system has its open streams: a file behind one of them was opened by whoever started the process.
+_BLOCK = bytes(4096)  # of disks
 _STREAMS = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/")
 
 
@@ -27,16 +28,16 @@ def refuse_existing(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def replacing(path: Path, *, overwrite: bool = True, beside: str = "") -> Iterator[Path]:
+def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ()) -> Iterator[Path]:
     """A path to write to in the place of another, which has the new contents once they are complete, or is untouched.
 
     It lies in a folder of its own beside the file, so that whatever else a writer leaves there goes
     with it, and what a writer takes from the name (a layer's, say) is right. A link stays a link, and
-    a file keeps its permissions. A second file, whose name has `beside` at its end, comes along if
-    there is one; an old one goes. Raises FileExistsError where there is a file and it is not to be
-    overwritten.
+    a file keeps its permissions. Other files, which have suffixes of `beside` in place of the path's, come
+    along if they are written; old ones go. Raises FileExistsError where there is a file and it is not to be
+    overwritten, and OSError where the disk is full, whatever the writer made of that, if anything.
     """
-    paths = [path, path.with_name(path.name + beside)] if beside else [path]
+    paths = [path, *(path.with_suffix(suffix) for suffix in beside)]
 
     def check() -> None:
         for one in [] if overwrite else paths:
@@ -48,16 +49,37 @@ def replacing(path: Path, *, overwrite: bool = True, beside: str = "") -> Iterat
     folder = Path(tempfile.mkdtemp(prefix=".projdist-", dir=None if stream else target.parent))
     try:
         new = folder / target.name
-        yield new
+        try:
+            yield new
+        except Exception:
+            _check_room(new)
+            raise
+        if new.exists():
+            _check_room(new)
         if stream:
             _copy(new, target)
             return
         check()  # they may have come meanwhile
-        if beside:
-            _replace_if_there(new.with_name(new.name + beside), target.with_name(target.name + beside))
+        for suffix in beside:
+            _replace_if_there(new.with_suffix(suffix), target.with_suffix(suffix))
         _replace(new, target)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _check_room(path: Path) -> None:
+    """Raise OSError where a file cannot grow: a library may then have left half of it, and told of that or not.
+
+    GDAL says nothing of what it loses when it closes a GeoTIFF, and Pillow nothing of the end of a JPEG.
+    """
+    with path.open("ab", buffering=0) as file:
+        size = file.seek(0, os.SEEK_END)
+        try:
+            for _ in range(2):  # the first may be written in part
+                file.write(_BLOCK)
+            os.fsync(file.fileno())  # on the disk of another machine no room is an error only then
+        finally:
+            file.truncate(size)
 
 
 def _replace(new: Path, target: Path) -> None:

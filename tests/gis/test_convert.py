@@ -132,6 +132,9 @@ def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match=r"^1 feature\(s\) cannot be drawn .* geometry: 2\.$"):
         gis.convert(path, text, tmp_path / "new.gpkg")
     assert geopandas.read_file(tmp_path / "new.gpkg").geometry.isna().tolist() == [False, True]
+    with pytest.warns(UserWarning, match="cannot be drawn"):
+        gis.convert(path, text, tmp_path / "new.fgb")
+    assert geopandas.read_file(tmp_path / "new.fgb").geometry.isna().tolist() == [False, True]
     far = text.replace("lon_0=0", "lon_0=85") + " +lat_ts=0"
     with (
         pytest.warns(
@@ -140,6 +143,19 @@ def test_what_lies_outside_is_left_out(tmp_path: Path) -> None:
         pytest.raises(ValueError, match="PROJ has no way"),
     ):
         gis.convert(path, far, tmp_path / "new.gpkg", source="EPSG:2056")
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".fgb", ".shp", ".geojson", ".parquet"])
+@pytest.mark.parametrize("to", ["EPSG:3857", "+proj=eqearth"])
+@pytest.mark.parametrize("shape", [None, shapely.Polygon()])
+def test_features_without_a_geometry(shape: Any, to: str, suffix: str, tmp_path: Path) -> None:
+    """A layer that has nothing else keeps them, as GDAL and GEOS read it."""
+    path, new = tmp_path / "data.gpkg", tmp_path / f"new{suffix}"
+    geopandas.GeoDataFrame({"name": ["a"]}, geometry=[shape], crs="EPSG:4326").to_file(path)
+    gis.convert(path, to, new)
+    found = geopandas.read_parquet(new) if suffix == ".parquet" else geopandas.read_file(new)
+    assert found.name.tolist() == ["a"]
+    assert (found.geometry.isna() | found.geometry.is_empty).all()
 
 
 def test_no_file_is_lost(made: Path, points: Path, tmp_path: Path) -> None:

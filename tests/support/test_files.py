@@ -1,5 +1,6 @@
 """Files that are whole or not there, and never in the place of another unless asked."""
 
+import contextlib
 import errno
 import os
 import re
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 import typer
 from commands import refusal
+from full_disks import room_for
 
 from projdist.cli import output
 from projdist.support.files import is_stream, replacing
@@ -44,6 +46,46 @@ def test_a_failure_leaves_the_old_file(tmp_path: Path, error: BaseException) -> 
         write()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("told", [None, AttributeError("'Stream' object has no attribute 'pos'")])
+def test_a_full_disk_is_told_by_no_library(tmp_path: Path, told: Exception | None) -> None:
+    """What a library keeps to itself, or takes for another error, is an OSError; the files stay as they were."""
+    path = tmp_path / "x.shp"
+    for suffix in (".shp", ".dbf"):
+        path.with_suffix(suffix).write_text("old")
+
+    def write() -> None:
+        with room_for(100), replacing(path, beside=[".dbf"]) as new:
+            new.with_suffix(".dbf").write_text("new")
+            with contextlib.suppress(OSError):
+                new.write_bytes(bytes(1000))
+            if told is not None:
+                raise told
+
+    with pytest.raises(OSError, match="File too large"):
+        write()
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"x.shp": "old", "x.dbf": "old"}
+
+
+def test_files_beside(tmp_path: Path) -> None:
+    """They come along where they are written, and old ones go."""
+    path = tmp_path / "x.shp"
+    for suffix in (".shp", ".dbf", ".prj", ".txt"):
+        path.with_suffix(suffix).write_text("old")
+    with (
+        pytest.raises(FileExistsError, match=r"x\.dbf'"),
+        replacing(tmp_path / "x.tif", overwrite=False, beside=[".dbf"]),
+    ):
+        pass
+    with replacing(path, beside=[".dbf", ".prj"]) as new:
+        new.write_text("new")
+        new.with_suffix(".dbf").write_text("new")
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {
+        "x.shp": "new",
+        "x.dbf": "new",
+        "x.txt": "old",
+    }
 
 
 def test_an_existing_file_is_refused(tmp_path: Path) -> None:
@@ -87,9 +129,9 @@ def test_permissions_stay(tmp_path: Path) -> None:
         one.write_text("old")
         one.chmod(mode)
     link.symlink_to(path)
-    with replacing(path, beside="w") as new:
+    with replacing(path, beside=[".jpgw"]) as new:
         new.write_text("new")
-        new.with_name(new.name + "w").write_text("new")
+        new.with_suffix(".jpgw").write_text("new")
     with replacing(link) as new:
         new.write_text("newer")
     assert (path.stat().st_mode & 0o777, path.read_text()) == (0o600, "newer")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
 
@@ -42,9 +43,9 @@ def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: boo
     if form == "JPEG":
         pixels = np.where(pixels[..., -1:] > 0, pixels[..., :-1], np.uint8(_PAPER)).squeeze()
         options = {"quality": _QUALITY}
-    with replacing(path, overwrite=overwrite) as new:
-        Image.fromarray(pixels).save(new, format=form, **options)
-    return path
+    content = io.BytesIO()
+    Image.fromarray(pixels).save(content, format=form, **options)
+    return _written(content.getbuffer(), path, overwrite)
 
 
 def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
@@ -52,6 +53,11 @@ def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
     if suffix not in DEEP_SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. For 16 bits a colour its suffix must be .png, .tif or .tiff.")
     encoded = opencv().imencode(suffix, drawn.pixels[..., [2, 1, 0, 3]])[1]
+    return _written(encoded.data, path, overwrite)
+
+
+def _written(content: memoryview, path: Path, overwrite: bool) -> Path:
+    """The path of a file that has the content: what codecs make of a disk that is full is theirs."""
     with replacing(path, overwrite=overwrite) as new:
-        new.write_bytes(encoded.tobytes())
+        new.write_bytes(content)
     return path
