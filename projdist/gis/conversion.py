@@ -25,7 +25,16 @@ from projdist.projections import (
     tell_of_degrees,
     tell_of_frame_in_degrees,
 )
-from projdist.support import check_choice, check_number, one_line, refuse_existing, replacing, tell
+from projdist.support import (
+    check_choice,
+    check_number,
+    check_raster,
+    listed,
+    one_line,
+    refuse_existing,
+    replacing,
+    tell,
+)
 
 __all__ = ["CONVERTED_SUFFIXES", "RESAMPLINGS", "Conversion", "convert", "convert_frame"]
 
@@ -254,16 +263,21 @@ def _warp(
         import rasterio
         import rasterio.warp
         from rasterio._err import CPLE_BaseError
-        from rasterio.errors import CRSError, RasterioError, RasterioIOError
+        from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError, RasterioIOError
     try:
         # In WKT 1, which is what GDAL passes on otherwise, a method of PROJ's is lost.
         with (
             warnings.catch_warnings(action="ignore", category=PendingDeprecationWarning),  # between affine and rasterio
+            warnings.catch_warnings(action="ignore", category=NotGeoreferencedWarning),
             rasterio.Env(OSR_WKT_FORMAT="WKT2_2019"),
             rasterio.open(data) as image,
         ):
             if source is None and image.crs is None:
                 raise ValueError(f"Invalid data '{data}'. They have no CRS; it must be given (--from, source=).")
+            check_raster(image, (), f"Invalid data '{data}'.")
+            if len(set(image.dtypes)) > 1:
+                types = listed(sorted(set(image.dtypes)), "and")
+                raise ValueError(f"Invalid data '{data}'. Their bands must be of one type, not of {types}.")
             given = image.crs if source is None else rasterio.CRS.from_wkt(source.to_wkt())
             tell_of_degrees(given.to_wkt(), image.bounds, f"'{data}'", "raster")
             wanted = rasterio.CRS.from_wkt(target.to_wkt())
@@ -272,7 +286,7 @@ def _warp(
             )
             flavour = _flavour(target)
             nodata = image.nodata
-            if nodata is None and np.issubdtype(np.dtype(image.dtypes[0]), np.floating):
+            if nodata is None and image.dtypes[0].startswith("float"):
                 nodata = np.nan
             options = {
                 "driver": "GTiff",

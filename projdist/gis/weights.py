@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +16,7 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.gis.libraries import needed_for
 from projdist.projections import tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionLike, get_region
-from projdist.support import one_line
+from projdist.support import check_raster, one_line
 
 _MOST = 1_000_000  # cells that are points; more are added up in blocks
 _AT_ONCE = 4_000_000  # cells in memory: 32 MB, and about as much again six times
@@ -40,18 +41,19 @@ def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1)
         raise ValueError(f"{text} A raster weighs the area of a region, and {place.name} has points.")
     with needed_for(f"weights '{path}'"):
         import rasterio
-        import rasterio.errors
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
     try:
-        with rasterio.open(path) as image:
+        with warnings.catch_warnings(action="ignore", category=NotGeoreferencedWarning), rasterio.open(path) as image:
             if not 1 <= band <= image.count:
                 raise ValueError(f"{text} It has {image.count} band(s), and no band {band}.")
             if image.crs is None:
                 raise ValueError(f"{text} It states no CRS.")
+            check_raster(image, [band], text)
             corners = image.transform @ (np.array([0, image.width] * 2), np.repeat([0, image.height], 2))
             bounds = [edge(side) for edge in (np.min, np.max) for side in corners]
             tell_of_degrees(image.crs.to_wkt(), bounds, f"'{path}'", "raster")
             points = _Raster(image, band, text).points(place)
-    except rasterio.errors.RasterioError as error:
+    except RasterioError as error:
         raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
     name = f"{place.name} weighted by {Path(path).name}"
     coarse = None if points.coarse is None else PointSet(*points.coarse, name)

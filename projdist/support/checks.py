@@ -21,6 +21,7 @@ __all__ = [
     "check_numbers",
     "check_pair",
     "check_path",
+    "check_raster",
     "check_text",
     "check_whole_number",
     "listed_values",
@@ -107,6 +108,18 @@ def check_path(thing: str, value: Any) -> Path:
         return Path(value)
     except TypeError as error:
         raise ValueError(f"Invalid {thing} {quoted(value)}. It must be the path of a file.") from error
+
+
+def check_raster(image: Any, bands: Iterable[int], text: str) -> None:
+    """Raise ValueError, which begins with `text`, for an open raster of rasterio without a place or of complex numbers.
+
+    Without a transform GDAL takes rows and columns for coordinates; of complex numbers a real array keeps a part.
+    """
+    if image.transform.is_identity:
+        raise ValueError(f"{text} It does not state where its pixels lie: it has no transform.")
+    for band in bands:
+        if image.dtypes[band - 1].startswith("complex"):
+            raise ValueError(f"{text} Band {band} has complex numbers; they must be real.")
 
 
 def check_instance(thing: str, value: Any, kind: type[_Kind], what: str) -> _Kind:

@@ -13,6 +13,7 @@ __all__ = ["is_stream", "refuse_existing", "replacing"]
 
 # Where the system has its open streams: a file behind one of them was opened by whoever started the process.
 _BLOCK = bytes(4096)  # of disks
+_AFTER_FAILURE = 256  # blocks: SQLite gives back what it had taken before it fails
 _STREAMS = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/")
 
 
@@ -52,7 +53,7 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
         try:
             yield new
         except Exception:
-            _check_room(new)
+            _check_room(new, _AFTER_FAILURE)
             raise
         if new.exists():
             _check_room(new)
@@ -67,7 +68,7 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _check_room(path: Path) -> None:
+def _check_room(path: Path, blocks: int = 2) -> None:
     """Raise OSError where a file cannot grow: a library may then have left half of it, and told of that or not.
 
     GDAL says nothing of what it loses when it closes a GeoTIFF, and Pillow nothing of the end of a JPEG.
@@ -75,7 +76,7 @@ def _check_room(path: Path) -> None:
     with path.open("ab", buffering=0) as file:
         size = file.seek(0, os.SEEK_END)
         try:
-            for _ in range(2):  # the first may be written in part
+            for _ in range(blocks):  # one may be written in part, and the next then is an error
                 file.write(_BLOCK)
             os.fsync(file.fileno())  # on the disk of another machine no room is an error only then
         finally:

@@ -1,5 +1,6 @@
 """Heights from tables and rasters."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,24 @@ def test_broken_rasters(tmp_path: Path) -> None:
     (tmp_path / "bad.tif").write_text("no raster")
     with pytest.raises(ValueError, match="The raster cannot be read"):
         read_heights(tmp_path / "bad.tif")
+
+
+@pytest.mark.parametrize("kind", ["complex64", "complex_int16", "float32"])
+def test_rasters_of_no_heights(tmp_path: Path, kind: str) -> None:
+    """Complex numbers are no heights, and pixels without a transform have no place, whatever GDAL takes for it."""
+    rasterio = pytest.importorskip("rasterio")
+    path = tmp_path / "dem.tif"
+    options = {"driver": "GTiff", "width": 3, "height": 2, "count": 1, "dtype": kind, "crs": "EPSG:4326"}
+    is_complex = kind.startswith("complex")
+    if is_complex:
+        options["transform"] = rasterio.Affine(0.1, 0.0, 9.0, 0.0, -0.1, 50.0)
+    with warnings.catch_warnings(action="ignore"), rasterio.open(path, "w", **options) as raster:
+        raster.write(np.ones((1, 2, 3), dtype="complex64" if is_complex else kind))
+    told = "Band 1 has complex numbers; they must be real." if is_complex else "It does not state where its pixels lie"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match=rf"^Invalid heights '.*'\. {told}"):
+            read_heights(path)
 
 
 def test_rasters_cut_short(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Data brought into CRSs that were made to measure, and back, against the projection itself."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -242,6 +243,40 @@ def test_a_raster_in_a_registered_crs(degrees: Path, tmp_path: Path) -> None:
     with rasterio.open(found.path) as image:
         assert (image.crs.to_epsg(), image.res) == (2056, (5000.0, 5000.0))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["degrees.tif", "new.tif"]
+
+
+@pytest.mark.parametrize("kind", ["complex64", "complex128", "complex_int16"])
+def test_rasters_of_complex_numbers(kind: str, degrees: Path, tmp_path: Path) -> None:
+    """The nearest pixel is taken with both its parts."""
+    numbers = np.arange(1, 13) - 1j * np.arange(1, 13)
+    with rasterio.open(degrees) as image:
+        profile = image.profile | {"dtype": kind, "nodata": None, "count": 1, "width": 4, "height": 3}
+    with rasterio.open(tmp_path / "complex.tif", "w", **profile) as image:
+        image.write(numbers.reshape(1, 3, 4).astype("complex64" if kind == "complex_int16" else kind))
+    gis.convert(tmp_path / "complex.tif", "EPSG:2056", tmp_path / "new.tif")
+    with rasterio.open(tmp_path / "new.tif") as image:
+        assert image.dtypes == (kind,)
+        found = image.read(1).ravel()
+    assert set(found[found != 0]) <= set(numbers)
+    assert np.unique(found).size > 6
+
+
+def test_pixels_without_a_place_or_of_several_types(degrees: Path, tmp_path: Path) -> None:
+    """They are refused: GDAL would take rows and columns for degrees, and a GeoTIFF has one type."""
+    with rasterio.open(degrees) as image:
+        profile = image.profile
+    del profile["transform"]
+    with warnings.catch_warnings(action="ignore"), rasterio.open(tmp_path / "nowhere.tif", "w", **profile):
+        pass
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match=r"^Invalid data '.*'\. It does not state where its pixels lie"):
+            gis.convert(tmp_path / "nowhere.tif", "EPSG:2056", tmp_path / "new.tif")
+    bands = "".join(f'<VRTRasterBand dataType="{kind}" band="{k}"/>' for k, kind in ((1, "Byte"), (2, "Float32")))
+    place = "<SRS>EPSG:4326</SRS><GeoTransform>6,.1,0,47,0,-.1</GeoTransform>"
+    (tmp_path / "two.vrt").write_text(f'<VRTDataset rasterXSize="4" rasterYSize="3">{place}{bands}</VRTDataset>')
+    with pytest.raises(ValueError, match=r"Their bands must be of one type, not of float32 and uint8\.$"):
+        gis.convert(tmp_path / "two.vrt", "EPSG:2056", tmp_path / "new.tif")
 
 
 def test_rasters_have_no_edges(made: Path, degrees: Path, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Weights of rasters and of columns, against sums made by hand."""
 
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,29 @@ def test_means_are_sums_over_cells(world: Path) -> None:
     fisher = factors("robin", lon[inside], lat[inside]).fisher
     truth = np.sqrt(np.average(fisher**2, weights=counts[inside]))
     assert found.airy_kavrayskiy == pytest.approx(truth, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["complex64", "complex128", "complex_int16"])
+def test_complex_numbers(kind: str, world: Path) -> None:
+    """A band of them is refused, whose imaginary part would be lost."""
+    with rasterio.open(world) as image:
+        profile = image.profile | {"dtype": kind, "nodata": None}
+    with rasterio.open(world.with_name("complex.tif"), "w", **profile) as image:
+        image.write(np.full((2, 18, 36), 3 + 4j, dtype="complex64" if kind == "complex_int16" else kind))
+    with pytest.raises(ValueError, match=r"^Invalid weights '.*'\. Band 2 has complex numbers; they must be real\.$"):
+        gis.weighted("globe", world.with_name("complex.tif"), band=2)
+
+
+def test_pixels_without_a_place(world: Path) -> None:
+    """They are refused, and rasterio's warning is not passed on."""
+    with pytest.warns(rasterio.errors.NotGeoreferencedWarning):
+        write(world, np.ones((1, 18, 36)), rasterio.Affine.identity())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(
+            ValueError, match=r"^Invalid weights '.*'\. It does not state where its pixels lie: it has no"
+        ):
+            gis.weighted("globe", world)
 
 
 def test_bands_and_the_antimeridian(world: Path) -> None:

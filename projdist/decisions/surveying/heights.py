@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.projections import tell_of_degrees, unprojected
-from projdist.support import check_path, comma_hint, is_number, number_of, numbered_rows, one_line
+from projdist.support import check_path, check_raster, comma_hint, is_number, number_of, numbered_rows, one_line
 
 __all__ = ["read_heights"]
 
@@ -97,11 +98,12 @@ def _columns(path: Path, header: list[str]) -> list[int]:
 def _read_raster(path: Path) -> FloatArray:
     try:
         import rasterio
-        from rasterio.errors import RasterioError
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
     except ImportError as error:
         raise ValueError(f"Invalid heights '{path}'. Rasters need rasterio: pip install 'projdist[gis]'.") from error
     try:
-        with rasterio.open(path) as raster:
+        with warnings.catch_warnings(action="ignore", category=NotGeoreferencedWarning), rasterio.open(path) as raster:
+            check_raster(raster, [1], f"Invalid heights '{path}'.")
             shape = min(raster.height, _MOST_CELLS), min(raster.width, _MOST_CELLS)
             heights = raster.read(1, out_shape=shape, masked=True).astype(float).filled(np.nan)
             row, column = np.meshgrid(*((np.arange(n) + 0.5) / n for n in shape), indexing="ij")
