@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import io
+import logging
 import os
 import sys
 import warnings
@@ -141,6 +142,7 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")
     if not sys.warnoptions:  # of somebody who wants to see them
         warnings.simplefilter("ignore")  # what libraries warn of is for programmers; our own notices are said
+        logging.getLogger().addHandler(logging.NullHandler())  # and what they log, as matplotlib of a HOME without room
         _part_from_libraries()
     gc.set_threshold(_FIRST_COLLECTION)
     with orderly_end():
