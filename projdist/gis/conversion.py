@@ -50,6 +50,7 @@ _CRS_SUFFIXES = (".wkt", ".prj", ".json")
 _METHOD = "PROJ-based operation method"  # of CRSs that WKT 1 knows nothing of
 _DEGREE_KM = 111.0  # along a meridian; 110.6 at the equator, 111.7 at the poles
 _NAMED = 5  # features in a notice
+_MOST_PIECES = 1e7  # of edges: 1 GB, and eight seconds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,7 +158,13 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
     tell_of_frame_in_degrees(frame, "the data")
     if densify is not None:
-        frame = frame.set_geometry(shapely.segmentize(frame.geometry.array, _length(frame.crs, densify)))
+        piece = _length(frame.crs, densify)
+        count = float(np.nansum(shapely.length(frame.geometry.array)) / piece)
+        if count > _MOST_PIECES:
+            raise ValueError(
+                f"Invalid distance '{densify}'. It makes {count:.3g} pieces; at most {_MOST_PIECES:g} are allowed."
+            )
+        frame = frame.set_geometry(shapely.segmentize(frame.geometry.array, piece))
         frame = frame.set_crs(frame.crs)
     try:
         moved = frame.to_crs(target)

@@ -116,6 +116,14 @@ def test_distances_that_are_none(densify: float, made: Path, points: Path, tmp_p
         gis.convert(points, made, tmp_path / "new.gpkg", densify=densify)
 
 
+def test_pieces_without_number(tmp_path: Path) -> None:
+    """Millimetres of a degree's side are refused before they fill the memory."""
+    path = tmp_path / "box.gpkg"
+    geopandas.GeoDataFrame(geometry=[shapely.box(0, 40, 1, 41)], crs="EPSG:4326").to_file(path)
+    with pytest.raises(ValueError, match=r"^Invalid distance '1e-06'\. It makes 4\.44e\+08 pieces; at most 1e\+07 are"):
+        gis.convert(path, "EPSG:3035", tmp_path / "new.gpkg", densify=1e-6)
+
+
 def test_registered_crss_need_nothing_beside(points: Path, tmp_path: Path) -> None:
     """LV95 of Bern's old observatory is 2600000, 1200000, to the metres of the datum shift."""
     found = gis.convert(points, "EPSG:2056", tmp_path / "new.shp")
