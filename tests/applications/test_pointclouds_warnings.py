@@ -98,6 +98,9 @@ def test_arguments_are_checked():
         r"^Invalid cloud '1' of shape \(6,\)\. It must be \(M, n\)": {"clouds": [a, a[:, 0]]},
         r"^Invalid cloud '1'\. It has 1 coordinates a point, '0' 2\.$": {"clouds": [a, a[:, :1]]},
         r"^Invalid cloud '1'\. It has 5 points, '0' 6; rows that correspond must be as many": {"clouds": [a, a[1:]]},
+        r"^Invalid cloud '1'\. Point 2 must lie within 1e\+50\.$": {
+            "clouds": [a, a + 1e60 * (np.arange(len(a)) == 1)[:, None]]
+        },
         r"^Invalid cloud '1'\. Point 1 must be finite, or all NaN\.$": {"clouds": [a, a * np.inf]},
         r"^Invalid method 'ols'\. It must be symmetric or least_squares\.$": {"method": "ols"},
         r"^Invalid correspondence 'row'\. It must be rows, id or icp\.$": {"correspond": "row"},

@@ -14,6 +14,8 @@ __all__ = ["CORRESPONDENCES", "arranged"]
 
 CORRESPONDENCES = ("rows", "id", "icp")
 
+_FARTHEST = 1e50  # in any unit; of far larger numbers squares are infinite, of which LAPACK prints on the terminal
+
 
 def arranged(
     clouds: list[FloatArray],
@@ -33,6 +35,9 @@ def arranged(
         wrong = ~np.isfinite(cloud).all(axis=1) & ~gaps
         if wrong.any():
             raise ValueError(f"Invalid cloud '{name}'. Point {int(np.argmax(wrong)) + 1} must be finite, or all NaN.")
+        far = (np.abs(cloud) > _FARTHEST).any(axis=1)
+        if far.any():
+            raise ValueError(f"Invalid cloud '{name}'. Point {int(np.argmax(far)) + 1} must lie within {_FARTHEST:g}.")
     if correspond == "icp":
         there = [~gaps & (w > 0.0) for gaps, w in zip(missing, weights, strict=True)]
         pairs = zip(clouds, weights, there, strict=True)
