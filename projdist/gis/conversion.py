@@ -50,6 +50,7 @@ _CRS_SUFFIXES = (".wkt", ".prj", ".json")
 _METHOD = "PROJ-based operation method"  # of CRSs that WKT 1 knows nothing of
 _DEGREE_KM = 111.0  # along a meridian; 110.6 at the equator, 111.7 at the poles
 _NAMED = 5  # features in a notice
+_MOST_PIXELS, _MANY = 1e9, 100  # of a raster that is not so large itself: GDAL's warp of more cannot be interrupted
 _MOST_PIECES = 1e7  # of edges: 1 GB, and eight seconds
 
 
@@ -291,6 +292,12 @@ def _warp(
             transform, width, height = rasterio.warp.calculate_default_transform(
                 given, wanted, image.width, image.height, *image.bounds, resolution=resolution
             )
+            most = max(_MOST_PIXELS, _MANY * image.width * image.height)
+            if resolution is not None and width * height > most:
+                raise ValueError(
+                    f"Invalid resolution '{resolution:g}'. It makes {width * height:.3g} pixels of {image.width} x "
+                    f"{image.height}; at most {_MOST_PIXELS:g}, or {_MANY} times as many, are allowed."
+                )
             flavour = _flavour(target)
             nodata = image.nodata
             if nodata is None and image.dtypes[0].startswith("float"):

@@ -287,6 +287,14 @@ def test_pixels_without_a_place_or_of_several_types(degrees: Path, tmp_path: Pat
         gis.convert(tmp_path / "two.vrt", "EPSG:2056", tmp_path / "new.tif")
 
 
+def test_pixels_without_number(degrees: Path, tmp_path: Path) -> None:
+    """Millimetres would take days and the whole disk."""
+    told = r"^Invalid resolution '0\.001'\. It makes \d\.\d+e\+\d\d pixels of 250 x 120; at most 1e\+09, or 100"
+    with pytest.raises(ValueError, match=told):
+        gis.convert(degrees, "EPSG:2056", tmp_path / "new.tif", resolution=1e-3)
+    assert not (tmp_path / "new.tif").exists()
+
+
 def test_rasters_have_no_edges(made: Path, degrees: Path, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="Pixels have no edges"):
         gis.convert(degrees, made, tmp_path / "new.tif", densify=1.0)
