@@ -69,7 +69,7 @@ class RegionalWork:
         options: Mapping[str, Any],
     ) -> Batch:
         """The batch, with its progress; what is wrong with its words ends the command."""
-        if self.partial is not None and self.partial.exists():
+        if self.partial is not None and self.partial.exists() and not is_stream(self.partial):
             note(f"Results that are in '{self.partial}' are taken from there.")
         try:
             with refusing(), executor_opened(self._executor) as workers, progress_bar("results") as progress:

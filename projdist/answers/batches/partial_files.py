@@ -15,7 +15,7 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from projdist.support import quoted
+from projdist.support import is_stream, quoted
 
 _SYNC = 1.0  # seconds; at every line, of which a cluster sends hundreds a second, it would take most of the time
 _MARK = b'{"projdist": '  # at the beginning of every such file
@@ -43,6 +43,8 @@ def open_partial(path: str | os.PathLike[str], header: Mapping[str, Any]) -> Ite
     Raises ValueError for a file of another job, for what is none, and where another process writes it; OSError.
     """
     path = Path(path)
+    if is_stream(path):
+        raise ValueError(f"Invalid partial file {quoted(str(path))}. It is a device or a pipe, which keeps nothing.")
     with open(path, "ab+", buffering=0) as file:
         _lock(file, path)
         file.seek(0)

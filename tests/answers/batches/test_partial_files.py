@@ -84,6 +84,14 @@ def test_another_job_is_refused(tmp_path, changed, what):
     assert path.read_bytes() == before
 
 
+@pytest.mark.skipif(os.name == "nt", reason="devices of Unix")
+def test_a_device():
+    """It keeps nothing, and one that never ends would fill the memory; it is not even opened."""
+    told = r"^Invalid partial file '/dev/null'\. It is a device or a pipe, which keeps nothing\.$"
+    with pytest.raises(ValueError, match=told):
+        read("/dev/null")
+
+
 @pytest.mark.parametrize(
     ("text", "what"),
     [
