@@ -5,6 +5,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import pyproj
 import scipy.integrate
 import scipy.optimize
 
@@ -322,11 +323,28 @@ def oblique_equal_area(lam, c, lon_0=10.0, lat_0=52.0):
 
 
 def mercator_cap(lat, angle, ellipsoidal):
-    """Mercator's map on a cap in degrees, whose latitudes count as spherical."""
+    """Mercator's map on a cap in degrees of the mean radius: on a sphere, or of geodesics on WGS 84."""
+    if ellipsoidal:
+        phi, w = geodesic_rows(lat, math.radians(angle) * MEAN_EARTH_RADIUS)
+        return field(1 / m_of(phi), 0.0, 0.0, 1 / m_of(phi), w * area_density(phi))
     azimuth = np.arange(128)[:, None] * (2 * math.pi / 128)  # the trapezoidal rule of a periodic function
     c, w = gauss(0.0, math.radians(angle))
     phi_0 = math.radians(lat)
     phi = np.arcsin(math.sin(phi_0) * np.cos(c) + math.cos(phi_0) * np.sin(c) * np.cos(azimuth))
-    if not ellipsoidal:
-        return field(1 / np.cos(phi), 0.0, 0.0, 1 / np.cos(phi), w * np.sin(c))
-    return field(1 / m_of(phi), 0.0, 0.0, 1 / m_of(phi), w * np.sin(c) * area_density(phi) / np.cos(phi))
+    return field(1 / np.cos(phi), 0.0, 0.0, 1 / np.cos(phi), w * np.sin(c))
+
+
+def geodesic_rows(lat, metres):
+    """Latitudes within a distance on WGS 84, and how wide it is there: by GeographicLib, and roots of its distances."""
+    geod = pyproj.Geod(ellps="WGS84")
+    (_, south, _), (_, north, _) = (geod.fwd(0.0, lat, azimuth, metres) for azimuth in (180.0, 0.0))
+    t, w = gauss(-HALF_PI, HALF_PI)  # the width has square roots at its ends
+    phi = np.radians(0.5 * (north + south) + 0.5 * (north - south) * np.sin(t))
+
+    def width(row):
+        def beyond(lon):
+            return geod.inv(0.0, lat, lon, math.degrees(row))[2] - metres
+
+        return math.radians(scipy.optimize.brentq(beyond, 0.0, 179.0, xtol=1e-12))
+
+    return phi, w * np.cos(t) * np.array([width(row) for row in phi])

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.earth import MEAN_EARTH_RADIUS, destination
+from projdist.earth import Ellipsoid, destination
 from projdist.field import jacobian
 from projdist.matrices import Decomposition, areal_scale, decompose, factor_distance, mdt
 from projdist.projections import Projection, ProjectionLike
+from projdist.regions import reaches
 from projdist.support import Answer, check_degrees, check_number, plain
 
 __all__ = ["LocalCorrections", "local_corrections"]
@@ -143,8 +144,7 @@ def local_corrections(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike
         raise ValueError(f"Invalid radius '{radius_km}'. It must be above 0 and at most {_LARGEST:,.0f} km.")
     projection = Projection.from_user_input(projection)
     lon, lat = check_degrees(lon, lat)
-    azimuth, distance, share = _cap_nodes(radius_km * 1000.0 / MEAN_EARTH_RADIUS)
-    lons, lats = destination(lon.ravel()[:, None], lat.ravel()[:, None], azimuth, distance)
+    lons, lats, share = _cap_nodes(projection.ellipsoid.ground, lon.ravel(), lat.ravel(), radius_km)
     J = jacobian(projection, lons, lats)
     meridian, vertical = projection.ellipsoid.radii(lats)
     area = share * meridian * vertical
@@ -185,10 +185,19 @@ def _change(T: FloatArray, J: FloatArray, weights: FloatArray) -> FloatArray:
     return change
 
 
-def _cap_nodes(radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Azimuths and distances in degrees, and shares of the area, of the nodes of a cap with a radius in radians."""
-    # The area within c is as sin^2(c / 2).
-    distance = np.degrees(2.0 * np.arcsin(np.sqrt(0.5 * (1.0 + _NODES)) * np.sin(0.5 * radius)))
+def _cap_nodes(
+    ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, radius_km: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Longitudes, latitudes and weights (n, nodes) of the nodes of caps about places (n,).
+
+    The weights are those of areas on a sphere that has the latitudes.
+    """
     azimuth = 360.0 * np.arange(_AZIMUTHS) / _AZIMUTHS
-    azimuth, distance = np.meshgrid(azimuth, distance)
-    return azimuth.ravel(), distance.ravel(), np.repeat(0.5 * _GAUSS / _AZIMUTHS, _AZIMUTHS)
+    # Caps are the same on both sides of their meridian.
+    half = reaches(ellipsoid, lon[:, None], lat[:, None], azimuth[: _AZIMUTHS // 2 + 1], 1000.0 * radius_km)
+    sine = np.sin(np.radians(0.5 * np.hstack([half, half[:, -2:0:-1]])))[:, None, :]
+    # The area within c is as sin^2(c / 2).
+    distance = np.degrees(2.0 * np.arcsin(np.sqrt(0.5 * (1.0 + _NODES))[:, None] * sine))
+    lons, lats = destination(lon[:, None, None], lat[:, None, None], azimuth, distance)
+    share = 0.5 * _GAUSS[:, None] / _AZIMUTHS * np.square(sine / sine.max(initial=0.0))
+    return lons.reshape(lon.size, -1), lats.reshape(lon.size, -1), share.reshape(lon.size, -1)

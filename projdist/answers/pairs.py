@@ -66,15 +66,19 @@ class _OfPoints:
 
 @dataclass(frozen=True)
 class _OfCap:
-    """Points of a cap, in rings of equal areas on the sphere."""
+    """Points of a cap, in each direction evenly by area on the sphere that has its latitudes."""
 
     cap: Cap
     ellipsoid: Ellipsoid
 
     def draw(self, count: int, rng: np.random.Generator) -> Points:
         along, across = _even(count, rng)
-        distance = 2.0 * np.degrees(np.arcsin(np.sqrt(along) * np.sin(np.radians(0.5 * self.cap.angle))))
-        return _weighted(*destination(self.cap.lon, self.cap.lat, 360.0 * across, distance), self.ellipsoid)
+        azimuth = 360.0 * across
+        # The area within c is as sin^2(c / 2).
+        widest, reach = (np.sin(np.radians(0.5 * one)) for one in (self.cap.angle, self.cap.reach(azimuth)))
+        distance = 2.0 * np.degrees(np.arcsin(np.sqrt(along) * reach))
+        points = _weighted(*destination(self.cap.lon, self.cap.lat, azimuth, distance), self.ellipsoid)
+        return points._replace(weight=points.weight * np.square(reach / widest))
 
 
 class _OfBoxes:
@@ -93,7 +97,7 @@ class _OfBoxes:
         areas = np.radians(east - west) * 2.0 * np.cos(middle) * np.sin(half)
         self._cumulative = np.cumsum(areas) / areas.sum()
         self._is_box = isinstance(region, Box)
-        self._fill = 1.0 if self._is_box else min(1.0, region.area_km2 * 1e6 / (areas.sum() * ellipsoid.a**2))
+        self._fill = 1.0 if self._is_box else min(1.0, region.area_km2 * 1e6 / (areas.sum() * region.figure.a**2))
 
     def draw(self, count: int, rng: np.random.Generator) -> Points:
         lon, lat = self._places(*_even(int(np.ceil(count / self._fill)), rng))

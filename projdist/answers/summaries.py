@@ -162,9 +162,8 @@ class Failure:
 class Comparison(Answer):
     """Summaries of several projections over one region, best first, and the failures.
 
-    The region is one for all, whatever ellipsoid each projection is measured on: its name and its
-    area are those on WGS 84, even where all of the maps are of a sphere, or of Mars. A frame has
-    the results only.
+    The region is one for all, whatever ellipsoid each projection is measured on, and of the body that
+    all are of: docs/conventions.md tells on which figure its area is. A frame has the results only.
     """
 
     region: Place
@@ -177,7 +176,7 @@ class Comparison(Answer):
         return f"{len(self.results)} maps over {self.region.name}, best {best}"
 
     def to_dict(self) -> dict[str, Any]:
-        """`{"region": {"name", "area_km2"}, "results": [...], "failures": [...]}`; the area is WGS 84's.
+        """`{"region": {"name", "area_km2"}, "results": [...], "failures": [...]}`; the area is that on its body.
 
         Of points there is also their number, `points`.
         """

@@ -117,7 +117,7 @@ def compare_command(
     path = None if picture else printed_or_file(output, overwrite)
     names, form = measure_names(measure), format_for(format, path)
     largest = _tolerance(tolerance)
-    area = region_given(region, weight)
+    area = region_given(region, projections, weight)
     chosen = _names(indices)
     with refusing(), progress_bar("maps") as progress:
         found = compare(

@@ -71,7 +71,7 @@ def correct_command(
 ) -> None:
     """Find the linear map that reduces a map's distortion most, and the corrected map."""
     form, page = form_and_page(format, output, overwrite, _FORMS)
-    area = region_given(region)
+    area = region_given(region, [projection])
     choice("criterion", criterion, list(CORRECTION_CRITERIA))
     choice("constraint", constraint, list(CONSTRAINTS))
     picture = picture_of(

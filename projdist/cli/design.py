@@ -94,7 +94,7 @@ def design_command(
     form = format_for(format, path, _FORMS)
     drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
     choice("symmetry", symmetric, list(SYMMETRIES))
-    area = region_of(region, weight)
+    area = region_of(region, weight, [] if base is None else [base])
     with refusing(), words_told(_DOING) as tell:
         found = design(
             area,

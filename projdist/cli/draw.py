@@ -65,7 +65,9 @@ def tissot_command(
         crosses = "" if axes else None
         drawn = {"--grid": grid, "--exaggerate": exaggerate, "--axes": crosses, "--context": context}
         check_layer_options(path, drawn | {"--size": size, "--dpi": dpi} | look_options(look))
-        write_layer(projections, path, region=region_given(region), step=step_of(step), overwrite=overwrite)
+        write_layer(
+            projections, path, region=region_given(region, projections), step=step_of(step), overwrite=overwrite
+        )
         return
     shown = context_of(context)
     picture = PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look)
@@ -141,7 +143,7 @@ def heatmap_command(
             projections,
             names,
             path,
-            region=region_given(region),
+            region=region_given(region, projections),
             grid=grid,
             size=size,
             resolution=resolution,
@@ -168,8 +170,9 @@ def _draw(
     """Draw the projections that can be measured, with their Airy-Kavrayskiy figures, and say why others cannot."""
     other = options.get("against")
     listed = given if other is None else [*given, other]  # for a region that all have
-    with progress_bar("maps measured") as progress:
-        found = compare(listed, region_given(region), sort="given", tolerance=_TOLERANCE, progress=progress)
+    area = region_given(region, [*given, *([] if other is None else [other.definition])])
+    with refusing(), progress_bar("maps measured") as progress:
+        found = compare(listed, area, sort="given", tolerance=_TOLERANCE, progress=progress)
     drawn = [one for one in found.results if one.projection is not other]
     if drawn and len(found.results) - len(drawn) == (other is not None):
         maps = [one.projection for one in drawn]

@@ -47,7 +47,7 @@ def explore_command(
         maps = [Projection.from_user_input(text) for text in given]
         chosen = get_measure(measure).name
         check_choice("measure", chosen, web.SHOWN_MEASURES)
-        place = region_for(region_given(region), maps)
+        place = region_for(region_given(region, given), maps)
         web.check_server()
         wanted = 0 if port is None else whole_number("port", port, 0, _LAST_PORT)
     try:

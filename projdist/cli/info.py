@@ -64,7 +64,7 @@ def info_command(
     """Show what a projection is, what it keeps as measured, and its errors where it is for."""
     form, page = form_and_page(format, output, overwrite)
     picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
-    area = region_given(region)
+    area = region_given(region, [projection])
     with refusing(), working("Measuring"):
         found = info(projection, area)
     if picture is not None:

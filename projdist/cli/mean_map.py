@@ -61,7 +61,7 @@ def mean_map_command(
     path = printed_or_file(output, overwrite)
     form = format_for(format, path, _FORMS)
     drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
-    area = region_given(region)
+    area = region_given(region, projections)
     if degree is not None and not degree.isdecimal():
         refuse(f"Invalid degree '{degree}'. It must be a whole number.")
     with refusing(), progress_bar("maps measured") as progress:

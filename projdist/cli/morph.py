@@ -53,7 +53,7 @@ def morph_command(
         refuse(f"Invalid measures '{','.join(names)}' for '{path}'. A film shows one.")
     count, length = whole_number("frames", frames, 2, 500), number("seconds", seconds, 0.1, 600)
     dots = dots_of(dpi)
-    room, area = size_of(size, dots), region_given(region)
+    room, area = size_of(size, dots), region_given(region, [first, second])
     shown = look_of_words(look or {})
     with refusing():
         maps = Projection.from_user_input(first), Projection.from_user_input(second)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,8 +15,9 @@ from projdist import gis
 from projdist.cli.errors import cannot_write, fail, refuse, refusing
 from projdist.cli.formats import FORMATS, HTML, TABLE
 from projdist.matrices import get_measure
-from projdist.regions import Place, get_region, weighted_points
-from projdist.support import is_stream, refuse_existing
+from projdist.projections import Projection, ProjectionError
+from projdist.regions import Place, get_region, region_for, weighted_points
+from projdist.support import is_stream, notices_kept, refuse_existing
 
 
 def file_format(forms: Iterable[str], suffixes: str) -> Any:
@@ -48,11 +50,11 @@ RegionOption = Annotated[
         "--region",
         "-r",
         metavar="REGION",
-        help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM, country:NAME, "
-        "continent:NAME, state:NAME (of the USA), crs:CODE (its area of use), file:PATH[#LAYER] (polygons), "
-        "geodesic:PATH (with geodesics for edges), points:PATH (lon, lat, weight), and combinations by ' & ', ' - ', "
-        "' + ' and brackets; @main behind a region is its main part. Without one: the area of use of a CRS, if all "
-        "maps have the same, else the globe.",
+        help="globe, land, ocean, box:W,S,E,N (W > E crosses the antimeridian), cap:LON,LAT,KM (within a geodesic "
+        "distance), country:NAME, continent:NAME, state:NAME (of the USA), crs:CODE (its area of use), "
+        "file:PATH[#LAYER] (polygons), geodesic:PATH (with geodesics for edges), points:PATH (lon, lat, weight), and "
+        "combinations by ' & ', ' - ', ' + ' and brackets; @main behind a region is its main part. Without one: the "
+        "area of use of a CRS, if all maps have the same, else the globe.",
     ),
 ]
 WeightOption = Annotated[
@@ -167,20 +169,29 @@ def is_page(output: str | None) -> bool:
     return output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
 
 
-def region_given(text: str | None, weight: str | None = None) -> Place | None:
+def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> Place | None:
     """The region of an option, None for none: its default depends on the maps. That of weights is the globe."""
-    return None if text is None and weight is None else region_of("globe" if text is None else text, weight)
+    return None if text is None and weight is None else region_of("globe" if text is None else text, weight, maps)
 
 
-def region_of(text: str, weight: str | None = None) -> Place:
+def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) -> Place:
     """The region of the words of `get_region`, perhaps weighted; what was repaired in it is said."""
-    try:
-        region = get_region(text) if weight is None else _weighted(text, weight)
-    except ValueError as error:
-        refuse(str(error), error)
+    known = _known(maps)
+    with refusing():
+        region = (region_for(text, known) if known else get_region(text)) if weight is None else _weighted(text, weight)
     for note in region.notes:
         fail(note)
     return region
+
+
+def _known(maps: Iterable[str]) -> list[Projection]:
+    """Those of some texts that are maps; what is to be told of them, or of others, is when they are measured."""
+    found = []
+    with notices_kept():
+        for text in maps:
+            with contextlib.suppress(ProjectionError):
+                found.append(Projection.from_user_input(text))
+    return found
 
 
 def _weighted(text: str, weight: str) -> Place:

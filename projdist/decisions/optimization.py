@@ -22,6 +22,7 @@ from projdist.decisions.objectives import Objective
 from projdist.earth import SPHERE, WGS84, Ellipsoid
 from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, sample
 from projdist.projections import (
+    Body,
     Projection,
     ProjectionError,
     ProjectionLike,
@@ -31,7 +32,7 @@ from projdist.projections import (
     with_parameters,
     wkt_of,
 )
-from projdist.regions import Place, RegionLike, get_region
+from projdist.regions import Place, RegionLike, check_on_body, get_region
 from projdist.support import Answer, check_number, check_text, listed_values, plain
 
 __all__ = ["Baseline", "Optimum", "best_member", "optimize"]
@@ -226,15 +227,17 @@ def optimize(
     >>> round(optimize("eqc").parameters["lat_ts"], 3)
     42.629
     """
-    area, objective = get_region(region), Objective(get_figure(criterion))
+    surface = _ellipsoid_of(ellipsoid)
+    area, objective = get_region(region, (surface or WGS84).ground), Objective(get_figure(criterion))
     check_text("family", family)
     free = None if free is None else [check_text("free parameter", one) for one in listed_values(free)]
     if round_to is not None and not 1e-9 <= check_number("rounding", round_to) <= 45.0:
         raise ValueError(f"Invalid rounding '{round_to}'. It must be a number of degrees within 1e-9 and 45.")
     if family == "auto" and free is not None:
         raise ValueError("Invalid free parameters for family 'auto'. Each family has its own; name one.")
-    extent, surface = extent_of(area), _ellipsoid_of(ellipsoid)
-    own = tuple(_baseline(given, area, objective) for given in listed_projections(against))
+    extent, rivals = extent_of(area), [Projection.from_user_input(given) for given in listed_projections(against)]
+    check_on_body(rivals, Body(surface or WGS84))
+    own = tuple(_baseline(rival, area, objective) for rival in rivals)
     names = sensible_families(extent, surface) if family == "auto" else [family]
     found: list[Optimum] = []
     failures: list[Failure] = []

@@ -96,7 +96,7 @@ def mean_map(
         For weights that are not positive, a degree that the region does not resolve, and a region of the world that is
         no box.
     ProjectionError
-        For maps that are cut or turn over within the region, and maps of another body.
+        For maps that are cut or turn over within the region, and maps of another body or size.
 
     References
     ----------
@@ -125,7 +125,7 @@ def mean_map(
     box = _world_box(area)
     order = _degree(degree, of_world=box is not None)
     title = check_text("name", name) if name is not None else _title(labels)
-    _check_bodies(maps)
+    _check_sizes(maps)
     ground = None if datum is None else geodetic_ellipsoid(check_text("datum", datum))
     coarse = _Ground.of(area, maps, counts, _NODES)
     for one in maps:
@@ -195,11 +195,11 @@ def _title(labels: list[str]) -> str:
     return f"mean of {' and '.join(labels)}" if len(labels) <= 2 else f"mean of {len(labels)} maps"
 
 
-def _check_bodies(maps: Iterable[Projection]) -> None:
+def _check_sizes(maps: Iterable[Projection]) -> None:
     first, *others = maps
     for other in others:
         if not 0.99 < other.ellipsoid.a / first.ellipsoid.a < 1.01:
-            raise ProjectionError(f"Invalid map '{other.label}'. It shows another body than '{first.label}'.")
+            raise ProjectionError(f"Invalid map '{other.label}'. It is of another size than '{first.label}'.")
 
 
 def _check_whole(projection: Projection, region: Place) -> None:

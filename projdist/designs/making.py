@@ -17,9 +17,10 @@ from projdist.designs.measuring import Measured, measured
 from projdist.designs.plane_maps import PlaneMap
 from projdist.designs.sites import SYMMETRIES, Site, central_meridian, mirrored, site_of
 from projdist.designs.wishes import check_degree, check_extent, check_within, wish_of
-from projdist.earth import MEAN_EARTH_RADIUS, WGS84, Ellipsoid, unit_vectors
+from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
 from projdist.field import Nodes, jacobian, nodes_at, nodes_of
 from projdist.projections import (
+    Body,
     DerivedCrs,
     Projection,
     ProjectionLike,
@@ -29,7 +30,7 @@ from projdist.projections import (
     geodetic_of,
     listed_projections,
 )
-from projdist.regions import Cap, Place, RegionLike, get_region
+from projdist.regions import Cap, Place, RegionLike, check_on_body, get_region
 from projdist.support import check_choice, check_pair, check_text, quoted
 
 __all__ = ["design"]
@@ -139,7 +140,7 @@ def design(
         datum = geodetic_of(Projection.from_user_input(base))
     chosen = None if _is_auto(degree) else check_degree(degree)
     tell = progress or (lambda _: None)
-    area = get_region(region)
+    area = get_region(region, ellipsoid.ground)
     extent = check_extent(area)
     tell("nodes")
     nodes = nodes_of(area, ellipsoid, _NODES, edges=True, all_ends=wish.figure.is_maximum)
@@ -175,7 +176,7 @@ def design(
         smallest=made.smallest,
         largest=made.largest,
         overlaps=_overlaps(crs.projection, area),
-        surroundings=_around(extent, stage),
+        surroundings=_around(extent, stage, ellipsoid),
         inverse_error=_inverse_error(crs, site),
         degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
         rivals=rivals,
@@ -236,18 +237,18 @@ def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:
     reach = (1.0 + _MARGIN) * extent.radius
     if reach > _WIDEST:
         return None
-    cap = Cap(extent.lon, extent.lat, float(np.radians(reach) * MEAN_EARTH_RADIUS / 1000.0))
+    cap = Cap(extent.lon, extent.lat, float(np.radians(reach) * SPHERE.a / 1000.0), SPHERE)
     found = nodes_of(cap, nodes.ellipsoid, _AROUND)
     cosine = unit_vectors(found.lon, found.lat).T @ unit_vectors(nodes.lon, nodes.lat)
     near = cosine.max(axis=1) > np.cos(np.radians(_MARGIN * extent.radius))
     return nodes_at(found.lon[near], found.lat[near], found.weight[near], nodes.ellipsoid)
 
 
-def _around(extent: Extent, stage: Stage) -> Surroundings | None:
+def _around(extent: Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings | None:
     smallest, largest, folded = stage.around
     if np.isnan(smallest):
         return None
-    reach = float(np.radians(_MARGIN * extent.radius) * MEAN_EARTH_RADIUS / 1000.0)
+    reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
     return Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
 
 
@@ -296,7 +297,7 @@ def _rivals(
     for given in listed_projections(against):
         code = given
         if given == "recommend":
-            if not region.area_km2:
+            if not region.area_km2 or region.figure.is_of_another_body:
                 continue
             tell("recommend")
             best = recommend(region, purpose=kind.purpose, criterion=wish.figure, limit=1).results
@@ -304,8 +305,9 @@ def _rivals(
                 continue
             code = best[0].code
         words = "best existing" if given == "recommend" else "given"
-        name = code if isinstance(code, str) else ""
-        yield _rival(words, name, Projection.from_user_input(code), region, wish, made)
+        name, rival = code if isinstance(code, str) else "", Projection.from_user_input(code)
+        check_on_body([rival], Body(region.figure))
+        yield _rival(words, name, rival, region, wish, made)
 
 
 def _rival(

@@ -10,6 +10,7 @@ from projdist._typing import FloatArray, IntArray
 from projdist.designs.cuts import Cut, CutLike, get_cut
 from projdist.designs.sites import SYMMETRIES
 from projdist.designs.spline_sheets import Sheet, Splines
+from projdist.earth import WGS84
 from projdist.matrices import Energy
 from projdist.regions import Box, Place, PointSet, RegionLike, get_region
 from projdist.support import check_choice, check_number
@@ -73,7 +74,7 @@ def world_wish(
 ) -> WorldWish:
     """What is asked for, checked."""
     where, end = get_cut(cut), _within("end", until, 10.0, 90.0)
-    chosen = None if region is None else get_region(region)
+    chosen = None if region is None else get_region(region, WGS84)
     mirrors = check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
     if mirrors == "auto":
         mirrors = "both" if chosen is None and where.is_straight else "none"

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 
+_LARGEST_GLOBE = 100.0  # metres; the least figure of a body that PROJ knows, Itokawa, has 173
+
 
 @dataclass(frozen=True)
 class Ellipsoid:
@@ -42,6 +44,30 @@ class Ellipsoid:
     def is_earthly(self) -> bool:
         """Whether its size is that of a figure, or a sphere, for the Earth."""
         return 6.35e6 < self.a < 6.45e6
+
+    @property
+    def is_of_another_body(self) -> bool:
+        """Whether its size is that of a planet, a moon or the like.
+
+        It is not where it may be a globe's, a unit sphere's, or the Earth's in kilometres.
+        """
+        in_metres = self.a > _LARGEST_GLOBE and not Ellipsoid(1000.0 * self.a).is_earthly
+        return in_metres and not self.is_earthly
+
+    @property
+    def ground(self) -> Ellipsoid:
+        """The figure on which regions and kilometres of maps on it are measured, whatever its scale.
+
+        Another body's is its own; the Earth's are two, its mean sphere for spheres of any size, and WGS 84.
+        """
+        if self.is_of_another_body:
+            return self
+        return SPHERE if self.is_sphere else WGS84
+
+    @property
+    def mean_radius(self) -> float:
+        """(2 a + b) / 3 in metres."""
+        return self.a * (1.0 - self.f / 3.0)
 
     def is_close(self, other: Ellipsoid) -> bool:
         """Whether another is the same but for rounding: GRS 80 and WGS 84 differ by 1.6e-11 of f, 0.1 mm."""

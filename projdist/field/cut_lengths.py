@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.field.tears import drawn, evaluate, find_tears
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Place, Region
@@ -16,20 +15,19 @@ _CELLS = 60  # along the longer side of a region: 3 or 6 degrees on the globe
 _BLOCK = 4  # cells in a row, within which a cut is a straight line
 _OFFSET = 0.4937  # of a cell: keeps links off the round longitudes and latitudes where cuts are
 _INSET = 1e-6  # of a cell: a cut on the region's side is none
-_POLE_TO_POLE = np.pi * MEAN_EARTH_RADIUS / 1000.0
-_ONE_CUT = 1.25 * _POLE_TO_POLE  # half of the next longer one: a meridian, and another to the equator
+_ONE_CUT = 1.25 * np.pi  # radii: half of the next longer one, a meridian, and another to the equator
 
 
 def is_interrupted(projection: Projection, region: Region) -> bool:
     """Whether a map is cut within a region where it need not be.
 
-    A region that goes round the Earth may be cut by a map whose cuts of the globe are no longer than a meridian from
+    A region that goes round the globe may be cut by a map whose cuts of the globe are no longer than a meridian from
     pole to pole.
     """
     if cut_length(projection, region) == 0.0:
         return False
     west, _, east, _ = region.bounds
-    return east - west < 360.0 or cut_length(projection, GLOBE) > _ONE_CUT
+    return east - west < 360.0 or cut_length(projection, GLOBE) > _ONE_CUT * _radius_km(projection)
 
 
 def cut_length(projection: Projection, region: Place) -> float:
@@ -56,7 +54,12 @@ def cut_length(projection: Projection, region: Place) -> float:
     across = np.isfinite(_tears(projection, region, nodes[1:-1, :-1], nodes[1:-1, 1:]))
     along = np.nan_to_num(np.cos(np.radians(_tears(projection, region, inner[:-1], inner[1:]))))
     lengths = [_blocks(one, rows + 1, columns + 1) for one in (high * across, wide * along)]
-    return float(np.radians(np.hypot(*lengths).sum()) * MEAN_EARTH_RADIUS / 1000.0)
+    return float(np.radians(np.hypot(*lengths).sum()) * _radius_km(projection))
+
+
+def _radius_km(projection: Projection) -> float:
+    """The mean radius of the body."""
+    return projection.ellipsoid.ground.mean_radius / 1000.0
 
 
 def _tears(projection: Projection, region: Place, start: FloatArray, stop: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from projdist.field.side_strips import torn_sides, with_strips
 from projdist.matrices import log_scales
 from projdist.numerics import NODES, PLANE_WEIGHTS
 from projdist.projections import Projection, breaks_of
-from projdist.regions import GLOBE, Clips, Region
+from projdist.regions import Clips, Region
 
 Integrand = Callable[[FloatArray], FloatArray]
 """A function of Jacobians (n, p, p, 2, 2) whose mean over the region shall be resolved."""
@@ -228,9 +228,9 @@ class Mesh:
         It costs 20 times as much, so in small pieces only. Where there are few, as about a singular point, splitting
         them soon leaves next to nothing.
         """
-        # Areas as shares of the globe: the region's is on WGS 84, those of the pieces are on the map's own ellipsoid.
+        # Areas as shares of the globe: those of the pieces are on the map's own ellipsoid, which may be another one.
         share = pieces.weight.sum(axis=(1, 2)) / self.projection.ellipsoid.area
-        whole = self.region.area_km2 / GLOBE.area_km2
+        whole = 1e6 * self.region.area_km2 / self.region.figure.area
         ragged = np.flatnonzero(suspects & (pieces.unresolved > TEAR) & (share < _SMALL * whole))
         if ragged.size <= _FEW:
             ragged = ragged[share[ragged] < _NEXT_TO_NOTHING * whole]

@@ -8,13 +8,13 @@ import os
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.gis.libraries import needed_for
-from projdist.projections import tell_of_degrees, unprojected
+from projdist.projections import ground_of, tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionLike, get_region
 from projdist.support import check_raster, one_line
 
@@ -52,12 +52,16 @@ def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1)
             corners = image.transform @ (np.array([0, image.width] * 2), np.repeat([0, image.height], 2))
             bounds = [edge(side) for edge in (np.min, np.max) for side in corners]
             tell_of_degrees(image.crs.to_wkt(), bounds, f"'{path}'", "raster")
+            ellipsoid = ground_of(image.crs.to_wkt())
+            if ellipsoid is not None and ellipsoid.is_of_another_body:
+                place = cast(Region, get_region(region, ellipsoid))
             points = _Raster(image, band, text).points(place)
     except RasterioError as error:
         raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
     name = f"{place.name} weighted by {Path(path).name}"
-    coarse = None if points.coarse is None else PointSet(*points.coarse, name)
-    return PointSet(*points.fine, name, notes=place.notes, coarse=coarse)
+    on = getattr(place, "ellipsoid", None)
+    coarse = None if points.coarse is None else PointSet(*points.coarse, name, ellipsoid=on)
+    return PointSet(*points.fine, name, notes=place.notes, coarse=coarse, ellipsoid=on)
 
 
 class _Points(NamedTuple):

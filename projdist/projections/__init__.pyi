@@ -1,5 +1,6 @@
 from . import worldmaps
 from .arguments import number_text
+from .bodies import Body, is_same_body
 from .breaks import breaks_of
 from .catalogue import NAMES, WINKEL_PARALLEL
 from .cf_conventions import cf_attributes
@@ -22,7 +23,18 @@ from .definitions import crs_wkt, geodetic_ellipsoid, geodetic_of, unprojected
 from .derived import DerivedCrs, derived_crs
 from .errors import GridError, ProjectionError
 from .exports import parameters_of, pipeline_of, wkt_of
-from .geodesy import area_of_use, crs_of, geodesic_courses, geodesic_lengths, geodesic_points, geodesics, to_lonlat
+from .geodesy import (
+    area_of_use,
+    crs_of,
+    geodesic_arrivals,
+    geodesic_courses,
+    geodesic_destination,
+    geodesic_lengths,
+    geodesic_points,
+    geodesics,
+    ground_of,
+    to_lonlat,
+)
 from .inputs import listed_projections
 from .knobs import Parameter
 from .names import needed_parameters, projection_names
@@ -66,6 +78,7 @@ __all__ = [
     "WINKEL_PARALLEL",
     "WORLD_MAPS",
     "Axis",
+    "Body",
     "Conversion",
     "CrsHit",
     "CrsRecord",
@@ -108,7 +121,9 @@ __all__ = [
     "distance_around_edge",
     "facts_of",
     "find_crs",
+    "geodesic_arrivals",
     "geodesic_courses",
+    "geodesic_destination",
     "geodesic_lengths",
     "geodesic_points",
     "geodesics",
@@ -116,8 +131,10 @@ __all__ = [
     "geodetic_of",
     "geographic",
     "graticule_of",
+    "ground_of",
     "is_frame",
     "is_geographic",
+    "is_same_body",
     "keeps_datum",
     "kept_datum",
     "listed_projections",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -12,12 +13,12 @@ from pyproj import CRS, Geod, Transformer
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.projections.crs import bounds_of, read_crs
+from projdist.projections.datums import has_plain_axes
+from projdist.projections.definitions import unprojected
 from projdist.projections.errors import ProjectionError
 from projdist.projections.grids import check_grids
 from projdist.projections.hints import close_codes
 from projdist.support import did_you_mean, shown
-
-_GEOD = Geod(ellps="WGS84")
 
 
 def crs_of(value: Any) -> CRS:
@@ -40,9 +41,24 @@ def area_of_use(value: Any) -> tuple[float, float, float, float]:
     return bounds
 
 
+def ground_of(value: Any) -> Ellipsoid | None:
+    """The figure on which regions in a CRS are measured, None where it states none; raises ValueError."""
+    figure = crs_of(value).ellipsoid
+    if figure is None:
+        return None
+    rf = figure.inverse_flattening
+    return Ellipsoid(figure.semi_major_metre, 1.0 / rf if rf else 0.0).ground
+
+
 def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None:
-    """The function from coordinates of a CRS to longitude and latitude on WGS 84; None for a CRS that has these."""
+    """The function from coordinates of a CRS to longitude and latitude; None for a CRS that has these.
+
+    They are WGS 84's, and on another body those of its own datum, longitudes east and latitudes geodetic.
+    """
     crs = crs_of(value)
+    ground = ground_of(crs)
+    if ground is not None and ground.is_of_another_body:
+        return None if has_plain_axes(crs) else functools.partial(unprojected, crs.to_wkt())
     if crs.equals(CRS("OGC:CRS84")) or crs.equals(CRS("EPSG:4326"), ignore_axis_order=True):
         return None
     try:
@@ -58,14 +74,15 @@ def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray
     return transform
 
 
-def geodesics(ring: FloatArray) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
-    """The geodesics of WGS 84 from vertex to vertex (m, 2), as a curve: vertex k is at the parameter k."""
+def geodesics(ring: FloatArray, ellipsoid: Ellipsoid) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+    """The geodesics of an ellipsoid from vertex to vertex (m, 2), as a curve: vertex k is at the parameter k."""
+    geod = _geod(ellipsoid)
     lon, lat = ring.T
-    azimuth, _, length = (np.asarray(values) for values in _GEOD.inv(lon[:-1], lat[:-1], lon[1:], lat[1:]))
+    azimuth, _, length = (np.asarray(values) for values in geod.inv(lon[:-1], lat[:-1], lon[1:], lat[1:]))
 
     def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
         k = np.minimum(t.astype(int), len(azimuth) - 1)
-        to_lon, to_lat, _ = _GEOD.fwd(lon[k], lat[k], azimuth[k], length[k] * (t - k))
+        to_lon, to_lat, _ = geod.fwd(lon[k], lat[k], azimuth[k], length[k] * (t - k))
         # A vertex is what was given, to the last bit: a ring ends where it begins.
         vertex = t == np.floor(t)
         number = t.astype(int)
@@ -79,6 +96,22 @@ def geodesic_lengths(
 ) -> FloatArray:
     """The lengths in metres of the geodesics between points in degrees, all of one shape."""
     return np.asarray(_geod(ellipsoid).inv(lon, lat, to_lon, to_lat)[2])
+
+
+def geodesic_arrivals(
+    ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, to_lon: FloatArray, to_lat: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The lengths in metres of the geodesics between points in degrees, and their azimuths where they end."""
+    _, back, length = (np.asarray(values) for values in _geod(ellipsoid).inv(lon, lat, to_lon, to_lat))
+    return length, back + 180.0
+
+
+def geodesic_destination(
+    ellipsoid: Ellipsoid, lon: float, lat: float, azimuth: float, length: float
+) -> tuple[float, float, float]:
+    """Longitude and latitude at the end of a geodesic of so many metres, and its azimuth there within 0 and 360."""
+    to_lon, to_lat, back = _geod(ellipsoid).fwd(lon, lat, azimuth, length)
+    return float(to_lon), float(to_lat), float(back + 180.0) % 360.0
 
 
 def geodesic_points(

@@ -13,12 +13,12 @@ from pyproj import CRS, Proj
 
 from projdist._typing import FloatArray
 from projdist.earth import SPHERE, Ellipsoid
+from projdist.projections.bodies import Body, body_in
 from projdist.projections.errors import ProjectionError
 from projdist.projections.inputs import parse
 from projdist.projections.operations import CrsOperation, Function, Pipeline
 
 _FARTHEST = 1e10  # radii; the gnomonic map reaches as far. PROJ gives larger numbers beyond the reach of some maps
-_LARGEST_GLOBE = 100.0  # metres; the least figure of a body that PROJ knows, Itokawa, has 173
 _LONGEST_LABEL = 60  # characters
 
 
@@ -44,14 +44,15 @@ class Projection:
 
     @property
     def is_of_another_body(self) -> bool:
-        """Whether its figure is that of a planet, a moon or the like.
+        """Whether its figure is that of a planet, a moon or the like, by its size."""
+        return self.ellipsoid.is_of_another_body
 
-        That of a string may also be a globe's, a unit sphere, or the Earth's in kilometres.
-        """
-        if self.ellipsoid.is_earthly:
-            return False
-        in_metres = self.ellipsoid.a > _LARGEST_GLOBE and not Ellipsoid(1000.0 * self.ellipsoid.a).is_earthly
-        return isinstance(self.function, CrsOperation) or in_metres
+    @property
+    def body(self) -> Body:
+        """The body that it is a map of, by the name that its CRS has for it."""
+        operation = self.function
+        is_named = self.is_of_another_body and isinstance(operation, CrsOperation)
+        return Body(self.ellipsoid, body_in(cast(CrsOperation, operation).crs) if is_named else "")
 
     @property
     def answers_everywhere(self) -> bool:

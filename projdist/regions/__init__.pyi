@@ -1,9 +1,9 @@
 from .border import Border
 from .boxes import GLOBE, Box, bounding_box
-from .caps import Cap
+from .caps import Cap, reaches
 from .cells import cells_of
 from .combined import combine, geojson_of, polygons_of
-from .defaults import region_for
+from .defaults import check_on_body, ground_of_maps, region_for
 from .files import features_from_file, polygons_from_geojson
 from .language import HasGeometry, Place, RegionLike, get_region, is_region_text, layer_path, weighted_points
 from .lines import line_of
@@ -34,6 +34,7 @@ __all__ = [
     "TurnedGlobe",
     "bounding_box",
     "cells_of",
+    "check_on_body",
     "combine",
     "crs_name",
     "features_from_file",
@@ -41,6 +42,7 @@ __all__ = [
     "full_name",
     "geojson_of",
     "get_region",
+    "ground_of_maps",
     "height_of",
     "is_region_text",
     "latitude_of",
@@ -49,6 +51,7 @@ __all__ = [
     "main_part",
     "polygons_from_geojson",
     "polygons_of",
+    "reaches",
     "region_for",
     "region_names",
     "region_title",

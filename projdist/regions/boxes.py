@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Breaks
+from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
 from projdist.regions.patches import patch_chart, patch_panels
 from projdist.regions.region import ChartPoints, Unclipped
 
@@ -37,20 +37,24 @@ def likelier(sides: Sides) -> Sides:
 
 @dataclass(frozen=True)
 class Box(Unclipped):
-    """The box between two meridians and two parallels; west > east crosses the antimeridian."""
+    """The box between two meridians and two parallels; west > east crosses the antimeridian.
+
+    The `ellipsoid` is that of the body it is on; without one it is on any, and its area is that on WGS 84.
+    """
 
     west: float
     south: float
     east: float
     north: float
+    ellipsoid: Ellipsoid | None = field(default=None, compare=False)
 
     @classmethod
-    def between(cls, bounds: Sides) -> Box:
+    def between(cls, bounds: Sides, ellipsoid: Ellipsoid | None = None) -> Box:
         """The box of bounds west < east, as regions have them: from 170 to 370 is from 170 to 10."""
         west, south, east, north = bounds
         if east - west >= 360.0:
-            return cls(-180.0, south, 180.0, north)
-        return cls(west, south, east if east <= 360.0 else east - 360.0, north)
+            return cls(-180.0, south, 180.0, north, ellipsoid)
+        return cls(west, south, east if east <= 360.0 else east - 360.0, north, ellipsoid)
 
     def __post_init__(self) -> None:
         values = (self.west, self.south, self.east, self.north)
@@ -91,18 +95,23 @@ class Box(Unclipped):
         return self.west, self.south, east, self.north
 
     @property
+    def figure(self) -> Ellipsoid:
+        """The ellipsoid on which the area is measured."""
+        return self.ellipsoid or WGS84
+
+    @property
     def area_km2(self) -> float:
-        """Area on the WGS 84 ellipsoid."""
+        """Area on the ellipsoid."""
         west, south, east, north = self.bounds
-        below = WGS84.area_below([south, north])
+        below = self.figure.area_below([south, north])
         return float(math.radians(east - west) * (below[1] - below[0]) / 1e6)
 
     def shared_km2(self, other: Box) -> float:
-        """Area on the WGS 84 ellipsoid that two boxes share."""
+        """Area on the ellipsoid that two boxes share."""
         (west, south, east, north), (left, low, right, high) = self.bounds, other.bounds
         turns = (-720.0, -360.0, 0.0, 360.0, 720.0)
         width = sum(max(0.0, min(east, right + turn) - max(west, left + turn)) for turn in turns)
-        below = WGS84.area_below([max(south, low), min(north, high)])
+        below = self.figure.area_below([max(south, low), min(north, high)])
         return float(math.radians(width) * max(0.0, below[1] - below[0]) / 1e6)
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:

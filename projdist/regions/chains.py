@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.earth import WGS84
+from projdist.earth import Ellipsoid
 from projdist.numerics import LEGENDRE, NODES, ORDER, WEIGHTS
 
 Side = Callable[[FloatArray], FloatArray]
@@ -126,14 +126,14 @@ def is_whole(part: Clip, south: float, north: float) -> bool:
     return not len(edges) and float(np.sum(gates[:, 1] - gates[:, 0])) >= (north - south) * (1.0 - 1e-13)
 
 
-def area_km2(edges: FloatArray) -> float:
-    """Area on the WGS 84 ellipsoid on the left of a closed chain, by Green's theorem."""
+def area_km2(edges: FloatArray, ellipsoid: Ellipsoid) -> float:
+    """Area on an ellipsoid on the left of a closed chain, by Green's theorem."""
     # In pieces of 10 degrees, for which the nodes are exact to rounding.
     pieces = np.ceil(np.abs(edges[:, 3] - edges[:, 1]) / 10.0).clip(1).astype(int)
     (lon0, lon1), (lat0, lat1) = divided(edges, pieces)
     total = 0.0
     for part in _some(len(lat0)):
-        below = WGS84.area_below(lat0[part, None] + (lat1 - lat0)[part, None] * 0.5 * (1.0 + NODES))
+        below = ellipsoid.area_below(lat0[part, None] + (lat1 - lat0)[part, None] * 0.5 * (1.0 + NODES))
         total += float(np.sum(np.radians(lon0 - lon1)[part] * (below @ WEIGHTS) * 0.5))
     return total / 1e6
 

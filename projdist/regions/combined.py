@@ -8,7 +8,8 @@ import numpy as np
 import shapely
 
 from projdist._typing import FloatArray
-from projdist.earth import GEOS_ARITHMETIC, chords, closed_round_pole, cut_at_antimeridian, merged, unwrapped
+from projdist.earth import GEOS_ARITHMETIC, Ellipsoid, chords, closed_round_pole, cut_at_antimeridian, merged, unwrapped
+from projdist.projections import Body, is_same_body
 from projdist.regions.boxes import Box
 from projdist.regions.caps import Cap
 from projdist.regions.points import PointSet
@@ -27,6 +28,7 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
     """Two regions by `&`, `-` or `+`; from points, `&` and `-` choose. Raises ValueError where nothing is left."""
     if isinstance(right, PointSet) or (isinstance(left, PointSet) and operator == "+"):
         raise ValueError(f"Invalid region '{name}'. Points can only stand on the left of & and -.")
+    ellipsoid = _ellipsoid(left, right, name)
     if isinstance(left, PointSet):
         wanted = operator == "&"
         return left.chosen(lambda lon, lat: right.contains(lon, lat) == wanted, name)
@@ -35,7 +37,17 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
     found = _combined(operator, one, other)
     if found.area == 0.0:
         raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
-    return Polygons(merged([found]), name, (*_repairs(left), *_repairs(right)), resolution=resolution)
+    return Polygons(merged([found]), name, (*_repairs(left), *_repairs(right)), "", resolution, ellipsoid)
+
+
+def _ellipsoid(left: Region | PointSet, right: Region, name: str) -> Ellipsoid | None:
+    """The ellipsoid of the body that either is on; a cap is on one."""
+    one, other = (
+        region.figure if isinstance(region, Cap) else getattr(region, "ellipsoid", None) for region in (left, right)
+    )
+    if one and other and not is_same_body(Body(one), Body(other)):
+        raise ValueError(f"Invalid region '{name}'. Its parts are on different bodies, {Body(one)} and {Body(other)}.")
+    return one or other
 
 
 def _resolution(left: Region, right: Region, name: str) -> str:
@@ -87,16 +99,13 @@ def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
     ring = unwrapped(chords(rim, np.linspace(0.0, 360.0, 65), RIM_TOLERANCE))
     poles = [pole for pole in (90.0, -90.0) if bool(cap.contains(0.0, pole))]
     if len(poles) == 2:
-        # The rim goes round what is left out.
-        outside = Cap(cap.lon + 180.0 if cap.lon <= 180.0 else cap.lon - 180.0, -cap.lat, _rest_km(cap))
-        return merged([shapely.difference(shapely.box(-180.0, -90.0, 180.0, 90.0), _cap_polygons(outside))])
+        # The rim goes round what is left out, unless both poles lie on it.
+        around = merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
+        if shapely.intersects_xy(around, (cap.lon + 180.0) % 360.0 - 180.0, cap.lat):
+            return around
+        return merged([shapely.difference(shapely.box(-180.0, -90.0, 180.0, 90.0), around)])
     if poles:
         ring = np.concatenate([ring, [[ring[-1, 0], poles[0]], [ring[0, 0], poles[0]]]])
     else:
         ring = closed_round_pole(ring)
     return merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
-
-
-def _rest_km(cap: Cap) -> float:
-    """The radius of the cap's complement."""
-    return cap.radius_km * (180.0 - cap.angle) / cap.angle

@@ -6,7 +6,7 @@ import functools
 
 import shapely
 
-from projdist.earth import merged, natural_earth
+from projdist.earth import WGS84, merged, natural_earth
 from projdist.regions.names import continents, countries, folded, names_of, question
 from projdist.regions.parts import told_apart
 from projdist.regions.polygons import Polygons
@@ -17,7 +17,7 @@ DEFAULT_RESOLUTION = "50m"
 @functools.cache
 def land(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """The land, Antarctica with its ice shelves included."""
-    return Polygons(natural_earth.land(resolution), _named("land", resolution), resolution=resolution)
+    return Polygons(natural_earth.land(resolution), _named("land", resolution), resolution=resolution, ellipsoid=WGS84)
 
 
 @functools.cache
@@ -25,7 +25,7 @@ def ocean(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
     """All that is not land, the Caspian Sea included."""
     globe = shapely.box(-180.0, -90.0, 180.0, 90.0)
     water = merged([shapely.difference(globe, natural_earth.land(resolution))])
-    return Polygons(water, _named("ocean", resolution), resolution=resolution)
+    return Polygons(water, _named("ocean", resolution), resolution=resolution, ellipsoid=WGS84)
 
 
 def country(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
@@ -42,7 +42,9 @@ def _country(key: str, shown: str, resolution: str) -> Polygons:
     geometry = natural_earth.country(key, resolution)
     if geometry is None:
         raise ValueError(f"Invalid country '{shown}' at {resolution}. It is too small for this data: ask for 50m.")
-    return told_apart(Polygons(geometry, _named(f"country:{shown}", resolution), resolution=resolution))
+    return told_apart(
+        Polygons(geometry, _named(f"country:{shown}", resolution), resolution=resolution, ellipsoid=WGS84)
+    )
 
 
 def continent(text: str, resolution: str = DEFAULT_RESOLUTION) -> Polygons:
@@ -60,7 +62,7 @@ def _continent(name: str, resolution: str) -> Polygons:
     keys = [row["iso_n3"] or row["name"] for row in natural_earth.country_keys() if row["continent"] == name]
     parts = [natural_earth.country(key, resolution) for key in keys]
     whole = merged([part for part in parts if part is not None])
-    return Polygons(whole, _named(f"continent:{name}", resolution), resolution=resolution)
+    return Polygons(whole, _named(f"continent:{name}", resolution), resolution=resolution, ellipsoid=WGS84)
 
 
 def _named(text: str, resolution: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,13 +12,23 @@ import numpy as np
 import shapely
 
 from projdist._typing import FloatArray
-from projdist.earth import chords, cut_at_antimeridian, even_odd, goes_round, merged, planar, unwrapped
-from projdist.projections import TEXT_SUFFIXES, geodesics, to_lonlat
+from projdist.earth import (
+    WGS84,
+    Ellipsoid,
+    chords,
+    cut_at_antimeridian,
+    even_odd,
+    goes_round,
+    merged,
+    planar,
+    unwrapped,
+)
+from projdist.projections import TEXT_SUFFIXES, geodesics, ground_of, to_lonlat
 from projdist.regions.chains import area_km2
 from projdist.regions.parts import told_apart
 from projdist.regions.points import HEIGHTS, PointSet, placed, read_csv
 from projdist.regions.polygons import Polygons
-from projdist.regions.reading import Shape, Transform, positions, read, shapes_of, stated_transform
+from projdist.regions.reading import Shape, Transform, crs_name, positions, read, shapes_of
 
 # Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude, which their moved middles then
 # leave by a third.
@@ -30,14 +41,17 @@ Rings = list[FloatArray]
 _NAMES = ("name", "name_en", "title", "admin", "id", "code")  # of the fields that name a feature, the best first
 
 
-def polygons_from_file(path: Path, layer: str, name: str, *, edges: str = "straight") -> Polygons:
+def polygons_from_file(
+    path: Path, layer: str, name: str, *, edges: str = "straight", ellipsoid: Ellipsoid | None = None
+) -> Polygons:
     """The polygons of a vector file, what overlaps counted once; raises ValueError.
 
-    `edges`: "straight" in the file's own coordinates, or "geodesic" from vertex to vertex.
+    `edges`: "straight" in the file's own coordinates, or "geodesic" from vertex to vertex, on the ellipsoid of the
+    file's body, or, where its CRS is not another one's, on the one given.
     """
     text = f"Invalid region file '{path}'."
-    shapes, transform, _ = read(path, layer, text, [], ("Polygon", "MultiPolygon"))
-    return _polygons(shapes, transform, name, text, edges)
+    shapes, transform, crs = read(path, layer, text, [], ("Polygon", "MultiPolygon"))
+    return _polygons(shapes, transform, name, text, edges, _ellipsoid(crs) or ellipsoid)
 
 
 def polygons_from_geojson(
@@ -45,8 +59,15 @@ def polygons_from_geojson(
 ) -> Polygons:
     """The polygons of a GeoJSON object, in a CRS if not in longitude and latitude; raises ValueError."""
     text = f"Invalid region '{name}'."
-    transform = stated_transform(value, text) if crs is None else to_lonlat(crs)
-    return _polygons(list(shapes_of(value, text)), transform, name, text, edges)
+    stated = crs_name(value.get("crs"), text) if crs is None else crs
+    transform = None if stated is None else to_lonlat(stated)
+    return _polygons(list(shapes_of(value, text)), transform, name, text, edges, _ellipsoid(stated))
+
+
+def _ellipsoid(crs: Any) -> Ellipsoid | None:
+    """The ellipsoid of the body that what is in a CRS is on: another one's, as degrees of WGS 84 are anybody's."""
+    found = None if crs is None else ground_of(crs)
+    return found if found is not None and found.is_of_another_body else None
 
 
 def features_from_file(path: Path, layer: str = "") -> list[tuple[str, dict[str, Any]]]:
@@ -79,7 +100,7 @@ def points_from_file(path: Path, layer: str, name: str, column: str = "weight") 
     if path.suffix.lower() in TEXT_SUFFIXES:
         return read_csv(path, name, column)
     text = f"Invalid points file '{path}'."
-    shapes, transform, _ = read(path, layer, text, [column, *HEIGHTS], ("Point",))
+    shapes, transform, crs = read(path, layer, text, [column, *HEIGHTS], ("Point",))
     wrong = {shape.kind for shape in shapes} - {"Point", ""}
     if wrong or not shapes:
         raise ValueError(f"{text} It must hold points; it holds {', '.join(sorted(wrong)) or 'nothing'}.")
@@ -95,7 +116,8 @@ def points_from_file(path: Path, layer: str, name: str, column: str = "weight") 
     named = next((name for name in HEIGHTS if any(name in field for field in fields)), HEIGHTS[0])
     heights = [field.get(named) for field in fields]
     numbers = None if None in heights else [_number(one, named, k, text) for k, one in enumerate(heights)]
-    return placed(lonlat[:, 0], lonlat[:, 1], weight, name, None if numbers is None else np.array(numbers), text)
+    points = placed(lonlat[:, 0], lonlat[:, 1], weight, name, None if numbers is None else np.array(numbers), text)
+    return replace(points, ellipsoid=_ellipsoid(crs))
 
 
 def _number(value: Any, column: str, index: int, text: str) -> float:
@@ -109,7 +131,14 @@ def _number(value: Any, column: str, index: int, text: str) -> float:
 # ---- polygons -------------------------------------------------------------------------------
 
 
-def _polygons(shapes: Sequence[Shape], transform: Transform | None, name: str, text: str, edges: str) -> Polygons:
+def _polygons(
+    shapes: Sequence[Shape],
+    transform: Transform | None,
+    name: str,
+    text: str,
+    edges: str,
+    ellipsoid: Ellipsoid | None,
+) -> Polygons:
     given: list[Any] = []
     empty = 0
     for shape in shapes:
@@ -122,7 +151,7 @@ def _polygons(shapes: Sequence[Shape], transform: Transform | None, name: str, t
         if not (isinstance(parts, list | tuple) and all(isinstance(rings, list | tuple) for rings in parts)):
             raise ValueError(f"{text} Its polygons must have coordinates, lists of rings.")
         given += parts
-    polygons = [[_ring(ring, transform, text, edges) for ring in rings] for rings in given if rings]
+    polygons = [[_ring(ring, transform, text, edges, ellipsoid) for ring in rings] for rings in given if rings]
     if not polygons:
         raise ValueError(f"{text} It holds no polygons.")
     pieces: list[shapely.Geometry] = []
@@ -135,12 +164,13 @@ def _polygons(shapes: Sequence[Shape], transform: Transform | None, name: str, t
         repaired = even_odd(rings)
         if repaired.area > 0.0:
             pieces.append(repaired)
-            repairs += _repairs(rings, repaired)
+            repairs += _repairs(rings, repaired, ellipsoid or WGS84)
     if not pieces:
         raise ValueError(f"{text} Its polygons have no area.")
     notes = [f"{empty} feature(s) have no geometry, and are left out."] if empty else []
     notes += _notes(polygons, repairs)
-    return told_apart(Polygons(merged(pieces), name, tuple(f"{name}: {note}" for note in notes)))
+    said = tuple(f"{name}: {note}" for note in notes)
+    return told_apart(Polygons(merged(pieces), name, said, ellipsoid=ellipsoid))
 
 
 class _Repair(NamedTuple):
@@ -150,11 +180,11 @@ class _Repair(NamedTuple):
     change: float
 
 
-def _repairs(rings: Rings, repaired: shapely.Geometry) -> Iterator[_Repair]:
+def _repairs(rings: Rings, repaired: shapely.Geometry, ellipsoid: Ellipsoid) -> Iterator[_Repair]:
     """What the even-odd rule has changed of a polygon, if anything."""
     one_by_one = [planar([ring]) for ring in rings]
-    shell, *holes = (_ground_area(one) for one in one_by_one)
-    after = Polygons(merged([repaired]), "").area_km2
+    shell, *holes = (_ground_area(one, ellipsoid) for one in one_by_one)
+    after = Polygons(merged([repaired]), "", ellipsoid=ellipsoid).area_km2
     change = after - (shell - sum(holes))
     if abs(change) > _CHANGED * after:
         yield _Repair(not all(one.is_valid for one in one_by_one), change)
@@ -174,7 +204,9 @@ def _notes(polygons: list[Rings], repairs: list[_Repair]) -> Iterator[str]:
         yield f"{wide} edge(s) wider than 180 degrees run the shorter way, across the antimeridian."
 
 
-def _ring(coordinates: Any, transform: Transform | None, text: str, edges: str) -> FloatArray:
+def _ring(
+    coordinates: Any, transform: Transform | None, text: str, edges: str, ellipsoid: Ellipsoid | None
+) -> FloatArray:
     """A ring of longitudes and latitudes (m, 2), whose edges are straight in these."""
     ring = positions(coordinates, text)
     if len(ring) < 4:
@@ -193,7 +225,7 @@ def _ring(coordinates: Any, transform: Transform | None, text: str, edges: str) 
             f"at {ring[-1, 0]:g}, {ring[-1, 1]:g}."
         )
     if edges == "geodesic":
-        return chords(geodesics(lonlat), np.arange(len(ring), dtype=float), _TOLERANCE)
+        return chords(geodesics(lonlat, ellipsoid or WGS84), np.arange(len(ring), dtype=float), _TOLERANCE)
     return lonlat if transform is None else _straight_in(ring, transform)
 
 
@@ -214,7 +246,7 @@ def _straight_in(ring: FloatArray, transform: Transform) -> FloatArray:
     return chords(curve, np.arange(len(ring), dtype=float), _TOLERANCE)
 
 
-def _ground_area(polygon: shapely.Polygon) -> float:
+def _ground_area(polygon: shapely.Polygon, ellipsoid: Ellipsoid) -> float:
     """Area in km^2 that a shell goes round, as often as it does."""
     ring = shapely.get_coordinates(polygon.exterior)
-    return abs(area_km2(np.hstack([ring[:-1], ring[1:]])))
+    return abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid))

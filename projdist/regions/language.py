@@ -2,7 +2,7 @@
 
     globe, land, ocean              land@110m and ocean@110m in less detail, @10m in more
     box:W,S,E,N                     degrees; W > E crosses the antimeridian
-    cap:LON,LAT,KM                  within a distance of a point
+    cap:LON,LAT,KM                  within a geodesic distance of a point, on the ellipsoid
     country:NAME                    or its ISO 3166 code; country:CH@110m, country:CH@10m
     continent:NAME                  its countries
     state:NAME                      of the USA, or its postal code
@@ -19,6 +19,7 @@ Operators have blanks around them; brackets group; quotation marks protect a pat
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -28,7 +29,8 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.projections import area_of_use
+from projdist.earth import Ellipsoid
+from projdist.projections import Body, area_of_use, ground_of, is_same_body
 from projdist.regions.boxes import GLOBE, Box, likelier
 from projdist.regions.caps import Cap
 from projdist.regions.points import PointSet
@@ -73,7 +75,7 @@ _SUFFIX = re.compile(r"@(all|main)(?::([^@&()\s]*))?(?=[@&)\s]|$)", re.IGNORECAS
 _OPERATOR = re.compile(r"\s+([&+-])(?=\s|$)")
 
 
-def get_region(region: RegionLike) -> Place:
+def get_region(region: RegionLike, ellipsoid: Ellipsoid | None = None) -> Place:
     """The region of a text, such as `globe`, `box:W,S,E,N`, `country:CH`, `land - continent:Antarctica`.
 
     Parameters
@@ -82,6 +84,9 @@ def get_region(region: RegionLike) -> Place:
         A text in the language of `projdist.regions.language`. A region stands for itself, four numbers W, S, E, N in
         degrees for a box, GeoJSON (a dictionary, or anything with `__geo_interface__`, as shapely's geometries) for its
         polygons in longitude and latitude, a GeoSeries or GeoDataFrame for those that it has in its CRS.
+    ellipsoid : Ellipsoid, optional
+        That of the body it is on, on which distances and areas are measured; by default WGS 84's for the Earth. The
+        functions that take maps and regions ask for that of the maps.
 
     Returns
     -------
@@ -91,8 +96,8 @@ def get_region(region: RegionLike) -> Place:
     Raises
     ------
     ValueError
-        For an unknown place, with close matches, numbers out of their range, files that cannot be read, and brackets
-        and operators that do not fit.
+        For an unknown place, with close matches, numbers out of their range, files that cannot be read, brackets
+        and operators that do not fit, and places of the Earth on another body.
 
     References
     ----------
@@ -108,10 +113,33 @@ def get_region(region: RegionLike) -> Place:
     >>> octant.name, round(8 * octant.area_km2)
     ('box:0,0,90,90', 510065622)
     """
+    return _region_of_any(region, None) if ellipsoid is None else region_on(region, Body(ellipsoid))
+
+
+def region_on(region: RegionLike, body: Body) -> Place:
+    """The region on a body; raises ValueError, as where it is on another."""
+    return placed(_region_of_any(region, body), body)
+
+
+def placed(region: Place, body: Body) -> Place:
+    """A region on a body; raises ValueError if it is on another."""
+    if not hasattr(region, "ellipsoid"):  # of a kind that is not from here
+        return region
+    known = region.ellipsoid
+    if known is not None and not is_same_body(Body(known), body):
+        raise ValueError(f"Invalid region '{shown(region.name)}'. It is on {Body(known)}, not on {body}.")
+    # A cap of the Earth is another one on a sphere; all else has one area on the Earth, that on WGS 84.
+    if known is not None or not (isinstance(region, Cap) or body.ellipsoid.is_of_another_body):
+        return region
+    found = cast(Place, dataclasses.replace(cast(Any, region), ellipsoid=body.ellipsoid))
+    return _told_apart(dataclasses.replace(cast(Any, found), far="")) if region.far else found
+
+
+def _region_of_any(region: RegionLike, body: Body | None) -> Place:
     if isinstance(region, str):
         if len(region) > _LONGEST:
             raise ValueError(f"Invalid region '{shown(region)}'. It must have at most {_LONGEST} characters.")
-        return _Parser(region).parse()
+        return _Parser(region, body).parse()
     if isinstance(region, PointSet) or _is_region(region):
         return cast(Place, region)
     shape = getattr(region, "__geo_interface__", region)
@@ -164,8 +192,9 @@ def weighted_points(text: str, column: str) -> PointSet:
 class _Parser:
     """Recursive descent: a sum of products of atoms and brackets."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, body: Body | None) -> None:
         self.text = text
+        self.body = body
         self.given = text.strip()
         self.rest = self.given
         self.kinds: set[str] = set()  # of atoms, and of suffixes
@@ -226,7 +255,8 @@ class _Parser:
         suffix = _SUFFIX.search(text)
         plain = text if suffix is None else text[: suffix.start()].rstrip() + text[suffix.end() :]
         self.kinds.add(re.split("[:@]", plain.lower(), maxsplit=1)[0])
-        found = _region_of(plain)
+        found = _region_of(plain, None if self.body is None else self.body.ellipsoid)
+        found = found if self.body is None else placed(found, self.body)
         return found if suffix is None else self._parts_of(found, suffix)
 
     def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
@@ -274,7 +304,7 @@ def _end_of_atom(text: str) -> int:
     return len(text)
 
 
-def _region_of(text: str) -> Place:
+def _region_of(text: str, ellipsoid: Ellipsoid | None) -> Place:
     kind, _, argument = text.partition(":")
     longest = _LONGEST_BY_KIND.get(kind.lower(), _LONGEST_NAME)
     if len(text) > longest:
@@ -288,7 +318,7 @@ def _region_of(text: str) -> Place:
         return {"land": countries.land, "ocean": countries.ocean}[word](_resolution(resolution, at))
     if kind.lower() not in _KINDS:
         raise ValueError(f"Invalid region '{text}'. {_hint(text)}It must be {FORMS}.")
-    return _KINDS[kind.lower()](text, argument.strip().strip('"'))
+    return _KINDS[kind.lower()](text, argument.strip().strip('"'), ellipsoid)
 
 
 def _hint(text: str) -> str:
@@ -321,7 +351,7 @@ def _numbers(text: str, argument: str, form: str, count: int) -> list[float]:
     return values
 
 
-def _box(text: str, argument: str) -> Region:
+def _box(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     return _likely_box(*_numbers(text, argument, "box:W,S,E,N", 4))
 
 
@@ -337,33 +367,34 @@ def _likely_box(west: float, south: float, east: float, north: float) -> Box:
     return box
 
 
-def _cap(text: str, argument: str) -> Region:
-    return Cap(*_numbers(text, argument, "cap:LON,LAT,KM", 3))
+def _cap(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
+    lon, lat, km = _numbers(text, argument, "cap:LON,LAT,KM", 3)
+    return Cap(lon, lat, km, ellipsoid)
 
 
-def _country(text: str, argument: str) -> Region:
+def _country(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     from projdist.regions.countries import country  # as above
 
     name, at, resolution = argument.partition("@")
     return country(name.strip(), _resolution(resolution, at))
 
 
-def _continent(text: str, argument: str) -> Region:
+def _continent(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     from projdist.regions.countries import continent  # as above
 
     name, at, resolution = argument.partition("@")
     return continent(name.strip(), _resolution(resolution, at))
 
 
-def _state(text: str, argument: str) -> Region:
+def _state(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     from projdist.regions import states  # as above
 
     name, at, resolution = argument.partition("@")
     return states.state(name.strip(), resolution if at else states.RESOLUTION)
 
 
-def _crs(text: str, argument: str) -> Region:
-    return Box(*area_of_use(argument))
+def _crs(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
+    return Box(*area_of_use(argument), ground_of(argument))
 
 
 def layer_path(text: str) -> tuple[Path, str]:
@@ -379,25 +410,25 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
     return layer_path(argument)
 
 
-def _file(text: str, argument: str) -> Region:
+def _file(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     from projdist.regions.files import polygons_from_file  # as above
 
     return polygons_from_file(*_path(text, argument), text)
 
 
-def _geodesic(text: str, argument: str) -> Region:
+def _geodesic(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     from projdist.regions.files import polygons_from_file  # as above
 
-    return polygons_from_file(*_path(text, argument), text, edges="geodesic")
+    return polygons_from_file(*_path(text, argument), text, edges="geodesic", ellipsoid=ellipsoid)
 
 
-def _points(text: str, argument: str) -> PointSet:
+def _points(text: str, argument: str, ellipsoid: Ellipsoid | None) -> PointSet:
     from projdist.regions.files import points_from_file  # as above
 
     return points_from_file(*_path(text, argument), text)
 
 
-_KINDS: dict[str, Callable[[str, str], Place]] = {
+_KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
     "box": _box,
     "cap": _cap,
     "country": _country,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import MEAN_EARTH_RADIUS, unit_vectors
+from projdist.earth import unit_vectors
 from projdist.regions.region import Region
 
 if TYPE_CHECKING:
@@ -33,10 +33,8 @@ Mayen, the Andamans and the Canaries are beyond, Malaysia's halves and Fiji's Ro
 
 # Outlines at 1 : 50 million are good to some kilometres, and edges in shorter pieces take seconds for a continent.
 _NEAREST_KM = 10.0
-_FARTHEST_KM = math.pi * MEAN_EARTH_RADIUS / 1000.0
 _SPACING = 8.0  # points on edges in a gap: one of d is found as d sqrt(1 + 1 / 8^2) at most, 0.8 % too long
 _PAIRS = 2e6  # of points; fewer take less than scipy to load, 0.2 s
-_DEGREE_KM = math.radians(1.0) * MEAN_EARTH_RADIUS / 1000.0
 
 
 @overload
@@ -48,8 +46,9 @@ def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointS
 
     A region that hangs together is returned as it is; so are boxes, caps and points.
     """
-    if not _NEAREST_KM <= km <= _FARTHEST_KM:
-        allowed = f"{_NEAREST_KM:.0f} to {_FARTHEST_KM:.0f} km"
+    farthest = math.pi * _radius_km(region)
+    if not _NEAREST_KM <= km <= farthest:
+        allowed = f"{_NEAREST_KM:.0f} to {farthest:.0f} km"
         raise ValueError(f"Invalid distance '{km:g}' of a main part. It must be {allowed}.")
     from projdist.regions.polygons import Polygons  # shapely is slow to load
 
@@ -61,7 +60,7 @@ def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointS
         return region
     suffix = "@main" if km == MAIN_KM else f"@main:{km:g}"
     name = _suffixed(region.name, suffix)
-    return Polygons(outline.geometry(kept), name, region.repairs, resolution=region.resolution)
+    return dataclasses.replace(region, geometry=outline.geometry(kept), name=name, far="")
 
 
 def all_parts(region: Region | PointSet) -> Region | PointSet:
@@ -99,7 +98,12 @@ def told_apart(region: Polygons) -> Polygons:
 def _reach_km(region: Polygons) -> float:
     """What no two points of a region can be farther apart than."""
     west, south, east, north = region.bounds
-    return _DEGREE_KM * (east - west + north - south)
+    return math.radians(east - west + north - south) * _radius_km(region)
+
+
+def _radius_km(region: Region | PointSet) -> float:
+    """The mean radius of the body."""
+    return region.figure.mean_radius / 1000.0
 
 
 def _nearest(points: FloatArray, asked: FloatArray, bound: float) -> FloatArray:
@@ -124,8 +128,9 @@ class _Outline:
     def __init__(self, region: Polygons, km: float) -> None:
         import shapely  # slow to load
 
+        self._radius = _radius_km(region)
         self._parts = shapely.get_parts(region.geometry)
-        dense = shapely.segmentize(self._parts, km / _SPACING / _DEGREE_KM)
+        dense = shapely.segmentize(self._parts, math.degrees(km / self._radius) / _SPACING)
         lonlat, self._part = shapely.get_coordinates(dense, return_index=True)
         self._points = unit_vectors(*lonlat.T).T
         # By the mean latitude of each: to tell which is the largest.
@@ -144,14 +149,14 @@ class _Outline:
         """How far in km each of the other parts is from these."""
         return self._distances(np.flatnonzero(kept), ~kept)
 
-    def _distances(self, near: IntArray, far: BoolArray, within: float = _FARTHEST_KM) -> FloatArray:
-        """The least distance in km of each of some parts from others; half way round the Earth if beyond `within`."""
+    def _distances(self, near: IntArray, far: BoolArray, within: float = math.inf) -> FloatArray:
+        """The least distance in km of each of some parts from others; half way round the body if beyond `within`."""
         asked = far[self._part]
-        bound = 2.0 * math.sin(0.5 * math.pi * within / _FARTHEST_KM) * (1.0 + 1e-9)
+        bound = 2.0 * math.sin(0.5 * min(within / self._radius, math.pi)) * (1.0 + 1e-9)
         chords = _nearest(self._points[np.isin(self._part, near)], self._points[asked], bound)
         least = np.full(len(self._parts), np.inf)
         np.minimum.at(least, self._part[asked], 2.0 * np.arcsin(np.minimum(0.5 * chords, 1.0)))
-        return np.asarray(least[far] * MEAN_EARTH_RADIUS / 1000.0)
+        return np.asarray(least[far] * self._radius)
 
     def geometry(self, kept: BoolArray) -> Any:
         """Some of the parts as one geometry."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.earth import WGS84, Ellipsoid
 from projdist.projections import PointTable, read_point_table
 from projdist.support import MISSING, comma_hint, number_of
 
@@ -22,7 +23,8 @@ HEIGHTS = ("height", "h", "elevation", "ele")
 class PointSet:
     """Points in degrees with weights of any sum, and perhaps heights in metres; all of shape (n,).
 
-    `name` is the region in the words of `get_region`. A set has no area. Where points stand for more than there are,
+    `name` is the region in the words of `get_region`. A set has no area; its `ellipsoid` is that of the body it is on,
+    without which it is on any. Where points stand for more than there are,
     `coarse` stands for the same by fewer: how much a mean differs between the two is no less than what that costs.
     """
 
@@ -33,6 +35,7 @@ class PointSet:
     height: FloatArray | None = None
     notes: tuple[str, ...] = ()
     coarse: PointSet | None = None
+    ellipsoid: Ellipsoid | None = None
 
     def __post_init__(self) -> None:
         lon, lat, weight = (np.asarray(values, dtype=float) for values in (self.lon, self.lat, self.weight))
@@ -59,6 +62,11 @@ class PointSet:
     def far(self) -> str:
         """Points have no parts."""
         return ""
+
+    @property
+    def figure(self) -> Ellipsoid:
+        """The ellipsoid of the body."""
+        return self.ellipsoid or WGS84
 
     @property
     def area_km2(self) -> float:
@@ -99,7 +107,8 @@ class PointSet:
         if not keep.any():
             raise ValueError(f"Invalid region '{name}'. Nothing is left of it.")
         height = None if self.height is None else self.height[keep]
-        found = PointSet(self.lon[keep], self.lat[keep], self.weight[keep], name, height, self.notes)
+        kept = self.lon[keep], self.lat[keep], self.weight[keep]
+        found = PointSet(*kept, name, height, self.notes, ellipsoid=self.ellipsoid)
         if self.coarse is None:
             return found
         rest = where(self.coarse.lon, self.coarse.lat) & (self.coarse.weight > 0.0)

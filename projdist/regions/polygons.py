@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, Breaks
+from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
 from projdist.numerics import ORDER, PLANE_WEIGHTS
 from projdist.regions import chains
 from projdist.regions.patches import SLIVER, height_of, latitude_of, patch_chart, patch_panels, tightened
@@ -44,6 +44,7 @@ class Polygons:
 
     `name` is the region in the words of `get_region`; `repairs` say what was repaired, `far` what of it lies far from
     the rest, where that may not have been meant; `resolution` is that of the shipped outlines, if it is from there.
+    `ellipsoid` is that of the body they are on; without one they are on any, and their area is that on WGS 84.
     """
 
     geometry: shapely.MultiPolygon
@@ -51,9 +52,10 @@ class Polygons:
     repairs: tuple[str, ...] = ()
     far: str = ""
     resolution: str = ""
+    ellipsoid: Ellipsoid | None = field(default=None, compare=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Polygons, (self.geometry, self.name, self.repairs, self.far, self.resolution)
+        return Polygons, (self.geometry, self.name, self.repairs, self.far, self.resolution, self.ellipsoid)
 
     def __hash__(self) -> int:
         return self._hash
@@ -107,10 +109,15 @@ class Polygons:
         lon, lat = self.edges[:, 0::2], self.edges[:, 1::2]
         return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
 
+    @property
+    def figure(self) -> Ellipsoid:
+        """The ellipsoid on which the area is measured."""
+        return self.ellipsoid or WGS84
+
     @functools.cached_property
     def area_km2(self) -> float:
-        """Area on the WGS 84 ellipsoid."""
-        return chains.area_km2(self.edges)
+        """Area on the ellipsoid."""
+        return chains.area_km2(self.edges, self.figure)
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
         """Whether points in degrees are in the polygons, their edges included."""

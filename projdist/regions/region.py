@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, Breaks
+from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
 from projdist.numerics import PLANE_WEIGHTS
 
 
@@ -63,7 +63,11 @@ class Region(Protocol):
 
     @property
     def area_km2(self) -> float:
-        """Area on the WGS 84 ellipsoid."""
+        """Area on the `figure`."""
+
+    @property
+    def figure(self) -> Ellipsoid:
+        """The ellipsoid on which the area is measured."""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -102,6 +106,11 @@ Square = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 class Unclipped:
     """A region that fills its rectangles."""
+
+    @property
+    def figure(self) -> Ellipsoid:
+        """WGS 84."""
+        return WGS84
 
     @property
     def notes(self) -> tuple[str, ...]:

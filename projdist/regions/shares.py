@@ -14,7 +14,7 @@ def share_in(box: Box, region: Region | PointSet) -> float:
     """The share of a region that lies in a box; of a kind of region not from here, that of its bounds."""
     if isinstance(region, PointSet):
         return float(region.weight[box.contains(region.lon, region.lat)].sum() / region.weight.sum())
-    around = Box.between(region.bounds)
+    around = Box.between(region.bounds, getattr(region, "ellipsoid", None))
     share = around.shared_km2(box) / around.area_km2
     if share == 0.0 or isinstance(region, Box):
         return share

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 
-from projdist.earth import state_outline
+from projdist.earth import WGS84, state_outline
 from projdist.regions.names import folded, names_of, question, states
 from projdist.regions.parts import told_apart
 from projdist.regions.polygons import Polygons
@@ -27,4 +27,4 @@ def state(text: str, resolution: str = RESOLUTION) -> Polygons:
 
 @functools.cache
 def _state(fips: str, postal: str) -> Polygons:
-    return told_apart(Polygons(state_outline(fips), f"state:{postal}", resolution=RESOLUTION))
+    return told_apart(Polygons(state_outline(fips), f"state:{postal}", resolution=RESOLUTION, ellipsoid=WGS84))

@@ -43,7 +43,7 @@ class TurnedGlobe(Unclipped):
 
     @property
     def area_km2(self) -> float:
-        """Area on the WGS 84 ellipsoid."""
+        """Area on WGS 84."""
         return GLOBE.area_km2
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:

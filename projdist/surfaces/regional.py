@@ -58,7 +58,7 @@ def shown_part(region: Place) -> Place:
 
 def _fullness(region: Polygons) -> float:
     """The share of a region in the box around it."""
-    return region.area_km2 / Box.between(region.bounds).area_km2
+    return region.area_km2 / Box.between(region.bounds, region.figure).area_km2
 
 
 def _regional(surface: Surface, region: Region) -> Surface:

@@ -343,5 +343,6 @@ def usual_step(surface: Surface) -> float:
     wide, narrow = max(width, height), min(width, height)
     if wide > 150.0:
         return 15.0
-    share = surface.domain.region.area_km2 / Box.between(bounds).area_km2
+    region = surface.domain.region
+    share = region.area_km2 / Box.between(bounds, region.figure).area_km2
     return float(min(wide / 9.0, max(narrow / 2.0, wide / 40.0)) * np.clip(np.sqrt(share), _LEAST_SHARE, 1.0))

@@ -27,6 +27,13 @@ def test_caps(name, radius, good):
     np.testing.assert_allclose(found, truth, atol=good)
 
 
+def test_caps_of_mars():
+    """They are of geodesics of Mars."""
+    found = local_corrections("IAU_2015:49976", 10.0, 50.0, 100.0).matrix
+    truth = symmetric_inverse(np.linalg.inv(correct("IAU_2015:49976", "cap:10,50,100").matrix))
+    np.testing.assert_allclose(found, truth, atol=1e-11)
+
+
 @pytest.mark.parametrize("name", ["mollweide", "mercator", "EPSG:3035"])
 def test_limit(name):
     """As the cap shrinks, the correction tends to the inverse polar factor of J, with the square of the radius."""

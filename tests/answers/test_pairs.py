@@ -67,7 +67,7 @@ def test_polygons_are_strewn_by_area():
 
 def test_caps_are_strewn_by_area():
     """The mean of the cosine of the distance from the middle is that of a zone, its middle height."""
-    region = get_region("cap:200,-70,6000")
+    region = get_region("cap:200,-70,6000", SPHERE)
     truth = 0.5 * (1 + np.cos(np.radians(region.angle)))
     sin, cos = np.sin(np.radians(region.lat)), np.cos(np.radians(region.lat))
     for points in draws(region, SPHERE)[:4]:

@@ -251,11 +251,21 @@ def test_frames_are_pandas_frames(kind):
     assert isinstance(ANSWERS[kind]().to_frame(), pd.DataFrame)
 
 
-@pytest.mark.parametrize("projection", [f"+proj=merc +R={R}", "+proj=merc +R=3396190"], ids=["sphere", "Mars"])
-def test_the_area_of_the_region_is_that_on_wgs84(projection):
-    """The region is common to all projections of a comparison: its area is WGS 84's, whatever their ellipsoids."""
+@pytest.mark.parametrize(
+    ("projection", "area"),
+    [
+        (f"+proj=merc +R={R}", 510_065_621.724),
+        ("+proj=merc +R=1", 510_065_621.724),
+        ("+proj=merc +ellps=bessel", 510_065_621.724),
+        ("+proj=merc +R=3396190", 4.0 * math.pi * 3396.19**2),
+        ("IAU_2015:30110", 4.0 * math.pi * 1737.4**2),
+    ],
+    ids=["sphere", "globe", "ellipsoid", "Mars", "Moon"],
+)
+def test_the_area_of_the_region_is_that_on_its_body(projection, area):
+    """It is common to all projections of a comparison: of the Earth WGS 84's, whatever their ellipsoids."""
     result = compare([projection], tolerance=1e-3).to_dict()
-    assert result["region"]["area_km2"] == pytest.approx(510_065_621.724, abs=1e-3)
+    assert result["region"]["area_km2"] == pytest.approx(area, abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,13 @@
 
 import csv
 import io
+import math
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import parse_markdown, refused, run, run_json, run_ok
+from commands import parse_markdown, refused, run, run_json, run_ok, told
 
 from projdist.cli.sketches import _drawn, sketch_of
 from projdist.projections import Projection
@@ -99,3 +100,22 @@ def test_points_have_no_sketch(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("lon,lat\n1,2\n3,4\n")
     assert sketch_of(Projection.from_user_input("robin"), get_region(f"points:{tmp_path / 'a.csv'}")) == []
     assert "(2 points)" in run_ok("info", "robin", "-r", f"points:{tmp_path / 'a.csv'}")
+
+
+def test_other_bodies() -> None:
+    """Regions are on the map's body: the globe of Mars has 4 pi 3396.19^2 km2; what is not there is refused."""
+    assert "Over globe (144,941,857 km2)" in run_ok("info", "IAU_2015:49910")
+    jupiter = 2.0 * math.pi * 71492.0**2 * (1.0 - math.cos(50_000.0 / 71492.0))
+    assert f"Over cap:0,0,50000 ({jupiter:,.0f} km2)" in run_ok("info", "+proj=eqc +R=71492000", "-r", "cap:0,0,50000")
+    for words, code, line in (
+        (["info", "IAU_2015:49910", "-r", "country:CH"], 2, "Invalid region 'country:CH'. It is on the Earth, not on "),
+        (["info", "IAU_2015:49910", "-r", "cap:0,0,15000"], 2, "Invalid cap '0,0,15000'. Its radius must be above 0 "),
+        (["compare", "EPSG:3857", "IAU_2015:49910"], 1, "Invalid maps 'EPSG:3857' and 'IAU_2015:49910'. They are of "),
+        (["compare", "EPSG:3857", "IAU_2015:49910", "-r", "cap:0,0,5"], 1, "Invalid maps 'EPSG:3857' and 'IAU_2015:4"),
+        (["tissot", "EPSG:3857", "IAU_2015:49910", "-o", "never.png"], 1, "Invalid maps 'EPSG:3857' and 'IAU_2015:4"),
+        (["compare", "EPSG:3857", "IAU_2015:49910", "--regions", "box:0,0,1,1"], 1, "Invalid maps 'EPSG:3857' and "),
+    ):
+        found, out, err = told(*words)
+        assert (found, out) == (code, "")
+        assert err.startswith(f"projdist: {line}")
+        assert err.count("\n") == 1

@@ -27,7 +27,7 @@ def cap(angle: float, lat: float = 20.0) -> str:
 
 
 def limit(region: RegionLike, purpose: str = "any", ellipsoid: Ellipsoid = SPHERE) -> float | None:
-    return least_error(get_region(region), purpose, ellipsoid)
+    return least_error(get_region(region, ellipsoid), purpose, ellipsoid)
 
 
 @pytest.mark.parametrize("lat", [20.0, -90.0])

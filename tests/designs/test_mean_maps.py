@@ -323,10 +323,11 @@ def test_what_is_refused(call, words: str) -> None:
     [
         (["robin", f"+proj=robin +lon_0=10 {SPHERE}"], "is cut within"),
         (["robin", f"+proj=ortho {SPHERE}"], "does not show"),
-        (["robin", "+proj=robin +R=1737400"], "another body"),
+        (["robin", "+proj=robin +R=1737400"], "must be of one body"),
+        (["robin", "+proj=robin +R=1"], "another size"),
     ],
 )
 def test_maps_that_have_no_mean(maps: list[str], words: str) -> None:
-    """Cut ones, those that do not show the region, and those of another body."""
+    """Cut ones, those that do not show the region, and those of another body or scale."""
     with pytest.raises(ProjectionError, match=words):
         mean_map(maps)

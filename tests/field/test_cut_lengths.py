@@ -41,6 +41,8 @@ def test_cuts_in_regions():
     degree = HALF / 180.0
     assert length("robin", "box:170,-20,-170,10") == pytest.approx(30 * degree, rel=1e-6)
     assert length("robin", "cap:180,30,1000") == pytest.approx(2000.0, rel=0.04)
+    moon = length("+proj=robin +R=1737400", "box:170,-20,-170,10")
+    assert moon == pytest.approx(30 * np.pi * 1737.4 / 180.0, rel=1e-6)
     assert length("robin", "box:170,-20,180,10") == 0.0
     assert length("robin", "box:-180,-20,-170,10") == 0.0
     assert length("EPSG:3460", "box:177,-20,-178,-15") == 0.0

@@ -14,14 +14,15 @@ from projdist.field.cubature import sample_panels
 from projdist.field.extremes import Extreme, Goal, find_extremes, measure_at
 from projdist.matrices.measures import get_measure
 from projdist.projections import Projection
-from projdist.regions import Box, get_region
+from projdist.regions import Box, get_region, region_for
 
 R = MEAN_EARTH_RADIUS
 
 
 def maximum(projection, region, measure):
     """The maximum as `summarize` finds it."""
-    projection, region, measure = Projection.from_user_input(projection), get_region(region), get_measure(measure)
+    projection, region, measure = Projection.from_user_input(projection), region, get_measure(measure)
+    region = region_for(region, [projection])
     samples = sample_panels(projection, region, tolerance=1e-6, second_order=[measure] if measure.needs_hessian else [])
     values = measure(samples.jacobian, samples.hessian)
     return find_extremes(projection, samples, [Goal(measure, values)])[0]

@@ -1,13 +1,15 @@
 """CRSs of other bodies, with longitudes positive west or planetocentric latitudes, against closed forms."""
 
+import json
 import math
 
 import numpy as np
 import pytest
-from pyproj import CRS, Transformer
+from pyproj import CRS, Geod, Transformer
 from pyproj.database import query_crs_info
 
 from projdist.answers.point_factors import factors
+from projdist.answers.summaries import compare
 from projdist.plots import heatmap
 from projdist.projections import (
     Projection,
@@ -222,16 +224,41 @@ def test_data_as_geopandas_has_them(code):
     np.testing.assert_allclose(found, POINTS, atol=1e-11)
 
 
-def test_regions_are_the_earths(tmp_path):
-    """A file of another body is refused in one line (it was PROJ's error)."""
-    (tmp_path / "r.geojson").write_text(
-        '{"type":"Polygon","crs":{"type":"name","properties":{"name":"IAU_2015:49901"}},'
-        '"coordinates":[[[0,0],[1,0],[1,1],[0,0]]]}'
-    )
-    with pytest.raises(
-        ValueError, match=r"^Invalid CRS 'Mars \(2015\) / Ographic'. PROJ has no way from it to WGS 84.$"
-    ):
-        get_region(f"file:{tmp_path / 'r.geojson'}")
+MARS = Geod(a=A, b=B)
+
+
+def square_file(path, crs, places):
+    """A file of a polygon with corners at coordinates of a CRS."""
+    ring = [list(place) for place in [*places, places[0]]]
+    stated = {"type": "name", "properties": {"name": crs}}
+    path.write_text(json.dumps({"type": "Polygon", "crs": stated, "coordinates": [ring]}))
+    return f"file:{path}"
+
+
+@pytest.mark.parametrize("kind", [OGRAPHIC, OCENTRIC])
+def test_files_are_of_their_body(tmp_path, kind):
+    """A file in a CRS of Mars is a region of Mars, at geodetic latitudes: of the area of GeographicLib's polygon."""
+    code = codes("lcc")[kind]
+    corners = Projection.from_user_input(code)([30.0, 30.5, 30.5, 30.0], [40.0, 40.0, 40.4, 40.4])
+    # The axes of the planetographic CRS point west.
+    x = -corners[0] if kind == OGRAPHIC else corners[0]
+    name = square_file(tmp_path / "r.geojson", code, list(zip(x.tolist(), corners[1].tolist(), strict=True)))
+    found = get_region(name)
+    assert found.bounds == pytest.approx((30.0, 40.0, 30.5, 40.4), abs=2e-3)
+    area, _ = MARS.polygon_area_perimeter([30.0, 30.5, 30.5, 30.0], [40.0, 40.0, 40.4, 40.4])
+    assert found.area_km2 == pytest.approx(area / 1e6, rel=1e-4)  # straight on the cone, or on the ground
+    assert compare([code], name, tolerance=1e-3).region.area_km2 == found.area_km2
+    for other, body in (("EPSG:3857", "the Earth"), ("IAU_2015:30110", "the Moon")):
+        with pytest.raises(ValueError, match=rf"^Invalid region 'file:.*'. It is on .* 3396.19 km, not on {body}.$"):
+            compare([other], name)
+
+
+def test_degrees_of_a_body(tmp_path):
+    """A file in longitudes east and latitudes north of Mars needs no conversion, and is of Mars."""
+    name = square_file(tmp_path / "r.geojson", "IAU_2015:49900", [(10, 0), (20, 0), (20, 30), (10, 30)])
+    found = get_region(name)
+    assert found.bounds == (10.0, 0.0, 20.0, 30.0)
+    assert found.area_km2 == pytest.approx(math.radians(10.0) * 0.5 * (A / 1000.0) ** 2, rel=1e-12)  # of a sphere
 
 
 @pytest.mark.slow

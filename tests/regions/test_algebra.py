@@ -1,8 +1,7 @@
 """The algebra of regions: membership of points and areas of `&`, `-` and `+`, for any boxes and caps."""
 
-import math
-
 import numpy as np
+import pyproj
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,6 +10,7 @@ from projdist import get_region
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.regions import Region, combine
 
+GEOD = pyproj.Geod(ellps="WGS84")
 RADIUS_KM = MEAN_EARTH_RADIUS / 1000.0
 RIM = 1e-5  # of a degree: ten times by how much the polygon of a cap leaves its rim
 SAME_AREA = 2e-6  # relative to the larger region: a rim of 0.1 m about 100 km
@@ -41,9 +41,8 @@ class Shape:
             inside = ((LON - west) % 360.0 < east - west) & (np.abs(2.0 * LAT - south - north) < north - south)
             return inside, np.zeros(LON.shape, bool)
         lon, lat, radius = self.numbers
-        cosine = np.sin(math.radians(lat)) * np.sin(np.radians(LAT))
-        cosine += np.cos(math.radians(lat)) * np.cos(np.radians(LAT)) * np.cos(np.radians(LON - lon))
-        beyond = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)) - radius / RADIUS_KM)
+        *_, distance = GEOD.inv(np.full(LON.shape, lon), np.full(LAT.shape, lat), LON, LAT)
+        beyond = np.degrees((np.asarray(distance) / 1000.0 - radius) / RADIUS_KM)
         return beyond < 0.0, np.abs(beyond) < RIM
 
 

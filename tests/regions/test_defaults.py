@@ -1,9 +1,15 @@
 """The region of maps for which none was named."""
 
+import math
+
+import pyproj
 import pytest
 
+import projdist
 from projdist import Notice, Projection, compare, indices, sample, summarize
-from projdist.regions import GLOBE, Box, region_for
+from projdist.earth import SPHERE, WGS84, Ellipsoid
+from projdist.projections import ProjectionError
+from projdist.regions import GLOBE, Box, Cap, get_region, region_for
 
 
 def maps(*names):
@@ -39,3 +45,139 @@ def test_every_answer_has_the_same_default():
         assert compare(["EPSG:32632", "robin"], tolerance=1e-3).region == GLOBE
     named, unnamed = (summarize("EPSG:32632", region).airy_kavrayskiy for region in (area, None))
     assert named == unnamed
+
+
+# ---- bodies ---------------------------------------------------------------------------------
+
+MARS = "IAU_2015:49910"  # a sphere of 3396.19 km
+MARS_ELLIPSOID = "IAU_2015:49911"  # 3396.19 and 3376.20 km
+MOON = "IAU_2015:30110"  # 1737.4 km
+R_MARS, R_MOON = 3396.19, 1737.4
+SPHERES = ["robin", "+proj=moll +R=1", "+proj=laea +R=6371", "+proj=laea +a=6370997"]  # of the Earth
+
+
+def zone(radius: float, km: float) -> float:
+    """Square kilometres of a cap of a sphere."""
+    return 2.0 * math.pi * radius**2 * (1.0 - math.cos(km / radius))
+
+
+def polygon(figure: pyproj.Geod, lon: float, lat: float, km: float) -> float:
+    """Those of a cap by GeographicLib: the polygon of 20,000 points at the distance, 2e-8 less than the circle."""
+    azimuths = [0.018 * k for k in range(20_000)]
+    many = len(azimuths)
+    lons, lats, _ = figure.fwd([lon] * many, [lat] * many, azimuths, [1000.0 * km] * many)
+    return abs(figure.polygon_area_perimeter(lons, lats)[0]) / 1e6
+
+
+@pytest.mark.parametrize(
+    ("names", "region", "area"),
+    [
+        ([MARS], None, 4.0 * math.pi * R_MARS**2),
+        ([MARS], "cap:0,0,1000", zone(R_MARS, 1000.0)),
+        ([MARS, "+proj=moll +R=3389500"], "cap:20,40,1000", zone(R_MARS, 1000.0)),  # another figure of Mars
+        (["+proj=moll +R=3396190", MARS_ELLIPSOID], "cap:0,90,1000", None),
+        ([MOON], "cap:10,-30,2000", zone(R_MOON, 2000.0)),
+        ([MOON], "box:0,0,90,90", math.pi / 2.0 * R_MOON**2),
+        ([MOON], "box:0,0,45,90 + box:45,0,90,90", math.pi / 2.0 * R_MOON**2),
+        ([MOON], {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 90], [0, 90], [0, 0]]]}, None),
+        (["+proj=eqc +R=71492000"], "cap:0,0,150000", zone(71492.0, 150_000.0)),
+        (
+            ["robin", "+proj=moll +R=1", "+proj=laea +R=6371", "+proj=laea +a=6370997"],
+            "cap:5,5,900",
+            zone(6371.0087714, 900.0),
+        ),
+        (["robin"], None, 510_065_621.724),
+        (["robin", "EPSG:3857", "EPSG:31467"], "cap:0,0,1000", None),
+        ([], "cap:0,0,1000", None),
+    ],
+    ids=str,
+)
+def test_regions_are_on_the_body_of_the_maps(names, region, area):
+    """Areas by closed forms of spheres, by GeographicLib on ellipsoids; of the Earth's globe that of WGS 84."""
+    found = region_for(region, maps(*names))
+    if area is None and isinstance(region, dict):
+        area = math.radians(9.0) * R_MOON**2
+    elif area is None:
+        lon, lat, km = (float(word) for word in region.removeprefix("cap:").split(","))
+        figure = pyproj.Geod(a=3396190.0, b=3376200.0) if MARS_ELLIPSOID in names else pyproj.Geod(ellps="WGS84")
+        area = polygon(figure, lon, lat, km)
+    assert found.area_km2 == pytest.approx(area, rel=3e-8)
+
+
+def test_a_cap_is_one_for_all_maps_of_the_earth():
+    """Of maps of spheres and of ellipsoids it is that on WGS 84, for each of them, and for many regions, too."""
+    both = compare(["+proj=aeqd +lat_0=90 +R=6371008.7714", "EPSG:3575"], "cap:0,90,3000", sort="given", tolerance=1e-6)
+    assert both.region == Cap(0, 90, 3000, WGS84)
+    assert [one.region for one in both.results] == [both.region] * 2
+    one = compare(["+proj=aeqd +lat_0=90 +R=6371008.7714"], "cap:0,90,3000", tolerance=1e-6)
+    assert one.region == Cap(0, 90, 3000, SPHERE)
+    given = compare(["robin"], Cap(0, 90, 3000, WGS84), tolerance=1e-3)  # a figure that is given stays
+    assert given.region.ellipsoid == WGS84
+
+
+REFUSED = {
+    ("robin", MARS): r"^Invalid maps '\+proj=robin .*' and 'IAU_2015:49910'. They are of the Earth and of Mars; ",
+    (MARS, MOON): r"They are of Mars and of the Moon; maps that are compared must be of one body.$",
+    ("+proj=moll +R=1188300", MOON): r"They are of a body of radius 1188.3 km and of the Moon; ",
+    # Ariel and Umbriel differ by 0.6 %, and are told apart by their names.
+    ("IAU_2015:70110", "IAU_2015:70210"): r"They are of Ariel and of Umbriel; ",
+}
+
+
+@pytest.mark.parametrize("given", REFUSED, ids=" ".join)
+def test_maps_of_different_bodies_are_refused(given):
+    """In one line, whatever compares them."""
+    names = list(given)
+    with pytest.raises(ProjectionError, match=REFUSED[given]):
+        compare(names)
+    with pytest.raises(ProjectionError, match=REFUSED[given]):
+        projdist.batch(summarize, ["box:0,0,10,10"], names)
+    with pytest.raises(ProjectionError, match=REFUSED[given]):
+        projdist.mean_map(names)
+
+
+@pytest.mark.parametrize(
+    "region",
+    [
+        "country:CH",
+        "state:CA",
+        "continent:Africa",
+        "land",
+        "ocean@110m",
+        "crs:EPSG:3035",
+        "box:20,-5,25,0 & country:CD",
+    ],
+)
+def test_places_of_the_earth_are_not_on_other_bodies(region):
+    """In one line, as a text and as what the text is of."""
+    for given in (region, get_region(region)):
+        with pytest.raises(ValueError, match=r"^Invalid region '.*'\. It is on the Earth, not on Mars\.$"):
+            summarize(MARS, given)
+    with pytest.raises(ValueError, match=r"^Invalid region '.*'. It is on the Earth, not on a .* 1737.4 km.$"):
+        get_region(region, Ellipsoid(1737400.0))
+
+
+def test_the_radius_of_a_cap_is_at_most_half_the_body():
+    """10,669 km on Mars; on Jupiter the Earth's largest is a small one."""
+    with pytest.raises(ValueError, match=r"^Invalid cap '0,0,15000'. .* at most 10669 km, half the body's c"):
+        summarize(MARS, "cap:0,0,15000")
+    with pytest.raises(ValueError, match=r"not be flatter than 0.2, for distances to be right.$"):
+        summarize("IAU_2015:200043311", "cap:0,0,1")  # Eros
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: projdist.optimize("laea", "cap:0,0,900", against=MARS), "It is of Mars, and must be of the Earth.$"),
+        (lambda: projdist.design("cap:0,0,900", degree=2, against=[MARS]), "It is of Mars, and must be of the Earth.$"),
+        (lambda: projdist.recommend(region_for("cap:0,0,900", maps(MARS))), "not on the Earth.$"),
+        (
+            lambda: projdist.ldp("box:0,0,1,1", height=0.0, against=[MOON]),
+            "It is of the Moon, and must be of the Earth.$",
+        ),
+    ],
+)
+def test_decisions_are_the_earths(call, words):
+    """Maps of other bodies are no rivals, and their regions not the Earth's."""
+    with pytest.raises(ValueError, match=words):
+        call()

@@ -8,6 +8,7 @@ import pyproj
 import pytest
 import shapely
 
+from projdist.earth import WGS84
 from projdist.earth.rings import chords
 from projdist.projections.geodesy import geodesics
 from projdist.regions import Box
@@ -126,7 +127,7 @@ def test_a_triangle_to_the_pole() -> None:
 def test_a_ring_ends_where_it_begins() -> None:
     """The vertices of geodesics are those given, to the last bit, also after a turn."""
     ring = np.array([[179.1, 12.3], [181.7, 14.9], [180.3, 17.7], [179.1, 12.3]])
-    lon, lat = geodesics(ring)(np.arange(4.0))
+    lon, lat = geodesics(ring, WGS84)(np.arange(4.0))
     np.testing.assert_array_equal(np.column_stack([lon, lat]), ring)
 
 

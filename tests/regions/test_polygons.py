@@ -14,7 +14,7 @@ import shapely
 
 from projdist.answers.summaries import summarize
 from projdist.earth import natural_earth as geodata
-from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84
 from projdist.field.cubature import sample_panels
 from projdist.numerics.gauss import NODES
 from projdist.projections import Projection
@@ -66,7 +66,7 @@ def test_a_box_as_a_polygon():
 def test_a_cap_as_a_polygon(centre):
     """Azimuthal equidistant over a cap whose rim is a chain of chords: a = c / sin c, b = 1."""
     lon, lat = centre
-    region = get_region(f"cap:{lon},{lat},3000 & globe")
+    region = get_region(f"cap:{lon},{lat},3000 & globe", SPHERE)
     angle = 3e6 / R
     square = scipy.integrate.quad(lambda c: math.log(c / math.sin(c)) ** 2 * math.sin(c), 0, angle, epsrel=1e-12)[0]
     truth = math.sqrt(square / (1 - math.cos(angle)))
@@ -448,6 +448,9 @@ def test_polygons_of_boxes_and_caps():
     """Boxes and caps as polygons have their areas, whichever poles they hold."""
     boxes = ("box:-10,35,40,70", "box:150,-60,-120,10", "globe")
     caps = ("20,50,3000", "-175,-30,4000", "30,90,2000", "-60,75,4000", "10,20,16000", "0,0,20015.08", "10,-88,300")
+    caps += ("10,20,19990", "0,0,20000", "179,-60,19970", "0,0,10007.557176")  # of the last a sphere's is half of it
     for text in (*boxes, *(f"cap:{cap}" for cap in caps)):
-        region = get_region(text)
-        assert Polygons(polygons_of(region), "").area_km2 == pytest.approx(region.area_km2, rel=1e-7)
+        for figure in (WGS84, SPHERE):
+            region = get_region(text, figure)
+            own = Polygons(polygons_of(region), "", ellipsoid=region.figure)
+            assert own.area_km2 == pytest.approx(region.area_km2, rel=1e-7)

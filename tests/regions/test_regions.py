@@ -1,20 +1,22 @@
 """Regions: their area, extent and edge, the frames of their charts, and what texts name them."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pyproj
 import pytest
 import scipy.integrate
+import scipy.optimize
 
 from projdist import summarize
-from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
 from projdist.regions import GLOBE, Box, Cap, PointSet, Region, get_region
 from projdist.regions.boxes import likelier
 
 R_KM = MEAN_EARTH_RADIUS / 1000
 HALF_TURN = math.pi * R_KM  # 20015.1 km
+
+SATURN = Ellipsoid(60268000.0, 1 - 54364.0 / 60268.0)  # IAU 2015; the flattest of the planets
 
 REGIONS = {
     "globe": GLOBE,
@@ -26,6 +28,10 @@ REGIONS = {
     "polar cap": Cap(30, 90, 2000),
     "cap over a pole": Cap(-60, 75, 4000),
     "cap over the antipode": Cap(10, 20, 16000),
+    "cap near the antipode": Cap(10, 20, 19900),
+    "cap on a sphere": Cap(-175, -30, 4000, SPHERE),
+    "cap on a sphere over the antipode": Cap(10, 20, 16000, SPHERE),
+    "cap on Saturn": Cap(-60, 35, 40_000, SATURN),
 }
 region_ids = pytest.mark.parametrize("region", REGIONS.values(), ids=REGIONS.keys())
 
@@ -72,45 +78,93 @@ def test_area_of_a_box(box):
     assert box.area_km2 == pytest.approx(abs(area) / 1e6, rel=1e-7)
 
 
+def geod_of(cap):
+    """GeographicLib on the figure of a cap."""
+    return pyproj.Geod(a=cap.figure.a, f=cap.figure.f)
+
+
+def circle(cap, count):
+    """Longitudes and latitudes of points at the radius of a cap, in all directions."""
+    azimuths = np.arange(count) * 360.0 / count
+    start = np.full(count, cap.lon), np.full(count, cap.lat)
+    lon, lat, _ = geod_of(cap).fwd(*start, azimuths, np.full(count, 1000.0 * cap.radius_km))
+    return np.asarray(lon), np.asarray(lat)
+
+
 @pytest.mark.parametrize(
     "cap",
-    [Cap(20, 50, 3000), Cap(-175, -30, 4000), Cap(0, 0, 10), Cap(-60, 75, 4000), Cap(10, 20, 16000)],
-    ids=lambda c: c.name,
+    [
+        *(Cap(20, 50, 3000), Cap(-175, -30, 4000), Cap(0, 0, 10), Cap(-60, 75, 4000), Cap(0, 0, 1000)),
+        *(Cap(10, 20, 16000), Cap(10, 50, 19900), Cap(3, -89.9, 20), Cap(-60, 35, 40_000, SATURN)),
+        *(Cap(7, 20, 140_000, SATURN), Cap(0, 0, 1000, Ellipsoid(3396190.0, 1 / 169.894447))),
+    ],
+    ids=lambda c: f"{c.name} {c.figure.f:.3g}",
 )
 def test_area_of_a_cap(cap):
-    """A cap on WGS 84 is the integral over its latitudes of M N cos(latitude) times its width in longitude there."""
-    a, e2 = WGS84.a, WGS84.f * (2 - WGS84.f)
-    angle, phi_0 = cap.radius_km / R_KM, math.radians(cap.lat)
+    """The area of GeographicLib's polygon of geodesics through 3000 points at the radius, and through half as many."""
 
-    def width(phi):
-        """The longitudes within `angle` of the centre at a latitude, by the law of cosines."""
-        bottom = math.cos(phi_0) * math.cos(phi)
-        cos = (math.cos(angle) - math.sin(phi_0) * math.sin(phi)) / bottom if bottom > 1e-15 else math.inf
-        return 2 * math.acos(min(1.0, max(-1.0, cos)))
+    def polygon(count):
+        area = abs(geod_of(cap).polygon_area_perimeter(*circle(cap, count))[0])
+        return area if cap.radius_km < 1.5e-3 * cap.figure.a else max(area, cap.figure.area - area)
 
-    def strip(phi):
-        return width(phi) * a * a * (1 - e2) * math.cos(phi) / (1 - e2 * math.sin(phi) ** 2) ** 2
+    # Chords leave a circle by the square of their length; of two such areas the error is thrown away.
+    area = (4.0 * polygon(3000) - polygon(1500)) / 3.0
+    assert cap.area_km2 == pytest.approx(area / 1e6, rel=1e-10)
 
-    # The width has square-root ends, at the rim and where the cap begins to go all the way round.
-    edges = {phi_0 - angle, phi_0 + angle, math.pi - phi_0 - angle, -math.pi - phi_0 + angle, -math.pi / 2, math.pi / 2}
-    inside = sorted(edge for edge in edges if -math.pi / 2 <= edge <= math.pi / 2)
-    area = sum(scipy.integrate.quad(strip, low, high, epsrel=1e-11, limit=200)[0] for low, high in pairwise(inside))
-    assert cap.area_km2 == pytest.approx(area / 1e6, rel=1e-9)
+
+def test_area_of_a_cap_of_a_thousand_kilometres():
+    """In square kilometres: what was asked for, and the sphere's 2 pi R^2 (1 - cos(r / R))."""
+    assert round(Cap(0, 0, 1000).area_km2, -2) == 3_135_100
+    assert Cap(5, 40, 1000, SPHERE).area_km2 == pytest.approx(2 * math.pi * R_KM**2 * (1 - math.cos(1000 / R_KM)))
 
 
 def test_area_of_a_polar_cap():
-    """A cap about a pole is the box north of its rim."""
+    """A cap about a pole is the box north of its rim: at the latitude to which an arc of the meridian leads."""
     cap = Cap(17, 90, 2500)
-    assert cap.area_km2 == pytest.approx(Box(-180, 90 - math.degrees(2500 / R_KM), 180, 90).area_km2, rel=1e-12)
+    e2 = WGS84.f * (2 - WGS84.f)
+
+    def arc(lat):
+        """Metres from the pole, by the integral of the meridian's radius of curvature."""
+        radius = lambda phi: WGS84.a * (1 - e2) / (1 - e2 * math.sin(phi) ** 2) ** 1.5  # noqa: E731
+        return scipy.integrate.quad(radius, math.radians(lat), math.pi / 2, epsrel=1e-13)[0]
+
+    rim = scipy.optimize.brentq(lambda lat: arc(lat) - 2.5e6, 60.0, 75.0, xtol=1e-13)
+    assert cap.area_km2 == pytest.approx(Box(-180, rim, 180, 90).area_km2, rel=1e-11)
+    assert Cap(17, 90, 2500, SPHERE).bounds[1] == pytest.approx(90 - math.degrees(2500 / R_KM), abs=1e-12)
 
 
 @pytest.mark.parametrize(("lon", "lat"), [(0, 0), (20, 50), (-100, -90)])
 def test_the_largest_cap_is_the_globe(lon, lat):
-    """A cap of half the Earth's circumference is the globe; two opposite caps of a quarter each make it up."""
+    """A cap of half the Earth's circumference is the globe; on a sphere two opposite caps of a quarter make it up."""
+    globe = 4 * math.pi * R_KM**2
     assert Cap(lon, lat, HALF_TURN).area_km2 == pytest.approx(GLOBE.area_km2, rel=1e-12)
-    assert Cap(lon, lat, 20015).area_km2 == pytest.approx(GLOBE.area_km2, rel=1e-9)  # of 20015.087
-    halves = Cap(lon, lat, HALF_TURN / 2).area_km2 + Cap(lon + 180, -lat, HALF_TURN / 2).area_km2
-    assert halves == pytest.approx(GLOBE.area_km2, rel=1e-12)
+    assert Cap(lon, lat, HALF_TURN, SPHERE).area_km2 == pytest.approx(globe, rel=1e-12)
+    assert Cap(lon, lat, 20015, SPHERE).area_km2 == pytest.approx(globe, rel=1e-9)  # of 20015.087
+    opposite = Cap(lon + 180, -lat, HALF_TURN / 2, SPHERE)
+    assert Cap(lon, lat, HALF_TURN / 2, SPHERE).area_km2 + opposite.area_km2 == pytest.approx(globe, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("lat", "radius_km", "half"), [(0, 19_980, 80.0), (0, 20_000, 40.0), (30, 19_990, 50.0), (60, 20_003, 8.0)]
+)
+def test_what_the_largest_caps_leave_out(lat, radius_km, half):
+    """About the antipode, where geodesics of equal length meet: by GeographicLib's distances on a lattice about it."""
+    cap = Cap(10, lat, radius_km)
+    count = 801  # nodes a side, within `half` kilometres
+    north, east = np.meshgrid(*2 * [np.linspace(-half, half, count)], indexing="ij")
+    to_lat = -lat + np.degrees(north / 6371.0)
+    to_lon = 190.0 + np.degrees(east / 6371.0 / math.cos(math.radians(lat)))
+    shape = to_lat.shape
+    *_, length = geod_of(cap).inv(np.full(shape, 10.0), np.full(shape, float(lat)), to_lon, to_lat)
+    outside = np.asarray(length) > 1000.0 * radius_km
+    assert (cap.contains(to_lon, to_lat) == ~outside).all()
+    meridian, vertical = WGS84.radii(to_lat)
+    ground = meridian * vertical * np.cos(np.radians(to_lat)) * 1e-6
+    cell = np.radians(to_lat[1, 0] - to_lat[0, 0]) * np.radians(to_lon[0, 1] - to_lon[0, 0])
+    left_out = np.sum(ground[outside]) * cell
+    assert not outside[[0, -1]].any()
+    assert not outside[:, [0, -1]].any()
+    assert GLOBE.area_km2 - cap.area_km2 == pytest.approx(left_out, rel=0.003)
 
 
 def test_boxes_add_up():
@@ -130,15 +184,27 @@ def test_boxes_add_up():
         (Box(-10, 35, 40, 70), (-10, 35, 40, 70)),
         (Box(150, -60, -120, 10), (150, -60, 240, 10)),
         (Box(0, -90, 360, 90), (0, -90, 360, 90)),
-        (Cap(30, 90, 2000), (-150, 90 - math.degrees(2000 / R_KM), 210, 90)),
-        (Cap(0, 0, HALF_TURN / 6), (-30, -30, 30, 30)),
-        (Cap(100, -80, HALF_TURN / 9), (-80, -90, 280, -60)),
+        (Cap(30, 90, 2000, SPHERE), (-150, 90 - math.degrees(2000 / R_KM), 210, 90)),
+        (Cap(0, 0, HALF_TURN / 6, SPHERE), (-30, -30, 30, 30)),
+        (Cap(100, -80, HALF_TURN / 9, SPHERE), (-80, -90, 280, -60)),
     ],
     ids=["globe", "box", "antimeridian", "0-360", "polar cap", "equatorial cap", "cap over a pole"],
 )
 def test_bounds(region, bounds):
     """Bounds are west, south, east, north with west < east; all longitudes where a cap holds a pole."""
     assert region.bounds == pytest.approx(bounds, abs=1e-9)
+
+
+@pytest.mark.parametrize("cap", [Cap(20, 50, 3000), Cap(-175, -30, 4000), Cap(0, 0, 10), Cap(-60, 35, 40_000, SATURN)])
+def test_bounds_of_a_cap(cap):
+    """The extremes of the points at the radius; a parabola through those about each is as good as its neighbours."""
+    lon, lat = circle(cap, 3600)
+    lon = cap.lon + np.mod(lon - cap.lon + 180.0, 360.0) - 180.0
+    truth = (lon.min(), lat.min(), lon.max(), lat.max())
+    size = math.degrees(1000.0 * cap.radius_km / cap.figure.a)
+    assert cap.bounds == pytest.approx(truth, abs=3e-6 * size)
+    beyond = np.subtract(truth, cap.bounds) * [1.0, 1.0, -1.0, -1.0]
+    assert (beyond > -1e-9).all()
 
 
 @region_ids
@@ -164,25 +230,38 @@ def test_longitudes_of_any_turn(turns):
     box = Box(150, -60, -120, 10)
     assert box.contains(np.array([150, 180, -180, -120, 200]) + turns, [-60, 0, 10, 5, -30]).all()
     assert not box.contains(np.array([149.99, -119.99, 0, 180]) + turns, [0, 0, 0, 10.01]).any()
-    cap = Cap(-175, 0, HALF_TURN / 18)  # ten degrees
+    cap = Cap(-175, 0, HALF_TURN / 18, SPHERE)  # ten degrees
     assert cap.contains(np.array([-165, 175, -175, 180]) + turns, [0, 0, 10, 5]).all()
     assert not cap.contains(np.array([-164.99, 174.99, -175, 0]) + turns, [0, 0, 10.01, 0]).any()
 
 
 @region_ids
 def test_contains_by_distance_or_sides(region):
-    """A cap holds the points within its radius, by the angle between unit vectors; a box those between its sides."""
+    """A cap holds the points within its radius, by GeographicLib's distances; a box those between its sides."""
     lon, lat = random_points()
     if isinstance(region, Cap):
-        centre, points = unit(region.lon, region.lat), unit(lon, lat)
-        distance = np.arctan2(np.linalg.norm(np.cross(centre, points, axis=0), axis=0), centre @ points)
-        truth = distance * R_KM <= region.radius_km
+        *_, distance = geod_of(region).inv(np.full(lon.size, region.lon), np.full(lon.size, region.lat), lon, lat)
+        truth = np.asarray(distance) <= 1000.0 * region.radius_km
     else:
         west, south, east, north = region.bounds
         truth = (lat >= south) & (lat <= north)
         truth &= ((west <= lon) & (lon <= east)) | ((west <= lon + 360) & (lon + 360 <= east))
     np.testing.assert_array_equal(region.contains(lon, lat), truth)
     assert truth.any()
+
+
+@pytest.mark.parametrize("cap", [one for one in REGIONS.values() if isinstance(one, Cap)], ids=lambda c: c.name)
+def test_the_rim_of_a_cap(cap):
+    """Its points are at the radius, to a micrometre on Earth; those farther are not in the cap, nearer ones are."""
+    metre = cap.figure.a / 6.4e6
+    u = np.linspace(0.0, 360.0, 721)
+    rim = cap.chart(np.zeros(u.size, dtype=int), u, np.full(u.size, cap.angle))
+    _, back, distance = geod_of(cap).inv(np.full(u.size, cap.lon), np.full(u.size, cap.lat), rim.lon, rim.lat)
+    np.testing.assert_allclose(distance, 1000.0 * cap.radius_km, rtol=0.0, atol=1e-6 * metre)
+    assert cap.contains(rim.lon, rim.lat).all()
+    for further, inside in ((1e-3 * metre, False), (-1e-3 * metre, True)):
+        lon, lat, _ = geod_of(cap).fwd(rim.lon, rim.lat, np.asarray(back) + 180.0, np.full(u.size, further))
+        assert (cap.contains(lon, lat) == inside).all()
 
 
 def test_contains_broadcasts():
@@ -235,26 +314,22 @@ def test_frame_of_the_chart(region):
 
 @region_ids
 def test_panels_cover_the_region(region):
-    """The solid angle under the chart, panel by panel, is that of the region: nothing is missing, nothing double."""
+    """The area under the chart, panel by panel, is that of the region: nothing is missing, nothing double."""
     number, rectangles = region.panels()
-    x, w = np.polynomial.legendre.leggauss(24)
+    x, w = np.polynomial.legendre.leggauss(40)
     total = 0.0
     for patch, (u0, u1, v0, v1) in zip(number, rectangles, strict=True):
         u, v = np.broadcast_arrays((u0 + u1) / 2 + (u1 - u0) / 2 * x[:, None], (v0 + v1) / 2 + (v1 - v0) / 2 * x)
         points = region.chart(np.array(patch), u, v)
-        density = np.abs(points.east_u * points.north_v - points.east_v * points.north_u)
+        meridian, vertical = region.figure.radii(points.lat)
+        density = np.abs(points.east_u * points.north_v - points.east_v * points.north_u) * meridian * vertical
         total += np.sum(w[:, None] * w * density) * (u1 - u0) * (v1 - v0) / 4
-    if isinstance(region, Cap):
-        truth = 2 * math.pi * (1 - math.cos(region.radius_km / R_KM))
-    else:
-        west, south, east, north = np.radians(region.bounds)
-        truth = (east - west) * (math.sin(north) - math.sin(south))
-    assert total == pytest.approx(truth, rel=1e-12)
+    assert total / 1e6 == pytest.approx(region.area_km2, rel=1e-11)
 
 
 def test_azimuth_and_distance():
-    """The chart of a cap is azimuth and distance: its points solve the direct problem on a sphere."""
-    cap = Cap(20, 50, 3000)
+    """The chart of a cap on a sphere is azimuth and distance: its points solve the direct problem."""
+    cap = Cap(20, 50, 3000, SPHERE)
     geod = pyproj.Geod(a=MEAN_EARTH_RADIUS, b=MEAN_EARTH_RADIUS)
     azimuth, distance = np.array([0.0, 33, 120, 250, 359]), np.array([5.0, 26, 12, 0.1, 20])
     points = cap.chart(np.zeros(5, dtype=int), azimuth, distance)
@@ -287,7 +362,7 @@ def test_texts(text):
 def test_regions_pass_through(region):
     """A region stands for itself, and its name is a text for it."""
     assert get_region(region) is region
-    assert get_region(region.name) == region
+    assert get_region(region.name, getattr(region, "ellipsoid", None)) == region
 
 
 @pytest.mark.parametrize("box", [Box(-180, -90, 180, 90), Box(0, -90, 360, 90)], ids=["-180", "0"])

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from projdist.earth import Ellipsoid
 from projdist.regions import Box, Cap, Place, RegionLike, get_region, is_region_text, layer_path
 from projdist.support import quoted
 
@@ -23,13 +24,13 @@ class Area(NamedTuple):
     name: str
     text: str
 
-    def place(self) -> Place:
-        """The region itself; raises ValueError."""
+    def place(self, ellipsoid: Ellipsoid | None = None) -> Place:
+        """The region itself, on the body of an ellipsoid; raises ValueError."""
         if not self.text.startswith("{"):
-            return get_region(self.text)
+            return get_region(self.text, ellipsoid)
         from projdist.regions import polygons_from_geojson  # shapely is slow to load
 
-        return polygons_from_geojson(json.loads(self.text), self.name)
+        return get_region(polygons_from_geojson(json.loads(self.text), self.name), ellipsoid)
 
 
 def areas_of(regions: RegionLike | Iterable[RegionLike | Area]) -> list[Area]:

@@ -16,8 +16,8 @@ from projdist.answers.batches.maps import map_text
 from projdist.answers.batches.partial_files import open_partial
 from projdist.answers.batches.running import run_job
 from projdist.answers.batches.tasks import Job, Task
-from projdist.projections import ProjectionLike, listed_projections
-from projdist.regions import RegionLike
+from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
+from projdist.regions import RegionLike, ground_of_maps
 from projdist.support import Answer, check_executor, check_path, is_picklable, quoted
 
 __all__ = ["Batch", "BatchFailure", "BatchResult", "batch"]
@@ -208,9 +208,21 @@ def _check_executor(executor: Any, job: Job) -> None:
 
 def _tasks(regions: Any, projections: Any) -> list[Task]:
     """The tasks, those of a region one after the other, as they share what depends on it alone."""
-    maps = [None] if projections is None else list(map(map_text, listed_projections(projections)))
+    given = [None] if projections is None else listed_projections(projections)
+    maps = [None if one is None else map_text(one) for one in given]
+    figure = None if projections is None else _figure(given)
     pairs = ((area, one) for area in areas_of(regions) for one in maps)
-    return [Task(number, area.name, area.text, one) for number, (area, one) in enumerate(pairs)]
+    return [Task(number, area.name, area.text, one, figure) for number, (area, one) in enumerate(pairs)]
+
+
+def _figure(given: Sequence[Any]) -> tuple[float, float]:
+    """The ellipsoid on which the regions of all maps are measured; what is no map fails in its task."""
+    maps: list[Projection] = []
+    for one in given:
+        with contextlib.suppress(ProjectionError):
+            maps.append(Projection.from_user_input(one))
+    ground = ground_of_maps(maps)
+    return ground.a, ground.f
 
 
 def _result(task: Task, found: Mapping[str, Any]) -> BatchResult:

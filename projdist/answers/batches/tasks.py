@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from projdist.answers.batches.areas import Area
+from projdist.earth import Ellipsoid
 from projdist.projections import proj_version
 from projdist.regions import Place
 from projdist.support import Answer, notices_kept, without_processes
@@ -20,12 +21,16 @@ _KEPT = 4  # regions that a worker remembers, as those of many maps come one aft
 
 
 class Task(NamedTuple):
-    """A region, by its name and in words of `get_region` or as GeoJSON, perhaps a map of it, and the task's number."""
+    """A region, by its name and in words of `get_region` or as GeoJSON, perhaps a map of it, and the task's number.
+
+    The `figure`, a semi-major axis and a flattening, is the ellipsoid on which the regions of all maps are measured.
+    """
 
     number: int
     name: str
     region: str
     projection: str | None = None
+    figure: tuple[float, float] | None = None
 
 
 class Done(NamedTuple):
@@ -86,7 +91,7 @@ def failure(task: Task, reason: str, *, again: bool = False) -> str:
 def _line(job: Job, task: Task) -> str:
     """A result as a line of JSON; what is wrong with the task is one, too."""
     try:
-        region, notices = _region(task.name, task.region)
+        region, notices = _region(task.name, task.region, task.figure)
         words = (region,) if task.projection is None else (task.projection, region)
         with notices_kept() as told:
             found = job.function(*words, **job.options)
@@ -97,10 +102,10 @@ def _line(job: Job, task: Task) -> str:
 
 
 @functools.lru_cache(_KEPT)
-def _region(name: str, text: str) -> tuple[Place, tuple[str, ...]]:
+def _region(name: str, text: str, figure: tuple[float, float] | None) -> tuple[Place, tuple[str, ...]]:
     """The region of a task, and what is to be said of it."""
     with notices_kept() as told:
-        region = Area(name, text).place()
+        region = Area(name, text).place(None if figure is None else Ellipsoid(*figure))
     return region, (*told, *region.notes)
 
 

@@ -21,6 +21,7 @@ from projdist.decisions.recommendation.purposes import get_purpose, suits
 from projdist.decisions.recommendation.same_maps import by_usage, grouped
 from projdist.decisions.recommendation.standing import CLOSE
 from projdist.decisions.recommendation.trial_nodes import Probe, probe_of
+from projdist.earth import WGS84
 from projdist.field import AnyFigure, Figure, get_figure
 from projdist.projections import AUTHORITIES, check_authorities, crs_records, reasons_against
 from projdist.regions import PointSet, RegionLike, get_region, main_part
@@ -113,7 +114,7 @@ def recommend(
     >>> recommend("box:7.5,46.5,8.5,47.5", authorities=["EPSG"], limit=1).results[0].code
     'EPSG:2056'
     """
-    given = get_region(region)
+    given = get_region(region, WGS84)
     if isinstance(given, PointSet):
         raise ValueError(f"Invalid region '{given.name}'. It must be an area: a box, a cap, a country, polygons.")
     place = main_part(given) if given.far else given

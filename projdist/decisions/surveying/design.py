@@ -19,6 +19,7 @@ from projdist.decisions.surveying.criteria import Goal, goal_of
 from projdist.decisions.surveying.ground import Ground, HeightStatistics, ground_of, statistics_of
 from projdist.field import AnyFigure
 from projdist.projections import (
+    Body,
     Projection,
     ProjectionLike,
     crs_wkt,
@@ -27,7 +28,7 @@ from projdist.projections import (
     number_text,
     with_parameters,
 )
-from projdist.regions import Place, RegionLike, get_region
+from projdist.regions import Place, RegionLike, check_on_body, get_region
 from projdist.support import Answer, check_number, check_text, listed_values
 
 __all__ = ["LDP", "LDP_FAMILIES", "ldp"]
@@ -208,8 +209,10 @@ def ldp(
     >>> ldp("box:-104,39,-103.8,39.2", height=1610, families=["tmerc"]).parameters["k_0"]
     1.000252
     """
-    area, surface = get_region(region), geodetic_ellipsoid(geodetic)
-    families, against = listed_values(families), listed_projections(against)
+    surface = geodetic_ellipsoid(geodetic)
+    area = get_region(region, surface.ground)
+    families, rivals = listed_values(families), [Projection.from_user_input(one) for one in listed_projections(against)]
+    check_on_body(rivals, Body(surface))
     if name is not None:
         check_text("name", name)
     _check(families, target_ppm, round_k, round_axis)
@@ -231,7 +234,7 @@ def ldp(
         best,
         wkt=wkt,
         esri=esri,
-        baselines=tuple((_label(one), design.statistics(ground.ppm(one))) for one in against or _usual(extent)),
+        baselines=tuple((_label(one), design.statistics(ground.ppm(one))) for one in rivals or _usual(extent)),
         others=tuple(one for one in found if one is not best),
     )
 

@@ -51,7 +51,8 @@ class Desk:
             return studies.designed(self.doors.region(request.region), request.options, progress), {}
         if request.kind == "scales":
             return self.pictures.scales(self.doors.region(request.region), request.beside), {}
-        projection, region = self.projection(request), self.doors.region(request.region)
+        projection = self.projection(request)
+        region = self.doors.region(request.region, projection.ellipsoid.ground)
         if request.kind == "preview":
             return self.previewer.frame(projection, region, self._middle(request))
         if request.kind == "picture":

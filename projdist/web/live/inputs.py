@@ -10,6 +10,7 @@ import json
 import re
 from dataclasses import dataclass
 
+from projdist.earth import Ellipsoid
 from projdist.projections import Projection, ProjectionError, ProjectionLike
 from projdist.regions import Place, get_region
 from projdist.support import shown
@@ -49,11 +50,11 @@ class Doors:
         """What the projection of a text was given as."""
         return text
 
-    def region(self, text: str) -> Place:
-        """The region of a text; raises ValueError."""
+    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
+        """The region of a text, on the body of an ellipsoid; raises ValueError."""
         if text not in self.opened:
             check_region(text)
-        return _region(text)
+        return _region(text, ellipsoid)
 
 
 class OpenDoors(Doors):
@@ -63,9 +64,9 @@ class OpenDoors(Doors):
         """The projection of any text; raises ProjectionError."""
         return _projection(text)
 
-    def region(self, text: str) -> Place:
-        """The region of any text; raises ValueError."""
-        return _region(text)
+    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
+        """The region of any text, on the body of an ellipsoid; raises ValueError."""
+        return _region(text, ellipsoid)
 
 
 def check_projection(text: str) -> None:
@@ -120,5 +121,5 @@ def _projection(text: str) -> Projection:
 
 
 @functools.lru_cache(maxsize=32)
-def _region(text: str) -> Place:
-    return get_region(text)
+def _region(text: str, ellipsoid: Ellipsoid | None) -> Place:
+    return get_region(text, ellipsoid)

@@ -11,7 +11,7 @@ import shapely
 
 from projdist._typing import FloatArray, IntArray
 from projdist.earth import GEOS_ARITHMETIC, land_within
-from projdist.regions import GLOBE, Place, RegionLike, polygons_of, region_for
+from projdist.regions import GLOBE, Place, RegionLike, get_region, polygons_of
 from projdist.surfaces import (
     Bounds,
     coast,
@@ -70,7 +70,7 @@ def sketch_of(region: str | Place) -> Sketch:
 @GEOS_ARITHMETIC
 def make_sketch(region: RegionLike) -> Sketch:
     """The sketch of a region; raises ValueError."""
-    region = region_for(region, [])
+    region = get_region(region)
     place = shown_part(region)
     if not place.area_km2 or (place.bounds == GLOBE.bounds and not is_part(place)):
         return _of_globe()

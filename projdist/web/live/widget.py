@@ -15,6 +15,7 @@ import anywidget
 import numpy as np
 import traitlets
 
+from projdist.earth import Ellipsoid
 from projdist.matrices import get_measure
 from projdist.projections import (
     Projection,
@@ -271,9 +272,10 @@ class _Given(OpenDoors):
         """What the projection of a text was given as."""
         return self.projections.get(text, text)
 
-    def region(self, text: str) -> Place:
-        """The region of a text or name; raises ValueError."""
-        return self.regions[text] if text in self.regions else super().region(text)
+    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
+        """The region of a text or name, on the body of an ellipsoid; raises ValueError."""
+        known = self.regions.get(text)
+        return super().region(text, ellipsoid) if known is None else get_region(known, ellipsoid)
 
     def projection_text(self, given: ProjectionLike) -> str:
         """A text for a projection; raises ProjectionError."""
