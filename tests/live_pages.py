@@ -17,7 +17,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from projdist.projections import Projection
+from pyproj.datadir import get_user_data_dir
+from pyproj.network import is_network_enabled
+
+from projdist.projections import Projection, ProjectionError
 from projdist.web.live.inputs import Doors
 from projdist.web.live.lanes import Lane
 from projdist.web.live.requests import Request
@@ -46,6 +49,8 @@ class Traps(Doors):
             time.sleep(float(seconds))
         if word == "fall":
             raise LookupError("nobody foresaw this")
+        if word == "proj":
+            raise ProjectionError(json.dumps([is_network_enabled(), get_user_data_dir()]))
         if word in ("forks", "forks-and-dies"):
             self._fork()
         if word in ("killed", "forks-and-dies") or (word == "killed-once" and self._is_first(word)):

@@ -23,6 +23,7 @@ from .definitions import crs_wkt, geodetic_ellipsoid, geodetic_of, unprojected
 from .derived import DerivedCrs, derived_crs
 from .errors import GridError, ProjectionError
 from .exports import parameters_of, pipeline_of, wkt_of
+from .fileless import close_parameters, environment_without_files, file_named_in
 from .geodesy import (
     area_of_use,
     crs_of,
@@ -109,6 +110,7 @@ __all__ = [
     "check_authorities",
     "check_degrees",
     "check_new_names",
+    "close_parameters",
     "codes_of_same_map",
     "compose",
     "coordinate_columns",
@@ -119,7 +121,9 @@ __all__ = [
     "defined_by",
     "derived_crs",
     "distance_around_edge",
+    "environment_without_files",
     "facts_of",
+    "file_named_in",
     "find_crs",
     "geodesic_arrivals",
     "geodesic_courses",

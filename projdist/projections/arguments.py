@@ -30,7 +30,7 @@ NUMBERS = frozenset(
 )
 WHOLE_NUMBERS = frozenset("aperture lsat north_square path resolution south_square zone".split())
 FLAGS = frozenset("approx exact geoc guam inv no_cut no_rot ns omit_fwd omit_inv over south".split())
-_TEXTS = frozenset("algo axis ellps mode no_off no_uoff o_proj orient pm shape sweep to_meter units".split())
+TEXTS = frozenset("algo axis ellps mode no_off no_uoff o_proj orient pm shape sweep to_meter units".split())
 """The parameters of maps by what PROJ reads of them, from its source and the strings in its library."""
 
 # Of every map PROJ reads these, whether the map has them or not.
@@ -194,7 +194,7 @@ def _meant(token: str, step: Sequence[str]) -> Iterator[str]:
     key, equals, value = token.partition("=")
     present = {other.partition("=")[0] for other in step}
     rest = [other for other in step if other is not token]
-    for name in close_words(key.lower(), sorted(ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | _TEXTS)):
+    for name in close_words(key.lower(), sorted(ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS)):
         meant = f"{name}{equals}{value}"
         if name not in present and meant in _definition([*rest, meant]):
             yield name

@@ -5,7 +5,16 @@ from .cells import cells_of
 from .combined import combine, geojson_of, polygons_of
 from .defaults import check_on_body, ground_of_maps, region_for
 from .files import features_from_file, polygons_from_geojson
-from .language import HasGeometry, Place, RegionLike, get_region, is_region_text, layer_path, weighted_points
+from .language import (
+    HasGeometry,
+    Place,
+    RegionLike,
+    get_region,
+    is_region_text,
+    layer_path,
+    region_of_text,
+    weighted_points,
+)
 from .lines import line_of
 from .names import folded, full_name, region_names
 from .parts import main_part
@@ -54,6 +63,7 @@ __all__ = [
     "reaches",
     "region_for",
     "region_names",
+    "region_of_text",
     "region_title",
     "share_in",
     "tell_of_geojson_in_degrees",

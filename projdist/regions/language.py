@@ -137,9 +137,7 @@ def placed(region: Place, body: Body) -> Place:
 
 def _region_of_any(region: RegionLike, body: Body | None) -> Place:
     if isinstance(region, str):
-        if len(region) > _LONGEST:
-            raise ValueError(f"Invalid region '{shown(region)}'. It must have at most {_LONGEST} characters.")
-        return _Parser(region, body).parse()
+        return _text_on_body(region, body, None)
     if isinstance(region, PointSet) or _is_region(region):
         return cast(Place, region)
     shape = getattr(region, "__geo_interface__", region)
@@ -155,6 +153,24 @@ def _region_of_any(region: RegionLike, body: Body | None) -> Place:
     if bounds is None:
         raise ValueError(f"Invalid region {quoted(region)}. It must be {FORMS}; or W,S,E,N, a geometry or a region.")
     return _likely_box(*bounds)
+
+
+def region_of_text(
+    text: str, check: Callable[[str, str], None] | None = None, ellipsoid: Ellipsoid | None = None
+) -> Place:
+    """The region of a text, on the body of an ellipsoid if one is given; raises ValueError.
+
+    Each atom is checked by its kind and its argument before it is made.
+    """
+    body = None if ellipsoid is None else Body(ellipsoid)
+    found = _text_on_body(text, body, check)
+    return found if body is None else placed(found, body)
+
+
+def _text_on_body(text: str, body: Body | None, check: Callable[[str, str], None] | None) -> Place:
+    if len(text) > _LONGEST:
+        raise ValueError(f"Invalid region '{shown(text)}'. It must have at most {_LONGEST} characters.")
+    return _Parser(text, body, check).parse()
 
 
 def is_region_text(text: str) -> bool:
@@ -192,9 +208,8 @@ def weighted_points(text: str, column: str) -> PointSet:
 class _Parser:
     """Recursive descent: a sum of products of atoms and brackets."""
 
-    def __init__(self, text: str, body: Body | None) -> None:
-        self.text = text
-        self.body = body
+    def __init__(self, text: str, body: Body | None, check: Callable[[str, str], None] | None) -> None:
+        self.text, self.body, self.check = text, body, check
         self.given = text.strip()
         self.rest = self.given
         self.kinds: set[str] = set()  # of atoms, and of suffixes
@@ -255,6 +270,8 @@ class _Parser:
         suffix = _SUFFIX.search(text)
         plain = text if suffix is None else text[: suffix.start()].rstrip() + text[suffix.end() :]
         self.kinds.add(re.split("[:@]", plain.lower(), maxsplit=1)[0])
+        if self.check is not None:
+            self.check(*_kind_of(plain))
         found = _region_of(plain, None if self.body is None else self.body.ellipsoid)
         found = found if self.body is None else placed(found, self.body)
         return found if suffix is None else self._parts_of(found, suffix)
@@ -304,9 +321,15 @@ def _end_of_atom(text: str) -> int:
     return len(text)
 
 
-def _region_of(text: str, ellipsoid: Ellipsoid | None) -> Place:
+def _kind_of(text: str) -> tuple[str, str]:
+    """The kind of an atom in small letters, and what stands behind its colon."""
     kind, _, argument = text.partition(":")
-    longest = _LONGEST_BY_KIND.get(kind.lower(), _LONGEST_NAME)
+    return kind.lower(), argument.strip().strip('"')
+
+
+def _region_of(text: str, ellipsoid: Ellipsoid | None) -> Place:
+    kind, argument = _kind_of(text)
+    longest = _LONGEST_BY_KIND.get(kind, _LONGEST_NAME)
     if len(text) > longest:
         raise ValueError(f"Invalid region '{shown(text)}'. A region of this kind has at most {longest} characters.")
     word, at, resolution = text.lower().partition("@")
@@ -316,9 +339,9 @@ def _region_of(text: str, ellipsoid: Ellipsoid | None) -> Place:
         from projdist.regions import countries  # shapely is slow to load
 
         return {"land": countries.land, "ocean": countries.ocean}[word](_resolution(resolution, at))
-    if kind.lower() not in _KINDS:
+    if kind not in _KINDS:
         raise ValueError(f"Invalid region '{text}'. {_hint(text)}It must be {FORMS}.")
-    return _KINDS[kind.lower()](text, argument.strip().strip('"'), ellipsoid)
+    return _KINDS[kind](text, argument, ellipsoid)
 
 
 def _hint(text: str) -> str:

@@ -6,32 +6,23 @@ Files are read where they were named on the command line, which is what `Doors.o
 from __future__ import annotations
 
 import functools
-import json
-import re
 from dataclasses import dataclass
 
 from projdist.earth import Ellipsoid
-from projdist.projections import Projection, ProjectionError, ProjectionLike
-from projdist.regions import Place, get_region
-from projdist.support import shown
+from projdist.projections import (
+    Projection,
+    ProjectionError,
+    ProjectionLike,
+    close_parameters,
+    environment_without_files,
+    file_named_in,
+)
+from projdist.regions import Place, get_region, is_region_text, region_of_text
+from projdist.support import did_you_mean, shown
 
 _LONGEST = 20_000  # characters
 
-# Operations and parameters of PROJ that read files.
-_READING = re.compile(
-    r"(?:^|[\s+])(?:[xyzht]*_?\w*grids?|file|model|catalog\w*|datum_catalog\w*|init)\s*=|"
-    r"=\s*(?:\w*gridshift|tinshift|defmodel|deformation)\b",
-    re.IGNORECASE,
-)
-_INIT = re.compile(r"\+?init=epsg:\w+(\s+\+(no_defs|type=crs))*", re.IGNORECASE)
-# What WKT and PROJJSON have of files: EPSG's names of parameters that are files end with that word.
-_STRUCTURED = re.compile(r"PARAMETERFILE|PROJ4_GRIDS|NTV|\bfile\b", re.IGNORECASE)
-_NULL = re.compile(r"\+nadgrids=@null(?=[\s\"]|$)")  # no file
-_SUFFIX = re.compile(r"\.(?:prj|wkt|json)$", re.IGNORECASE)
-_PATH = re.compile(r"[/\\~@]")
-_RATIO = re.compile(r"=\s*[\d.]+/[\d.]+(?=\s|$)")  # as in +to_meter=1200/3937
-_FILES = re.compile(r"\b(file|geodesic|points)\s*:", re.IGNORECASE)
-_CRS = re.compile(r"\bcrs\s*:(?!\s*\"?\w+:\w+)", re.IGNORECASE)
+_FILES = ("file", "geodesic", "points")  # kinds of regions
 
 
 @dataclass(frozen=True)
@@ -52,9 +43,11 @@ class Doors:
 
     def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
         """The region of a text, on the body of an ellipsoid; raises ValueError."""
-        if text not in self.opened:
-            check_region(text)
-        return _region(text, ellipsoid)
+        return _region(text, ellipsoid) if text in self.opened else _closed_region(text, ellipsoid)
+
+    def environment(self) -> dict[str, str]:
+        """Variables for processes that work behind the door: without the user's grids, unless he named a file."""
+        return {} if any(map(_is_of_files, self.opened)) else environment_without_files()
 
 
 class OpenDoors(Doors):
@@ -68,50 +61,30 @@ class OpenDoors(Doors):
         """The region of any text, on the body of an ellipsoid; raises ValueError."""
         return _region(text, ellipsoid)
 
+    def environment(self) -> dict[str, str]:
+        """No variables: what runs is the user's own."""
+        return {}
+
 
 def check_projection(text: str) -> None:
     """Refuse what names a file: allowed are names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError."""
     if len(text) > _LONGEST:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It must have at most {_LONGEST} characters.")
-    if _reads(text.strip()):
+    named = file_named_in(text)
+    if named:
+        hint = did_you_mean(close_parameters(named))
         raise ProjectionError(
-            f"Invalid projection '{shown(text)}'. On this page it must need no file: name files on the command line, "
-            "as in 'projdist explore FILE'."
+            f"Invalid projection '{shown(text)}'. {hint}On this page it must need no file, as '{shown(named)}' may: "
+            "name files on the command line, as in 'projdist explore FILE'."
         )
 
 
-def _reads(text: str) -> bool:
-    """Whether a projection needs a file, or may need one."""
-    if text.startswith("{"):
-        return _json_reads(text)
-    if re.match(r"\w+\s*[\[(]", text):
-        return bool(_STRUCTURED.search(text) or _READING.search(_NULL.sub("", text)))
-    plain = _RATIO.sub("", _NULL.sub("", text))
-    if _SUFFIX.search(text) or (_READING.search(plain) and not _INIT.fullmatch(plain)):
-        return True
-    return bool(re.search(r"(?:proj|init)\s*=", text, re.IGNORECASE) and _PATH.search(plain))
-
-
-def _json_reads(text: str) -> bool:
-    """Whether PROJJSON, or the parameters of a PROJ string in JSON, need a file, however they are spelt."""
-    try:
-        value = json.loads(text)
-    except (ValueError, RecursionError):
-        return False  # it is no projection either
-    if "proj" in value or "init" in value:
-        return _reads(" ".join(f"+{key}={word}" for key, word in value.items()))
-    plain = json.dumps(value, ensure_ascii=False)
-    return bool(_STRUCTURED.search(plain) or _READING.search(_NULL.sub("", plain)))
-
-
-def check_region(text: str) -> None:
-    """Refuse what names a file; raises ValueError."""
-    if len(text) > _LONGEST:
-        raise ValueError(f"Invalid region '{shown(text)}'. It must have at most {_LONGEST} characters.")
-    if _FILES.search(text) or _CRS.search(text):
+def _check_atom(kind: str, argument: str) -> None:
+    """Refuse a part of a region that names a file; raises ValueError."""
+    if kind.strip() in _FILES or (kind.strip() == "crs" and file_named_in(argument)):
         raise ValueError(
-            f"Invalid region '{shown(text)}'. On this page it must need no file: name files on the command line, as in "
-            "'projdist explore --region file:PATH'."
+            f"Invalid region '{shown(f'{kind}:{argument}')}'. On this page it must need no file: name files on the "
+            "command line, as in 'projdist explore --region file:PATH'."
         )
 
 
@@ -123,3 +96,19 @@ def _projection(text: str) -> Projection:
 @functools.lru_cache(maxsize=32)
 def _region(text: str, ellipsoid: Ellipsoid | None) -> Place:
     return get_region(text, ellipsoid)
+
+
+@functools.lru_cache(maxsize=32)
+def _closed_region(text: str, ellipsoid: Ellipsoid | None) -> Place:
+    return region_of_text(text, _check_atom, ellipsoid)
+
+
+def _is_of_files(text: str) -> bool:
+    """Whether a projection or a region names a file."""
+    try:
+        if is_region_text(text):
+            _closed_region(text, None)
+            return False
+        return bool(file_named_in(text))
+    except ValueError:
+        return True

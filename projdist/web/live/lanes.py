@@ -14,7 +14,7 @@ import signal
 import threading
 import time
 import traceback
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -31,6 +31,7 @@ LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
 """Seconds after which a process is ended."""
 
 _POLL, _WATCH = 0.2, 1.0  # seconds
+_STARTING = threading.Lock()
 _TRIES = 2  # a process may be killed from outside
 _PATIENCE = 30.0  # seconds for a process to start, which are not counted
 _READY, _REPLY, _PROGRESS, _CRASH = "ready", "reply", "progress", "crash"  # what comes from it
@@ -51,7 +52,7 @@ class Lane:
     """A process that answers requests one after the other; the newest of each key."""
 
     def __init__(self, name: str, doors: Doors, limit: float | None = None) -> None:
-        self._name, self._doors = name, doors
+        self._name, self._doors, self._variables = name, doors, doors.environment()
         self._limit = LIMITS[name] if limit is None else limit
         self._waiting: dict[Hashable, _Task] = {}
         self._running: tuple[Hashable, _Task] | None = None
@@ -170,7 +171,8 @@ class Lane:
         process = context.Process(
             target=serve_requests, args=(other, self._doors, os.getpid()), name=f"projdist {self._name}", daemon=False
         )
-        process.start()
+        with _environment(self._variables):
+            process.start()
         other.close()
         self._worker, self._ready = (process, connection), False
         return self._worker
@@ -187,6 +189,20 @@ class Lane:
         process.kill()
         process.join(timeout=5.0)
         connection.close()
+
+
+@contextlib.contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Have variables for processes that are started meanwhile; there is no other way to give them some."""
+    with _STARTING:
+        kept = {name: os.environ.get(name) for name in variables}
+        os.environ.update(variables)
+        try:
+            yield
+        finally:
+            for name, value in kept.items():
+                os.environ.pop(name)
+                os.environ.update({} if value is None else {name: value})
 
 
 # ---- in the process -------------------------------------------------------------------------

@@ -24,7 +24,7 @@ READING = [
     'PROJCRS["x",METHOD["PROJ-based operation method: +proj=deformation +xy_grids=a"]]',
     *(
         "robinson+nadgrids=x.gsb",
-        "mollweide+lon_0=3+geoidgrids=x@45,3",
+        "mollweide+geoidgrids=x@45,3",
         "+proj=merc +nadgrids=@null,x.gsb",
         "+init=x:1",
     ),

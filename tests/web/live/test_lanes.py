@@ -1,5 +1,6 @@
 """Lanes answer the newest request, end what takes too long or is not wanted, and outlive their processes."""
 
+import json
 import os
 import signal
 import subprocess
@@ -124,6 +125,22 @@ def test_nothing_is_left_of_what_was_killed(tmp_path: Path) -> None:
         found.ask("a", wanted(1, "forks-and-dies"), told)
         assert "ended twice" in told.next()["problem"]
         assert ended([int((tmp_path / "child").read_text())])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("opened", ["robinson", "+proj=merc +nadgrids=x.gsb"])
+def test_processes_have_proj_without_the_users_files(
+    opened: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor a network, unless he has named a file; the page's own process keeps what it has."""
+    monkeypatch.setenv("PROJ_NETWORK", "ON")
+    monkeypatch.setenv("PROJ_USER_WRITABLE_DIRECTORY", str(tmp_path))
+    before, told = dict(os.environ), Hearing()
+    with lane(Traps(frozenset({opened}))) as found:
+        found.ask("a", wanted(1, "proj"), told)
+        network, folder = json.loads(told.next()["problem"])
+    assert (network, folder == str(tmp_path)) == ((False, False) if opened == "robinson" else (True, True))
+    assert dict(os.environ) == before
 
 
 @pytest.mark.slow

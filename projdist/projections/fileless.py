@@ -1,0 +1,246 @@
+"""Projections that need no file: what of a text may name one, before PROJ is asked; and PROJ without its user's files.
+
+PROJ opens what a text names while it reads it. So a text is parsed here first, and allowed is what is known: PROJ's
+parameters that are numbers and words, the keywords of CRSs in WKT, the types of CRSs in PROJJSON. Strings that PROJ
+runs, of methods and extensions, are PROJ strings again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from pyproj.database import get_authorities
+from pyproj.datadir import get_data_dir
+
+from projdist.projections.arguments import ANGLES, FLAGS, NUMBERS, TEXTS, WHOLE_NUMBERS
+from projdist.projections.aspects import has_words, words_of
+from projdist.projections.errors import ALLOWED, ProjectionError
+from projdist.projections.projstrings import ELLIPSOID_KEYS, proj_string_of_parameters
+from projdist.projections.wkt import WktNode, is_wkt, parse_wkt, with_spaces
+from projdist.support import close_words, shown
+
+__all__ = ["close_parameters", "environment_without_files", "file_named_in"]
+
+_READERS = frozenset("defmodel deformation gridshift hgridshift tinshift vgridshift xyzgridshift".split())
+"""PROJ's operations that read files."""
+
+_NUMBER = r"[+-]?(?:\d+(?:_\d+)*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_LISTS = frozenset(
+    "fwd_c fwd_origin fwd_u fwd_v inv_c inv_origin inv_u inv_v order towgs84 x y z rx ry rz s deg range".split()
+)
+_STEPS = frozenset(
+    """R_C X_0 Y_0 Z_0 abridged da convention czech df dh dlat dlon drx dry drz ds dtheta dx dy dz exact hyperbolic
+    inv_tolerance proj px py pz rescale slope_lat slope_lon step t_epoch t_in t_obs t_out title transpose uneg UVtoST
+    v_1 v_2 v_3 v_4 vneg vto_meter xy_in xy_out z_in z_out""".split()
+)
+_OF_CRSS = frozenset("datum geoid_crs no_defs pm type vunits wktext".split())
+_PLAIN = ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS | ELLIPSOID_KEYS | _STEPS | _OF_CRSS
+"""The parameters that are numbers or words."""
+
+_TOKEN = re.compile(r"\+?([A-Za-z]\w*)(?:=(\S+))?", re.ASCII)
+_VALUE = re.compile(r"[\w.+-]+|[+-]?[\d.][\w.'\"°+-]*", re.ASCII)  # a number, an angle, a word
+_RATIO = re.compile(rf"{_NUMBER}/{_NUMBER}", re.ASCII)
+_LIST = re.compile(rf"{_NUMBER}(?:,{_NUMBER})*", re.ASCII)
+_BLANKS = re.compile(r"[ \t\n\r\v\f]+")
+
+_SUFFIXES = (".prj", ".wkt", ".json")  # of texts that are paths
+_INIT = re.compile(r"\+?init=(\w+):\w+(?:\s+\+no_defs|\s+\+type=crs)*", re.ASCII)
+_RUN = re.compile(r"\+?\b(?:proj|init|title)[\s+]*=", re.IGNORECASE)  # where PROJ, or pyproj, may see a PROJ string
+_CODE = r"[A-Za-z]\w*:(?:\w+:)?[\w.]+"
+_CODES = re.compile(rf"{_CODE}(?:\s*\+\s*{_CODE})*(?:\s*@\s*[\d.]+)?", re.ASCII)
+_URN = re.compile(
+    r"urn:[\w-]+:def:crs[,:][\w.,:-]*|https?://www\.opengis\.net/(?:def/crs|gml/srs)/[\w./#-]*", re.I | re.ASCII
+)
+
+_CRSS = frozenset(
+    """BOUNDCRS COMPD_CS COMPOUNDCRS DERIVEDPROJCRS ENGCRS ENGINEERINGCRS GEOCCS GEODCRS GEODETICCRS GEOGCRS GEOGCS
+    GEOGRAPHICCRS LOCAL_CS PROJCRS PROJCS PROJECTEDCRS VERTCRS VERTCS VERTICALCRS VERT_CS""".split()
+)
+_KEYWORDS = _CRSS | frozenset(
+    """ABRIDGEDTRANSFORMATION ANCHOR ANCHOREPOCH ANGLEUNIT AREA AUTHORITY AXIS AXISMAXVALUE AXISMINVALUE BASEGEODCRS
+    BASEGEOGCRS BASEPROJCRS BASEVERTCRS BBOX BEARING CITATION CONVERSION CS DATUM DERIVINGCONVERSION DYNAMIC EDATUM
+    ELLIPSOID ENGINEERINGDATUM ENSEMBLE ENSEMBLEACCURACY EXTENSION FRAMEEPOCH GEODETICDATUM GEOIDMODEL ID LENGTHUNIT
+    LINUNIT LOCAL_DATUM MEMBER MERIDIAN METADATA METHOD MODEL OPERATIONACCURACY ORDER PARAMETER PARAMETRICUNIT PRIMEM
+    PRIMEMERIDIAN PROJECTION RANGEMEANING REMARK SCALEUNIT SCOPE SOURCECRS SPHEROID TARGETCRS TEMPORALQUANTITY
+    TIMEEXTENT TIMEUNIT TOWGS84 TRF UNIT URI USAGE VDATUM VELOCITYGRID VERSION VERTICALDATUM VERTICALEXTENT VERT_DATUM
+    VRF""".split()
+)
+_METHODS = ("METHOD", "PROJECTION")
+_QUOTED = re.compile(r'"(?:[^"]|"")*"')
+_BARE_WKT = re.compile(r"[\w.,+\-:\s\[\]()\"]*", re.ASCII)
+_LOOSE_QUOTE = re.compile(r'[^\[(,\s]\s*""|""\s*[^\])\],\s]')  # a quoted text that is not all there is between commas
+
+_TYPES = frozenset(
+    """AbridgedTransformation AngularUnit BoundCRS CompoundCRS Conversion DatumEnsemble DerivedGeodeticCRS
+    DerivedGeographicCRS DerivedProjectedCRS DerivedVerticalCRS DynamicGeodeticReferenceFrame
+    DynamicVerticalReferenceFrame Ellipsoid EngineeringCRS EngineeringDatum GeodeticCRS GeodeticReferenceFrame
+    GeographicCRS LinearUnit ParametricUnit PrimeMeridian ProjectedCRS ScaleUnit TimeUnit Unit VerticalCRS
+    VerticalReferenceFrame""".split()
+)
+_DEEPEST = 50
+
+
+def file_named_in(text: str) -> str:
+    """What of a projection's text names a file, or may; nothing where none of it does. Raises ProjectionError."""
+    text = text.strip()
+    init = _INIT.fullmatch(text)
+    if text.lower().endswith(_SUFFIXES):
+        return text
+    if init:
+        return "" if init[1].upper() in get_authorities() else text
+    if text.startswith("{"):
+        return _in_json(text)
+    keyword = re.split(r"[\s\[(]", text, maxsplit=1)[0]
+    if is_wkt(text) and (keyword.upper() in _CRSS or "[" in text or _RUN.search(text)):
+        return _in_wkt(text)
+    if re.search(r"(?:^|\s)\+?proj=", text):
+        return _in_proj_string(text)
+    if has_words(text):
+        words = words_of(text)
+        return _in_plain(words.name) or _in_parameters(words.parameters)
+    return _in_plain(text)
+
+
+def close_parameters(token: str) -> list[str]:
+    """The known parameters that one that is not may have been meant for."""
+    key = token.lstrip("+").partition("=")[0]
+    return close_words(key, sorted(_PLAIN)) if key not in _PLAIN else []
+
+
+def environment_without_files() -> dict[str, str]:
+    """The variables that make PROJ read its own data only, for a process that is started with them."""
+    folders = get_data_dir().split(os.pathsep)
+    own = next((folder for folder in folders if Path(folder, "proj.db").exists()), folders[0])
+    # GDAL has data of its own, which the first two would hide from it.
+    data = {"PROJ_DATA": own, "PROJ_LIB": own} if len(folders) > 1 else {}
+    return {"PROJ_NETWORK": "OFF", "PROJ_USER_WRITABLE_DIRECTORY": own, **data}
+
+
+def _in_plain(text: str) -> str:
+    """Of a name, a code or a URN: nothing, if it is one."""
+    run = _RUN.search(text)
+    if run:
+        return text[run.start() :]
+    return "" if ":" not in text or _CODES.fullmatch(text) or _URN.fullmatch(text) else text
+
+
+def _in_proj_string(text: str) -> str:
+    return _in_parameters(token for token in _BLANKS.split(text) if token)
+
+
+def _in_parameters(tokens: Iterable[str]) -> str:
+    return next((token for token in tokens if not _is_plain(token)), "")
+
+
+def _is_plain(token: str) -> bool:
+    """Whether a parameter of PROJ is known, and a number, a word, or a list of numbers."""
+    found = _TOKEN.fullmatch(token)
+    if found is None:
+        return False
+    key, value = found[1], found[2]
+    if key == "nadgrids":
+        return value == "@null"  # PROJ's word for no grid
+    if key in ("proj", "o_proj") and value in _READERS:
+        return False
+    if value is None:
+        return key in _PLAIN
+    if key in _LISTS and _LIST.fullmatch(value):
+        return True
+    if key == "to_meter" and _RATIO.fullmatch(value):
+        return True
+    return key in _PLAIN and _VALUE.fullmatch(value) is not None
+
+
+def _in_method(name: str) -> str:
+    """Of a method's name: PROJ runs what stands behind `PROJ-based operation method:`, or behind `PROJ `."""
+    words = re.sub(r"^PROJ[-_ ]based[^:=]*:[\s_]*", "", with_spaces(name), flags=re.IGNORECASE)
+    if words != name or _RUN.search(words):
+        return _in_proj_string(words)
+    run = re.fullmatch(r"\s*PROJ[\s_]+(.*)", name, re.IGNORECASE | re.DOTALL)
+    return _in_proj_string(f"proj={run[1]}") if run else ""
+
+
+def _in_remark(text: str) -> str:
+    """Of any other text within WKT and PROJJSON, where PROJ may find a PROJ string, as in remarks."""
+    run = _RUN.search(text)
+    return _in_proj_string(text[run.start() :].partition(". ")[0].rstrip(".")) if run else ""
+
+
+# ---- WKT ------------------------------------------------------------------------------------
+
+
+def _in_wkt(text: str) -> str:
+    bare = _QUOTED.sub('""', text)
+    if not _BARE_WKT.fullmatch(bare) or _LOOSE_QUOTE.search(bare):
+        raise ProjectionError(
+            f"Invalid WKT '{shown(text)}'. Outside of straight quotation marks there must be words, numbers and "
+            "brackets, with commas between them."
+        )
+    roots = parse_wkt(text)
+    known = [root.keyword in _CRSS for root in roots]
+    if not known or not all(known):
+        return next((root.keyword for root in roots if root.keyword not in _CRSS), text)
+    return next(filter(None, (_in_node(node) for root in roots for node in root.walk())), "")
+
+
+def _in_node(node: WktNode) -> str:
+    if node.keyword not in _KEYWORDS:
+        return f"{node.keyword}[{', '.join(node.values)}]"
+    if node.keyword == "EXTENSION":
+        is_string = len(node.values) == 2 and node.name.upper() == "PROJ4"
+        return _in_proj_string(node.values[1]) if is_string else f"EXTENSION[{', '.join(node.values)}]"
+    if node.keyword == "PARAMETER" and not all(re.fullmatch(_NUMBER, value) for value in node.values[1:]):
+        return ", ".join(node.values[1:])
+    rule = _in_method if node.keyword in _METHODS else _in_remark
+    return next(filter(None, map(rule, node.values)), "")
+
+
+# ---- PROJJSON -------------------------------------------------------------------------------
+
+
+def _in_json(text: str) -> str:
+    try:
+        value = json.loads(text, object_pairs_hook=_without_doubles)
+    except (ValueError, RecursionError) as error:
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
+    if "proj" in value:
+        return _in_proj_string(proj_string_of_parameters(value))
+    if "init" in value:
+        return "init"
+    return next(filter(None, (_in_member(path, key, one) for path, key, one in _members(value, text))), "")
+
+
+def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object, whose members have different names: of two of one name readers take this or that."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("two members of an object have one name")
+    return found
+
+
+def _members(value: Any, text: str) -> Iterator[tuple[str, str, Any]]:
+    """Each member below a value: the name of the object that it is in, its own, and its value."""
+    waiting: list[tuple[str, Any, int]] = [("", value, 0)]
+    while waiting:
+        name, one, depth = waiting.pop()
+        if depth > _DEEPEST:
+            raise ProjectionError(f"Invalid projection '{shown(text)}'. Its JSON is nested more than {_DEEPEST} deep.")
+        pairs = one.items() if isinstance(one, dict) else [(name, inner) for inner in one]
+        for key, inner in pairs:
+            if isinstance(inner, dict | list):
+                waiting.append((key, inner, depth + 1))
+            else:
+                yield name, key, inner
+
+
+def _in_member(inside: str, key: str, value: Any) -> str:
+    if not isinstance(value, str):
+        return ""
+    if (key == "value" and inside == "parameters") or (key == "type" and value not in _TYPES):
+        return value or key
+    return _in_method(value) if inside == "method" else _in_remark(value)

@@ -1,0 +1,274 @@
+"""Texts that would make PROJ open files, in every spelling that it reads, and a process that tells what it opens.
+
+Run as a script it takes a folder with texts and the word `open` or `closed`, and prints of each what became of it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import itertools
+import json
+import os
+import struct
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+MARK = "h0stile"
+"""What all names of files have."""
+
+PATHS = [
+    *("/h0stile/a.gsb", "h0stile.gsb", "@h0stile.gsb", "./h0stile.gsb", "../h0stile.tif", "~/h0stile.gsb"),
+    *("https://h0stile.invalid/a.tif", "/vsicurl/https://h0stile.invalid/a.tif", "h0stile.gsb,@null"),
+    *("@null,h0stile.gsb", '"h0stile.gsb"', "file:///h0stile/a.gsb", "C:\\h0stile\\a.gsb", "h0stile"),
+]
+READERS = [
+    *("merc {0}nadgrids{1}{2}", "merc {0}geoidgrids{1}{2}", "merc {0}datum{1}NAD27 {0}nadgrids{1}{2}"),
+    *("hgridshift {0}grids{1}{2}", "vgridshift {0}grids{1}{2} {0}multiplier{1}1", "gridshift {0}grids{1}{2}"),
+    *("xyzgridshift {0}grids{1}{2}", "tinshift {0}file{1}{2}", "defmodel {0}model{1}{2}"),
+    *("deformation {0}t_epoch{1}2000 {0}grids{1}{2}", "deformation {0}dt{1}1 {0}xy_grids{1}{2} {0}z_grids{1}{2}"),
+    *("merc {0}init{1}{2}:1", "utm {0}zone{1}32 {0}catalog{1}{2}", "ob_tran {0}o_proj{1}hgridshift {0}grids{1}{2}"),
+]
+"""Operations with files, without what begins a parameter, what is before a value, and the path."""
+
+SEPARATORS = [
+    *(" +", " ", "+", ";", " ;", ";+", " ; ", "\t", "\n+", "\r\n", "\v", "\f", "\x1c", "\x85", "\u00a0", "\u2003"),
+    *("\u3000", " ++", " + ", ", ", " ,+", ' "', "\u200b+", "|", "&", "\\n", "\u2028", " \ufeff+", "%20", "/"),
+]
+EQUALS = ["=", " = ", "= ", " =", "\uff1d", "=+", "==", "=\t", "\n=", "+=", '="', ":", "=;"]
+KEYS = ["NADGRIDS", "Nadgrids", "n\u0430dgrids", "\uff4eadgrids", "nad\u200bgrids", "nadgrids\u0301", "+nadgrids"]
+
+_DEGREE = "0.0174532925199433"
+_DATUM1 = (
+    f'GEOGCS["g",DATUM["d",SPHEROID["s",6378137,298.257]{{geo}}],PRIMEM["Greenwich",0],UNIT["degree",{_DEGREE}]{{ext}}]'
+)
+_BASE2 = 'BASEGEOGCRS["g",DATUM["d",ELLIPSOID["s",6378137,298.257]]]'
+_PLANE2 = 'CS[Cartesian,2],AXIS["(E)",east],AXIS["(N)",north],LENGTHUNIT["metre",1]'
+_MERC1 = 'PROJECTION["Mercator_1SP"],PARAMETER["central_meridian",0],PARAMETER["scale_factor",1]'
+_MERC2 = 'CONVERSION["c",METHOD["Mercator (variant A)"]]'
+_WKT1 = f'PROJCS["x",{_DATUM1},{{conversion}},UNIT["metre",1]{{last}}]'
+_WKT2 = f'PROJCRS["x",{_BASE2},{{conversion}},{_PLANE2}{{last}}]'
+
+
+def _wkt1(conversion: str = _MERC1, last: str = "", geo: str = "", ext: str = "") -> str:
+    return _WKT1.format(conversion=conversion, last=last, geo=geo, ext=ext)
+
+
+def _wkt2(conversion: str = _MERC2, last: str = "") -> str:
+    return _WKT2.format(conversion=conversion, last=last)
+
+
+def _json(method: str, remarks: str = "") -> str:
+    base = {
+        "type": "GeographicCRS",
+        "name": "g",
+        "datum": {
+            "type": "GeodeticReferenceFrame",
+            "name": "d",
+            "ellipsoid": {"name": "s", "semi_major_axis": 6378137, "inverse_flattening": 298.257},
+        },
+        "coordinate_system": {
+            "subtype": "ellipsoidal",
+            "axis": [
+                {"name": "Longitude", "abbreviation": "lon", "direction": "east", "unit": "degree"},
+                {"name": "Latitude", "abbreviation": "lat", "direction": "north", "unit": "degree"},
+            ],
+        },
+    }
+    axes = [
+        {"name": name, "abbreviation": name[0], "direction": direction, "unit": "metre"}
+        for name, direction in (("Easting", "east"), ("Northing", "north"))
+    ]
+    crs = {
+        "type": "ProjectedCRS",
+        "name": "x",
+        "base_crs": base,
+        "conversion": {"name": "c", "method": {"name": method}, "parameters": []},
+        "coordinate_system": {"subtype": "Cartesian", "axis": axes},
+    }
+    return json.dumps(crs | ({"remarks": remarks} if remarks else {}))
+
+
+def _bound(path: str, form: str) -> str:
+    if form == "wkt":
+        method = f'METHOD["NTv2",ID["EPSG",9615]],PARAMETERFILE["Latitude and longitude difference file","{path}"]'
+        axes = f'CS[ellipsoidal,2],AXIS["lat",north],AXIS["lon",east],ANGLEUNIT["degree",{_DEGREE}]'
+        target = f'GEOGCRS["t",DATUM["d",ELLIPSOID["s",6378137,298.257]],{axes}]'
+        return f'BOUNDCRS[SOURCECRS[{_wkt2()}],TARGETCRS[{target}],ABRIDGEDTRANSFORMATION["t",{method}]]'
+    source = json.loads(_json("Mercator (variant A)"))
+    transformation = {
+        "name": "t",
+        "method": {"name": "NTv2", "id": {"authority": "EPSG", "code": 9615}},
+        "parameters": [{"name": "Latitude and longitude difference file", "value": path}],
+    }
+    bound = {
+        "type": "BoundCRS",
+        "source_crs": source,
+        "target_crs": source["base_crs"],
+        "transformation": transformation,
+    }
+    return json.dumps(bound)
+
+
+def _quoted(text: str) -> str:
+    return text.replace('"', '""')
+
+
+WRAPS = {
+    "string": lambda words: f"+proj={words}",
+    "bare": lambda words: f"proj={words}",
+    "quotes": lambda words: f'"+proj={words}"',
+    "title": lambda words: f"+title=x +proj={words}",
+    "last": lambda words: f"{words.partition(' ')[2]} +proj={words.partition(' ')[0]}",
+    "pipeline": lambda words: f"+proj=pipeline +step +proj={words} +step +proj=merc",
+    "steps": lambda words: f"+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj={words}",
+    "step": lambda words: f"step proj=merc step proj={words}",
+    "oblique": lambda words: f"+proj=ob_tran +o_proj=moll +o_lat_p=45 {words.partition(' ')[2]}",
+    "name": lambda words: f"robinson+{words.partition(' ')[2].lstrip('+')}",
+    "centre": lambda words: f"mollweide+{words.partition(' ')[2].lstrip('+')}@45,3",
+    "code": lambda words: f"EPSG:3035 {words.partition(' ')[2]} +proj={words.partition(' ')[0]}",
+    "crs": lambda words: f"+proj={words} +type=crs",
+    "json-proj": lambda words: json.dumps({"proj": words}),
+    "json-double": lambda words: f'{{"proj": "merc", "pr\\u006fj": {json.dumps(words)}}}',
+    "method": lambda words: _wkt2(f'CONVERSION["c",METHOD["PROJ-based operation method: +proj={_quoted(words)}"]]'),
+    "method-1": lambda words: _wkt1(f'PROJECTION["PROJ-based operation method: +proj={_quoted(words)}"]'),
+    "underscores": lambda words: _wkt1(
+        f'PROJECTION["PROJ-based_operation_method:_+proj={_quoted(words)}"]'.replace(" ", "_")
+    ),
+    "own": lambda words: _wkt2(f'CONVERSION["c",METHOD["PROJ {_quoted(words)}"]]'),
+    "own-1": lambda words: _wkt1(f'PROJECTION["PROJ {_quoted(words)}"]'),
+    "split": lambda words: _wkt2(f'CONVERSION["c",METHOD["PROJ ""{_quoted(words)}"]]'),
+    "round": lambda words: (
+        _wkt2(f'CONVERSION["c",METHOD["PROJ {_quoted(words)}"]]').replace("[", "(").replace("]", ")")
+    ),
+    "small": lambda words: _wkt2(f'CONVERSION["c",METHOD["PROJ {_quoted(words)}"]]').replace("METHOD", "method"),
+    "extension": lambda words: _wkt1(last=f',EXTENSION["PROJ4","+proj={_quoted(words)}"]'),
+    "extension-bare": lambda words: _wkt1(last=f',EXTENSION["PROJ4","proj={_quoted(words)}"]'),
+    "extension-2": lambda words: _wkt2(last=f',EXTENSION["PROJ4","proj={_quoted(words)}"]'),
+    "extension-geo": lambda words: _wkt1(ext=f',EXTENSION["PROJ4","+proj=longlat {_quoted(words.partition(" ")[2])}"]'),
+    "extension-datum": lambda words: _wkt1(geo=f',EXTENSION["PROJ4_GRIDS","{_quoted(words)}"]'),
+    "custom": lambda words: _wkt1('PROJECTION["custom_proj4"]', f',EXTENSION["PROJ4","+proj={_quoted(words)}"]'),
+    "remark": lambda words: _wkt2(last=f',REMARK["PROJ CRS string: +proj={_quoted(words)}"]'),
+    "remark-end": lambda words: _wkt2(last=f',REMARK["a. PROJ CRS string: +proj={_quoted(words)}. b"]'),
+    "no-wkt": lambda words: f'FOO["a +proj={words} "]',
+    "behind-wkt": lambda words: f"{_wkt2()} +proj={words}",
+    "printed": lambda words: _wkt2(f"CONVERSION[“c”,METHOD[“PROJ {words}”]]"),
+    "json-method": lambda words: _json(f"PROJ-based operation method: +proj={words}"),
+    "json-own": lambda words: _json(f"PROJ {words}"),
+    "json-remark": lambda words: _json("Mercator (variant A)", f"PROJ CRS string: +proj={words}"),
+    "compound": lambda words: (
+        f'COMPD_CS["x",{_wkt1()},VERT_CS["v",VERT_DATUM["d",2005,EXTENSION["PROJ4_GRIDS","{_quoted(words)}"]],UNIT["metre",1]]]'
+    ),
+}
+"""What is made of an operation with its parameters."""
+
+
+def hostile_texts() -> list[str]:
+    """Every wrap of every operation with every path, of two operations with every separator and sign, and others."""
+    return list(dict.fromkeys([*_of_paths(), *_of_spellings(), *_others()]))
+
+
+def _of_paths() -> Iterator[str]:
+    for wrap, words, path in itertools.product(WRAPS.values(), READERS, PATHS):
+        yield wrap(words.format("+", "=", path))
+
+
+def _of_spellings() -> Iterator[str]:
+    path = "/h0stile/a.gsb"
+    for wrap, words in itertools.product(WRAPS.values(), (READERS[0], READERS[3])):
+        for separator, equals in itertools.product(SEPARATORS, EQUALS):
+            if separator == " +" or equals == "=" or (SEPARATORS.index(separator) + EQUALS.index(equals)) % 5 == 0:
+                operation, _, rest = words.partition(" ")
+                yield wrap(f"{operation}{separator}{rest.format('', equals, path)}")
+        for key in KEYS:
+            yield wrap(words.format("+", "=", path).replace("nadgrids", key).replace("grids", key))
+
+
+def _others() -> Iterator[str]:
+    for path in PATHS:
+        plain = path.strip('"@')
+        yield from (_bound(path.replace('"', ""), form) for form in ("wkt", "json"))
+        yield from (f"{plain}{suffix}" for suffix in (".prj", ".WKT", ".json", ".prj ", ".PRJ\n"))
+        yield from (f"{sign}init={plain}:1{end}" for sign in ("", "+", "x +", "title=a ") for end in ("", " +no_defs"))
+        yield from (f"{plain}:1", f"urn:ogc:def:crs:{plain}::1", f"urn:ogc:def:coordinateOperation:{plain}::1", plain)
+        yield json.dumps({"init": f"{plain}:1"})
+        yield json.dumps({"proj": "merc", "nadgrids": [plain]})
+        yield json.dumps({"proj": "merc", "x_0": {"nadgrids": plain}})
+
+
+# ---- in a process of its own ------------------------------------------------------------------
+
+_PLACES = ("h0stile", "work", "work/here", "home", "user")
+"""Folders of PATHS: absolute, of the process and the one above, the user's, and that of his grids."""
+
+_NAMES = ("a.gsb", "h0stile.gsb", "h0stile.tif", "h0stile", "C:\\h0stile\\a.gsb")
+_IN_OPEN = 0x20  # of inotify(7)
+_EVENT = struct.Struct("iIII")
+
+
+class Watch:
+    """What is opened in folders, as Linux tells it."""
+
+    def __init__(self, folders: Iterable[Path]) -> None:
+        libc = ctypes.CDLL(None, use_errno=True)
+        self.number = libc.inotify_init1(os.O_NONBLOCK)
+        for folder in folders:
+            assert libc.inotify_add_watch(self.number, os.fsencode(folder), _IN_OPEN) >= 0
+
+    def names(self) -> list[str]:
+        """The names of files that were opened since the last time."""
+        found = []
+        with contextlib.suppress(BlockingIOError):
+            while block := os.read(self.number, 65536):
+                while block:
+                    length = _EVENT.unpack_from(block)[3]
+                    name, block = block[_EVENT.size : _EVENT.size + length], block[_EVENT.size + length :]
+                    found.append(os.fsdecode(name.rstrip(b"\0")))
+        return [name for name in found if name]
+
+
+def outcomes(texts: Sequence[str], how: str, folder: Path, before: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """What becomes of each text in a process without a network: map or problem, and the files that were opened."""
+    for place, name in itertools.product(_PLACES, _NAMES):
+        (folder / place).mkdir(parents=True, exist_ok=True)
+        (folder / place / name).write_bytes(b"no grid")
+    given = folder / "texts.json"
+    given.write_text(json.dumps([text.replace("/h0stile/", f"{folder}/h0stile/") for text in texts]))
+    env = os.environ | {"PROJ_NETWORK": "OFF", "HOME": str(folder / "home")}
+    env |= {"PROJ_USER_WRITABLE_DIRECTORY": str(folder / "user"), "PYTHONPATH": str(Path(__file__).parents[1])}
+    found = subprocess.run(
+        [*before, sys.executable, str(Path(__file__).resolve()), str(folder), how],
+        env=env,
+        cwd=folder / "work" / "here",
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return [json.loads(line) for line in found.stdout.splitlines()]
+
+
+def main(path: str, how: str) -> None:
+    """Tell of each text, of a file in JSON, what becomes of it behind closed or open doors."""
+    from projdist.web.live.inputs import Doors, OpenDoors
+
+    folder = Path(path)
+    texts = json.loads((folder / "texts.json").read_text())
+    doors = Doors() if how == "closed" else OpenDoors()
+    warnings.simplefilter("ignore")
+    watch = Watch(folder / place for place in _PLACES)
+    for text in texts:
+        found: dict[str, Any] = {}
+        for kind, ask, given in (("map", doors.projection, text), ("region", doors.region, f"crs:{text}")):
+            try:
+                found[kind] = ask(given).name
+            except ValueError as error:
+                found[f"{kind} problem"] = str(error)
+        sys.stdout.write(f"{json.dumps(found | {'opened': watch.names()})}\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
