@@ -71,12 +71,12 @@ class Workers:
         self._users.add(user)
         if lane not in self._lanes:
             self._lanes[lane] = Lane(lane, OpenDoors())
-        self._lanes[lane].ask((user, key), request, told)
+        self._lanes[lane].ask(user, key, request, told)
 
     def drop(self, user: Hashable, lane: str, key: Hashable) -> None:
         """Stop what is done for a widget."""
         if lane in self._lanes:
-            self._lanes[lane].drop((user, key))
+            self._lanes[lane].drop(user, key)
 
     def leave(self, user: Hashable) -> None:
         """Do nothing more for a widget."""
@@ -84,7 +84,7 @@ class Workers:
         if not self._users:
             self.close()
         for lane in self._lanes.values():
-            lane.drop_all(lambda key: isinstance(key, tuple) and key[0] == user)
+            lane.leave(user)
 
     def close(self) -> None:
         """End all processes."""

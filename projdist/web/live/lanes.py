@@ -1,7 +1,7 @@
 """Processes that answer requests, so that a map that takes long, or never ends, keeps nobody waiting.
 
-A lane is a process with a queue: one waiting request for each map of each page, the newest one. What takes too long is
-ended with its process, and another one is started.
+A lane is a process with a queue, in which pages have their turns: one waiting request for each map of each page, the
+newest one. What takes too long is ended with its process, and another one is started.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from typing import Any
 
 from projdist.web.live.inputs import Doors
 from projdist.web.live.replies import failed, progressed
-from projdist.web.live.requests import Request
+from projdist.web.live.requests import LARGEST_FILE, Request
+from projdist.web.live.turns import Full, Turns
 
 __all__ = ["LIMITS", "Lane", "serve_requests"]
 
@@ -41,8 +42,10 @@ Told = Callable[[bytes], None]
 
 @dataclass(eq=False)
 class _Task:
-    """A request, who hears of it, and whether nobody waits for it any more."""
+    """A request of a page, who hears of it, and whether nobody waits for it any more."""
 
+    page: Hashable
+    key: Hashable
     request: Request
     told: Told
     dropped: threading.Event = field(default_factory=threading.Event)
@@ -54,8 +57,8 @@ class Lane:
     def __init__(self, name: str, doors: Doors, limit: float | None = None) -> None:
         self._name, self._doors, self._variables = name, doors, doors.environment()
         self._limit = LIMITS[name] if limit is None else limit
-        self._waiting: dict[Hashable, _Task] = {}
-        self._running: tuple[Hashable, _Task] | None = None
+        self._waiting: Turns[_Task] = Turns(LARGEST_FILE)
+        self._running: _Task | None = None
         self._changed = threading.Condition()
         self._closed = False
         self._worker: tuple[BaseProcess, Connection] | None = None
@@ -63,35 +66,38 @@ class Lane:
         self._thread = threading.Thread(target=self._run, name=f"projdist {name}", daemon=True)
         self._thread.start()
 
-    def ask(self, key: Hashable, request: Request, told: Told) -> None:
-        """Answer a request in its turn, or in that of one of the same key that still waits.
+    def ask(self, page: Hashable, key: Hashable, request: Request, told: Told) -> None:
+        """Answer a request of a page in its turn, or in that of one of the same key that still waits.
 
-        `told` hears of it from another thread, of progress first.
+        `told` hears of it from another thread, of progress first; at once where there is no place for it.
         """
-        with self._changed:
-            self._waiting[key] = _Task(request, told)
-            self._changed.notify_all()
+        try:
+            with self._changed:
+                self._waiting.put(page, key, _Task(page, key, request, told), len(request.file))
+                self._changed.notify_all()
+        except Full as error:
+            told(failed(request, str(error)))
 
-    def drop(self, key: Hashable) -> None:
-        """Stop what is done for a key."""
+    def drop(self, page: Hashable, key: Hashable) -> None:
+        """Stop what is done for a key of a page."""
         with self._changed:
-            self._waiting.pop(key, None)
-            if self._running is not None and self._running[0] == key:
-                self._running[1].dropped.set()
+            self._waiting.drop(page, key)
+            if self._running is not None and (self._running.page, self._running.key) == (page, key):
+                self._running.dropped.set()
 
-    def drop_all(self, belongs: Callable[[Hashable], bool]) -> None:
-        """Stop what is done for some keys."""
+    def leave(self, page: Hashable) -> None:
+        """Stop all that is done for a page."""
         with self._changed:
-            keys = [*self._waiting, *([self._running[0]] if self._running else [])]
-        for key in filter(belongs, keys):
-            self.drop(key)
+            self._waiting.leave(page)
+            if self._running is not None and self._running.page == page:
+                self._running.dropped.set()
 
     def close(self) -> None:
         """End the process and the thread."""
         with self._changed:
             self._closed = True
             if self._running is not None:
-                self._running[1].dropped.set()
+                self._running.dropped.set()
             self._changed.notify_all()
         self._thread.join(timeout=5.0)
         if self._worker is not None and self._worker[0].is_alive():
@@ -110,9 +116,8 @@ class Lane:
                     self._changed.wait()
                 if self._closed:
                     return
-                key = next(iter(self._waiting))
-                self._running = key, self._waiting.pop(key)
-            self._answer(self._running[1])
+                self._running = self._waiting.next()
+            self._answer(self._running)
             with self._changed:
                 self._running = None
 

@@ -4,7 +4,7 @@ import { readBlock } from "./frames.js";
 
 const AGAIN = 1000; // milliseconds
 
-// Opens a socket and hands over what comes back. `states` hears of "open", "closed" and "refused".
+// Opens a socket and hands over what comes back. `states` hears of "open", "closed", "full" and "refused".
 export class Socket {
   constructor(url, token, states) {
     Object.assign(this, { url, token, states });
@@ -22,7 +22,7 @@ export class Socket {
     };
     this.socket.onclose = ({ code }) => {
       if (code === 4401) return this.states("refused");
-      this.states("closed");
+      this.states(code === 4429 ? "full" : "closed");
       setTimeout(() => this.open(), AGAIN);
     };
   }

@@ -10,7 +10,7 @@ import secrets
 import signal
 import socket
 import threading
-from collections.abc import Awaitable, Callable, Hashable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any
@@ -29,7 +29,10 @@ _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 _PATIENCE = 10.0  # seconds for the first message
 _HTTP = 80  # the port that addresses leave out
 _GRACE = 1  # second for pages to hear that the server ends
-_NO_TOKEN = 4401  # why a connection is closed
+_NO_TOKEN, _TOO_MANY = 4401, 4429  # why a connection is closed
+_MOST_PAGES = 24
+_MOST_UNREAD = 256  # answers to a page that does not read them
+_PAUSE = 0.02  # seconds
 
 Scope = dict[str, Any]
 Receive = Callable[[], Awaitable[dict[str, Any]]]
@@ -56,7 +59,8 @@ class Site:
 
     def __post_init__(self) -> None:
         self.lanes = {name: Lane(name, self.doors) for name in LIMITS}
-        self.pages = 0
+        self.pages = 0  # so far
+        self.open_pages = 0
 
     def close(self) -> None:
         """End the processes."""
@@ -96,24 +100,57 @@ class Site:
         if not secrets.compare_digest(_token_of(first.get("text") or ""), self.token.encode()):
             await socket.close(_NO_TOKEN)
             return
+        if self.open_pages >= _MOST_PAGES:
+            await socket.close(_TOO_MANY)
+            return
         self.pages += 1
+        self.open_pages += 1
         page = self.pages
-        waiting: asyncio.Queue[bytes | str] = asyncio.Queue()
-        loop = asyncio.get_running_loop()
+        try:
+            await self._serve(page, socket)
+        finally:
+            self.open_pages -= 1
+            for lane in self.lanes.values():
+                lane.leave(page)
+
+    async def _serve(self, page: int, socket: Any) -> None:
+        """Answer a page until it is closed, or too many answers wait for it."""
+        waiting: asyncio.Queue[bytes | str] = asyncio.Queue(_MOST_UNREAD)
+        loop, unread = asyncio.get_running_loop(), asyncio.Event()
+
+        def put(block: bytes) -> None:
+            try:
+                waiting.put_nowait(block)
+            except asyncio.QueueFull:
+                unread.set()
 
         def told(block: bytes) -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended
-                loop.call_soon_threadsafe(waiting.put_nowait, block)
+                loop.call_soon_threadsafe(put, block)
 
-        sender = asyncio.create_task(_send_all(socket, waiting))
         waiting.put_nowait(json.dumps(self._welcome()))
+        tasks = [
+            asyncio.create_task(self._listen(page, socket, waiting, told)),
+            asyncio.create_task(_send_all(socket, waiting)),
+            asyncio.create_task(unread.wait()),
+        ]
         try:
-            while (message := await socket.receive())["type"] != "websocket.disconnect":
-                self._take(page, message, told)
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            sender.cancel()
-            for lane in self.lanes.values():
-                lane.drop_all(lambda key: isinstance(key, tuple) and key[0] == page)
+            for task in tasks:
+                task.cancel()
+        for task in done:
+            task.result()  # which tells what has gone wrong
+
+    async def _listen(
+        self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], told: Callable[[bytes], None]
+    ) -> None:
+        """Take the requests of a page until it is closed, no more while answers wait for it."""
+        while (message := await socket.receive())["type"] != "websocket.disconnect":
+            self._take(page, message, told)
+            await asyncio.sleep(0)  # for what was told to wait
+            while waiting.qsize() > _MOST_UNREAD // 2:
+                await asyncio.sleep(_PAUSE)
 
     def _welcome(self) -> dict[str, Any]:
         start = self.start
@@ -130,10 +167,9 @@ class Site:
         if request.kind == STOP:
             what = str(request.options.get("what"))
             if what in LANES:
-                self.lanes[LANES[what]].drop((page, what, request.slot))
+                self.lanes[LANES[what]].drop(page, (what, request.slot))
             return
-        key: Hashable = (page, request.kind, request.slot)
-        self.lanes[LANES[request.kind]].ask(key, request, told)
+        self.lanes[LANES[request.kind]].ask(page, (request.kind, request.slot), request, told)
 
 
 def _request_of(message: Mapping[str, Any]) -> Request:

@@ -13,7 +13,8 @@ const socket = new Socket(`ws://${location.host}/socket`, token, (state, welcome
   if (state === "refused" && !explorer) {
     root.textContent = "This address has not the right token. Take the one that the command printed.";
   }
-  if (state === "closed") explorer?.lost();
+  if (state === "full" && !explorer) root.textContent = "Too many pages are open. This one goes on when another is closed.";
+  if (state === "full" || state === "closed") explorer?.lost();
   if (state !== "open") return;
   if (explorer) explorer.found();
   else explorer = new Explorer(root, socket, { ...welcome, ...stated() }, remember);

@@ -215,14 +215,14 @@ class Explorer(anywidget.AnyWidget):
             WORKERS.ask(id(self), LANES[request.kind], key, request, tell)
             return
         self._thread = self._thread or Thread(self._desk)
-        self._thread.ask(key, request, tell)
+        self._thread.ask(id(self), key, request, tell)
 
     def _stop(self, place: tuple[Any, str], what: str) -> None:
         if what not in LANES:
             return
         WORKERS.drop(id(self), LANES[what], (*place, what))
         if self._thread is not None:
-            self._thread.drop((*place, what))
+            self._thread.drop(id(self), (*place, what))
 
     def _tell(self, view: Any, block: bytes) -> None:
         if self.comm is not None:

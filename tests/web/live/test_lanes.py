@@ -14,6 +14,7 @@ from live_pages import Hearing, Traps, ended, is_running, lane, wanted
 
 from projdist.web.live.lanes import Lane
 from projdist.web.live.requests import Request
+from projdist.web.live.turns import MOST_OF_PAGE
 
 _GROWTH = 16_000  # kB, of which what is allocated and freed again keeps some
 
@@ -33,12 +34,12 @@ def test_the_newest_of_each_map_is_answered() -> None:
     """Older ones that wait are dropped; each map keeps its turn, however often it is asked for."""
     told = Hearing()
     with lane(Traps()) as found:
-        found.ask("a", wanted(1, "sleep:0.5"), told)
+        found.ask("page", "a", wanted(1, "sleep:0.5"), told)
         while found._running is None:
             time.sleep(0.01)
         for number in (2, 4, 6):
-            found.ask("a", wanted(number), told)
-            found.ask("b", wanted(number + 1), told)
+            found.ask("page", "a", wanted(number), told)
+            found.ask("page", "b", wanted(number + 1), told)
         assert [told.next()["id"] for _ in range(3)] == [1, 6, 7]
         assert told.blocks.empty()
 
@@ -48,13 +49,13 @@ def test_what_takes_too_long_is_stopped() -> None:
     """With its process; the next request has another one."""
     told = Hearing()
     with lane(Traps(), limit=0.5) as found:
-        found.ask("a", wanted(1), told)
+        found.ask("page", "a", wanted(1), told)
         assert "problem" not in told.next()
         first = found.pid
-        found.ask("a", wanted(2, "sleep:600"), told)
+        found.ask("page", "a", wanted(2, "sleep:600"), told)
         assert told.next()["problem"] == "This took more than 0.5 seconds and was stopped."
         assert not is_running(first)
-        found.ask("a", wanted(3), told)
+        found.ask("page", "a", wanted(3), told)
         assert (told.next()["id"], found.pid != first) == (3, True)
 
 
@@ -63,9 +64,9 @@ def test_what_nobody_foresaw_is_told(capsys: pytest.CaptureFixture[str]) -> None
     """In one line on the page, with its trace once in the log, which is standard error's; the lane goes on."""
     told = Hearing()
     with lane(Traps()) as found:
-        found.ask("a", wanted(1, "fall"), told)
+        found.ask("page", "a", wanted(1, "fall"), told)
         problem = told.next()["problem"]
-        found.ask("a", wanted(2), told)
+        found.ask("page", "a", wanted(2), told)
         assert "problem" not in told.next()
     assert problem.startswith("This failed, and should not have")
     assert "\n" not in problem
@@ -79,11 +80,11 @@ def test_a_request_whose_process_is_killed_is_answered(tmp_path: Path) -> None:
     """By another process, once; the page notices a pause."""
     told = Hearing()
     with lane(Traps(folder=str(tmp_path))) as found:
-        found.ask("a", wanted(1, "killed-once"), told)
+        found.ask("page", "a", wanted(1, "killed-once"), told)
         assert told.next()["texts"]
-        found.ask("a", wanted(2, "killed"), told)
+        found.ask("page", "a", wanted(2, "killed"), told)
         assert told.next()["problem"] == "The process that works on this ended twice. Try another map."
-        found.ask("a", wanted(3), told)
+        found.ask("page", "a", wanted(3), told)
         assert "problem" not in told.next()
 
 
@@ -92,10 +93,10 @@ def test_a_process_that_is_killed_while_it_waits_is_replaced() -> None:
     """Nobody notices."""
     told = Hearing()
     with lane() as found:
-        found.ask("a", wanted(1), told)
+        found.ask("page", "a", wanted(1), told)
         told.next()
         os.kill(found.pid, signal.SIGKILL)
-        found.ask("a", wanted(2), told)
+        found.ask("page", "a", wanted(2), told)
         assert "problem" not in told.next()
 
 
@@ -105,15 +106,15 @@ def test_nothing_is_left_of_what_is_stopped(how: str, tmp_path: Path) -> None:
     """Neither the process nor those that it has forked; of what is dropped nothing is told."""
     told = Hearing()
     with lane(Traps(folder=str(tmp_path)), limit=1.0 if how == "limit" else 600.0) as found:
-        found.ask("a", wanted(1, "forks"), told)
+        found.ask("page", "a", wanted(1, "forks"), told)
         child = int(waited_for(tmp_path / "child"))
         pids = [found.pid, child]
         assert all(map(is_running, pids))
         if how != "limit":
-            {"drop": lambda: found.drop("a"), "close": found.close}[how]()
+            {"drop": lambda: found.drop("page", "a"), "close": found.close}[how]()
         assert ended(pids, 1.0 if how != "limit" else 6.0)
         if how == "drop":
-            found.ask("b", wanted(2), told)
+            found.ask("page", "b", wanted(2), told)
             assert told.next()["id"] == 2
 
 
@@ -122,7 +123,7 @@ def test_nothing_is_left_of_what_was_killed(tmp_path: Path) -> None:
     """Processes that a killed one had forked hold its end of the connection open, and end, too."""
     told = Hearing()
     with lane(Traps(folder=str(tmp_path))) as found:
-        found.ask("a", wanted(1, "forks-and-dies"), told)
+        found.ask("page", "a", wanted(1, "forks-and-dies"), told)
         assert "ended twice" in told.next()["problem"]
         assert ended([int((tmp_path / "child").read_text())])
 
@@ -137,10 +138,30 @@ def test_processes_have_proj_without_the_users_files(
     monkeypatch.setenv("PROJ_USER_WRITABLE_DIRECTORY", str(tmp_path))
     before, told = dict(os.environ), Hearing()
     with lane(Traps(frozenset({opened}))) as found:
-        found.ask("a", wanted(1, "proj"), told)
+        found.ask("page", "a", wanted(1, "proj"), told)
         network, folder = json.loads(told.next()["problem"])
     assert (network, folder == str(tmp_path)) == ((False, False) if opened == "robinson" else (True, True))
     assert dict(os.environ) == before
+
+
+def test_pages_have_their_turns() -> None:
+    """A page that asks for thousands of maps is answered some, and told why no more; another one waits for two."""
+    told = Hearing()
+    with lane(Traps()) as found:
+        found.ask("first", "map", wanted(0, "sleep:0.5"), told)
+        while found._running is None:
+            time.sleep(0.01)
+        for number in range(1, 3000):
+            found.ask("first", f"map{number}", wanted(number), told)
+        found.ask("second", "map", wanted(5000), told)
+        heard = [told.next() for _ in range(3001)]
+        assert told.blocks.empty()
+    problems = [one["problem"] for one in heard if "problem" in one]
+    assert len(problems) == 2999 - MOST_OF_PAGE
+    assert set(problems) == {
+        "Invalid request. This page has 48 others that wait, and may not have more: ask again when some are answered."
+    }
+    assert [one["id"] for one in heard if "problem" not in one] == [0, 1, 5000, *range(2, MOST_OF_PAGE + 1)]
 
 
 @pytest.mark.slow
@@ -148,10 +169,10 @@ def test_closed_pages_drop_their_requests_only() -> None:
     """Others are answered."""
     told, gone = Hearing(), Hearing()
     with lane(Traps()) as found:
-        found.ask((1, "a"), wanted(1, "sleep:0.3"), told)
-        found.ask((2, "a"), wanted(2), gone)
-        found.ask((1, "b"), wanted(3), told)
-        found.drop_all(lambda key: key[0] == 2)
+        found.ask(1, "a", wanted(1, "sleep:0.3"), told)
+        found.ask(2, "a", wanted(2), gone)
+        found.ask(1, "b", wanted(3), told)
+        found.leave(2)
         assert [told.next()["id"], told.next()["id"]] == [1, 3]
         assert gone.blocks.empty()
 
@@ -182,7 +203,7 @@ def test_memory_stays_as_it_is() -> None:
             number % 5
         ]
         centre = float(random.uniform(-180, 180)), float(random.uniform(-60, 60))
-        found.ask(kind, Request(id=number, kind=kind, projection=name, region=region, centre=centre), told)
+        found.ask("page", kind, Request(id=number, kind=kind, projection=name, region=region, centre=centre), told)
         assert told.next()["id"] == number
 
     with lane() as found:

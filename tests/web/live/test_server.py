@@ -35,17 +35,17 @@ class Clerk:
     def __init__(self, name: str, doors: Doors) -> None:
         self.desk, self.dropped = Desk(doors), []
 
-    def ask(self, key: Hashable, request: Request, told: Callable[[bytes], None]) -> None:
+    def ask(self, page: Hashable, key: Hashable, request: Request, told: Callable[[bytes], None]) -> None:
         """Answer."""
         told(self.desk.answer(request))
 
-    def drop(self, key: Hashable) -> None:
+    def drop(self, page: Hashable, key: Hashable) -> None:
         """Keep what was dropped."""
-        self.dropped.append(key)
+        self.dropped.append((page, key))
 
-    def drop_all(self, belongs: Callable[[Hashable], bool]) -> None:
+    def leave(self, page: Hashable) -> None:
         """Keep which page was closed."""
-        self.dropped.append([number for number in range(9) if belongs((number, "preview", ""))])
+        self.dropped.append([page])
 
     def close(self) -> None:
         """There is no process."""
@@ -330,16 +330,57 @@ def test_large_messages_are_refused(port: int) -> None:
 
 def test_what_is_stopped_and_closed_is_dropped(site: Site, port: int) -> None:
     """That of a map by its kind and its place; of a page all."""
-    site.pages = 4
+    site.pages = 400  # of which no other test has one
     with page(port, "right") as socket:
         for what in ("recommend", "nothing", 3, None):
             socket.send(json.dumps({"id": 1, "kind": "stop", "slot": "b", "options": {"what": what}}))
         asked(socket, kind="texts")
     deadline = time.monotonic() + 10.0
-    while [5] not in site.lanes["long"].dropped and time.monotonic() < deadline:
+    while [401] not in site.lanes["long"].dropped and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert site.lanes["long"].dropped[-2:] == [(5, "recommend", "b"), [5]]
-    assert all(clerk.dropped[-1] == [5] for clerk in site.lanes.values())
+    assert site.lanes["long"].dropped[-2:] == [(401, ("recommend", "b")), [401]]
+    assert all(clerk.dropped[-1] == [401] for clerk in site.lanes.values())
+
+
+def test_there_are_so_many_pages(site: Site, port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And no more, until one of them is closed."""
+    deadline = time.monotonic() + 10.0
+    while site.open_pages and time.monotonic() < deadline:
+        time.sleep(0.01)
+    monkeypatch.setattr(server, "_MOST_PAGES", 2)
+    with page(port, "right") as one:
+        with page(port, "right"), connected(port) as third:
+            assert closed_with(third, '{"token": "right"}') == 4429
+        assert asked(one, kind="texts")["texts"]
+        while site.open_pages > 1 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        with page(port, "right") as other:
+            assert asked(other, kind="texts")["texts"]
+
+
+def test_a_page_that_does_not_read_is_closed(site: Site, port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When so many answers wait for it; others are not kept."""
+    monkeypatch.setattr(server, "_MOST_UNREAD", 3)
+    block, told = bytes(4_000_000), threading.Event()
+
+    def ask(self: Clerk, page: Hashable, key: Hashable, request: Request, tell: Callable[[bytes], None]) -> None:
+        for _ in range(20 if request.kind == "scales" else 0):
+            tell(block)
+        told.set()
+        if request.kind != "scales":
+            tell(self.desk.answer(request))
+
+    monkeypatch.setattr(Clerk, "ask", ask)
+    with page(port, "right", max_queue=1) as socket:
+        before = site.open_pages
+        socket.send(json.dumps({"id": 1, "kind": "scales"}))
+        assert told.wait(10.0)
+        deadline = time.monotonic() + 10.0
+        while site.open_pages >= before and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert site.open_pages < before
+        with page(port, "right") as other:
+            assert asked(other, kind="texts")["texts"]
 
 
 # ---- whatever is sent ---------------------------------------------------------------------------
