@@ -63,7 +63,7 @@ HOMES = {
         *("decisions.checking.outlines", "designs.overlaps"),
         *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),
-        *("gis.layers", "gis.old_maps", "gis.points", "gis.conversion", "web.outlines", "web.live"),
+        *("gis.features", "gis.layers", "gis.old_maps", "gis.points", "gis.conversion", "web.outlines", "web.live"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.cartopy_projections", "plots.geoaxes"},

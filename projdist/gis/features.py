@@ -17,13 +17,14 @@ def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:
     """The features of GeoJSON in longitude and latitude; raises ValueError, ImportError without geopandas."""
     with needed_for("file to check"):
         import geopandas
+        from shapely.errors import ShapelyError
     try:
         document = json.loads(content)
         features = document["features"] if document["type"] == "FeatureCollection" else [document]
         if document["type"] not in ("FeatureCollection", "Feature"):
             features = [{"type": "Feature", "properties": {}, "geometry": document}]
         return geopandas.GeoDataFrame.from_features(features, crs="OGC:CRS84")
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, ShapelyError, TypeError, ValueError) as error:
         raise ValueError("Invalid file. It must be GeoJSON: features of lines or polygons.") from error
 
 

@@ -4,11 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
+from live_pages import header_of
 from pyproj import CRS
 
 from projdist.projections import ProjectionError
+from projdist.web.live.desk import Desk
 from projdist.web.live.inputs import Doors
-from projdist.web.live.requests import LARGEST_FILE, LONGEST_MESSAGE, RequestError, read_request
+from projdist.web.live.requests import LARGEST_FILE, LONGEST_MESSAGE, Request, RequestError, read_request
 
 READING = [
     *("map.prj", "/etc/passwd.wkt", "../x.json", "C:\\maps\\x.prj", "~/x.PRJ", " x.wkt "),
@@ -113,3 +115,35 @@ def test_what_is_no_request_is_refused(text: str) -> None:
         read_request(text)
     with pytest.raises(RequestError, match="too long"):
         read_request(json.dumps(GOOD), b"x" * (LARGEST_FILE + 1))
+
+
+LINE = '{"type": "LineString", "coordinates": %s}'
+FILES = [
+    *(
+        "",
+        "null",
+        "1",
+        "[]",
+        "\x00",
+        "[" * 100_000,
+        '{"type": [1]}',
+        '{"type": "Foo"}',
+        '{"type": "FeatureCollection"}',
+    ),
+    *(LINE % "[" * 5000, LINE % f"[[{'9' * 4000}, 2], [1, 2]]", LINE % f"[[{'9' * 5000}, 2], [1, 2]]", LINE % "[[1]]"),
+    *(
+        LINE % '[["a", "b"], ["c", "d"]]',
+        LINE % "[[1, 2], [3]]",
+        '{"type": "FeatureCollection", "features": 3}',
+    ),
+    *('{"type": "FeatureCollection", "features": [null]}', '{"type": "Polygon", "coordinates": [[[0, 0], [1, 1]]]}'),
+    '{"type": "GeometryCollection", "geometries": [' * 5000 + "]}" * 5000,
+]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{len(file)}-{ascii(file)[:30]}")
+def test_files_that_are_no_geojson_are_refused(file: str) -> None:
+    """In one line, whatever is dropped on a page."""
+    pytest.importorskip("geopandas")
+    answer = header_of(Desk().answer(Request(id=1, kind="check", projection="robinson", file=file.encode())))
+    assert answer["problem"] == "Invalid file. It must be GeoJSON: features of lines or polygons"
