@@ -15,6 +15,7 @@ from projdist.decisions.extents import extent_of
 from projdist.decisions.surveying import LDP_FAMILIES
 from projdist.decisions.surveying.axes import Axis, _scanned
 from projdist.decisions.surveying.criteria import goal_of
+from projdist.decisions.surveying.design import _Design
 from projdist.decisions.surveying.ground import ground_of, statistics_of
 from projdist.earth.ellipsoid import WGS84, Ellipsoid
 from projdist.field import AnyFigure
@@ -66,9 +67,17 @@ def unevenness(J: np.ndarray) -> np.ndarray:
     return np.abs(s - 1.0 / s)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("round_k", [1e-6, 7e-6, 5e-5])
-@pytest.mark.parametrize("criterion", [*CRITERIA, "mean_scale_error_ppm", "airy_kavrayskiy", "canters_ar", unevenness])
+FIGURES = (*CRITERIA, "mean_scale_error_ppm", "airy_kavrayskiy", "canters_ar", unevenness)
+
+
+@pytest.mark.parametrize(
+    ("criterion", "round_k"),
+    [
+        ("share", 5e-5),
+        ("share", 7e-6),
+        *(pytest.param(one, step, marks=pytest.mark.slow) for one in FIGURES for step in (1e-6, 7e-6, 5e-5)),
+    ],
+)
 def test_best_rounded_scale(criterion: AnyFigure, round_k: float) -> None:
     """No other multiple is better; some steps are wider than the range of k_0 that holds a point."""
     rng = np.random.default_rng(5)
@@ -108,6 +117,31 @@ def test_a_scan_finds_a_narrow_top(top: float) -> None:
     axis.low, axis.high = np.array([-5.0]), np.array([5.0])
     found = [float(place[0]) for place in _scanned(axis, lambda steps: (abs(float(steps[0]) - top), 0.0))]
     assert found == sorted(range(-3000, 3001), key=lambda step: abs(step - top))[: len(found)]
+
+
+@pytest.mark.parametrize(("lat", "wide"), [(0.0, 1.0), (60.0, 2.0), (-60.0, 2.0)])
+def test_an_axis_is_sought_as_far_to_the_east_as_to_the_north(lat: float, wide: float) -> None:
+    """In kilometres: a degree of longitude has the cosine of the latitude of one of latitude."""
+    extent = extent_of(get_region(f"cap:10,{lat},20"))
+    east, north = (Axis(family, extent, WGS84, 1 / 60) for family in ("tmerc", "lcc"))
+    assert (east.high - east.low) / (north.high - north.low) == pytest.approx(wide, rel=1e-3)
+
+
+@pytest.mark.parametrize("region", ["box:9.4,47.3,9.8,47.7", "box:-71,-33.3,-70.6,-33.1"])
+def test_origins(region: str) -> None:
+    """The latitude of origin lies south of the region, by less than a step; all coordinates are positive."""
+    area = get_region(region)
+    ground = ground_of(area, WGS84, None, 300.0)
+    goal = goal_of("share", 20.0, 1e-6)
+    found = _Design(region=area, extent=extent_of(area), ground=ground, few=ground, goal=goal, round_axis=1 / 60)
+    base = Projection.from_user_input(f"+proj=tmerc +lat_0=0 +lon_0={area.bounds[0] + 0.1:g} +k_0=1 +ellps=WGS84")
+    values = found.origin(base, {})
+    assert area.bounds[1] - 1 / 6 < values["lat_0"] <= area.bounds[1]
+    words = " ".join(f"+{name}={value!r}" for name, value in values.items())
+    lon_0 = base.definition.split("+lon_0=")[1].split()[0]
+    x, y = Proj(f"+proj=tmerc +lon_0={lon_0} +ellps=WGS84 {words}")(ground.nodes.lon, ground.nodes.lat)
+    assert 10_000.0 <= x.min() < 20_000.0
+    assert y.min() >= -1e-6
 
 
 def test_fewer_points() -> None:

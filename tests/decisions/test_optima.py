@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,11 +10,12 @@ from numpy.testing import assert_allclose
 from pyproj import CRS
 
 from projdist import FIGURES, Figure, Projection, ProjectionError, optimize, principal_scales, summarize
+from projdist.decisions import optimization
 from projdist.decisions.extents import extent_of, usual_crs
 from projdist.decisions.families import cylinder_of, get_family, sensible_families
-from projdist.decisions.members import Flat, Members
+from projdist.decisions.members import Flat, Members, _farthest
 from projdist.decisions.objectives import Objective
-from projdist.decisions.optimization import _baseline
+from projdist.decisions.optimization import _at_limit, _baseline, _baselines
 from projdist.earth.ellipsoid import SPHERE, WGS84
 from projdist.field.at_nodes import nodes_of
 from projdist.regions import Box, get_region
@@ -297,6 +299,28 @@ def test_maps_that_do_not_show_the_region() -> None:
         optimize("+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000", "box:-5,-5,5,5")
 
 
+@pytest.mark.parametrize(
+    ("family", "region", "rule"),
+    [
+        ("lcc", "box:5,47,15,59", {"lat_1": 49.0, "lat_2": 57.0}),  # a sixth of 12 degrees from either end
+        ("cea", "box:0,20,9,40", {"lat_ts": 30.0}),  # between the nearest and the farthest latitude
+        ("cea", "box:0,-40,9,-20", {"lat_ts": 30.0}),
+        ("cea", "box:0,-10,9,30", {"lat_ts": 15.0}),
+        ("airy", f"cap:0,0,{math.radians(30.0) * 6371.0087714!r}", {"lat_0": 0.0, "lon_0": 0.0, "lat_b": 60.0}),
+        ("omerc", "box:0,-20,4,20", {"lat_0": 0.0, "lonc": 2.0, "alpha": 0.0}),
+    ],
+)
+def test_rules_of_thumb(family: str, region: str, rule: dict[str, float]) -> None:
+    """Those of textbooks, to what geodetic latitudes change; PROJ's lat_b is 90 less the radius of Airy's cap."""
+    assert get_family(family, extent_of(get_region(region))).rule == pytest.approx(rule, abs=0.2)
+
+
+@pytest.mark.parametrize(("region", "moves"), [("box:0,-20,4,20", "lonc"), ("box:0,-2,40,2", "lat_0")])
+def test_oblique_lines_move_across_themselves(region: str, moves: str) -> None:
+    """Along itself a great circle has no place to go."""
+    assert get_family("omerc", extent_of(get_region(region))).free == (moves, "alpha", "k_0")
+
+
 def test_families_state_their_limits() -> None:
     """Every free parameter has a range, ascending."""
     extent = extent_of(get_region(SQUARE))
@@ -405,6 +429,63 @@ def test_a_flat_optimum() -> None:
     for end in (flat.low, flat.high):
         at_end = summarize(f"+proj=laea +lat_0={end} +lon_0=10 +ellps=GRS80", "box:0,40,20,60").airy_kavrayskiy
         assert at_end == pytest.approx(1.01 * some.value, rel=1e-4)  # the nodes' figure against the cubature's
+
+
+@pytest.mark.parametrize(("begin", "end", "edge"), [(0.2, 1.0, 0.7), (0.2, -1.0, -0.3), (0.2, 0.6, 0.6)])
+def test_how_far_values_are_good(begin: float, end: float, edge: float) -> None:
+    """From a value towards an end, to 2^-12 of one of 16 steps; or to the end."""
+    found = _farthest(lambda value: -0.3 <= value <= 0.7, begin, end)
+    assert found == pytest.approx(edge, abs=abs(end - begin) / 16 / 2**12)
+    assert -0.3 <= found <= 0.7
+
+
+def test_what_rounding_costs() -> None:
+    """The mean square over the globe is V + ln^2(cos(lat_ts) e / 2) by the plate carree, V the variance of ln cos.
+
+    Steps are those that are less than half of the range of the parameter.
+    """
+    place = get_region("globe")
+    variance = 2 - 2 * math.log(2) + math.log(2) ** 2 - math.pi**2 / 12 - (1 - math.log(2)) ** 2
+    best = math.degrees(math.acos(2.0 / math.e))
+    for text, steps in (("{0..80}", (0.01, 0.1, 0.5, 1.0, 5.0)), ("{42..44}", (0.01, 0.1, 0.5))):
+        family = get_family(f"+proj=eqc +lat_ts={text} +R=6371000", extent_of(place))
+        members = Members(family, place, Objective(FIGURES["airy_kavrayskiy"]), None, None)
+        nodes = nodes_of(place, SPHERE, 400)
+        found = members.roundings({"lat_ts": best}, members.value({"lat_ts": best}, nodes), nodes)
+        assert tuple(one.step for one in found) == steps
+        for one in found:
+            nearest = one.step * round(best / one.step)
+            assert one.parameters == {"lat_ts": pytest.approx(nearest)}
+            worse = math.log(math.cos(math.radians(nearest)) * math.e / 2.0) ** 2 / variance
+            assert one.loss == pytest.approx(math.sqrt(1.0 + worse) - 1.0, rel=0.05, abs=1e-5)  # of 400 nodes
+
+
+@pytest.mark.parametrize(("lat_ts", "told"), [(0.0, ()), (30.0, ()), (89.5, ("lat_ts",))])
+def test_ends_that_are_told(lat_ts: float, told: tuple[str, ...]) -> None:
+    """An optimum at the end of a range may have more beyond; the equator is a natural end."""
+    place = get_region("globe")
+    members = Members(get_family("eqc", extent_of(place)), place, Objective(FIGURES["airy_kavrayskiy"]), None, None)
+    assert _at_limit(members, {"lat_ts": lat_ts}) == told
+
+
+@pytest.mark.parametrize(("region", "utm"), [("box:0,-8,60,10", ["UTM 36N"]), ("box:-80,-9,80,9", [])])
+def test_utm_is_a_baseline_of_what_it_may_serve(region: str, utm: list[str]) -> None:
+    """Within 60 degrees of the middle."""
+    place, objective = get_region(region), Objective(FIGURES["airy_kavrayskiy"])
+    extent = extent_of(place)
+    members = Members(get_family("merc", extent), place, objective, None, None)
+    assert [one.name for one in _baselines(members, objective, extent)] == utm
+
+
+def test_the_best_family_shows_all_of_the_region(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What leaves out a part of it is no better; of the others that with the least value is the best."""
+    found = optimize("merc", "box:0,0,3,9", ellipsoid="sphere")
+    answers = {"laea": (0.5, 0.2), "aeqd": (1.0, 0.4), "stere": (1.0, 0.3)}
+    by_family = {name: replace(found, family=name, coverage=c, value=v) for name, (c, v) in answers.items()}
+    monkeypatch.setattr(optimization, "sensible_families", lambda *_: list(answers))
+    monkeypatch.setattr(optimization, "_optimum", lambda members, *_: by_family[members.family.name])
+    best = optimize("auto", "box:0,0,3,9")
+    assert [one.family for one in (best, *best.others)] == ["stere", "aeqd", "laea"]
 
 
 def test_what_is_flat_is_told() -> None:

@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,15 +12,15 @@ import pytest
 import shapely
 
 import projdist
-from projdist import Projection, ProjectionError, design, summarize
-from projdist.designs import conformal_maps
-from projdist.designs.degrees import Stage, best_of, stage_of
-from projdist.designs.kinds import get_kind
+from projdist import FIGURES, Projection, ProjectionError, design, summarize
+from projdist.designs import bases, conformal_maps
+from projdist.designs.degrees import Stage, best_of, stage_of, stages
+from projdist.designs.kinds import Wish, exponentiated, get_kind, needs_exponent
 from projdist.designs.measuring import measured
 from projdist.designs.plane_maps import ComplexPolynomial
 from projdist.designs.sites import Site
 from projdist.designs.wishes import wish_of
-from projdist.earth import SPHERE, destination
+from projdist.earth import SPHERE, WGS84, destination
 from projdist.field import nodes_of
 
 SPHERICAL = "+proj={} +lat_0={} +lon_0={} +R=6371008.7714"
@@ -47,11 +48,36 @@ def test_caps_by_the_euler_lagrange_equation(angle: float) -> None:
 
 @pytest.mark.parametrize("angle", [10.0, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (30.0, 60.0))])
 def test_the_best_conformal_map_of_a_cap(angle: float) -> None:
-    """It is stereographic in the best scale, from whatever conformal base."""
-    found = design(
-        cap(angle), kind="conformal", degree=8, base=SPHERICAL.format("stere", 3, 2), against=(), background=0.0
-    )
+    """It is stereographic in the best scale, from whatever conformal base, with its origin in the middle.
+
+    Scales are c / s, s = cos^2(rho / 2) of the distance rho, of which areas are even: ln c is the mean of ln s.
+    """
+    region, plain = cap(angle), SPHERICAL.format("stere", 0, 0)
+    base = SPHERICAL.format("stere", 3, 2)
+    found = design(region, kind="conformal", degree=8, base=base, against=plain, background=0.0)
     assert found.airy_kavrayskiy == pytest.approx(STEREOGRAPHIC[angle] * CAPS[angle], rel=1e-6)
+    assert found.notes == ()
+    assert np.hypot(*found.projection([0.0], [0.0])) < 1.0  # metre: the middle of the nodes
+    rim, beyond = (math.cos(0.5 * math.radians(times * angle)) ** 2 for times in (1.0, 1.15))
+    log = (rim - 1.0 - rim * math.log(rim)) / (1.0 - rim)
+    square = (2.0 - 2.0 * rim + 2.0 * rim * math.log(rim) - rim * math.log(rim) ** 2) / (1.0 - rim)
+    c = math.exp(log)
+    assert (found.smallest.value, found.largest.value) == pytest.approx((c, c / rim), rel=1e-5)
+    (rival,) = found.rivals
+    assert rival.value == pytest.approx(math.sqrt(2.0 * square), rel=1e-6)
+    assert rival.gain == pytest.approx(1.0 - math.sqrt(1.0 - log * log / square), rel=1e-5)
+    assert found.surroundings.within_km == pytest.approx(0.15 * math.radians(angle) * 6371.0087714, rel=1e-3)
+    assert c / rim < found.surroundings.largest_scale <= c / beyond
+
+
+def test_regions_about_a_pole_have_it_for_their_origin() -> None:
+    """With Greenwich's meridian up and down, as they are told; another region has its own middle."""
+    base = SPHERICAL.format("stere", -90, 40)
+    found = design("cap:30,-88,1000", kind="conformal", degree=1, base=base, against=())
+    x, y = found.projection([0.0, 0.0], [-90.0, -89.99])
+    assert np.abs([x[0], y[0], x[1]]).max() < 0.01 < y[1]  # metres; the meridian bends
+    found = design("cap:30,-70,1000", kind="conformal", degree=1, base=base, against=())
+    assert np.hypot(*found.projection([30.0], [-70.0])) < 1e3  # of a million: the nodes
 
 
 @pytest.mark.slow
@@ -183,9 +209,9 @@ def test_north_is_up_where_it_shall_be() -> None:
 
 
 def test_symmetric_maps() -> None:
-    """About the meridian of the base: x changes its sign, y does not."""
+    """About the meridian of the base, which is straight up without a word: x changes its sign, y does not."""
     base = "+proj=laea +lat_0=51 +lon_0=10 +ellps=GRS80"
-    found = design("country:DE", degree=5, base=base, symmetric="meridian", north=(10.0, 51.0), against=())
+    found = design("country:DE", degree=5, base=base, symmetric="meridian", against=())
     lon, lat = np.array([1.0, 2.0, 4.0]), np.array([48.0, 50.0, 54.0])
     x, y = np.array(found.projection(10.0 + lon, lat)), np.array(found.projection(10.0 - lon, lat))
     np.testing.assert_allclose(x, [[-1.0], [1.0]] * y, rtol=0, atol=1e-6)
@@ -255,6 +281,97 @@ def test_areas_beyond_numbers_fold_in_silence() -> None:
     found = stage_of(site, kind, wish_of(kind, "airy_kavrayskiy", 0.5, None), 2)
     assert found.around[:2] == pytest.approx((1e160, 1e160))
     assert found.value < 1e-9
+    assert found.share > 0.0  # whatever share keeps them whole, it is not the first
+
+
+class Slopes:
+    """Maps of a site of three nodes, the last one beside the region, that enlarge either by what is given."""
+
+    def __init__(self, inside: Callable[[int], float], beside: Callable[[float], float]) -> None:
+        self.inside, self.beside = inside, beside
+        base = Projection.from_user_input(SPHERICAL.format("stere", 0, 0))
+        x, none, J = np.array([0.0, 0.0, 1.0]), np.zeros(3), np.tile(np.eye(2), (3, 1, 1))
+        weight, around = np.array([0.5, 0.5, 0.0]), np.array([0.0, 0.0, 1.0])
+        self.site = Site(base=base, lon=none, lat=none, weight=weight, around=around, x=x, y=none, J=J)
+        self.kind = replace(get_kind("conformal"), fit=self.fit, free_scale=False, degrees=tuple(range(1, 13)), idle=3)
+        self.wish = wish_of(self.kind, "airy_kavrayskiy", 0.5, None)
+
+    def fit(self, _: Site, degree: int, share: float, __: Wish) -> ComplexPolynomial:
+        """z f' + (g' - f') z^2 / 2."""
+        one, other = self.inside(degree), self.beside(share)
+        return ComplexPolynomial(0j, 1.0, np.array([0.0, one, 0.5 * (other - one)]))
+
+
+@pytest.mark.parametrize(
+    ("beside", "share"),
+    [
+        (lambda share: 2.5 - 100.0 * share, 0.01),  # the first of 0, 1e-4, 3e-4, ... by which it is at most 2
+        (lambda share: 0.3 + 100.0 * share, 0.003),  # and at least 1/2
+        (lambda _: 1.9, 0.0),
+    ],
+)
+def test_surroundings_get_the_least_share_that_keeps_them_whole(beside: Callable[[float], float], share: float) -> None:
+    """Scales there are within 1/2 and 2 then."""
+    maps = Slopes(lambda _: 1.0, beside)
+    found = stage_of(maps.site, maps.kind, maps.wish, 2)
+    assert found.share == share
+    assert found.around == pytest.approx((beside(share), beside(share), 0.0))
+
+
+@pytest.mark.parametrize(
+    ("errors", "tried"),
+    [
+        ((1.0, 0.9, 0.895, 0.892, 0.89, 0.1), 5),
+        ((1.0, 0.999, 0.998, 0.9, 0.899, 0.91, 0.92, 0.1), 7),
+        ((1.0, 0.98, 0.96, 0.94, 0.92), 5),
+    ],
+)
+def test_degrees_are_tried_until_three_in_a_row_do_not_pay(errors: tuple[float, ...], tried: int) -> None:
+    """Each of which gains less than 1 % of the least so far."""
+    maps = Slopes(lambda degree: math.exp(errors[degree - 1]), lambda _: 1.0)
+    kind = replace(maps.kind, degrees=tuple(range(1, len(errors) + 1)))
+    found = [one.degree for one in stages(maps.site, kind, maps.wish, 0.0)]
+    assert found == list(range(1, tried + 1))
+
+
+def test_energies_that_are_not_elliptic_at_a_node_that_counts() -> None:
+    """ln^2 a bends down along a where a is above e, and nowhere near 1."""
+    J, wish = np.array([np.eye(2), 3.0 * np.eye(2)]), Wish(FIGURES["airy_kavrayskiy"])
+    assert needs_exponent(J, np.array([0.5, 0.5]), wish)
+    assert not needs_exponent(J, np.array([1.0, 0.0]), wish)
+    assert not needs_exponent(J, np.array([0.5, 0.5]), exponentiated(wish))
+
+
+def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of conformal maps of a cap that is the stereographic one."""
+    members = {
+        "lcc": "+proj=lcc +lat_1=45 +lat_2=55 +lat_0=50 +lon_0=10",
+        "stere": "+proj=stere +lat_0=50 +lon_0=10",
+        "tmerc": "+proj=tmerc +lat_0=50 +lon_0=10",
+        "omerc": "+proj=omerc +lat_0=50 +lonc=10 +alpha=40",
+    }
+    projections = {name: Projection.from_user_input(f"{text} +ellps=WGS84") for name, text in members.items()}
+    monkeypatch.setattr(bases, "best_member", lambda name, *_: (projections[name], {}))
+    kind, region = get_kind("conformal"), projdist.get_region("cap:10,50,800")
+    wish = wish_of(kind, "airy_kavrayskiy", 0.5, None)
+    found = bases.best_base(kind, region, wish, nodes_of(region, WGS84, 300), "none")
+    assert found is projections["stere"]
+
+
+@pytest.mark.parametrize("k", [1.0, 0.999])
+def test_the_largest_error_of_scales(k: float) -> None:
+    """Gauss's map of a sphere has k / cos(longitude) on the equator, which is the largest; the best scale halves it."""
+    projection = Projection.from_user_input(f"+proj=tmerc +k_0={k} {SPHERICAL.split()[-1]}")
+    region, kind, a = projdist.get_region("box:-3,0,3,10"), get_kind("conformal"), k / math.cos(math.radians(3.0))
+    truth = {
+        ("max_scale_error_ppm", False): 1e6 * max(a - 1.0, 1.0 - k),
+        ("max_scale_error_ppm", True): 1e6 * (a - k) / (a + k),
+        ("max_log_scale", False): max(math.log(a), -math.log(k)),
+        ("max_log_scale", True): 0.5 * math.log(a / k),
+    }
+    for (name, scaled), value in truth.items():
+        found = measured(projection, region, wish_of(kind, name, 0.5, None), scaled=scaled)
+        assert found.value == pytest.approx(value, rel=1e-5)
 
 
 @pytest.mark.slow

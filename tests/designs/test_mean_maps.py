@@ -118,11 +118,19 @@ def test_the_mean_of_a_cylinder_and_a_plane_is_a_cone(weights: list[float] | Non
     np.testing.assert_allclose(np.sqrt(s), truth, rtol=1e-5)
 
 
-def test_two_maps_are_twice_the_bound_from_each_other() -> None:
-    """The mean point of two lies in their middle: the sum of squares is half of their squared distance."""
-    found = mean_map([EUROPE, UTM], region=BOX, degree=4)
+def test_two_maps_from_each_other() -> None:
+    """The mean parts the distance d by their weights v and w: v w d^2 / (v + w) is left, and w d^2 at the first map.
+
+    The map that is corrected is the nearest one, and areas are those of the ellipsoid where there is one.
+    """
+    weights = np.array([1.0, 3.0])
+    zone = UTM.replace(SPHERE, "+ellps=WGS84")
+    found = mean_map([EUROPE, zone], weights=weights, region=BOX, degree=4)
     given = [one.total for one in found.standings if one.kind == "given"]
-    np.testing.assert_allclose(given, 2.0 * found.bound, rtol=1e-9)
+    np.testing.assert_allclose(given, weights.sum() / weights * found.bound, rtol=1e-9)
+    assert found.base is not None
+    assert "+proj=tmerc" in found.base.definition
+    assert found.average.ellipsoid.is_close(projdist.WGS84)
 
 
 def coordinates(found: MeanMap) -> np.ndarray:
@@ -302,6 +310,7 @@ def test_the_start_does_not_matter(winkel: MeanMap) -> None:
         (lambda: mean_map(["robin", "moll"], weights=[1]), "as many as maps"),
         (lambda: mean_map(["robin", "moll"], weights=[1, -1]), "finite and positive"),
         (lambda: mean_map(["robin", "moll"], region="globe"), "must be a box within 86 degrees"),
+        (lambda: mean_map(["robin", "moll"], region="box:-180,-60,180,89"), "must be a box within 86 degrees"),
         (lambda: mean_map(["robin", "moll"], degree=13), "at most 12"),
         (lambda: mean_map(["robin", "moll"], region=BOX, degree=21), "from 1 to 20"),
         (lambda: mean_map(["robin", "moll"], degree=2, datum="EPSG:4258"), "for maps of regions"),

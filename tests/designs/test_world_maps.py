@@ -12,6 +12,7 @@ from pyproj import Transformer
 import projdist
 from projdist.designs import WorldMap, world_map
 from projdist.designs.cuts import get_cut
+from projdist.designs.world_wishes import world_wish
 
 PACIFIC = [(-180.0, -70.0), (-172.0, 37.0)]
 BENT = [(-169.0, -90.0), (-169.0, 60.0), (-150.0, 75.0)]
@@ -20,6 +21,7 @@ SAME, SAME_TURNED = 1e-8, 1e-6  # metres: rounding of coordinates, and of longit
 FINEST_KNOWN = 0.34340, 0.32903  # energy and AK on 4608 triangles of a quarter of the sphere
 BEST_KNOWN = 0.3409, 0.326  # extrapolated from four such meshes
 CHEBYSHEV = 0.300328  # |lat| <= 85, 50 coefficients
+AREAS = 1e-3  # of the mean of ln s: 24 by 90 points, and kinks at poles
 LAND = {0.1: 0.1422, 0.02: 0.1145}  # of maps on 8192 triangles, measured on real land
 
 rng = np.random.default_rng(5)
@@ -104,6 +106,31 @@ def test_a_map_that_ends() -> None:
     assert found.airy_kavrayskiy == pytest.approx(CHEBYSHEV, abs=2e-5)
     assert np.isnan(found.projection([0.0], [86.0])[0]).all()
     assert np.isfinite(found.projection([180.0, -180.0], [85.0, -85.0])).all()
+
+
+@pytest.mark.parametrize(("region", "weight"), [("box:-180,0,180,90", 2.0 * np.pi), ("points", 1.0)])
+def test_what_counts_elsewhere(region: str, weight: float) -> None:
+    """A region by its area; points by 1 all together, to which elsewhere is the share of the whole Earth."""
+    points = projdist.PointSet(np.array([20.0, -130.0]), np.array([45.0, -6.0]), np.array([1.0, 2.0]))
+    wish = world_wish(points if region == "points" else region, 180.0, 0.25, 90.0, "auto", 0.125)
+    sheet = wish.sheet(8)
+    latitudes = np.degrees(sheet.nodes(4)[1])
+    found = wish.weights(sheet, 0.25)
+    if region == "points":
+        assert found.sum() == pytest.approx(1.25 * weight)
+        assert found[latitudes > 40.0].max() > 1.0 / 3.0
+        assert found[latitudes < 0.0].max() > 2.0 / 3.0
+    else:  # the weights of Gauss nodes of parts of cosine, to 1e-9
+        assert found[latitudes > 0.0].sum() == pytest.approx(weight, rel=1e-6)
+        assert found[latitudes < 0.0].sum() == pytest.approx(0.25 * weight, rel=1e-6)
+
+
+def test_areas_are_as_often_large_as_small() -> None:
+    """In the best scale the mean of ln s over the globe is 0: by Gauss's rule along meridians, away from the cut."""
+    sines, weights = np.polynomial.legendre.leggauss(24)
+    lon, lat = np.meshgrid(np.arange(-178.0, 180.0, 4.0), np.degrees(np.arcsin(sines)))
+    s = projdist.factors(coarse("antimeridian").projection, lon, lat).s
+    assert 0.5 * weights @ np.log(s).mean(axis=1) == pytest.approx(0.0, abs=AREAS)
 
 
 @pytest.mark.slow
