@@ -9,7 +9,7 @@ import pytest
 
 from projdist import SPHERE, Cap
 from projdist._typing import FloatArray
-from projdist.decisions.properties import PROPERTIES, properties_of
+from projdist.decisions.properties import PROPERTIES, _square_across, properties_of
 from projdist.decisions.recommendation.trial_nodes import probe_of
 from projdist.field import jacobian
 from projdist.projections import Projection
@@ -77,6 +77,14 @@ def test_poles_do_not_count() -> None:
     assert properties_of(J, GLOBE).keeps == ()
     edges = Points(GLOBE.lon, GLOBE.lat, np.where(np.arange(400) < 2, 0.0, GLOBE.weight))
     assert properties_of(J, edges).keeps == ("conformal",)
+
+
+def test_the_size_of_a_strip_is_its_width() -> None:
+    """What maps are off by grows across it: a degree to either side of a meridian has a third of its square."""
+    lat = np.degrees(np.arcsin(RNG.uniform(-0.7, 0.7, 4000)))
+    lon = 30.0 + np.linspace(-1.0, 1.0, 4000) / np.cos(np.radians(lat))
+    found = _square_across(lon, lat, np.full(4000, 1.0 / 4000.0))
+    assert found == pytest.approx(np.radians(1.0) ** 2 / 3.0, rel=1e-2)
 
 
 def test_nothing_measured() -> None:

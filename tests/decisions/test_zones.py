@@ -1,14 +1,17 @@
 """Systems of zones: the figures of their zones, each over its part of a region."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pyproj import Proj
 
 from projdist import FIGURES
-from projdist.decisions.recommendation.trial_nodes import Lattice
-from projdist.decisions.recommendation.zones import _measured, _System, _systems
+from projdist.decisions.recommendation.candidates import Finding, Trial, try_crs
+from projdist.decisions.recommendation.pool import Pool
+from projdist.decisions.recommendation.trial_nodes import Lattice, probe_of
+from projdist.decisions.recommendation.zones import _measured, _serves, _System, _systems
 from projdist.projections.database import crs_records
 from projdist.projections.registry import facts_of
 from projdist.regions import get_region
@@ -55,3 +58,32 @@ def test_what_is_a_system_of_zones(region, count):
     records = [record for record in crs_records(["EPSG"]) if record.code in ("EPSG:32632", "EPSG:32633")]
     found = _systems(records, facts_of([record.code for record in records]), Lattice(get_region(region)))
     assert [[record.code for record in one.records] for one in found] == [["EPSG:32632", "EPSG:32633"]] * count
+
+
+@pytest.mark.parametrize(
+    ("codes", "above", "serves"),
+    [
+        (("EPSG:32632", "EPSG:32633"), 3000.0, True),
+        (("EPSG:32632", "EPSG:32633"), 2000.0, False),  # zone 33 has 2690 ppm at 7 degrees from its meridian
+        (("EPSG:32632", "EPSG:3035"), 1e5, False),  # equal-area
+    ],
+)
+def test_zones_are_conformal_and_good_enough(codes, above, serves):
+    """All of them, by their trials."""
+    known = {record.code: record for record in crs_records(["EPSG"])}
+    probe = probe_of(get_region("box:8,50,10,51"))
+    found = {code: try_crs(Trial(code, code, probe, FIGURES["max_scale_error_ppm"])) for code in codes}
+    assert all(isinstance(one, Finding) for one in found.values())
+    system = _System(tuple(known[code] for code in codes), np.ones((2, 1), dtype=bool), 0, "WGS 84", False)
+    assert _serves(system, found, above) == serves
+
+
+def test_areas_of_use_of_one_map_count_together():
+    """Two halves hold a region that neither does; a twentieth is named for nothing."""
+    known = {record.code: record for record in crs_records(["EPSG"])}
+    parts = {"EPSG:25832": (8, 50, 10, 51), "EPSG:32632": (10, 50, 12, 51), "EPSG:23032": (11.8, 50, 12, 51)}
+    records = [replace(known[code], area_of_use=part) for code, part in parts.items()]
+    pool = Pool(get_region("box:8,50,12,51"), records, "contains")
+    assert set(pool.records) == {"EPSG:25832", "EPSG:32632"}
+    assert [one.code for one in pool.rejected] == ["EPSG:23032"]
+    assert Pool(get_region("box:8,50,12,51"), records[:1], "contains").records == {}

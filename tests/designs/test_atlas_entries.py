@@ -3,6 +3,7 @@
 import json
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyproj
@@ -12,6 +13,7 @@ from pyproj.enums import PJType
 
 from projdist.decisions import CLOSE, WIDE_FACTOR
 from projdist.designs import atlas, atlas_areas, atlas_names
+from projdist.designs.regional_atlas.measuring import _scale_error
 from projdist.regions import get_region
 
 DOCS = Path(__file__).parents[2] / "docs" / "atlas"
@@ -21,6 +23,13 @@ A, E2 = 6378137.0, 0.0066943799901413165  # of WGS 84
 # A lattice's mean is that of the region to a few per cent, as islands and coasts lie between its points; its largest
 # values are missed by as much. Factors of a sphere in place of the ellipsoid's are off by 0.7 %.
 OF_LATTICE = 0.06
+
+
+def test_the_largest_scale_error_is_that_of_either_side() -> None:
+    """In ppm."""
+    for least, most, ppm in ((0.999, 1.0004, 1000.0), (0.9998, 1.0007, 700.0)):
+        found = SimpleNamespace(smallest=SimpleNamespace(value=least), largest=SimpleNamespace(value=most))
+        assert _scale_error(found) == pytest.approx(ppm)
 
 
 def test_every_place_once() -> None:

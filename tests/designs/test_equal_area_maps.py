@@ -40,6 +40,20 @@ def test_slopes(degree: int) -> None:
         np.testing.assert_allclose(slopes[:, k], difference, rtol=0.0, atol=TOLERANCE)
 
 
+@pytest.mark.parametrize("degree", [1, 2, 5, 8])
+def test_shears_have_all_maps_between_them(degree: int) -> None:
+    """To first order a map that keeps areas is the flow of a polynomial; those of degree k + 1 have k + 2 terms.
+
+    A shear by y^k moves along that of the (k + 1)th power of y: these powers in their directions must be independent.
+    """
+    rng = np.random.default_rng(7)
+    x, y = rng.uniform(-1, 1, (2, 60))
+    angles = np.pi * np.arange(degree + 2) / (degree + 2)
+    for k, chosen in enumerate(_independent(degree).T, 1):
+        powers = [(y * np.cos(angle) - x * np.sin(angle)) ** (k + 1) for angle in angles[chosen]]
+        assert len(powers) == k + 2 == np.linalg.matrix_rank(powers)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 4])
 def test_minima_are_those_of_minpack(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import projdist
 from projdist.web import draw_maps
-from projdist.web.frames import interpolated
+from projdist.web.frames import _as_bytes, interpolated
 
 STEPS = 65535
 
@@ -172,7 +172,7 @@ def test_places_are_those_of_the_map(given: str) -> None:
     assert np.abs(south + step * frame.arrays["y"][node] - y).max() <= 0.51 * step
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("few_cells")
 def test_scales_are_on_the_ground() -> None:
     """By the elevation factor R / (R + h) of a sphere, which is 1 / 1.0001 at a ten-thousandth of its radius."""
     given = "+proj=merc +R=6000000"
@@ -184,7 +184,7 @@ def test_scales_are_on_the_ground() -> None:
     assert np.array_equal(fields[1][1:], fields[0][1:])
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("few_cells")
 def test_marks_are_where_they_are() -> None:
     """Rings and lines of geometries, in collections, too, with a name in the middle of the longest."""
     shapely = pytest.importorskip("shapely")
@@ -239,6 +239,16 @@ def test_lines_and_areas_hold_what_they_say() -> None:
         area += 0.5 * (x[:-1] @ y[1:] - y[:-1] @ x[1:])
         start += size
     assert abs(area) / 1e6 == pytest.approx(projdist.get_region("country:DE").area_km2, rel=5e-3)
+
+
+def test_errors_are_never_stated_too_small() -> None:
+    """Twice what is found, and what float32 leaves, rounded up to a tenth of a decade; the last byte is no error."""
+    errors = np.append(0.0, np.logspace(-9, 0.5, 200))
+    found = _as_bytes(errors)
+    stated, wanted = 10.0 ** (-0.1 * found.astype(float)), np.minimum(2.0 * errors + 2e-7, 1.0)
+    assert found.max() < 255
+    assert (stated >= wanted * (1.0 - 1e-12)).all()
+    assert (stated <= wanted * 10.0**0.1 * (1.0 + 1e-12)).all()
 
 
 def test_lagrange_weights_are_exact_for_cubics() -> None:

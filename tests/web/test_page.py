@@ -78,6 +78,7 @@ def test_all_that_is_said_is_text(with_maps: str) -> None:
     assert inside["td"] == ["0.5*", "-"]
     assert inside["li"] == ["After"]
     assert inside["pre"] == ["+proj=robin", "\n".join("abcdefghijklmnop")]
+    assert inside["summary"] == ["a ..."]  # of sixteen lines; a text of one is not folded
     assert inside["figcaption"] == ["Robinson", EVIL]
     assert "runs none" in inside["noscript"][0]
 

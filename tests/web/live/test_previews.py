@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
+import shapely
 
 import projdist
 from projdist.projections import Projection, tunable, tuned
+from projdist.web.live.pictures import Pictures
 from projdist.web.live.previews import Previewer
+from projdist.web.live.shapes import outline
+from projdist.web.live.sketches import _wider
 
 CASES = [
     *(("robinson", "globe"), ("mollweide@45,-100", "globe"), ("+proj=laea +lat_0=40 +lon_0=20 +R=6371000", "globe")),
@@ -63,6 +67,7 @@ def test_the_figure_is_about_right(given: str, region: str) -> None:
     header, _ = Previewer().frame(Projection.from_user_input(given), region, tunable(given).centre)
     true = projdist.sample(given, region, tolerance=1e-3).airy_kavrayskiy
     assert header["about"]["airy_kavrayskiy"] == pytest.approx(true.raw, rel=0.1)
+    assert header["about"]["airy_kavrayskiy_scaled"] == pytest.approx(true.scaled, rel=0.1)
 
 
 @pytest.mark.parametrize("given", ["+proj=gnom +lat_0=45 +R=6371000", "+proj=nsper +h=1000000 +R=6371000"])
@@ -76,6 +81,36 @@ def test_parts_far_away_have_no_preview_of_the_figure() -> None:
     """New Zealand's is of all its islands, of which the picture shows the main ones."""
     header, _ = Previewer().frame(Projection.from_user_input("EPSG:2193"), "country:NZ", None)
     assert header["about"] is None
+
+
+@pytest.mark.parametrize(
+    ("bounds", "wider"),
+    [
+        ((10, -5, 20, 5), (6.97, -8.0, 23.03, 8.0)),  # three of ten degrees; to the sides over cos(8)
+        ((0, 70, 40, 89), (-114.0, 64.3, 154.0, 90.0)),  # 5.7 of nineteen, over 0.05 at most
+        ((-150, -40, 150, 60), (-180.0, -90.0, 180.0, 90.0)),
+    ],
+)
+def test_what_is_around_a_region_is_on_the_globe(bounds: tuple[float, ...], wider: tuple[float, ...]) -> None:
+    """Three tenths of its size to all sides, as far as there is anything."""
+    assert _wider(bounds) == pytest.approx(wider, abs=0.01)
+
+
+def test_colours_are_for_the_last_pictures() -> None:
+    """Two dozen; one that is seen again counts as new."""
+    pictures, values = Pictures(), (np.tile(np.eye(2), (3, 1, 1)), np.ones(3))
+    for number in (*range(24), 0, 24, 25):
+        pictures._keep((str(number), "globe"), values)
+    assert list(pictures.kept) == [(str(number), "globe") for number in (*range(3, 24), 0, 24, 25)]
+
+
+def test_outlines_that_are_moved_are_whole() -> None:
+    """The border of a box is around its area, and has its middle."""
+    header, arrays = outline(projdist.get_region("box:10,-5,20,15"))
+    (size,) = arrays["sizes"]
+    assert size == len(arrays["points"])
+    assert header["middle"] == [15.0, 5.0]
+    assert shapely.Polygon(arrays["points"]).equals(shapely.box(10, -5, 20, 15))
 
 
 def test_lines_add_up() -> None:
