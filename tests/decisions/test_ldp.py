@@ -89,6 +89,14 @@ def test_best_rounded_scale(criterion: AnyFigure, round_k: float) -> None:
         assert goal.rounded_scale(q, weight)[1] == pytest.approx(least, rel=1e-9)
 
 
+@pytest.mark.parametrize(("third", "k_0"), [(250.0, 0.99991), (-250.0, 1.00001)])
+def test_the_rms_decides_between_scales_that_hold_as_much(third: float, k_0: float) -> None:
+    """Of two places 100 ppm apart, the one that is nearer to the mean of all with a third; 1 less that mean."""
+    q, weight = 1.0 + 1e-6 * np.array([0.0, 100.0, third]), np.array([0.4, 0.4, 0.2])
+    scale, (share, _) = goal_of("share", 20.0, 1e-6).rounded_scale(q, weight)
+    assert (share, scale) == (-0.4, pytest.approx(k_0, abs=1e-9))
+
+
 def test_best_scale_of_uneven_ground() -> None:
     """Of factors that differ by tenths no multiple of 1e-3 is better by the RMS, or by the largest distortion."""
     q, weight = np.array([0.8, 1.0, 1.3]), np.array([0.5, 0.3, 0.2])
