@@ -147,6 +147,7 @@ def test_longitudes_from_anywhere(west):
         assert found[name] == pytest.approx(turned[name], rel=EXACT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crs", ["EPSG:3857", "EPSG:3832"])
 def test_most_of_the_earth_from_east_of_greenwich(crs):
     """Bounds from 170 to 370 are those of the part that they go round, also in what is recommended for it."""

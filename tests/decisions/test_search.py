@@ -82,7 +82,7 @@ def test_rejected_with_reasons(germany):
     reasons = {one.code: one.reason for one in germany.rejected}
     held = re.fullmatch(r"Its area of use holds (\S+) % of the region\.", reasons["EPSG:31466"])
     assert float(held[1]) == pytest.approx(9.8, abs=1.0)  # by a thousand nodes
-    assert "PROJ cannot compute" in reasons["EPSG:32600"]
+    assert "the method 'Transverse Mercator Zoned Grid System'" in reasons["EPSG:32600"]
 
 
 def reasons_of_proj(codes):

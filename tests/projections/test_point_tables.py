@@ -33,6 +33,7 @@ def test_a_data_frame_gives_one(prefix: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.* outside its area of use")
 @pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:2056", "EPSG:3857", "EPSG:2263", "EPSG:4807", "EPSG:31467"])
 @pytest.mark.parametrize("projection", ["EPSG:2056", "EPSG:27572", "EPSG:3035"])
 def test_a_geo_data_frame_gives_one(projection: str, crs: str) -> None:
