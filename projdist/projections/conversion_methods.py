@@ -20,7 +20,7 @@ from projdist.projections.errors import ProjectionError
 from projdist.projections.hints import folded
 from projdist.support import NEAR, did_you_mean, listed, shown, tell
 
-__all__ = ["Stated", "conversion_of", "conversion_of_names", "known_method", "reconciled"]
+__all__ = ["Stated", "conversion_of", "conversion_of_names", "is_parameter", "known_method", "reconciled"]
 
 
 class Stated(NamedTuple):
@@ -271,6 +271,11 @@ def _parameter(entry: str) -> _Parameter:
         values=tuple(map(float, values.split(","))) if values else (),
         instead=instead,
     )
+
+
+def is_parameter(name: str) -> bool:
+    """Whether a program has the name for a parameter of a method."""
+    return folded(name) in _KIND_OF
 
 
 def known_method(name: str) -> bool:
