@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from pyproj import Geod, Proj
 
 from projdist import SPHERE, WGS84, Notice, Profile, factors, profile
+from projdist.answers.profiles import _round_step
 
 R = SPHERE.a
 UTM = "EPSG:32632"
@@ -97,6 +98,12 @@ def test_points() -> None:
     assert places == line
     way = np.hypot(np.diff(found.x), np.diff(found.y)) / np.diff(found.distance_km)
     assert_allclose(way, 1e3, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("given", "step"), [(2000.0, 2000.0), (1999.0, 1000.0), (5.0, 5.0), (1e4, 1e4), (0.49, 0.2)])
+def test_round_steps(given: float, step: float) -> None:
+    """1, 2 or 5 times a power of ten, the largest that is not above; a round one is itself."""
+    assert _round_step(given) == pytest.approx(step, rel=1e-12)
 
 
 def test_heights_run_straight_between_vertices() -> None:

@@ -11,7 +11,7 @@ from closed_errors import PLATE_CARREE, R
 
 from projdist import indices
 from projdist.answers.point_factors import factors
-from projdist.answers.summaries import compare, summarize
+from projdist.answers.summaries import compare, sort_order, summarize
 from projdist.projections import Projection, ProjectionError
 
 SUMMARY_KEYS = [
@@ -333,3 +333,11 @@ def test_published_indices_of_a_comparison():
     assert summarize("robin", "box:6,47,15,55", tolerance=1e-3).indices is None
     with pytest.raises(ValueError, match=r"^Invalid index 'jordn'"):
         compare("robin", "box:6,47,15,55", indices="jordn")
+
+
+def test_what_is_undefined_goes_last():
+    """Numbers and names ascend; infinity and NaN are no better than any."""
+    found = sorted([np.nan, 2.0, np.inf, -1.0, 0.0], key=sort_order)
+    assert found[:3] == [-1.0, 0.0, 2.0]
+    assert not np.isfinite(found[3:]).any()
+    assert sorted(["b", "a"], key=sort_order) == ["a", "b"]

@@ -1,4 +1,4 @@
-"""Labels of isolines: on their line, clear of each other and of the outline, none where there is no room."""
+"""Labels of isolines and graticules: on their line, clear of each other and of the outline, none without room."""
 
 from collections.abc import Callable
 
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from projdist import plots
+from projdist.plots.graticules import _crossings
 from projdist.plots.labels import label_isolines
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
@@ -71,6 +72,26 @@ def test_short_isolines_have_no_labels() -> None:
     ax, lines = contours(np.hypot, [9.0])
     label_isolines(ax, lines, {9.0: "9"}, SQUARE)
     assert not ax.texts
+
+
+@pytest.mark.parametrize("edge", ["bottom", "left", "top", "right"])
+def test_lines_cross_the_frame(edge: str) -> None:
+    """Where shapely has a line and an edge cross; not where it runs along it, or passes beyond its end."""
+    width, height = 30.0, 20.0
+    corners = {"bottom": (0, 0, 30, 0), "left": (0, 0, 0, 20), "top": (0, 20, 30, 20), "right": (30, 0, 30, 20)}
+    side = shapely.LineString(np.reshape(corners[edge], (2, 2)))
+    lines = [
+        np.array([[-10.0, -2.0], [10.0, 9.0], [33.0, 25.0]]),
+        np.array([[3.0, 28.0], [21.0, -1.0]]),
+        np.array([[-5.0, 5.0], [36.0, 16.0]]),
+        np.array([[-9.0, -1.0], [-3.0, 28.0]]),
+    ]
+    crossed = [line.intersection(side) for line in map(shapely.LineString, lines)]
+    truth = [(point.x, point.y) for point in crossed if not point.is_empty]
+    assert truth
+    np.testing.assert_allclose(_crossings(lines, edge, width, height), truth, rtol=0, atol=1e-12)
+    along = np.add(side.coords, [[-1.0, -1.0], [1.0, 1.0]])
+    assert _crossings([along], edge, width, height) == []
 
 
 @pytest.mark.slow

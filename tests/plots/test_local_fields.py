@@ -6,6 +6,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from projdist import local_corrections, plots
+from projdist.plots.local_fields import LocalField, _segments
 
 EUROPE = "box:-10,35,40,70"
 
@@ -42,6 +43,19 @@ def test_lines_lie_along_the_stretch():
     ratio = length[inner] / np.log(field.parts.stretch[inner])
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
     assert len(figure.axes) == 2
+
+
+def test_lines_of_closed_forms():
+    """The plate carree at 60 N is twice too wide: the line is vertical, or, of the map turned, horizontal."""
+    xy = np.array([[1.0, 2.0], [5.0, 5.0]])
+    for projection, ahead in (("plate-carree", [0.0, 2.0]), (lambda lon, lat: (lat, -lon), [2.0, 0.0])):
+        found = local_corrections(projection, [0.0, 0.0], [60.0, 60.0], 1.0)
+        field = LocalField(surface=None, corrections=found, xy=xy, discs=None, radius=1.0, scale=None)
+        segments, longest, cut = _segments(field)
+        np.testing.assert_allclose(np.abs(np.diff(segments, axis=1)[:, 0]), [ahead, ahead], atol=1e-6)
+        np.testing.assert_allclose(segments.mean(axis=1), xy, atol=1e-12)
+        assert longest == pytest.approx(2.0, rel=1e-6)  # a kilometre's square: 1e-8, and a rim of 1 km
+        assert not cut
 
 
 @pytest.mark.slow

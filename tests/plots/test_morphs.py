@@ -9,7 +9,7 @@ from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
 from projdist import Projection, factors, get_measure, get_region, plots
-from projdist.plots.blends import Blend, blend_of, open_edges
+from projdist.plots.blends import Blend, Track, blend_of, open_edges
 from projdist.plots.morphs import eased
 
 R = 6371000.0
@@ -35,6 +35,20 @@ def test_both_ends_are_the_maps() -> None:
     assert abs(np.degrees(found.turn)) == pytest.approx(150.0, abs=1.0)
     for share, track in ((0.0, found.vertices.first), (1.0, found.vertices.second)):
         np.testing.assert_allclose(found.at(share, found.vertices), track, atol=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_jacobians_on_the_way_are_those_of_its_points(share: float) -> None:
+    """Of linear maps points move linearly, too: where unit vectors come to are the columns of the Jacobian."""
+    first, second = np.array([[2.0, 0.3], [-0.1, 1.0]]), np.array([[0.2, -1.5], [1.1, 0.4]])
+    nothing = {"region": None, "vertices": None, "weights": None, "triangles": None, "edges": None}
+    found = Blend(
+        maps=None, jacobians=(first[None], second[None]), graticule=[], coast=[], turn=np.radians(70.0), **nothing
+    )
+    J = found.values(share, lambda matrices: matrices)
+    np.testing.assert_allclose(J[0].T, found.at(share, Track(first.T, second.T)), rtol=0, atol=1e-12)
+    if share in (0.0, 1.0):
+        np.testing.assert_allclose(J[0], first if share == 0.0 else second, rtol=0, atol=1e-12)
 
 
 @pytest.mark.slow

@@ -55,6 +55,13 @@ def labelled(figure, label: str) -> list:
     return [one for ax in figure.axes for one in ax.get_children() if one.get_label() == label]
 
 
+def bar_length(ax: Axes) -> float:
+    """The length of the scale bar's halves in metres of the map."""
+    bars = [patch for patch in ax.patches if isinstance(patch, Rectangle)]
+    halves = [patch for patch in bars if patch.get_transform().contains_branch(ax.transAxes)]
+    return sum(patch.get_width() for patch in halves if 0 < patch.get_width() < 0.3) * np.ptp(ax.get_xlim())
+
+
 @pytest.mark.usefixtures("few_cells")
 def test_a_country_is_placed() -> None:
     """Its frame, its cities with the capital, its scale and where it lies; degrees round it."""
@@ -64,6 +71,7 @@ def test_a_country_is_placed() -> None:
     assert any(isinstance(ax, Axes) for ax in labelled(figure, "locator"))
     (bar,) = labelled(figure, "scale bar")
     assert bar.get_text() == "50 km"
+    assert bar_length(figure.axes[0]) == pytest.approx(5e4, rel=1e-9)
     degrees = {text.get_text() for text in labelled(figure, "graticule label")}
     assert {"7°E", "8°E", "46°N", "47°N"} <= degrees
 
@@ -80,12 +88,7 @@ def test_no_scale_bar_where_the_scale_is_not_one() -> None:
 def test_scale_bar_is_as_long_as_it_says() -> None:
     """In metres of the map, to the width of its line."""
     figure = plots.tissot_figure("EPSG:25832", region="country:DE")
-    ax = figure.axes[0]
-    bars = [patch for patch in ax.patches if isinstance(patch, Rectangle)]
-    halves = [patch for patch in bars if patch.get_transform().contains_branch(ax.transAxes)]
-    halves = [patch for patch in halves if 0 < patch.get_width() < 0.3]
-    width = sum(patch.get_width() for patch in halves) * np.ptp(ax.get_xlim())
-    assert width == pytest.approx(1e5, rel=1e-9)
+    assert bar_length(figure.axes[0]) == pytest.approx(1e5, rel=1e-9)
     assert {text.get_text() for text in labelled(figure, "scale bar")} == {"100 km"}
 
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from matplotlib.patches import Circle
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Ellipse
 
 from projdist import plots
 from projdist.matrices.distortions import angular_distortion
 from projdist.matrices.spd import factor_distance
-from projdist.plots.spaces import _geodesic, disc_points
+from projdist.plots.spaces import _draw_glyphs, _geodesic, disc_points
 
 SMALL = "box:0,20,40,60"
 
@@ -41,6 +42,18 @@ def test_geodesics():
     line = x + 1j * y
     assert (line[0], line[-1]) == (pytest.approx(start), pytest.approx(end))
     assert hyperbolic(line[:-1], line[1:]).sum() == pytest.approx(hyperbolic(start, end), rel=1e-12)
+
+
+def test_ellipses_about_the_rim():
+    """Each stands where the disc has the matrices that make it of a circle."""
+    ax = Figure().add_subplot()
+    _draw_glyphs(ax, 0.5)
+    found = [patch for patch in ax.patches if isinstance(patch, Ellipse)]
+    assert len(found) == 8
+    for one in found:
+        c, s = np.cos(np.radians(one.angle)), np.sin(np.radians(one.angle))
+        place = disc_points(np.array([[c, -s], [s, c]]) @ np.diag([one.width, one.height]))
+        assert place / abs(place) == pytest.approx(complex(*one.center) / abs(complex(*one.center)), abs=1e-12)
 
 
 def markers(ax):

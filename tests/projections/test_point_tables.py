@@ -6,7 +6,7 @@ import pytest
 from shapely import MultiPoint, Point, Polygon
 
 from projdist import Notice, Projection, ProjectionError, factors
-from projdist.projections import geographic, graticule_of, plane_of
+from projdist.projections import geographic, graticule_of, plane_of, source_of
 
 geopandas = pytest.importorskip("geopandas")
 pd = pytest.importorskip("pandas")
@@ -54,6 +54,21 @@ def test_a_map_without_a_datum_takes_longitudes_and_latitudes_as_they_are() -> N
     """A point of the old French meridian and grads is in degrees from Greenwich, and nothing else."""
     lon, lat = geographic(Projection.from_user_input("robinson"), "EPSG:4902", np.array([10.0]), np.array([50.0]))
     np.testing.assert_allclose([lon[0], lat[0]], [2.33720833 + 9.0, 45.0], atol=1e-4)
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("km", 1000.0), ("us-ft", 1200.0 / 3937.0)])
+@pytest.mark.parametrize("beyond", [1e-5, 1e-3])
+def test_points_on_the_edge_of_their_map(unit: str, metres: float, beyond: float) -> None:
+    """Beyond Mollweide's edge, 2 sqrt(2) R, by rounding they are 6 mm inside of where they lie; by a metre nowhere."""
+    crs = f"+proj=moll +R=6371000 +units={unit} +type=crs"
+    source = source_of(Projection.from_user_input("+proj=robin +R=6371000"), crs)
+    edge = 2.0 * np.sqrt(2.0) * 6371000.0
+    x = np.array([edge + beyond, edge + 1.0, -edge - beyond])
+    lon, lat = source.degrees_on_map(x / metres, np.zeros(3))
+    inside = (edge + beyond - 6.371e-3) / edge * np.array([180.0, np.nan, -180.0])
+    # PROJ's own rounding is a nanometre; 1e-10 degrees are ten micrometres.
+    np.testing.assert_allclose(lon, inside, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(lat[[0, 2]], 0.0, atol=1e-10)
 
 
 def test_another_body_is_refused() -> None:

@@ -200,6 +200,18 @@ def test_one_map_by_every_spelling(method, spelling):
         np.testing.assert_allclose(make(text)(LON, LAT_POINTS), truth(method), rtol=0, atol=ROUNDING)
 
 
+def test_units_of_parameters_by_other_names():
+    """Each is in the unit that it states, also where PROJ does not know its name and others have another unit."""
+    text = wkt2("Transverse Mercator", {kind: GDAL[kind] for kind in kinds_of("Transverse Mercator")})
+    for stated, same in (
+        ('11.5,ANGLEUNIT["degree",0.0174532925199433]', '12.777777777777779,ANGLEUNIT["grad",0.015707963267948967]'),
+        ('250000.0,LENGTHUNIT["metre",1]', '250.0,LENGTHUNIT["kilometre",1000]'),
+    ):
+        assert stated in text
+        text = text.replace(stated, same)
+    np.testing.assert_allclose(make(text)(LON, LAT_POINTS), truth("Transverse Mercator"), rtol=0, atol=ROUNDING)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_a_missing_parameter_is_named(method):
     """Without one that its method needs a CRS is refused; without a scale it is told of one of 1."""
@@ -280,6 +292,18 @@ def test_a_polar_latitude_of_origin_that_is_no_pole():
     np.testing.assert_allclose(found(10.0, -75.0), truth.transform(10.0, -75.0), atol=ROUNDING)
 
 
+@pytest.mark.parametrize("pole", [90.0, -90.0])
+def test_the_pole_of_a_polar_map(pole):
+    """Beside a standard parallel it says nothing that is not known; the other pole is told to be without use."""
+    names = {"standard_parallel_1": math.copysign(71.0, pole), "central_meridian": 5.0, "latitude_of_origin": pole}
+    found = make(wkt1("Polar Stereographic (variant B)", names))
+    truth = Transformer.from_pipeline(f"+proj=stere +lat_0={pole} +lat_ts={names['standard_parallel_1']} +lon_0=5")
+    lat = math.copysign(75.0, pole)
+    np.testing.assert_allclose(found(10.0, lat), truth.transform(10.0, lat), atol=ROUNDING)
+    with pytest.warns(Notice, match=rf"'latitude_of_origin' \({-pole:g}\), of which Polar Stereographic \(variant B\)"):
+        make(wkt1("Polar Stereographic (variant B)", names | {"latitude_of_origin": -pole}))
+
+
 COMMAS = {
     'PARAMETER["central_meridian",11.5]': ('PARAMETER["central_meridian",11,5]', "PARAMETER 'central_meridian'.*11,5:"),
     "6378137.0,298.257223563": ("6378137,0,298,257223563", "SPHEROID 'WGS 84'.*6378137,0,298,257223563:"),
@@ -296,6 +320,15 @@ def test_decimal_commas(place):
     wrong, words = COMMAS[place]
     with pytest.raises(ProjectionError, match=rf"{words} write a point\.$"):
         make(text.replace(place, wrong))
+
+
+@pytest.mark.parametrize("place", range(4))
+def test_decimal_commas_of_an_area_of_use(place):
+    """The first of the four numbers is one, too, as a BBOX has no name before them."""
+    bounds = ["24.6", "-35.58", "84.73", "44.83"]
+    bounds[place] = bounds[place].replace(".", ",")
+    text = wkt2("Mollweide", {"longitude": "Longitude of natural origin"})
+    assert f"within a number, {','.join(bounds)}: write a point." in message(f"{text[:-1]},BBOX[{','.join(bounds)}]]")
 
 
 def test_a_flattening_for_its_inverse():
