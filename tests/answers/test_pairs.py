@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from pyproj import Geod
 
-from projdist import SPHERE, WGS84, PointSet, get_region
+from projdist import SPHERE, WGS84, Ellipsoid, PointSet, get_region
 from projdist.answers.pairs import scatter_over
 
 TRIANGLE = {"type": "Polygon", "coordinates": [[[-20, 10], [60, 20], [10, 75], [-20, 10]]]}
@@ -74,6 +75,19 @@ def test_caps_are_strewn_by_area():
         lam, phi = np.radians(points.lon - region.lon), np.radians(points.lat)
         cosine = sin * np.sin(phi) + cos * np.cos(phi) * np.cos(lam)
         assert np.mean(cosine) == pytest.approx(truth, abs=2e-4)  # stratified: n^-1.5 of a third
+
+
+def test_caps_of_a_flat_body_are_strewn_by_area():
+    """On Saturn, where a cap's rim is no circle of its latitudes: the mean over places within the distance."""
+    saturn = Ellipsoid(60268000.0, 0.09796)
+    shares = (np.arange(150) + 0.5) / 150
+    lon, lat = np.meshgrid(-25.0 + 50.0 * shares, -25.0 + 50.0 * shares)
+    distance = Geod(a=saturn.a, f=saturn.f).inv(np.zeros(lon.shape), np.zeros(lon.shape), lon, lat)[2]
+    meridian, vertical = saturn.radii(lat)
+    weight = (distance <= 2e7) * meridian * vertical * np.cos(np.radians(lat))
+    means = [np.sum(p.weight * p.lon**2) / p.weight.sum() for p in draws(get_region("cap:0,0,20000", saturn), saturn)]
+    # A cell of the lattice is a sixtieth of the radius, and the rim's cells fall on either side by chance.
+    assert np.mean(means) == pytest.approx(np.sum(weight * lon**2) / weight.sum(), rel=3e-3)
 
 
 def test_sets_of_points_are_drawn_by_weight():

@@ -10,6 +10,7 @@ from pyproj.database import query_crs_info
 
 from projdist.answers.point_factors import factors
 from projdist.answers.summaries import compare
+from projdist.earth import Ellipsoid
 from projdist.plots import heatmap
 from projdist.projections import (
     Projection,
@@ -24,6 +25,7 @@ from projdist.projections import (
     unprojected,
     wkt_of,
 )
+from projdist.projections.bodies import Body, body_in, is_same_body
 from projdist.projections.datums import has_plain_axes
 from projdist.regions import get_region
 
@@ -293,3 +295,29 @@ def test_strings_with_the_figure_of_a_body_are_of_it() -> None:
         assert Projection.from_user_input(f"+proj=moll +R={radius}").is_of_another_body
     for radius in (1.0, 12.7, 6371.0, 6378.137, 6370997.0, 6371000.0, 6400000.0):
         assert not Projection.from_user_input(f"+proj=moll +R={radius}").is_of_another_body
+
+
+@pytest.mark.parametrize(("code", "name"), [(50200, "Europa"), (200005200, "52 Europa"), (30100, "Moon")])
+def test_names_of_bodies(code, name) -> None:
+    """The moon of Jupiter is not the asteroid whose name has its own in it."""
+    assert body_in(CRS.from_authority("IAU_2015", code).to_wkt()) == name
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        (60268.0, 58232.0, True),  # Saturn's equator and mean radius (IAU 2015)
+        (1737.4, 1829.4, False),  # the Moon, and the longest axis of Io
+        (1737.4, 1821.49, False),
+        (6378.137, 6371.0, True),
+        (6378.137, 6051.8, False),  # the Earth, and Venus
+    ],
+)
+def test_bodies_without_names_are_told_apart_by_size(one, other, same) -> None:
+    """Whichever comes first; names, where both are known, say more."""
+    first, second = (Ellipsoid(1000.0 * radius, 0.0) for radius in (one, other))
+    assert is_same_body(Body(first), Body(second)) is same
+    assert is_same_body(Body(second), Body(first, "Luna")) is same
+    if first.is_of_another_body and second.is_of_another_body:
+        assert not is_same_body(Body(first, "a"), Body(second, "b"))
+        assert is_same_body(Body(first, "a"), Body(second, "a"))

@@ -51,6 +51,14 @@ def test_no_hostile_text_opens_a_file(tmp_path: Path) -> None:
     assert_nothing_is_opened(TEXTS[::20], tmp_path)
 
 
+@pytest.mark.parametrize("key", ["proj", "+proj", "+o_proj"])
+@pytest.mark.parametrize("reader", ["defmodel", "gridshift", "hgridshift", "vgridshift", "xyzgridshift", "tinshift"])
+def test_operations_that_read_files_are_named(key: str, reader: str) -> None:
+    """Also as the map that ob_tran turns, and whatever else they state."""
+    before = "+proj=ob_tran +o_lat_p=40 " if key == "+o_proj" else ""
+    assert file_named_in(f"{before}{key}={reader}") == f"{key}={reader}"
+
+
 @pytest.mark.slow
 def test_none_of_all_hostile_texts_opens_a_file(tmp_path: Path) -> None:
     """Thousands."""
