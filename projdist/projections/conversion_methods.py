@@ -357,7 +357,9 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
                 reading.take(wanted, _item(wanted, found, read), found.name)
     reading.unused += [item for item in stated if not reading.uses(item) and not reading.is_idle(item)]
     reading.unused += [
-        Stated(wanted.name, item["value"]) for wanted, item in reading.taken.items() if not wanted.has(item["value"])
+        Stated(wanted.name, item["value"])
+        for wanted, item in reading.taken.items()
+        if item["value"] != 0.0 and not wanted.has(item["value"])  # PROJ writes 0 for what a string does not state
     ]
     return reading
 

@@ -129,10 +129,8 @@ def is_in(name: str, lon: np.ndarray, lat: np.ndarray) -> np.ndarray:
     if name == BOX:
         return (lon > -31.3) & (lon < 44.9) & (lat > -17.2) & (lat < 61.7)
     if name == CAP:
-        towards = np.radians([170.0, 55.0])
-        cos = np.sin(np.radians(lat)) * np.sin(towards[1])
-        cos += np.cos(np.radians(lat)) * np.cos(towards[1]) * np.cos(np.radians(lon) - towards[0])
-        return np.arccos(cos) < 2500 / 6371.0087714
+        middle = np.full(np.shape(lon), 170.0), np.full(np.shape(lon), 55.0)
+        return np.asarray(pyproj.Geod(ellps="WGS84").inv(*middle, lon, lat)[2]) < 2500e3
     sides = [
         (b[0] - a[0]) * (lat - a[1]) - (b[1] - a[1]) * (lon - a[0])
         for a, b in zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)
