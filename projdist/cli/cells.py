@@ -9,14 +9,21 @@ from projdist.regions import Place, PointSet
 _DIGITS = 5
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
 _LONGEST_LABEL = 60
+_LARGE = 1e6  # from where on a number has an exponent
+_ROUNDING = 1e-5  # an error up to which what is no more is nothing, in the unit of any figure
 WHOLE = 0.9999995
 """A share that is shown as 100 %."""
 
 
 def rounded(value: float | None, error: float | None) -> str:
-    """At most six decimals or four significant digits, and none that the error makes doubtful."""
+    """At most six decimals or four significant digits, and none that the error makes doubtful.
+
+    Of a figure that is no more than its error both are shown; one that is nothing but rounding has zeros.
+    """
     if value is None:
         return "-"
+    if error and _is_swallowed(value, error):
+        return with_error(value, error)
     wanted = max(6, 3 - math.floor(math.log10(abs(value)))) if value else 6
     good = math.floor(-math.log10(error)) if error else wanted
     decimals = max(0, min(wanted, good, _MOST_DECIMALS))
@@ -26,9 +33,14 @@ def rounded(value: float | None, error: float | None) -> str:
 
 
 def certain(value: float | None, error: float | None = None) -> str:
-    """Five significant digits at most, and none that the error makes doubtful; 0 for what is no more than its error."""
+    """Five significant digits at most, and none that the error makes doubtful.
+
+    Of a figure that is no more than its error both are shown; one that is nothing but rounding is 0.
+    """
     if value is None:
         return "-"
+    if error and _is_swallowed(value, error):
+        return with_error(value, error)
     if not error or not value or math.isinf(value):
         return f"{value:.{_DIGITS}g}"
     if abs(value) <= error:
@@ -36,6 +48,24 @@ def certain(value: float | None, error: float | None = None) -> str:
     before = math.floor(math.log10(abs(value))) + 1
     good = before + math.floor(-math.log10(error))
     return f"{value:.{max(1, min(_DIGITS, good))}g}"
+
+
+def with_error(value: float, error: float) -> str:
+    """A figure and its error: `0.12346 +- 3e-09`, or of what is no more than that `327 +- 27,000`."""
+    if _is_swallowed(value, error):
+        return f"{_plain(value, 3)} +- {_plain(error, 2)}"
+    return f"{rounded(value, error)} +- {first_digit(error)}"
+
+
+def _is_swallowed(value: float, error: float) -> bool:
+    """Whether a figure is no more than its error, and that is more than rounding."""
+    return error > _ROUNDING and abs(value) <= error
+
+
+def _plain(value: float, digits: int) -> str:
+    """A number to so many digits, with commas, and without an exponent below a million."""
+    few = float(f"{value:.{digits}g}")
+    return f"{few:,.0f}" if 10.0 ** (digits - 1) <= abs(few) < _LARGE else f"{few:.{digits}g}"
 
 
 def fixed(value: float, decimals: int, sign: str = "") -> str:

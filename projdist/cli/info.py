@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from projdist import plots
-from projdist.cli.cells import certain, first_digit, label_of, per_cent, rounded, size_text
+from projdist.cli.cells import certain, first_digit, label_of, per_cent, rounded, size_text, with_error
 from projdist.cli.errors import refusing
 from projdist.cli.formats import TABLE
 from projdist.cli.options import (
@@ -219,8 +219,8 @@ def _notes(found: MapInfo) -> list[str]:
     AK, notes = found.airy_kavrayskiy, []
     scaled, affine = (rounded(value, AK.error) for value in (AK.scaled, AK.affine))
     notes.append(
-        f"Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b): {rounded(AK.raw, AK.error)} +- "
-        f"{first_digit(AK.error)}, after the best scale {scaled}, after the best linear map {affine}."
+        f"Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b): {with_error(AK.raw, AK.error)}, "
+        f"after the best scale {scaled}, after the best linear map {affine}."
     )
     if found.coverage < 1.0 - 1e-6:
         notes.append(f"The map covers {per_cent(found.coverage)} of the region; the figures are for that share.")

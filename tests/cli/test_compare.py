@@ -185,9 +185,9 @@ def test_compare_table_has_no_digits_that_the_error_makes_doubtful() -> None:
 
 
 def test_doubtful_figures_are_no_zeros() -> None:
-    """What is above its error has its first digit; what is not has none."""
+    """What is above its error has its first digit; what is not is shown with it, but for rounding."""
     assert [rounded(0.031, 0.016), rounded(0.0049, 0.0012), rounded(0.31, 0.16)] == ["0.03", "0.005", "0.3"]
-    assert [rounded(1e-12, 1e-9), rounded(0.01, 0.016)] == ["0.000000000", "0.0"]
+    assert [rounded(1e-12, 1e-9), rounded(0.01, 0.016)] == ["0.000000000", "0.01 +- 0.016"]
 
 
 def test_digits_of_figures() -> None:
@@ -195,7 +195,7 @@ def test_digits_of_figures() -> None:
     figures = [(0.123456789, 1e-12), (0.00123456789, 1e-12), (1.23456789e-6, 1e-15), (1.23456789e-9, 0.0)]
     assert [rounded(*one) for one in figures] == ["0.123457", "0.001235", "0.000001235", "0.0000000012"]
     assert [rounded(123.456, 0.0), rounded(0.0, 1e-12), rounded(0.0, 0.0)] == ["123.456000", "0.000000", "0.000000"]
-    assert [rounded(0.123456789, error) for error in (1e-4, 3e-5, 0.9, 20.0)] == ["0.1235", "0.1235", "0", "0"]
+    assert [rounded(0.123456789, error) for error in (1e-4, 3e-5, 0.9)] == ["0.1235", "0.1235", "0.123 +- 0.9"]
     assert rounded(None, 0.1) == rounded(None, None) == "-"
 
 

@@ -5,14 +5,16 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from commands import FORMATS, QUICK, parse_csv, parse_html, parse_markdown, refused, run, run_ok
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
-from projdist.cli.cells import certain
+from projdist.cli.cells import certain, rounded
 
 
 def process(*words: str, **options: object) -> subprocess.CompletedProcess:
@@ -296,9 +298,34 @@ def test_logs_and_files_without_a_suffix_hold_tables(tmp_path: Path) -> None:
         (179.955, 0.045, "180"),
         (0.012345, 2e-4, "0.012"),
         (3e-9, 1e-8, "0"),
+        (327.175, 27011.4, "327 +- 27,000"),
+        (-0.0123, 0.0456, "-0.0123 +- 0.046"),
+        (3.2e6, 8.7e6, "3.2e+06 +- 8.7e+06"),
+        (0.0, 0.5, "0 +- 0.5"),
+        (327.175, float("inf"), "327 +- inf"),
         (-0.53333333, 1e-3, "-0.533"),
     ],
 )
 def test_only_certain_digits(value: float | None, error: float | None, text: str) -> None:
-    """A figure is printed with five digits, or as many as its error leaves certain."""
+    """A figure is printed with five digits, or as many as its error leaves certain; with the error if that has none."""
     assert certain(value, error) == text
+
+
+@pytest.mark.parametrize("show", [certain, rounded])
+def test_no_figure_is_swallowed_in_silence(show: Callable[[float, float], str]) -> None:
+    """What is printed is as far from the figure as its error at most, half of its last digit aside, or names the error.
+
+    Over errors from rounding to a million times the figure.
+    """
+    for value in (1.2345, -0.98765, 327.175, 0.00061, 4.2e5):
+        for share in 10.0 ** np.arange(-9.0, 6.5, 0.5):
+            error = abs(value) * share
+            text = show(value, error)
+            if error < abs(value):
+                assert "+-" not in text
+                assert abs(float(text) - value) <= max(10.0 * error, 1e-4 * abs(value), 1e-6)
+                assert float(text) != 0.0
+            else:
+                printed, told = (float(part.replace(",", "")) for part in text.split(" +- "))
+                assert printed == pytest.approx(value, rel=6e-3)
+                assert told == pytest.approx(error, rel=6e-2)

@@ -24,6 +24,7 @@ from projdist.designs.sites import Site
 from projdist.designs.wishes import wish_of
 from projdist.earth import SPHERE, WGS84, destination
 from projdist.field import nodes_of
+from projdist.regions import get_region
 
 SPHERICAL = "+proj={} +lat_0={} +lon_0={} +R=6371008.7714"
 
@@ -137,6 +138,24 @@ def test_new_zealand() -> None:
 
 
 OBLIQUE = "+proj=omerc +ellps=WGS84 +lat_0=-41.68 +lonc=173.04 +alpha=20.56 +k_0=0.9994"
+
+
+@pytest.mark.slow
+def test_the_largest_scale_error_of_far_islands() -> None:
+    """New Zealand with Tokelau, 3000 km away, where a polynomial is steep: scales of chords of a kilometre, by pyproj.
+
+    They are those of the coasts' corners and of a grid of a tenth of a degree.
+    """
+    found = design("country:NZ", kind="conformal", criterion="max_scale_error_ppm", degree=8, against=())
+    region = get_region("country:NZ")
+    grid = np.stack(np.meshgrid(np.arange(166.0, 180.0, 0.1), np.arange(-48.0, -34.0, 0.1)), axis=-1).reshape(-1, 2)
+    lon, lat = np.concatenate([region.edges[:, :2], grid[region.contains(*grid.T)]]).T
+    run = pyproj.Transformer.from_crs("OGC:CRS84", found.wkt, always_xy=True).transform
+    east, north, _ = pyproj.Geod(ellps="WGS84").fwd(lon, lat, np.full(lon.size, 30.0), np.full(lon.size, 500.0))
+    west, south, _ = pyproj.Geod(ellps="WGS84").fwd(lon, lat, np.full(lon.size, 210.0), np.full(lon.size, 500.0))
+    scales = np.hypot(*np.subtract(run(east, north), run(west, south))) / 1000.0
+    assert found.value == pytest.approx(1e6 * np.abs(scales - 1.0).max(), abs=0.1)
+    assert found.error < 0.05
 
 
 def test_equal_area_maps_keep_areas() -> None:

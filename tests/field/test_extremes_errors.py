@@ -9,6 +9,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
+from projdist.field import sample
 from projdist.field.extremes import borders, measure_at
 from projdist.field.extremes.polynomials import Polynomials
 from projdist.matrices.measures import get_measure
@@ -74,6 +75,25 @@ def test_errors_at_pole_lines(projection):
     """Towards a pole that is a line, or an end of Mollweide's, omega comes to 180 degrees: as its error says."""
     found = summarize(projection, measures=["omega"]).measures["omega"]
     assert 180.0 - found.max <= found.max_error
+
+
+def islet(lon, lat, radius):
+    """A polygon of eight corners about a place."""
+    angles = np.linspace(0.0, 2.0 * math.pi, 9)
+    return np.stack([lon + radius * np.cos(angles), lat + radius * np.sin(angles)], axis=-1).tolist()
+
+
+def test_far_islets_among_noise():
+    """Islets in a panel that is smooth but for rounding, beyond which scales grow, bound the largest by their own."""
+    rings = [islet(-8, 40, 6), islet(6.4, -8, 0.04), islet(10.3, -8.6, 0.05), islet(10.3, -7.4, 0.03)]
+    region = {"type": "MultiPolygon", "coordinates": [[ring] for ring in rings]}
+    # Metres of 12 digits have 1.5e-5 m for their last, which is 1e-8 of a scale in the smallest panels.
+    field = sample(f"+proj=tmerc +R={R} +x_0=1e11", region, measures=["a"])
+    lon, lat = np.radians(np.concatenate(rings)).T
+    truth = float((1.0 / np.sqrt(1.0 - (np.cos(lat) * np.sin(lon)) ** 2)).max())  # Snyder 1987, 8-4
+    found = field.maximum("a")
+    assert found.value == pytest.approx(truth, abs=3e-9)
+    assert abs(found.value - truth) <= found.error < 1e-6
 
 
 def test_what_is_unbounded_has_no_error():

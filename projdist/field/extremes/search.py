@@ -168,13 +168,15 @@ class _Search:
         bound[~good] = np.minimum(bound[~good], self._within_steps(goal, live[~good]))
         kept = bound > state.known + state.exact
         state.raise_bound(bound[~kept])
-        rough = ~good & (self._stuck(live) | last)
-        for pieces, chosen in ((state.good, kept & good), (state.rough, kept & rough)):
+        rest = np.flatnonzero(kept & ~good & ~self._stuck(live) & (not last))
+        rest = rest[np.argsort(-bound[rest], kind="stable")][:_MOST]
+        ends = kept.copy()
+        ends[rest] = False
+        # Polynomials whose error is less than what the bound by nodes leaves open, some of which lie beyond the region.
+        known = good | (self._trusted(live) & (error < bound - state.known))
+        for pieces, chosen in ((state.good, ends & known), (state.rough, ends & ~known)):
             pieces.append(Chosen(live[chosen], bound[chosen], error[chosen]))
-        rest = np.flatnonzero(kept & ~good & ~rough)
-        rest = rest[np.argsort(-bound[rest], kind="stable")]
-        state.rough.append(Chosen(live[rest[_MOST:]], bound[rest[_MOST:]], error[rest[_MOST:]]))
-        state.live = live[rest[:_MOST]]
+        state.live = live[rest]
 
     def _within_steps(self, goal: Goal, piece: IntArray) -> FloatArray:
         """`_within_steps` of the values at the nodes of pieces."""
