@@ -1,7 +1,8 @@
 """Measure the atlas: one batch job, and `projdist/data/atlas.jsonl.gz` of its results.
 
 `python docs/make_atlas.py [EXECUTOR]`, as `processes:8` or `dask://HOST:8786`; half a minute a region and core.
-Results are kept in docs/atlas/results.jsonl as they come; the job goes on from there, also after Ctrl-C.
+Results are kept in docs/atlas/results.jsonl as they come; the job goes on from there, also after Ctrl-C. With `--only
+TITLE ...` these entries are measured anew, and the others stay as they are.
 """
 
 from __future__ import annotations
@@ -10,41 +11,67 @@ import argparse
 import gzip
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
 import projdist
-from projdist.answers import Area, Batch
+from projdist.answers import Area
 from projdist.designs import AtlasArea, atlas_areas, measured_entry
 from projdist.projections import proj_version
 
 PARTIAL = Path(__file__).parent / "atlas" / "results.jsonl"
+AGAIN = PARTIAL.with_name("again.jsonl")
 RESULT = Path(projdist.__file__).parent / "data" / "atlas.jsonl.gz"
+VERSIONS = {"projdist": projdist.__version__, "PROJ": proj_version()}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("executor", nargs="?", default="processes")
-    executor = parser.parse_args().executor
+    parser.add_argument("--only", nargs="+", default=[], metavar="TITLE", help="entries to measure anew")
+    given = parser.parse_args()
+    unknown = set(given.only) - {area.title for area in atlas_areas()}
+    if unknown:
+        parser.error(f"Invalid title '{min(unknown)}'. It must be one of the atlas' places.")
+    kept = kept_lines(given.only) if given.only else {}
+    wanted = [area for area in atlas_areas() if area.text not in kept]
     PARTIAL.parent.mkdir(exist_ok=True)
-    areas = [Area(area.title, area.text) for area in atlas_areas()]
-    found = projdist.batch(measured_entry, areas, executor=executor, partial=PARTIAL, progress=report)
+    found = projdist.batch(
+        measured_entry,
+        [Area(area.title, area.text) for area in wanted],
+        executor=given.executor,
+        partial=AGAIN if given.only else PARTIAL,
+        progress=report,
+    )
     for failure in found.failures:
         print(failure.line)
     if not found.failures:
-        lines = (json.dumps(line, ensure_ascii=False, separators=(",", ":")) for line in lines_of(found))
-        RESULT.write_bytes(gzip.compress("\n".join(lines).encode(), mtime=0))
-        print(f"\n{RESULT}: {len(found.results)} entries, {RESULT.stat().st_size:,} bytes")
+        measured = {area.text: line_of(area, result) for area, result in zip(wanted, found.results, strict=True)}
+        write([(kept | measured)[area.text] for area in atlas_areas()])
+        AGAIN.unlink(missing_ok=True)
 
 
-def lines_of(found: Batch) -> Iterator[dict[str, Any]]:
+def kept_lines(anew: Collection[str]) -> dict[str, dict[str, Any]]:
+    """The entries of the file but those of some titles, by their regions; ends where other versions measured them."""
+    versions, *lines = map(json.loads, gzip.decompress(RESULT.read_bytes()).splitlines())
+    if versions != VERSIONS:
+        sys.exit(f"{RESULT} was measured with {versions}, this is {VERSIONS}: measure all of it anew.")
+    return {line["region"]: line for line in lines if line["title"] not in anew}
+
+
+def write(entries: Sequence[dict[str, Any]]) -> None:
     """The versions, then the entries."""
-    yield {"projdist": projdist.__version__, "PROJ": proj_version()}
-    for area, result in zip(atlas_areas(), found.results, strict=True):
-        answer = result.answer if is_national(area) else result.answer | {"country": "", "official": None}
-        place = {"title": area.title, "kind": area.kind, "region": area.text, "area_km2": result.area_km2}
-        yield place | answer
+    lines = (json.dumps(line, ensure_ascii=False, separators=(",", ":")) for line in (VERSIONS, *entries))
+    RESULT.write_bytes(gzip.compress("\n".join(lines).encode(), mtime=0))
+    print(f"\n{RESULT}: {len(entries)} entries, {RESULT.stat().st_size:,} bytes")
+
+
+def line_of(area: AtlasArea, result: Any) -> dict[str, Any]:
+    """An entry."""
+    answer = result.answer if is_national(area) else result.answer | {"country": "", "official": None}
+    place = {"title": area.title, "kind": area.kind, "region": area.text, "area_km2": result.area_km2}
+    return place | answer
 
 
 def is_national(area: AtlasArea) -> bool:

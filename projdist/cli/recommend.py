@@ -217,7 +217,7 @@ def _figures(criterion: str) -> Iterator[Column]:
     """The columns of figures."""
     yield Column("value", criterion, certain, error=f"{criterion}_error")
     yield Column("max_scale_error_ppm", "ppm max", certain, error="max_scale_error_ppm_error")
-    yield Column("mean_scale_error_ppm", "ppm mean", certain)
+    yield Column("mean_scale_error_ppm", "ppm mean", certain, error="mean_scale_error_ppm_error")
     yield Column("max_omega", "omega max", _angle, error="max_omega_error")
     yield Column("max_areal_scale", "areal scale", of=_span)
     yield Column("keeps", of=lambda row: row["keeps"] or "-", left=True)

@@ -23,6 +23,7 @@ _STEEPEST = 89.9999  # degrees of azimuth: PROJ's omerc breaks down at 90; 4 m o
 _LINE = 45.0  # degrees of azimuth: where the region's long axis is steeper, an oblique line moves east and west
 _WORLD = 100.0  # degrees: regions that reach farther from their middle need world maps
 _WHOLE_WORLD = 170.0  # degrees: azimuthal maps are of no use beyond
+_ROUND = 360.0  # degrees of longitude of a region around a pole
 _CONTINENT = 30.0  # degrees: below, the flattening of the Earth is a part of what such a map distorts
 _CROSSES = 15.0  # degrees of latitude: cylinders are tried for regions that come so near to the equator
 
@@ -302,13 +303,18 @@ def get_family(name: str, extent: Extent) -> Family:
 
 
 def sensible_families(extent: Extent, ellipsoid: Ellipsoid | None) -> list[str]:
-    """Families worth trying for a region of that extent; maps of the sphere only where its shape matters little."""
+    """Families worth trying for a region of that extent; maps of the sphere only where its shape matters little.
+
+    A region around a pole is cut by cones and cylinders, which need no cut to be there.
+    """
     if extent.radius > _WORLD:
         return ["wintri", "eqc", "cea", "merc", *(["aeqd", "laea", "airy"] if extent.radius < _WHOLE_WORLD else [])]
     names = ["laea", "aeqd", "stere", "omerc"]
     spherical = extent.radius > _CONTINENT or (ellipsoid is not None and ellipsoid.is_sphere)
     if spherical:
         names.append("airy")
+    if extent.east - extent.west >= _ROUND:
+        return names
     if extent.south < 85.0 and extent.north > -85.0:
         names += _CONES
     if extent.east - extent.west < 170.0:

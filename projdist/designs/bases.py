@@ -7,6 +7,7 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.decisions import Extent, best_member, ellipsoid_text, extent_of, sensible_families
 from projdist.designs.kinds import Kind, Wish
+from projdist.designs.sites import TORN, Site, smooth_at
 from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, Nodes, cut_length
 from projdist.matrices import log_anisotropy, log_areal_scale
@@ -16,6 +17,7 @@ from projdist.regions import Place
 __all__ = ["best_base", "check_keeps", "check_whole", "given_base"]
 
 _KEPT = 1e-7  # of scales: what is conformal or equal-area to 0.1 ppm
+_ROUGH = 1e-3  # of the region's area: where it may not be, by rounding
 
 
 def best_base(kind: Kind, region: Place, wish: Wish, nodes: Nodes, symmetry: str) -> Projection:
@@ -35,10 +37,12 @@ def best_base(kind: Kind, region: Place, wish: Wish, nodes: Nodes, symmetry: str
         except ProjectionError:
             continue
         J, _ = nodes.jacobian(projection)
-        if not np.isfinite(J).all() or not _keeps(kind, J):
+        smooth = smooth_at(J)
+        J, weight = J[smooth], nodes.weight[smooth]
+        if 1.0 - weight.sum() > TORN or not _keeps(kind, J, weight):
             continue
         if cut_length(projection, region) == 0.0 and crs_wkt(projection, name)[0] is not None:
-            found.append((figure(J, nodes.weight), projection))
+            found.append((figure(J, weight), projection))
     if not found:
         raise ProjectionError(f"Invalid region '{region.name}'. No {kind.name} map of PROJ's shows it whole.")
     return min(found, key=lambda one: one[0])[1]
@@ -68,14 +72,18 @@ def given_base(given: ProjectionLike) -> Projection:
     return Projection.from_user_input(text)
 
 
-def check_keeps(kind: Kind, base: Projection, J: FloatArray) -> None:
+def check_keeps(kind: Kind, site: Site) -> None:
     """Raise ProjectionError for a base that is not of the kind: made maps have what all their steps have."""
-    if not _keeps(kind, J):
+    base = site.base
+    if not _keeps(kind, site.J, site.weight):
         own = "at scale 1" if kind.name == "equal-area" else "itself"
         raise ProjectionError(f"Invalid base '{base.label}' for {kind.name} maps. It must be {kind.name} {own}.")
 
 
-def _keeps(kind: Kind, J: FloatArray) -> bool:
-    """Whether Jacobians are of the kind; those of conics that are all but cylindrical are not, by rounding in PROJ."""
+def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
+    """Whether Jacobians with weights that sum to 1 are of the kind, all but a few where PROJ rounds, as about a pole.
+
+    Those of conics that are all but cylindrical are not, by rounding everywhere.
+    """
     lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
-    return lost is None or float(np.max(np.abs(lost(J)))) <= _KEPT
+    return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH

@@ -148,7 +148,7 @@ def design(
     start = given or best_base(wanted, area, wish, nodes, symmetric)
     site = mirrored(site_of(start, nodes, _beside(extent, nodes)), symmetric)
     check_whole(start, area)
-    check_keeps(wanted, start, site.J[site.in_region])
+    check_keeps(wanted, site)
     tell("fit")
     tried = _tried(site, wanted, wish, chosen, share, area)
     stage = best_of(tried)

@@ -7,17 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.field import Nodes, nodes_at
 from projdist.projections import Projection, ProjectionError
 
-__all__ = ["SYMMETRIES", "Site", "central_meridian", "mirrored", "site_of"]
+__all__ = ["SYMMETRIES", "TORN", "Site", "central_meridian", "mirrored", "site_of", "smooth_at"]
 
 SYMMETRIES = ("none", "meridian", "equator", "both")
 
 _SAME = 1e-3  # metres
 _ASIDE, _THROWN, _NEAR = 1e-3, 1.0, 1e5  # degrees between neighbours, and metres from their middle and between them
-_TORN = 1e-9  # of the region's area: nodes at which the base is not smooth, or turns over
+TORN = 1e-9
+"""The share of a region's area, at most, at whose nodes a base is not smooth, or turns over."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,10 +78,9 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
         both, beside = nodes, np.zeros(nodes.lon.size)
     J, _ = both.jacobian(base)
     x, y = _places(base, both.lon, both.lat)
-    det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
-    smooth = np.isfinite(x + y + det) & (det > 0.0)
+    smooth = smooth_at(J) & np.isfinite(x + y)
     lost = float(both.weight[~smooth].sum())
-    if lost > _TORN:
+    if lost > TORN:
         raise ProjectionError(
             f"Invalid base '{base.label}'. It tears, turns over or does not show {100.0 * lost:.2g} % of the region."
         )
@@ -92,6 +92,12 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
         site,
         **{name: getattr(site, name)[kept] for name in ("lon", "lat", "weight", "around", "x", "y", "J")},
     )
+
+
+def smooth_at(J: FloatArray) -> BoolArray:
+    """Whether a map is smooth where it has Jacobians (n, 2, 2), and does not turn the region over."""
+    det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
+    return np.asarray(np.isfinite(det) & (det > 0.0))
 
 
 def _places(base: Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:

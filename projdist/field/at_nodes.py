@@ -109,6 +109,7 @@ def nodes_at(lon: FloatArray, lat: FloatArray, weight: FloatArray, ellipsoid: El
 
 _ALONG, _MOST_ALONG = 100, 1500  # points on an edge that is as long as the region; on all edges
 _ALL_ALONG = 20_000  # points on all edges, besides their ends
+_POLE = 90.0 - 1e-9  # degrees
 
 
 def nodes_of(region: Place, ellipsoid: Ellipsoid, count: int, *, edges: bool = False, all_ends: bool = False) -> Nodes:
@@ -173,12 +174,17 @@ def _all_along(region: Region) -> tuple[FloatArray, FloatArray]:
 
 
 def _stepped(edges: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Points on edges (n, 4), each at an end or a step from the next one."""
+    """Points on edges (n, 4), each at an end or a step from the next one.
+
+    None at a pole, where polygons around it have edges that are no ends of theirs.
+    """
     lon0, lat0, lon1, lat1 = edges.T
     parts = np.maximum(np.ceil(np.hypot(lon1 - lon0, lat1 - lat0) / step), 1.0).astype(int)
     which = np.repeat(np.arange(parts.size), parts)
     share = (np.arange(which.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[which]
-    return lon0[which] + share * (lon1 - lon0)[which], lat0[which] + share * (lat1 - lat0)[which]
+    lon, lat = lon0[which] + share * (lon1 - lon0)[which], lat0[which] + share * (lat1 - lat0)[which]
+    apart = np.abs(lat) < _POLE
+    return lon[apart], lat[apart]
 
 
 def _split(patch: IntArray, rectangles: FloatArray, count: int) -> tuple[IntArray, FloatArray]:

@@ -42,6 +42,37 @@ def test_the_best_stereographic_map_of_a_cap():
     assert found.value == found.distortion.max_scale_error_ppm
 
 
+@pytest.mark.parametrize("country", ["MC", "MO", "VA"])
+def test_means_of_the_smallest_countries(country):
+    """The mean of |k - 1| on a transverse Mercator map, k = k_0 (1 + (1 + e'^2 cos^2 phi) (lam cos phi)^2 / 2).
+
+    The next term is of the fourth order, 1e-15 in a country of ten kilometres; what PROJ rounds is 1e-10.
+    """
+    found = best("tmerc", f"country:{country}")
+    west, south, east, north = get_region(f"country:{country}").bounds
+    grid = np.meshgrid(np.linspace(west, east, 400), np.linspace(south, north, 400))
+    lon, lat = np.radians(np.array(grid)[:, get_region(f"country:{country}").contains(*grid)])
+    parameters = dict(part.lstrip("+").split("=") for part in found.proj.split())
+    x = (lon - np.radians(float(parameters["lon_0"]))) * np.cos(lat)
+    second = WGS84.f * (2.0 - WGS84.f) / (1.0 - WGS84.f) ** 2
+    k = float(parameters["k_0"]) * (1.0 + 0.5 * (1.0 + second * np.cos(lat) ** 2) * x**2)
+    means = 1e6 * np.abs(k - 1.0).mean(), 1e6 * np.abs(k**2 - 1.0).mean()
+    distortion = found.distortion
+    rounding = 1e-3  # ppm
+    assert distortion.mean_scale_error_ppm == pytest.approx(means[0], rel=0.02, abs=rounding)
+    assert distortion.mean_areal_error_ppm == pytest.approx(means[1], rel=0.02, abs=rounding)
+    for name in ("scale", "areal"):
+        assert 0.0 < getattr(distortion, f"mean_{name}_error_ppm_error") < rounding
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["aeqd", "eqdc", "aea", "laea"])
+def test_no_figure_of_a_small_country_is_missing(family):
+    """Rounding leaves no figure without a value."""
+    found = best(family, "country:MO").distortion
+    assert all(np.isfinite(value) for value in vars(found).values())
+
+
 # Names of methods, in EPSG's and ESRI's words, and the family that they are of.
 METHODS = {
     "lcc": ("Lambert Conic Conformal (1SP)", "Lambert Conic Conformal (2SP)"),

@@ -339,10 +339,14 @@ def test_families_state_their_limits() -> None:
         ("box:-180,-5,180,5", {"wintri", "eqc", "cea", "merc"}),
         ("box:20,-5,30,5", {"laea", "aeqd", "stere", "omerc", "lcc", "aea", "eqdc", "tmerc", "merc", "cea"}),
         ("cap:0,90,300", {"laea", "aeqd", "stere", "omerc"}),
+        ("cap:0,90,3000", {"laea", "aeqd", "stere", "omerc"}),
+        ("country:AQ", {"laea", "aeqd", "stere", "omerc", "airy"}),
+        ("box:-180,50,180,70", {"laea", "aeqd", "stere", "omerc", "airy"}),
+        ("box:-179,60,179,70", {"laea", "aeqd", "stere", "omerc", "airy", "lcc", "aea", "eqdc"}),
     ],
 )
 def test_sensible_families(region: str, families: set[str]) -> None:
-    """Azimuthal maps anywhere but on the globe, cones beside the poles, cylinders about the equator."""
+    """Azimuthal maps anywhere but on the globe, cones beside poles, not around them, cylinders about the equator."""
     assert set(sensible_families(extent_of(get_region(region)), WGS84)) == families
 
 

@@ -218,6 +218,54 @@ def test_round_a_pole_that_the_base_does_not_show() -> None:
     assert np.isfinite(found.value)
 
 
+POLAR = [
+    ("country:AQ", "any", "airy_kavrayskiy", "aeqd"),
+    ("country:AQ", "conformal", "airy_kavrayskiy", "stere"),
+    ("country:AQ", "conformal", "max_scale_error_ppm", "stere"),
+    ("country:AQ", "conformal", "max_log_scale", "stere"),
+    ("country:AQ", "equal-area", "airy_kavrayskiy", "laea"),
+    ("continent:Antarctica", "equal-area", "airy_kavrayskiy", "laea"),
+    ("ocean@110m & box:-180,-90,180,-60", "equal-area", "airy_kavrayskiy", "laea"),
+    ("cap:0,-90,2000", "equal-area", "airy_kavrayskiy", "laea"),
+    ("box:-180,60,180,90", "equal-area", "airy_kavrayskiy", "laea"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("region", "kind", "criterion", "polar"), POLAR)
+def test_regions_around_a_pole(region: str, kind: str, criterion: str, polar: str) -> None:
+    """A map that is whole, no worse than the polar one of its base's method, and the same from all meridians.
+
+    What its kind keeps is seen in small squares about the pole, by pyproj: equal-area maps keep their areas, conformal
+    ones their angles.
+    """
+    found = design(region, kind=kind, criterion=criterion, degree=2, against=())
+    pole = -90.0 if get_region(region).bounds[1] < -80.0 else 90.0
+    plain = measured(
+        Projection.from_user_input(f"+proj={polar} +lat_0={pole:g} +ellps=WGS84"),
+        get_region(region),
+        wish_of(get_kind(kind), criterion, 0.5, None),
+        scaled=kind != "equal-area",
+    )
+    assert found.value <= plain.value * (1.0 + 1e-6)
+    assert found.overlaps is False
+    run = pyproj.Transformer.from_crs("OGC:CRS84", found.wkt, always_xy=True).transform
+    lon = np.linspace(-180.0, 180.0, 37)
+    rounding = 1.0  # m: the root of 1e-16, of the radius, is 6 cm, and that in PROJ's laea is a few of these
+    assert np.ptp(np.array(run(lon, np.full(37, pole))), axis=1).max() < rounding
+    side = 20e3
+    corners = [
+        pyproj.Geod(ellps="WGS84").fwd(40.0, pole, azimuth, side)[:2] for azimuth in (0.0, 90.0, 180.0, 270.0, 360.0)
+    ]
+    square = shapely.Polygon(np.column_stack(run(*np.array(corners).T)))
+    curved = 1e-5  # (20 km / R)^2, of a plane square
+    if kind == "equal-area":
+        assert square.area == pytest.approx(2.0 * side**2, rel=curved)
+    if kind == "conformal":
+        diagonals = np.diff(np.array(square.exterior.coords)[[0, 2, 1, 3]], axis=0)[::2]
+        assert np.hypot(*diagonals[0]) == pytest.approx(np.hypot(*diagonals[1]), rel=curved)
+
+
 def test_north_is_up_where_it_shall_be() -> None:
     """And the origin is there."""
     found = design("country:CH", degree=3, base="EPSG:3035", north=(7.44, 46.95), against=())

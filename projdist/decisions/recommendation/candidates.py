@@ -30,7 +30,7 @@ from projdist.field import (
     sample_panels,
 )
 from projdist.matrices import Measure, areal_scale, get_measure
-from projdist.numerics import mean
+from projdist.numerics import Estimate, mean
 from projdist.projections import Conversion, DatabaseCrs, Projection, ProjectionError, load_crs
 from projdist.regions import Region
 
@@ -39,7 +39,7 @@ __all__ = ["INTERRUPTED", "Distortion", "Finding", "Full", "Rejected", "Trial", 
 INTERRUPTED = "It is cut within the region."
 _LEAST_COVERED = 0.99  # of the region: less is no map of it
 _RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
-_RESOLVED = 0.01  # of a mean; worse, it diverges
+_RESOLVED = 0.01  # of a mean; worse, it diverges, if its measure has no bound
 _EVALUATIONS = 200_000
 
 
@@ -131,10 +131,10 @@ class Full:
 
 @dataclass(frozen=True, kw_only=True)
 class Distortion:
-    """What a projection does over a region; largest values are infinite where there is no bound, means then NaN.
+    """What a projection does over a region; largest values are infinite where there is no bound, diverging means NaN.
 
-    The errors are those of the figures of these names, NaN where they are infinite. `cut_km` is the length of the cuts
-    within the region.
+    The errors are those of the figures of these names, NaN where they are infinite or diverge. `cut_km` is the length
+    of the cuts within the region.
     """
 
     coverage: float
@@ -151,8 +151,11 @@ class Distortion:
     min_areal_scale: float
     max_areal_scale: float
     max_scale_error_ppm_error: float
+    mean_scale_error_ppm_error: float
     max_omega_error: float
+    mean_omega_error: float
     max_areal_error_ppm_error: float
+    mean_areal_error_ppm_error: float
     min_areal_scale_error: float
     max_areal_scale_error: float
     cut_km: float
@@ -239,11 +242,10 @@ class _Measurement:
         if _VANISHES.get(figure.aspect) in self.task.keeps:
             return figure(self._probed(), self.task.probe.weight)
         if figure.is_maximum:
-            goal = Goal(figure.measure, figure.measure(self.first.jacobian))
-            return find_extremes(self.projection, self.first, [goal])[0].value
+            return self._most(figure.measure).value
         squares = figure.statistic == "rms"
         term = _squared(figure.measure) if squares else figure.measure
-        value = self._mean_over(self._resolving([term]), term)
+        value = self._mean_over(self._resolving([term]), term).value
         return value**0.5 if squares else value
 
     def named_figure(self, name: str) -> float:
@@ -265,33 +267,41 @@ class _Measurement:
         }
 
     def _scales(self) -> dict[str, float]:
-        most = self._largest[_SCALE]
+        most, mean_of = self._largest[_SCALE], self._mean(_SCALE)
         return {
             "max_scale_error_ppm": most.value,
             "max_scale_error_ppm_error": most.error,
-            "mean_scale_error_ppm": self._mean(_SCALE),
+            "mean_scale_error_ppm": mean_of.value,
+            "mean_scale_error_ppm_error": mean_of.error,
         }
 
     def _angles(self) -> dict[str, float]:
         if "conformal" in self.task.keeps:
             found = dict(zip(("max_omega", "mean_omega"), self._on_probe(_OMEGA), strict=True))
-            return found | {"max_omega_error": found["max_omega"]}
-        most = self._largest[_OMEGA]
-        return {"max_omega": most.value, "max_omega_error": most.error, "mean_omega": self._mean(_OMEGA)}
+            return found | {f"{name}_error": value for name, value in found.items()}  # rounding
+        most, mean_of = self._largest[_OMEGA], self._mean(_OMEGA)
+        return {
+            "max_omega": most.value,
+            "max_omega_error": most.error,
+            "mean_omega": mean_of.value,
+            "mean_omega_error": mean_of.error,
+        }
 
     def _areas(self) -> dict[str, float]:
         if "equal-area" in self.task.keeps:
             least, most = 1.0 / self._on_probe(_INVERSE)[0], self._on_probe(_AREA)[0]
             least_error = most_error = most - least  # rounding
-            mean_error = self._on_probe(_AREA_ERROR)[1]
+            on_probe = self._on_probe(_AREA_ERROR)[1]
+            mean_of = Estimate(on_probe, on_probe)
         else:
             least, most = 1.0 / self._largest[_INVERSE].value, self._largest[_AREA].value
             least_error, most_error = least**2 * self._largest[_INVERSE].error, self._largest[_AREA].error
-            mean_error = self._mean(_AREA_ERROR)
+            mean_of = self._mean(_AREA_ERROR)
         return {
             "max_areal_error_ppm": 1e6 * max(abs(least - 1.0), abs(most - 1.0)),
             "max_areal_error_ppm_error": 1e6 * max(least_error, most_error),
-            "mean_areal_error_ppm": mean_error,
+            "mean_areal_error_ppm": mean_of.value,
+            "mean_areal_error_ppm_error": mean_of.error,
             "min_areal_scale": least,
             "max_areal_scale": most,
             "min_areal_scale_error": least_error,
@@ -315,13 +325,26 @@ class _Measurement:
         found = find_extremes(self.projection, self.first, goals)
         return {goal.measure: extreme for goal, extreme in zip(goals, found, strict=True)}
 
-    def _mean(self, one: Measure) -> float:
+    def _mean(self, one: Measure) -> Estimate:
         return self._mean_over(self._fine, one)
 
-    def _mean_over(self, samples: Samples, one: Integrand) -> float:
-        """The mean over the area; NaN where it diverges."""
-        found, error = samples.mean(one(samples.jacobian), 0.0)
-        return found if error <= _RESOLVED * found else np.nan
+    def _mean_over(self, samples: Samples, one: Measure) -> Estimate:
+        """The mean over the area; NaN where it diverges: what has a bound has a mean.
+
+        Where that is not resolved, it is but rounding, which larger panels have less of.
+        """
+        found, first = (Estimate(*each.mean(one(each.jacobian), 0.0)) for each in (samples, self.first))
+        if found.error <= _RESOLVED * found.value:
+            return found
+        if one.bounded or np.isfinite(self._most(one).value):
+            return min(found, first, key=lambda each: each.error)
+        return Estimate(np.nan, np.nan)
+
+    def _most(self, one: Measure) -> Extreme:
+        """The largest value of a measure that may not be among those that are searched."""
+        if one in self._largest:
+            return self._largest[one]
+        return find_extremes(self.projection, self.first, [Goal(one, one(self.first.jacobian))])[0]
 
     @functools.cached_property
     def _fine(self) -> Samples:
@@ -340,8 +363,8 @@ class _Measurement:
         )
 
 
-def _squared(one: Integrand) -> Integrand:
-    return lambda J: one(J) ** 2
+def _squared(one: Measure) -> Measure:
+    return Measure(f"{one.name}^2", lambda J: one(J) ** 2)
 
 
 def _scaled(one: Integrand, factor: float) -> Integrand:
