@@ -77,6 +77,41 @@ def test_errors_at_pole_lines(projection):
     assert 180.0 - found.max <= found.max_error
 
 
+BONNE = "+proj=bonne +lat_1={} +R=6371008.7714"
+
+
+@pytest.mark.parametrize("lat_1", [60, 86.9998, 87])
+@pytest.mark.parametrize("region", ["cap:0,90,289", "cap:0,90,400", "cap:0,90,1000", "box:-180,80,180,90"])
+def test_limits_at_the_pole_of_bonnes_map(lat_1, region):
+    """The shear lam (sin phi - cos phi / rho) is pi where the antimeridian meets the pole, a bound that is not reached.
+
+    Where rho at the pole is 300 m, as for 87 degrees, scales grow as if without bound down to a thousandth of a degree.
+    """
+    field = sample(BONNE.format(lat_1), region, measures=["h", "a"])
+    for measure, truth in (("h", math.sqrt(1.0 + math.pi**2)), ("a", 0.5 * (math.pi + math.sqrt(math.pi**2 + 4.0)))):
+        found = field.maximum(measure)
+        assert abs(found.value - truth) <= found.error + 1e-9
+        assert found.error < 0.4
+        assert found.lat > 89.999
+
+
+@pytest.mark.parametrize("projection", ["sinusoidal", "quartic-authalic", "foucaut", "collignon", BONNE.format(45)])
+def test_equal_areas_to_the_poles(projection):
+    """Nodes crowd at a pole, and what polynomials make of their rounding there is not taken for certain."""
+    field = sample(projection, "box:0,60,40,90", measures=["a", "h", "s"], tolerance=1e-5)
+    rounding = 1e-8  # of PROJ, beside a pole
+    for found in field.extremes(["s"])[0]:
+        assert abs(found.value - 1.0) <= found.error + rounding
+        assert found.value == pytest.approx(1.0, abs=1e-6)
+
+
+def test_the_shear_of_the_sinusoidal_map():
+    """It is pi sin phi at most, so that h is the root of 1 + pi^2 at the poles."""
+    found = sample("sinusoidal", "globe", measures=["a", "h", "s"], tolerance=1e-5).maximum("h")
+    assert found.value == pytest.approx(math.sqrt(1.0 + math.pi**2), abs=1e-7)
+    assert found.error < 1e-6
+
+
 def islet(lon, lat, radius):
     """A polygon of eight corners about a place."""
     angles = np.linspace(0.0, 2.0 * math.pi, 9)

@@ -51,11 +51,10 @@ def _measured_at(state: State, node: Extreme, fields: FloatArray, errors: FloatA
     values = state.goal.of(fields)
     best, rounding = node, 0.0
     if np.isfinite(values).any():
-        top = int(values.argmax())
-        best, rounding = (
-            Extreme(float(values[top]), *state.places[top]),
-            float(state.goal.change(fields[top], errors[top])),
-        )
+        changes = state.goal.change(fields, errors)
+        certain = np.where(np.isfinite(changes) & np.isfinite(values), values - np.nan_to_num(changes), -np.inf)
+        top = int((certain if np.isfinite(certain).any() else values).argmax())
+        best, rounding = Extreme(float(values[top]), *state.places[top]), float(changes[top])
     singular = state.known_at in state.places and values[state.places.index(state.known_at)] == -np.inf
     if state.known_at is not None and singular and state.known > best.value:
         best, rounding = Extreme(state.known, *state.known_at), 0.0

@@ -25,6 +25,8 @@ from projdist.projections import Projection
 from projdist.regions import Region
 
 _NOISY = 1e-3  # errors of the scales
+_SURE = 4.0  # times an error: at a pole, where coefficients fall slowly, it was twice of what is estimated
+_SMALL = 0.01  # errors of polynomials, over what they leave open
 _NARROW = 1e-4  # of the region's width: of pieces that are narrower nothing is certain
 _GOOD = 30.0  # times what a search resolves: polynomials that are not sampled anew
 _ROUNDS = 5  # of sampling anew: then a piece is a thousandth of what it was
@@ -125,8 +127,13 @@ class _Search:
         rows = np.arange(n)
         error = goal.change(fields[rows, values.reshape(n, -1).argmax(axis=1)], pieces.error)
         trusted = self._trusted(rows)
-        certain = np.where(trusted, within.max(axis=(1, 2)) - error, -np.inf)
-        state.known = max(state.known, float(certain.max()))
+        certain = np.where(trusted, within.max(axis=(1, 2)) - _SURE * error, -np.inf)
+        if certain.max() > state.known:
+            surest = int(certain.argmax())
+            node = surest, *np.unravel_index(int(within[surest].argmax()), within.shape[1:])
+            state.known = float(certain[surest])
+            state.known_at = (float(self.samples.lon[node]), float(self.samples.lat[node]))
+            state.places = [state.known_at]
         best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
         field = fields[best_piece, within[best_piece].argmax()]
         resolved = float(goal.change(field, exact(field)))
@@ -157,7 +164,7 @@ class _Search:
         goal = state.goal
         bound, top = cells.reach(goal, self.pieces, live, self._contains)
         error = goal.change(self.pieces.at(live, top.r[:, None], top.s[:, None])[:, 0], self.pieces.error[live])
-        certain = np.where(self._trusted(live), top.value - error, -np.inf)
+        certain = np.where(self._trusted(live), top.value - _SURE * error, -np.inf)
         if certain.max() > state.known:
             state.known = float(certain.max())
             best = np.array([certain.argmax()])
@@ -172,15 +179,19 @@ class _Search:
         rest = rest[np.argsort(-bound[rest], kind="stable")][:_MOST]
         ends = kept.copy()
         ends[rest] = False
-        # Polynomials whose error is less than what the bound by nodes leaves open, some of which lie beyond the region.
-        known = good | (self._trusted(live) & (error < bound - state.known))
+        # Polynomials whose error is much less than what the bound by nodes leaves open: some lie beyond the region.
+        known = good | (self._trusted(live) & (error < _SMALL * (bound - state.known)))
         for pieces, chosen in ((state.good, ends & known), (state.rough, ends & ~known)):
             pieces.append(Chosen(live[chosen], bound[chosen], error[chosen]))
         state.live = live[rest]
 
     def _within_steps(self, goal: Goal, piece: IntArray) -> FloatArray:
         """`_within_steps` of the values at the nodes of pieces."""
-        return _within_steps(goal.of(np.moveaxis(self.pieces.field[piece], 1, -1)))
+        return _within_steps(self._values(goal, piece))
+
+    def _values(self, goal: Goal, piece: IntArray) -> FloatArray:
+        """A goal at the nodes (n, p, p) of pieces."""
+        return goal.of(np.moveaxis(self.pieces.field[piece], 1, -1))
 
     def _trusted(self, piece: IntArray) -> BoolArray:
         """Whether polynomials can be trusted: neither PROJ's snapping to singular points nor noise does harm."""
@@ -286,19 +297,22 @@ class _Search:
         order = np.argsort(-rough.bound, kind="stable")
         order = order[rough.bound[order] > state.known + state.exact]
         state.raise_bound(rough.bound[order[_MOST_ROUGH:]])
-        piece, bound = rough.piece[order[:_MOST_ROUGH]], rough.bound[order[:_MOST_ROUGH]]
+        piece, bound, error = (each[order[:_MOST_ROUGH]] for each in rough)
         if not piece.size:
             return
         some = _SOME if len(piece) <= _FEW else _FEWER
         u, v = (each[piece][:, some][:, :, some] for each in (self.pieces.u, self.pieces.v))
         points = self.region.chart(self.pieces.patch[piece][:, None, None], u, v)
         lon, lat = np.asarray(points.lon), np.asarray(points.lat)
-        values = state.goal.of(
-            fields_at(self.projection, lon.ravel(), lat.ravel(), state.goal.measure.needs_hessian)[0]
-        )
-        values = values.reshape(lon.shape)
-        state.raise_bound(np.minimum(bound, _within_steps(values)))
+        fields, errors = fields_at(self.projection, lon.ravel(), lat.ravel(), state.goal.measure.needs_hessian)
+        values = state.goal.of(fields).reshape(lon.shape)
+        # Beside a singular point differences find no room, where polynomials may go on.
+        goes_on = ~np.isfinite(values) & (error < _SMALL * (bound - state.known))[:, None, None]
+        known = np.where(goes_on, self._values(state.goal, piece)[:, some][:, :, some], values)
+        state.raise_bound(np.minimum(bound, _within_steps(known)))
         clipped = self.pieces.clipped[piece]
+        values -= state.goal.change(fields, errors).reshape(lon.shape)  # where PROJ rounds nothing is certain
+        values[np.isnan(values)] = -np.inf
         values[clipped] = np.where(self.region.contains(lon[clipped], lat[clipped]), values[clipped], -np.inf)
         top = int(values.argmax())
         if values.flat[top] > state.known:
