@@ -297,7 +297,8 @@ class _Search:
         order = np.argsort(-rough.bound, kind="stable")
         order = order[rough.bound[order] > state.known + state.exact]
         state.raise_bound(rough.bound[order[_MOST_ROUGH:]])
-        piece, bound, error = (each[order[:_MOST_ROUGH]] for each in rough)
+        first = order[:_MOST_ROUGH]
+        piece, bound, error = rough.piece[first], rough.bound[first], rough.error[first]
         if not piece.size:
             return
         some = _SOME if len(piece) <= _FEW else _FEWER
