@@ -64,10 +64,13 @@ def pipeline_with(path: Path, given: SplineMap) -> str:
 
 
 def _divided(breaks: FloatArray, step: float) -> FloatArray:
-    """The breaks, and values between them, so that they are no more than `step` degrees apart."""
-    pieces = np.ceil(np.degrees(np.diff(breaks)) / step - _ROUNDING).astype(int)
-    parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(breaks[:-1], breaks[1:], pieces, strict=True)]
-    return np.append(np.concatenate(parts), breaks[-1])
+    """The breaks, and values between them, so that they are no more than `step` degrees apart.
+
+    As many between any two: about the ends of the cut, where the map is steep, breaks are close together.
+    """
+    pieces = int(np.ceil(np.degrees(np.diff(breaks).max()) / step - _ROUNDING))
+    parts = np.linspace(breaks[:-1], breaks[1:], pieces, endpoint=False, axis=1)
+    return np.append(parts.ravel(), breaks[-1])
 
 
 def _triangles(rows: int, columns: int) -> IntArray:

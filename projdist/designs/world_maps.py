@@ -120,7 +120,8 @@ class WorldMap(Answer):
             A file that ends in .json.
         step : float, default 2
             Degrees between the triangles' corners at most. PROJ is exact at the corners; between them its map is
-            linear, and off by about 0.3 km at 2 degrees and a fourth of it at 1, more near the ends of the cut.
+            linear. At 2 degrees 95 % of all places are off by 1 to 3 km at most, at 1 by a fourth of it; near the ends
+            of the cut it is ten times as much.
         overwrite : bool, default True
             Whether a file that is there is replaced.
 

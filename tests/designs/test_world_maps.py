@@ -238,6 +238,22 @@ def test_triangles_come_near_the_map(tmp_path: Path) -> None:
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
 
 
+@pytest.mark.slow
+def test_triangles_come_near_the_ends_of_the_cut(tmp_path: Path) -> None:
+    """Where the map is steep, a degree around the poles, they come nearer with the square of the step, too."""
+    made = coarse("Bering")
+    rng = np.random.default_rng(3)
+    lon = rng.uniform(-180.0, 180.0, 4000)
+    lat = np.copysign(90.0 - 10.0 ** rng.uniform(-3.0, 0.0, 4000), lon)
+    x, y = made.projection(lon, lat)
+    errors = []
+    for step in (4.0, 2.0, 1.0):
+        proj = Transformer.from_pipeline(made.write_tinshift(tmp_path / f"{step}.json", step=step))
+        errors.append(np.hypot(*np.subtract(proj.transform(lon, lat), (x, y))).max())
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.4)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.4)
+
+
 def test_answers() -> None:
     """A line, a dictionary, a table; maps can be pickled."""
     found = coarse("Bering")
