@@ -19,6 +19,7 @@ from projdist.designs.wishes import check_degree, check_extent
 from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
 from projdist.projections import (
+    AreaOfUse,
     DerivedCrs,
     Projection,
     ProjectionError,
@@ -140,7 +141,7 @@ def mean_map(
     if ground is not None and not (found.base is not None and found.base.ellipsoid.is_close(ground)):
         base = "a map of the world" if found.base is None else f"base '{found.base.label}'"
         raise ValueError(f"Invalid datum '{datum}' for {base}. It is for maps of regions, with the base's ellipsoid.")
-    found = found.turned_as(average, coarse, title, datum)
+    found = found.turned_as(average, coarse, title, AreaOfUse(area.name, area.bounds), datum)
     fine = _Ground.of(area, maps, counts, _FINE)
     measured = [("mean", "", found.projection), ("average", "of coordinates", average)]
     measured += [("given", label, one) for label, one in zip(labels, maps, strict=True)]
@@ -272,8 +273,8 @@ class _Found(NamedTuple):
     base: Projection | None = None
     crs: DerivedCrs | None = None
 
-    def turned_as(self, other: Projection, ground: _Ground, title: str, datum: str | None) -> _Found:
-        """The same turned as another map, about which it lies."""
+    def turned_as(self, other: Projection, ground: _Ground, title: str, area: AreaOfUse, datum: str | None) -> _Found:
+        """The same turned as another map, about which it lies; a CRS is for the area."""
         turn = common_turn(
             ground.jacobian(other) @ np.linalg.inv(ground.jacobian(self.projection)), ground.targets.weight
         )
@@ -283,7 +284,7 @@ class _Found(NamedTuple):
         base = self.function.base
         function = Corrected(base, self.function.plane_map.moved(turn, shift))
         try:
-            crs = derived_crs(base, function.plane_map.steps, title, geodetic=datum)
+            crs = derived_crs(base, function.plane_map.steps, title, area, geodetic=datum)
         except ProjectionError:  # the base is no CRS: the map is a function
             return _Found.of_function(function, title, base)._replace(base=base)
         return _Found(function, crs.projection, base, crs)

@@ -34,6 +34,11 @@ class Stage:
     plane_map: PlaneMap
     around: tuple[float, float, float]  # the smallest and the largest scale of the surroundings, and what of them folds
 
+    @property
+    def is_whole_around(self) -> bool:
+        """Whether the surroundings do not fold, and their scales stay near 1."""
+        return _is_whole(self.around)
+
 
 def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[Stage]:
     """Maps of ascending degrees until some in a row do not pay, or nodes do not tell more."""

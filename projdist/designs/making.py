@@ -20,6 +20,7 @@ from projdist.designs.wishes import check_degree, check_extent, check_within, wi
 from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
 from projdist.field import Nodes, jacobian, nodes_at, nodes_of
 from projdist.projections import (
+    AreaOfUse,
     Body,
     DerivedCrs,
     Projection,
@@ -154,7 +155,7 @@ def design(
     stage = best_of(tried)
     finished = _turned(stage.plane_map, start, up or _middle(extent, start, symmetric))
     title = title or f"{area.name}, {_ADJECTIVES[wanted.name]}"
-    crs = derived_crs(start, finished.steps, title, geodetic=datum)
+    crs = derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     tell("measure")
     made = measured(crs.projection, area, wish)
     rivals = tuple(_rivals(area, wanted, wish, start if base is None else None, against, made, tell))
@@ -250,6 +251,19 @@ def _around(extent: Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings 
         return None
     reach = float(np.radians(_MARGIN * extent.radius) * ellipsoid.ground.mean_radius / 1000.0)
     return Surroundings(within_km=reach, smallest_scale=smallest, largest_scale=largest, folded=folded)
+
+
+def _area_of_use(region: Place, extent: Extent, stage: Stage) -> AreaOfUse:
+    """The box about the region, and about its surroundings where the map is whole there."""
+    west, south, east, north = region.bounds
+    margin = _MARGIN * extent.radius if stage.is_whole_around else 0.0
+    if south - margin <= -90.0 or north + margin >= 90.0:
+        west, east = -180.0, 180.0
+    elif margin:  # the meridian that touches a circle about a corner
+        widest = np.cos(np.radians(max(abs(south), abs(north))))
+        aside = float(np.degrees(np.arcsin(min(np.sin(np.radians(margin)) / widest, 1.0))))
+        west, east = west - aside, east + aside
+    return AreaOfUse(region.name, (west, max(south - margin, -90.0), east, min(north + margin, 90.0)))
 
 
 def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from .database import (
     to_pyproj,
 )
 from .definitions import crs_wkt, geodetic_ellipsoid, geodetic_of, unprojected
-from .derived import DerivedCrs, derived_crs
+from .derived import AreaOfUse, DerivedCrs, derived_crs
 from .errors import GridError, ProjectionError
 from .exports import parameters_of, pipeline_of, wkt_of
 from .fileless import close_parameters, environment_without_files, file_named_in
@@ -78,6 +78,7 @@ __all__ = [
     "UNKNOWN",
     "WINKEL_PARALLEL",
     "WORLD_MAPS",
+    "AreaOfUse",
     "Axis",
     "Body",
     "Conversion",

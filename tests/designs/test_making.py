@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
@@ -216,6 +217,59 @@ def test_round_a_pole_that_the_base_does_not_show() -> None:
     """The middle of the region is the origin then."""
     found = design("box:-179,60,179,70", degree=3, base="+proj=eqc +lat_ts=65 +R=6371000", against=())
     assert np.isfinite(found.value)
+
+
+@pytest.mark.parametrize(
+    ("region", "across"),
+    [("country:CH", False), ("country:FJ", True), ("cap:0,90,800", False), ("box:170,-20,-170,-10", True)],
+)
+def test_the_area_of_use(region: str, across: bool) -> None:
+    """Every form states the region's box with a margin of 15 % of its radius, across the antimeridian if need be."""
+    found = design(region, kind="conformal", degree=2, against=())
+    west, south, east, north = get_region(region).bounds
+    area = pyproj.CRS.from_wkt(found.wkt).area_of_use
+    assert area is not None
+    assert (area.west > area.east) is across
+    around = found.surroundings
+    assert around is not None
+    # One degree of a meridian has 110.6 to 111.7 km; boxes end at poles.
+    margin = around.within_km / 111.2
+    assert area.south == pytest.approx(max(south - margin, -90.0), abs=0.01 * margin)
+    assert area.north == pytest.approx(min(north + margin, 90.0), abs=0.01 * margin)
+    if north < 80.0:
+        corner = north if abs(north) > abs(south) else south
+        beside = pyproj.Geod(ellps="sphere").fwd(0.0, corner, 90.0, around.within_km * 1000.0)[0]
+        assert area.west == pytest.approx((west - beside + 180.0) % 360.0 - 180.0, abs=0.02)
+        assert area.east == pytest.approx((east + beside + 180.0) % 360.0 - 180.0, abs=0.02)
+    bounds = found.projection.area_of_use
+    assert bounds == (area.west, area.south, area.east, area.north)
+    for text in (found.wkt, found.crs.wkt_derived, found.crs.projjson):
+        assert Projection.from_user_input(text).area_of_use == bounds
+    again = pyproj.CRS.from_json(found.crs.projjson).to_wkt("WKT2_2015")
+    assert Projection.from_user_input(again).area_of_use == bounds
+
+
+def test_designs_tell_of_places_outside_their_area() -> None:
+    """As any CRS does: in memory, from WKT2, and as a mean of maps."""
+    made = design("country:CH", degree=2, base="EPSG:2056", against=())
+    mean = projdist.mean_map(["EPSG:2056", "EPSG:21781"], region="country:CH", degree=2)
+    assert mean.crs is not None
+    for given in (made.projection, made.wkt, made.crs.projjson, mean.crs.wkt):
+        with pytest.warns(projdist.support.Notice, match=r"where nothing of country:JP lies"):
+            summarize(given, "country:JP", tolerance=1e-3)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            summarize(given, "country:CH", tolerance=1e-3)
+
+
+def test_no_margin_where_the_map_folds() -> None:
+    """A map that is not whole around its region is for the region alone."""
+    found = design("country:NZ", kind="conformal", degree=8, background=0.0, base="+proj=tmerc +lon_0=173", against=())
+    around, bounds = found.surroundings, found.projection.area_of_use
+    assert around is not None
+    assert around.folded > 0.0 or around.smallest_scale < 0.5 or around.largest_scale > 2.0
+    west, south, east, north = get_region("country:NZ").bounds
+    assert bounds == pytest.approx((west, south, east - 360.0, north), abs=1e-6)
 
 
 POLAR = [
