@@ -1,9 +1,13 @@
 """The atlas as it is shipped: whole, found by its names, and right by pyproj's own factors."""
 
+import gzip
+import importlib.resources
 import json
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pyproj
@@ -180,6 +184,39 @@ def test_maps_by_pyproj(name: str) -> None:
             assert error == pytest.approx(one.airy_kavrayskiy, rel=3 * OF_LATTICE, abs=1e-8), (purpose.name, what)
             scale = 1e-6 * (one.max_scale_error_ppm or np.nan)
             assert largest <= max(np.log1p(scale), -np.log1p(-min(scale, 0.999999))) + 1e-8, (purpose.name, what)
+
+
+def sets_of_figures() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Where in the file as it is shipped a map's figures stand, and they."""
+    file = importlib.resources.files("projdist") / "data" / "atlas.jsonl.gz"
+    for line in gzip.decompress(file.read_bytes()).splitlines()[1:]:
+        entry = json.loads(line)
+        if entry["official"] is not None:
+            yield f"{entry['region']}, official", entry["official"]
+        for purpose, found in entry["purposes"].items():
+            for what in ("existing", "custom", "made"):
+                if found[what] is not None:
+                    yield f"{entry['region']}, {purpose}, {what}", found[what]
+
+
+def test_no_figure_is_missing() -> None:
+    """Of no map, however small or polar the place: what a map has is a number, and a made map is there everywhere."""
+    sets = dict(sets_of_figures())
+    assert len(sets) > 5000
+    assert not [where for where, found in sets.items() if "error" in found]
+    assert not [where for where, found in sets.items() if None in found.values()]
+    numbers = [value for found in sets.values() for value in found.values() if isinstance(value, float)]
+    assert np.isfinite(numbers).all()
+
+
+@pytest.mark.parametrize("name", ["continent:Antarctica", "country:Antarctica", "Southern Ocean", "Arctic Ocean"])
+def test_custom_maps_around_poles_are_whole(name: str) -> None:
+    """And none has much less of an error than the limit of all whole maps, which is good to some per cent."""
+    for purpose in atlas(name).purposes.values():
+        if purpose.custom is not None:
+            assert purpose.custom.cut_km == 0.0
+            if purpose.limit is not None:
+                assert purpose.custom.airy_kavrayskiy > 0.95 * purpose.limit
 
 
 @pytest.mark.parametrize("name", NAMES)
