@@ -130,9 +130,9 @@ class _Search:
         certain = np.where(trusted, within.max(axis=(1, 2)) - _SURE * error, -np.inf)
         if certain.max() > state.known:
             surest = int(certain.argmax())
-            node = surest, *np.unravel_index(int(within[surest].argmax()), within.shape[1:])
+            node = int(within[surest].argmax())
             state.known = float(certain[surest])
-            state.known_at = (float(self.samples.lon[node]), float(self.samples.lat[node]))
+            state.known_at = (float(self.samples.lon[surest].flat[node]), float(self.samples.lat[surest].flat[node]))
             state.places = [state.known_at]
         best_piece = int(certain.argmax()) if trusted.any() else top // values[0].size
         field = fields[best_piece, within[best_piece].argmax()]
