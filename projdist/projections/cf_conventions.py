@@ -146,7 +146,8 @@ def _parameters(name: str, mapping: Mapping[str, Any]) -> list[Stated]:
         values = np.ravel(value).tolist() if key not in (*_GEODETIC, _NAME) else ()
         numbers = [float(item) for item in values if isinstance(item, Real)]
         if key == "standard_parallel" and name in ("lambert_conformal_conic", "albers_conical_equal_area"):
-            found += [Stated("standard_parallel_1", numbers[0]), Stated("standard_parallel_2", numbers[-1])]
+            both = numbers * 2 if len(numbers) == 1 else numbers
+            found += [Stated(f"standard_parallel_{index}", number) for index, number in enumerate(both, start=1)]
         elif numbers:
             found.append(Stated(key, numbers[0]))
         if key == "azimuth_of_central_line" and numbers:  # CF has no other angle for the grid

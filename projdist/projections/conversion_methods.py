@@ -179,7 +179,7 @@ class _Parameter:
 
     def takes(self, kind: str) -> bool:
         """Whether a stated parameter of the kind is this one."""
-        return kind in (self.kind, self.instead)
+        return kind != "" and kind in (self.kind, self.instead)
 
     def has(self, value: float) -> bool:
         """Whether PROJ has the value for it."""
@@ -199,11 +199,11 @@ class _Method:
 
 @dataclass
 class _Reading:
-    """How the stated parameters serve a method: PROJJSON of those taken, and the folded names that they have there."""
+    """How the stated parameters serve a method: PROJJSON of those taken, and their values by folded names there."""
 
     method: _Method
     taken: dict[_Parameter, dict[str, Any]] = field(default_factory=dict)
-    names: set[str] = field(default_factory=set)
+    names: dict[str, float] = field(default_factory=dict)
     unused: list[Stated] = field(default_factory=list)
 
     @property
@@ -218,15 +218,17 @@ class _Reading:
         """Let what is stated by a name serve as a parameter, if PROJ has its value for that."""
         if wanted.optional or wanted.has(item["value"]):
             self.taken[wanted] = item
-            self.names.add(folded(name))
+            self.names[folded(name)] = item["value"]
 
     def uses(self, item: Stated) -> bool:
         """Whether a stated parameter is one of those taken: by its name, or by its value and what it is."""
         name, kind = folded(item.name), _kind_of(item)
-        if name in self.names or (kind == "option" and self.method.options.get(name) == item.value):
+        if kind == "option" and self.method.options.get(name) == item.value:
+            return True
+        if name in self.names and _is_same(item.value, self.names[name]):
             return True
         return any(
-            math.isclose(item.value, value["value"], rel_tol=_SAME)
+            _is_same(item.value, value["value"])
             for wanted, value in self.taken.items()
             if wanted.takes(kind) or {kind, wanted.kind} <= _LATITUDES or {kind, wanted.kind} == _ROTATIONS
         )
@@ -240,6 +242,10 @@ class _Reading:
             )
         neutral = 1.0 if kind == "scale" or folded(item.name) in ("xscale", "yscale") else 0.0
         return kind != "" and item.value == neutral
+
+
+def _is_same(value: float, other: float) -> bool:
+    return math.isclose(value, other, rel_tol=_SAME)
 
 
 @functools.cache
@@ -284,13 +290,12 @@ def known_method(name: str) -> bool:
 
 
 def _candidates(name: str, code: str) -> list[_Method]:
-    """The methods of a code, of a name, or else those that other programs call so."""
+    """The methods of a code or else of a name, and those that other programs call so."""
     wanted = folded(name)
-    return (
-        [method for method in _methods() if code and method.code == code]
-        or [method for method in _methods() if folded(method.name) == wanted]
-        or [method for method in _methods() if wanted in map(folded, method.other_names)]
-    )
+    own = [method for method in _methods() if code and method.code == code] or [
+        method for method in _methods() if folded(method.name) == wanted
+    ]
+    return own + [method for method in _methods() if method not in own and wanted in map(folded, method.other_names)]
 
 
 def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str, Any]:
@@ -306,7 +311,7 @@ def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str
         stated = [Stated(item["name"], item["value"]) for item in read if isinstance(item["value"], int | float)]
     method = conversion["method"]
     code = str(method.get("id", {}).get("code", ""))
-    reading = _best_reading(_candidates(method["name"], code), read, stated)
+    reading = _best_reading(_candidates(method["name"], code), read, stated, code)
     if reading is None:  # PROJ knows it, or refuses it
         return crs
     _complete(reading, str(crs["name"]))
@@ -335,18 +340,21 @@ def conversion_of(method: str, parameters: Iterable[dict[str, Any]], name: str) 
 
 
 def _best_reading(
-    candidates: Sequence[_Method], read: Sequence[dict[str, Any]], stated: Sequence[Stated]
+    candidates: Sequence[_Method], read: Sequence[dict[str, Any]], stated: Sequence[Stated], code: str = ""
 ) -> _Reading | None:
-    """How the stated parameters serve the method that lacks least and leaves least unused; None without a method."""
-    readings = [_reading(method, read, stated) for method in candidates]
+    """How the stated parameters serve the method that lacks least and leaves least unused; None without a method.
+
+    `code` is that of the method for which PROJ has read parameters.
+    """
+    readings = [_reading(method, read, stated, code) for method in candidates]
     return min(readings, key=lambda reading: (len(reading.missing), len(reading.unused)), default=None)
 
 
-def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[Stated]) -> _Reading:
+def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[Stated], code: str) -> _Reading:
     """Give each parameter of a method what PROJ has read of it, else what is stated by another name."""
     reading = _Reading(method)
     for wanted in method.parameters:
-        for item in read:
+        for item in read if code in ("", method.code) else ():
             if _is_named(item, wanted):
                 reading.take(wanted, item, item["name"])
     for kinds in ([wanted.kind for wanted in method.parameters], [wanted.instead for wanted in method.parameters]):

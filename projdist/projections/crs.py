@@ -19,7 +19,7 @@ from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
 from projdist.projections.figures import own_figure, tell_of_figure
 from projdist.projections.hints import close_codes, codes_elsewhere
 from projdist.projections.operations import CrsOperation, Parts
-from projdist.projections.wkt import WktNode, check_wkt, is_wkt, parse_wkt, with_spaces
+from projdist.projections.wkt import WktNode, check_wkt, is_wkt, parse_wkt, with_spaces, with_square_brackets
 from projdist.support import did_you_mean, listed, shown
 
 
@@ -74,6 +74,7 @@ def read_crs(value: Any) -> CRS:
     if isinstance(text, str) and is_wkt(text):
         roots = parse_wkt(text)
         check_wkt(roots, text)
+        text = with_square_brackets(text)
         value = with_spaces(text)
     crs = CRS.from_user_input(value)
     parts = crs.to_json_dict()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from pyproj import CRS
 
@@ -10,6 +12,7 @@ _AXES = [
     {"name": "Geodetic longitude", "abbreviation": "Lon", "direction": "east", "unit": "degree"},
     {"name": "Geodetic latitude", "abbreviation": "Lat", "direction": "north", "unit": "degree"},
 ]
+_ROUNDED = 1e-9  # relative: degrees to the digits that programs write
 _IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks")  # are of the axes as they were
 
 
@@ -46,4 +49,5 @@ def greenwich_offset(crs: CRS) -> float:
 def units_per_degree(geodetic: CRS) -> float:
     """Units of the CRS's longitudes in a degree."""
     east = next((axis for axis in geodetic.axis_info if axis.direction == "east"), geodetic.axis_info[0])
-    return 1.0 if east.unit_name.lower() == "degree" else float(np.radians(1.0) / east.unit_conversion_factor)
+    factor = float(east.unit_conversion_factor)
+    return 1.0 if math.isclose(factor, math.radians(1.0), rel_tol=_ROUNDED) else math.radians(1.0) / factor

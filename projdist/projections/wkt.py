@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from projdist.projections.errors import ProjectionError
 from projdist.support import shown
 
-__all__ = ["WktNode", "check_wkt", "is_wkt", "parse_wkt", "with_spaces"]
+__all__ = ["WktNode", "check_wkt", "is_wkt", "parse_wkt", "with_spaces", "with_square_brackets"]
 
 _TOKEN = re.compile(
     r"""\s*(?:(?P<text>"(?:[^"]|"")*")|(?P<open>[\[(])|(?P<close>[\])])|(?P<comma>,)|(?P<word>[^\s"\[\](),][^"\[\](),]*))"""
@@ -113,6 +113,12 @@ def check_wkt(roots: list[WktNode], text: str) -> None:
                 f"{node.keyword} '{shown(node.name)}' has an inverse flattening of {stray[1]}, which is below 1: "
                 f"a flattening of {stray[1]} is written as {1.0 / float(stray[1]):.9g}",
             )
+
+
+def with_square_brackets(text: str) -> str:
+    """The text with square brackets for round ones, which the standard allows and PROJ does not take for WKT."""
+    square = {"(": "[", ")": "]"}
+    return re.sub(r'"[^"]*"|[()]', lambda match: square.get(match[0], match[0]), text)
 
 
 def with_spaces(text: str) -> str:

@@ -385,3 +385,86 @@ def test_registered_crss_are_read_as_by_proj(version):
         assert read_crs(text).to_wkt() == CRS.from_wkt(text).to_wkt(), info
         read += 1
     assert read > 400
+
+
+TM = {"latitude_of_origin": 0.0, "central_meridian": 9.0, "scale_factor": 0.9996}
+TWICE = {
+    "longitude of natural origin": 12.0,
+    "Scale factor at natural origin": 0.9,
+    # Other quantities with the value of a parameter that is used.
+    "false_eastng": 500000.0,
+    "FE": 9.0,
+}
+
+
+@pytest.mark.parametrize("name", TWICE)
+def test_a_second_value_is_told(name):
+    """A parameter by two names with two values, and one of no name that has the value of another."""
+    names = TM | {"false_northing": 500000.0}
+    with pytest.warns(Notice, match=rf"states '{name}' \({TWICE[name]:g}\), of which Transverse Mercator makes no use"):
+        found = make(wkt1("Transverse_Mercator", names | {name: TWICE[name]}))
+    truth = Transformer.from_pipeline("+proj=tmerc +lon_0=9 +k=.9996 +y_0=500000 +ellps=WGS84")
+    np.testing.assert_allclose(found(10.0, 50.0), truth.transform(10.0, 50.0), atol=ROUNDING)
+    make(wkt1("Transverse_Mercator", names | {"longitude of natural origin": 9.0}))
+
+
+@pytest.mark.parametrize("method", ["Lambert_Conformal_Conic", "Lambert_Conformal_Conic_1SP"])
+@pytest.mark.parametrize("origin", [0.0, 40.0, 45.0])
+def test_one_parallel_and_another_latitude_of_origin(method, origin):
+    """Esri's conic touches at its parallel, whatever its latitude of origin, which PROJ would take for it."""
+    names = {
+        "Central_Meridian": 10.0,
+        "Standard_Parallel_1": 45.0,
+        "Scale_Factor": 0.9996,
+        "Latitude_Of_Origin": origin,
+    }
+    truth = Transformer.from_pipeline(f"+proj=lcc +lat_1=45 +lat_0={origin} +lon_0=10 +k_0=.9996 +ellps=WGS84")
+    found = make(wkt1(method, names))(LON, LAT_POINTS)
+    np.testing.assert_allclose(found, truth.transform(LON, LAT_POINTS), rtol=0, atol=ROUNDING)
+
+
+def test_round_brackets():
+    """Which the standard allows; those within names stay."""
+    text = wkt1("Transverse_Mercator", TM).replace("[", "(").replace("]", ")").replace('"map"', '"a (b) [c]"')
+    found = make(text)
+    truth = Transformer.from_pipeline("+proj=tmerc +lon_0=9 +k=.9996 +ellps=WGS84")
+    np.testing.assert_allclose(found(10.0, 50.0), truth.transform(10.0, 50.0), atol=ROUNDING)
+    assert found.name == "a (b) [c]"
+
+
+def test_degrees_with_few_digits():
+    """Points are in true degrees where a CRS's are cut off, as GDAL takes them."""
+    text = wkt1(
+        "Transverse_Mercator", TM | {"central_meridian": 0.0}, GEOGCS.replace("0.017453292519943295", "0.01745")
+    )
+    truth = Transformer.from_pipeline("+proj=tmerc +k=.9996 +ellps=WGS84")
+    np.testing.assert_allclose(make(text)(1.0, 50.0), truth.transform(1.0, 50.0), atol=ROUNDING)
+
+
+CONIC = {
+    "grid_mapping_name": "lambert_conformal_conic",
+    "longitude_of_central_meridian": 10.0,
+    "latitude_of_projection_origin": 40.0,
+    "earth_radius": 6371229.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("parallels", "proj"), [(45.0, "+lat_1=45"), (np.array([45.0]), "+lat_1=45"), ([35.0, 50.0], "+lat_1=35 +lat_2=50")]
+)
+def test_parallels_of_grid_mappings(parallels, proj):
+    """One or two, as numbers or arrays."""
+    truth = Transformer.from_pipeline(f"+proj=lcc {proj} +lat_0=40 +lon_0=10 +R=6371229")
+    found = make(CONIC | {"standard_parallel": parallels})(LON, LAT_POINTS)
+    np.testing.assert_allclose(found, truth.transform(LON, LAT_POINTS), rtol=0, atol=ROUNDING)
+
+
+def test_parallels_of_grid_mappings_that_are_none():
+    """Text is refused, a third parallel told of, and none taken for that of the origin with a word on the scale."""
+    assert message(CONIC | {"standard_parallel": "35 50"}).endswith(
+        "Its standard_parallel must be numbers, and not '35 50'."
+    )
+    with pytest.warns(Notice, match=r"states 'standard_parallel_3' \(60\), of which"):
+        make(CONIC | {"standard_parallel": [35.0, 50.0, 60.0]})
+    with pytest.warns(Notice, match="states no Scale factor"):
+        make(CONIC | {"standard_parallel": []})
