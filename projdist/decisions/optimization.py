@@ -237,6 +237,8 @@ def optimize(
         raise ValueError("Invalid free parameters for family 'auto'. Each family has its own; name one.")
     extent, rivals = extent_of(area), [Projection.from_user_input(given) for given in listed_projections(against)]
     check_on_body(rivals, Body(surface or WGS84))
+    if surface is None and family != "auto" and get_family(family, extent).is_spherical:
+        area = get_region(region, WGS84 if any(not rival.ellipsoid.is_sphere for rival in rivals) else SPHERE)
     own = tuple(_baseline(rival, area, objective) for rival in rivals)
     names = sensible_families(extent, surface) if family == "auto" else [family]
     found: list[Optimum] = []
