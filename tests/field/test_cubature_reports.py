@@ -163,8 +163,8 @@ def test_limit_of_rounding():
 @pytest.mark.parametrize("projection", ["mollweide", "EPSG:3395"])
 def test_weights_are_areas(projection, region):
     """The weights sum up to the region's true area: on WGS 84 that of the region, on the sphere by its own formula."""
-    region = get_region(region)
     projection = Projection.from_user_input(projection)
+    region = get_region(region, projection.ellipsoid.ground)
     area = float(sample_panels(projection, region, tolerance=1e-4).weight.sum())
     if projection.ellipsoid.is_sphere:
         if isinstance(region, Box):
