@@ -200,4 +200,5 @@ def _cap_nodes(
     distance = np.degrees(2.0 * np.arcsin(np.sqrt(0.5 * (1.0 + _NODES))[:, None] * sine))
     lons, lats = destination(lon[:, None, None], lat[:, None, None], azimuth, distance)
     share = 0.5 * _GAUSS[:, None] / _AZIMUTHS * np.square(sine / sine.max(initial=0.0))
-    return lons.reshape(lon.size, -1), lats.reshape(lon.size, -1), share.reshape(lon.size, -1)
+    shape = lon.size, _NODES.size * _AZIMUTHS
+    return lons.reshape(shape), lats.reshape(shape), share.reshape(shape)

@@ -14,7 +14,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 import projdist
-from projdist.earth import land
+from projdist.earth import SPHERE, land
 from projdist.plots import add_heatmap, add_tissot, to_cartopy
 from projdist.projections import Projection, ProjectionError
 
@@ -93,7 +93,7 @@ def test_edge_around_a_region() -> None:
     """On plate carree it is the box around the region."""
     found = to_cartopy("+proj=eqc +R=6371008.7714", region="cap:10,50,500")
     degree = np.radians(6371008.7714)
-    west, south, east, north = projdist.get_region("cap:10,50,500").bounds
+    west, south, east, north = projdist.get_region("cap:10,50,500", SPHERE).bounds
     np.testing.assert_allclose(found.bounds, np.array([west, east, south, north]) * degree, rtol=1e-3)
 
 

@@ -101,6 +101,7 @@ CASES = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore:.* outside its area of use")
 @pytest.mark.parametrize(("given", "region", "share"), CASES)
 def test_figures_are_those_of_the_map(given: str, region: str, share: float) -> None:
     """At random places in cells, within the error that the frame states there."""

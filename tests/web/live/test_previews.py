@@ -32,6 +32,7 @@ _WITHIN = 0.03  # of ln of scales: second differences of cells of 2.5 degrees
 _OFTEN = 0.9  # of the nodes; beside tears and where a map ends, differences are of one side
 
 
+@pytest.mark.filterwarnings("ignore:.* outside its area of use")
 @pytest.mark.parametrize(
     ("given", "region"), [*CASES[::2], *(pytest.param(*case, marks=pytest.mark.slow) for case in CASES[1::2] + FURTHER)]
 )
