@@ -20,6 +20,7 @@ from pyproj.enums import PJType
 from pyproj.exceptions import CRSError
 
 from projdist.projections import (
+    AreaOfUse,
     Projection,
     derived_crs,
     environment_without_files,
@@ -196,7 +197,7 @@ DESIGN = (
 def test_designs_are_open() -> None:
     """Pipelines of polynomials, and their CRSs in WKT, of either kind."""
     base, *steps = DESIGN.split(" +step ")[2:]
-    made = derived_crs(Projection.from_user_input(base), steps, "a design")
+    made = derived_crs(Projection.from_user_input(base), steps, "a design", AreaOfUse("a box", (5.0, 45.0, 11.0, 49.0)))
     assert file_named_in(CRS(made.wkt).to_wkt("WKT1_GDAL")) == ""
     for text in (DESIGN, made.pipeline, made.wkt, made.wkt_derived, made.projjson, CRS(made.wkt_derived).to_json()):
         assert np.isfinite(Doors().projection(text)(8.0, 47.0)).all()
