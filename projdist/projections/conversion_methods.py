@@ -243,6 +243,11 @@ class _Reading:
         neutral = 1.0 if kind == "scale" or folded(item.name) in ("xscale", "yscale") else 0.0
         return kind != "" and item.value == neutral
 
+    def contradicts(self, item: Stated) -> bool:
+        """Whether a stated latitude is the pole that the standard parallel of a polar map does not lie about."""
+        parallel = next((value["value"] for wanted, value in self.taken.items() if wanted.code == "8832"), 0.0)
+        return _kind_of(item) == "latitude" and abs(item.value) == 90.0 and parallel * item.value < 0.0
+
 
 def _is_same(value: float, other: float) -> bool:
     return math.isclose(value, other, rel_tol=_SAME)
@@ -422,6 +427,11 @@ def _complete(reading: _Reading, name: str) -> None:
             + (f", and has no use for {unused}. {hint}".rstrip() if unused else ".")
         )
     for item in reading.unused:
+        if reading.contradicts(item):
+            raise ProjectionError(
+                f"Invalid CRS '{shown(name)}'. Its '{shown(item.name)}' is {item.value:.12g}, and its standard parallel "
+                "is on the other side of the equator: they must be on one."
+            )
         hint = did_you_mean(_close(item.name, method.parameters)) if item in strange else ""
         tell(
             f"The CRS '{shown(name)}' states '{shown(item.name)}' ({item.value:.12g}), of which {method.name} makes no "

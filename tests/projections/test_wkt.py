@@ -466,3 +466,25 @@ def test_parallels_of_grid_mappings_that_are_none():
     )
     with pytest.warns(Notice, match=r"states 'standard_parallel_3' \(60\), of which"):
         make(CONIC | {"standard_parallel": [35.0, 50.0, 60.0]})
+
+
+@pytest.mark.parametrize(("pole", "parallel"), [(-90.0, 71.0), (90.0, -71.0)])
+def test_a_parallel_about_the_other_pole_is_refused(pole, parallel):
+    """In CF attributes and in WKT; about its own pole the map is that of the PROJ string."""
+
+    def mapping(latitude):
+        return {
+            "grid_mapping_name": "polar_stereographic",
+            "straight_vertical_longitude_from_pole": 0.0,
+            "latitude_of_projection_origin": pole,
+            "standard_parallel": latitude,
+            "semi_major_axis": 6378137.0,
+            "inverse_flattening": 298.257223563,
+        }
+
+    names = {"central_meridian": 0.0, "latitude_of_origin": pole, "standard_parallel_1": parallel}
+    for value in (mapping(parallel), wkt1("Polar Stereographic (variant B)", names)):
+        assert "is on the other side of the equator" in message(value)
+    truth = Transformer.from_pipeline(f"+proj=stere +lat_0={pole} +lat_ts={-parallel} +ellps=WGS84")
+    lat = math.copysign(75.0, pole)
+    np.testing.assert_allclose(make(mapping(-parallel))(10.0, lat), truth.transform(10.0, lat), atol=ROUNDING)
