@@ -429,8 +429,8 @@ def _complete(reading: _Reading, name: str) -> None:
     for item in reading.unused:
         if reading.contradicts(item):
             raise ProjectionError(
-                f"Invalid CRS '{shown(name)}'. Its '{shown(item.name)}' is {item.value:.12g}, and its standard parallel "
-                "is on the other side of the equator: they must be on one."
+                f"Invalid CRS '{shown(name)}'. Its '{shown(item.name)}' is {item.value:.12g}, and its standard "
+                "parallel is on the other side of the equator: they must be on one."
             )
         hint = did_you_mean(_close(item.name, method.parameters)) if item in strange else ""
         tell(
