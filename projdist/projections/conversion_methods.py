@@ -315,7 +315,8 @@ def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str
     if stated is None:
         stated = [Stated(item["name"], item["value"]) for item in read if isinstance(item["value"], int | float)]
     method = conversion["method"]
-    code = str(method.get("id", {}).get("code", ""))
+    identity = method.get("id", {})
+    code = str(identity["code"]) if identity.get("authority") == "EPSG" else ""  # PROJ has ids of its own, too
     reading = _best_reading(_candidates(method["name"], code), read, stated, code)
     if reading is None:  # PROJ knows it, or refuses it
         return crs

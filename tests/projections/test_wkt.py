@@ -366,6 +366,13 @@ def test_longitudes_and_latitudes_are_no_map_but_drawn_as_one():
         assert message(text).endswith("As longitudes and latitudes are drawn for x and y it is 'plate-carree'.")
 
 
+@pytest.mark.parametrize("code", ["IAU_2015:1055", "ESRI:54030", "EPSG:3035"])
+def test_what_proj_understands_keeps_its_code(code):
+    """Robinson's method has an id of PROJ's and none of EPSG's: the map is the registered one all the same."""
+    for text in (CRS(code).to_wkt(), CRS(code).to_json()):
+        assert make(text).definition == code
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["WKT2_2019", "WKT1_GDAL", "WKT1_ESRI"])
 def test_registered_crss_are_read_as_by_proj(version):
