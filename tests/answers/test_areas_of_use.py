@@ -67,7 +67,7 @@ def test_points_elsewhere_are_told(lon, lat, text):
     """How many of those that are there, and how many of these lie inside as latitudes and longitudes."""
     with pytest.warns(Notice, match=f"{SWISS}{text}$") as notices:
         found = factors("EPSG:2056", lon, lat)
-    assert len(notices) == 1
+    assert len([one for one in notices if one.category is Notice]) == 1
     assert np.isfinite(found.k[np.isfinite(found.lon)]).all()
 
 

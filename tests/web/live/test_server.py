@@ -361,17 +361,17 @@ def test_there_are_so_many_pages(site: Site, port: int, monkeypatch: pytest.Monk
 def test_a_page_that_does_not_read_is_closed(site: Site, port: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """When so many answers wait for it; others are not kept."""
     monkeypatch.setattr(server, "_MOST_UNREAD", 3)
-    block, told = bytes(4_000_000), threading.Event()
+    block, told = bytes(2_000_000), threading.Event()
 
     def ask(self: Clerk, page: Hashable, key: Hashable, request: Request, tell: Callable[[bytes], None]) -> None:
-        for _ in range(20 if request.kind == "scales" else 0):
+        for _ in range(40 if request.kind == "scales" else 0):  # the socket of the test keeps up to 16 of them
             tell(block)
         told.set()
         if request.kind != "scales":
             tell(self.desk.answer(request))
 
     monkeypatch.setattr(Clerk, "ask", ask)
-    with page(port, "right", max_queue=1) as socket:
+    with page(port, "right") as socket:
         before = site.open_pages
         socket.send(json.dumps({"id": 1, "kind": "scales"}))
         assert told.wait(10.0)
