@@ -12,6 +12,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from projdist._typing import FloatArray, IntArray
 from projdist.gis.layers import save_layer, write_layer
 from projdist.gis.libraries import needed_for
 from projdist.gis.points import read_data
@@ -24,7 +25,9 @@ from projdist.projections import (
     same_map,
     tell_of_degrees,
     tell_of_frame_in_degrees,
+    to_lonlat,
 )
+from projdist.regions import Box
 from projdist.support import (
     check_choice,
     check_number,
@@ -49,6 +52,7 @@ CONVERTED_SUFFIXES = (*_DRIVERS, ".geojson", ".parquet", *RASTER_SUFFIXES)
 _CRS_SUFFIXES = (".wkt", ".prj", ".json")
 _METHOD = "PROJ-based operation method"  # of CRSs that WKT 1 knows nothing of
 _DEGREE_KM = 111.0  # along a meridian; 110.6 at the equator, 111.7 at the poles
+_LOOKS = 21  # points along the side of a raster
 _NAMED = 5  # features in a notice
 _MOST_PIXELS, _MANY = 1e9, 100  # of a raster that is not so large itself: GDAL's warp of more cannot be interrupted
 _MOST_PIECES = 1e7  # of edges: 1 GB, and eight seconds
@@ -78,7 +82,7 @@ def convert(
 
     In all formats but GeoParquet older WKT spoils a CRS that `design` has made. projdist reads it all the same, but in
     GeoTIFFs. For other programs it is written beside the data, to a file `.wkt`; that of a GeoTIFF is in its
-    `.aux.xml`, too.
+    `.aux.xml`, too. What lies outside the area of use of the CRS is converted, with a notice.
 
     Parameters
     ----------
@@ -158,6 +162,8 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
     if frame.crs is None:
         raise ValueError("Invalid data. They have no CRS; it must be given (--from, source=).")
     tell_of_frame_in_degrees(frame, "the data")
+    points, owner = shapely.get_coordinates(frame.geometry.array, return_index=True)
+    _tell_of_elsewhere(frame.crs, target, points, owner, "feature(s) of the data lie")
     if densify is not None:
         piece = _length(frame.crs, densify)
         count = float(np.nansum(shapely.length(frame.geometry.array)) / piece)
@@ -182,6 +188,26 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
         shapes[lost] = None
         moved = moved.set_geometry(shapes).set_crs(target)
     return moved
+
+
+def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntArray, things: str) -> None:
+    """Tell how many things have most of their points, (n, 2) in the CRS of the data, outside a map's area of use."""
+    if target.area_of_use is None or not _is_map(target) or not len(points):
+        return
+    area = Projection.from_user_input(target).area_of_use
+    if area is None:
+        return
+    in_degrees = to_lonlat(source)
+    lon, lat = points.T if in_degrees is None else in_degrees(*points.T)
+    outside = np.isfinite(lon) & np.isfinite(lat) & ~Box(*area).contains(lon, lat)
+    mostly = np.bincount(owner, outside) > np.bincount(owner) / 2
+    if mostly.any():
+        count = f"{mostly.sum()} of {np.unique(owner).size}"
+        tell(f"{target.name} is for {Box(*area).name}: {count} {things} mostly outside its area of use.")
+
+
+def _is_map(crs: CRS) -> bool:
+    return bool(crs.is_projected or _METHOD in crs.to_wkt())
 
 
 _NO_WAY = "Invalid CRS '{}'. PROJ has no way from it to '{}' for these data; a lost CRS is named by --from (source=)."
@@ -248,7 +274,7 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
 
 def _is_same(target: CRS, found: CRS | None) -> bool:
     """Whether the CRS that was read back draws the same map."""
-    if found is None or (not target.is_projected and _METHOD not in target.to_wkt()):
+    if found is None or not _is_map(target):
         return found is not None
     return same_map(Projection.from_user_input(target), found.to_wkt()) is not None
 
@@ -288,6 +314,9 @@ def _warp(
                 raise ValueError(f"Invalid data '{data}'. Their bands must be of one type, not of {types}.")
             given = image.crs if source is None else rasterio.CRS.from_wkt(source.to_wkt())
             tell_of_degrees(given.to_wkt(), image.bounds, f"'{data}'", "raster")
+            across, down = np.meshgrid(*(np.linspace(0, size, _LOOKS) for size in (image.width, image.height)))
+            points = np.column_stack(image.transform @ (across.ravel(), down.ravel()))
+            _tell_of_elsewhere(crs_of(given.to_wkt()), target, points, np.zeros(len(points), int), "raster(s) lie")
             wanted = rasterio.CRS.from_wkt(target.to_wkt())
             transform, width, height = rasterio.warp.calculate_default_transform(
                 given, wanted, image.width, image.height, *image.bounds, resolution=resolution

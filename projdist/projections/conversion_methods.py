@@ -423,8 +423,9 @@ def _complete(reading: _Reading, name: str) -> None:
     if needed:
         hint = did_you_mean([meant for item in strange for meant in _close(item.name, needed)])
         unused = listed([f"'{shown(item.name)}'" for item in reading.unused], "and")
+        lacking = listed([item.spoken for item in needed], "and the")
         raise ProjectionError(
-            f"Invalid CRS '{shown(name)}'. {method.name} needs a {listed([item.spoken for item in needed], 'and a')}"
+            f"Invalid CRS '{shown(name)}'. {method.name} needs the {lacking}"
             + (f", and has no use for {unused}. {hint}".rstrip() if unused else ".")
         )
     for item in reading.unused:

@@ -49,7 +49,7 @@ def test_corrections_are_silent_about_areas_of_use():
     correct("EPSG:2154", "box:6,47,15,55", tolerance=1e-2)
 
 
-SWISS = r"^EPSG:2056 is for box:5\.96,45\.82,10\.49,47\.81: "
+SWISS = r"^EPSG:2056 is for box:5\.9\d,45\.8\d,10\.\d+,47\.81: "  # to which PROJ 9.8 adds a hundredth of a degree
 SWAPPED = r" With longitude and latitude swapped {} inside: longitudes come first\."
 
 
@@ -60,7 +60,7 @@ SWAPPED = r" With longitude and latitude swapped {} inside: longitudes come firs
         (2, 48, r"the point lies outside its area of use\."),
         ([8, 47, 2, np.nan], [47, 8, 48, 0], "2 of 3 points lie outside its area of use." + SWAPPED.format("1 of .*")),
         ([[47], [46]], [7, 8], "4 of 4 points lie outside its area of use." + SWAPPED.format("4 of them lie")),
-        ([8, 5.95], [47, 47], r"1 of 2 points lie outside its area of use\."),
+        ([8, 5.9], [47, 47], r"1 of 2 points lie outside its area of use\."),
     ],
 )
 def test_points_elsewhere_are_told(lon, lat, text):

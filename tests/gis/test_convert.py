@@ -253,6 +253,21 @@ def test_a_raster_in_a_registered_crs(degrees: Path, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["degrees.tif", "new.tif"]
 
 
+def test_data_outside_an_area_of_use_are_told(degrees: Path, tmp_path: Path) -> None:
+    """Features and rasters of which more than half lies there, whatever their CRS; a corner that stands out is none."""
+    zone = gis.convert(degrees, "EPSG:32632", tmp_path / "zone.tif").path
+    told = r"^NZGD2000 / .* is for box:166\.3\d,-47\.\d+,178\.\d+,-34\.1: {} lie mostly outside its area of use\.$"
+    with pytest.warns(Notice, match=told.format(r"1 of 1 raster\(s\)")):
+        gis.convert(zone, "EPSG:2193", tmp_path / "new.tif")
+    boxes = [shapely.box(5, 46, 9, 47.5), shapely.box(4, 46, 10, 47.5), shapely.box(-10, 50, -9, 51), None]
+    frame = geopandas.GeoDataFrame(geometry=boxes, crs="EPSG:4326")
+    frame.to_crs("EPSG:3035").to_file(tmp_path / "boxes.gpkg")
+    told = r"^CH1903\+ / LV95 is for box:.*: 1 of 3 feature\(s\) of the data lie mostly outside its area of use\.$"
+    with pytest.warns(Notice, match=told):
+        gis.convert(tmp_path / "boxes.gpkg", "EPSG:2056", tmp_path / "new.gpkg")
+    gis.convert(tmp_path / "boxes.gpkg", "EPSG:4258", tmp_path / "degrees.gpkg")
+
+
 @pytest.mark.parametrize("kind", ["complex64", "complex128", "complex_int16"])
 def test_rasters_of_complex_numbers(kind: str, degrees: Path, tmp_path: Path) -> None:
     """The nearest pixel is taken with both its parts."""
@@ -261,7 +276,7 @@ def test_rasters_of_complex_numbers(kind: str, degrees: Path, tmp_path: Path) ->
         profile = image.profile | {"dtype": kind, "nodata": None, "count": 1, "width": 4, "height": 3}
     with rasterio.open(tmp_path / "complex.tif", "w", **profile) as image:
         image.write(numbers.reshape(1, 3, 4).astype("complex64" if kind == "complex_int16" else kind))
-    gis.convert(tmp_path / "complex.tif", "EPSG:2056", tmp_path / "new.tif")
+    gis.convert(tmp_path / "complex.tif", "EPSG:3035", tmp_path / "new.tif")
     with rasterio.open(tmp_path / "new.tif") as image:
         assert image.dtypes == (kind,)
         found = image.read(1).ravel()
@@ -342,8 +357,11 @@ def test_rasters_in_degrees_that_state_metres(tmp_path: Path) -> None:
     place = rasterio.Affine(0.1, 0.0, 10.0, 0.0, -0.1, 48.0)
     with rasterio.open(tmp_path / "a.tif", "w", transform=place, **options) as image:
         image.write(np.ones((1, 10, 20), dtype="uint8"))
-    with pytest.warns(
-        Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees, as that at 10, 47, but ETRS89"
+    with (
+        pytest.warns(
+            Notice, match=r"^1 of 1 raster\(s\) of '.*a\.tif' look like degrees, as that at 10, 47, but ETRS89"
+        ),
+        pytest.warns(Notice, match=r"^ETRS89.*: 1 of 1 raster\(s\) lie mostly outside its area of use\.$"),
     ):
         gis.convert(tmp_path / "a.tif", "EPSG:3035", tmp_path / "b.tif")
     with pytest.warns(

@@ -144,11 +144,11 @@ def test_an_oblique_cylinder():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (CONE, "longitude_of_central_meridian: .* needs a Longitude of false origin .central_meridian.*$"),
-        (CONE, "standard_parallel: .* needs a Latitude of 1st standard parallel .standard_parallel_1. and a"),
-        (CYLINDER, "longitude_of_projection_origin: .* needs a Longitude of natural origin"),
-        (SATELLITE, "perspective_point_height: .* needs a Satellite Height"),
-        (OBLIQUE, "azimuth_of_central_line: .* needs a Azimuth"),
+        (CONE, "longitude_of_central_meridian: .* needs the Longitude of false origin .central_meridian.*$"),
+        (CONE, "standard_parallel: .* needs the Latitude of 1st standard parallel .standard_parallel_1. and the"),
+        (CYLINDER, "longitude_of_projection_origin: .* needs the Longitude of natural origin"),
+        (SATELLITE, "perspective_point_height: .* needs the Satellite Height"),
+        (OBLIQUE, "azimuth_of_central_line: .* needs the Azimuth"),
     ],
 )
 def test_missing_and_misspelt_attributes_are_named(given, words):
