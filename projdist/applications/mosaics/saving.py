@@ -45,7 +45,7 @@ def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: boo
         options = {"quality": _QUALITY}
     content = io.BytesIO()
     Image.fromarray(pixels).save(content, format=form, **options)
-    return _written(content.getbuffer(), path, overwrite)
+    return _written(content.getvalue(), path, overwrite)
 
 
 def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
@@ -56,7 +56,7 @@ def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
     return _written(encoded.data, path, overwrite)
 
 
-def _written(content: memoryview, path: Path, overwrite: bool) -> Path:
+def _written(content: bytes | memoryview, path: Path, overwrite: bool) -> Path:
     """The path of a file that has the content: what codecs make of a disk that is full is theirs."""
     with replacing(path, overwrite=overwrite) as new:
         new.write_bytes(content)
