@@ -11,7 +11,7 @@ import numpy as np
 from projdist.decisions.extents import Extent
 from projdist.earth import WGS84, Ellipsoid
 from projdist.projections import WINKEL_PARALLEL, Projection, ProjectionError, projection_names
-from projdist.support import hints
+from projdist.support import suggestion
 
 __all__ = ["FAMILIES", "Family", "cylinder_of", "ellipsoid_text", "get_family", "sensible_families"]
 
@@ -295,7 +295,7 @@ def get_family(name: str, extent: Extent) -> Family:
     other = {"tmerc": _transverse, "omerc": _oblique, "wintri": _winkel}.get(name)
     if other is None:
         raise ValueError(
-            f"Invalid family '{name}'. {hints.suggestion(name, FAMILIES)}It must be auto, one of "
+            f"Invalid family '{name}'. {suggestion(name, FAMILIES)}It must be auto, one of "
             f"{', '.join(FAMILIES)}, or a PROJ string with free parameters, as +proj=lcc +lat_1={{30..50}} "
             "+lat_2={40..60}."
         )

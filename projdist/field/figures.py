@@ -21,7 +21,7 @@ from projdist.matrices import (
     principal_scales,
 )
 from projdist.numerics import get_criterion, mean, rms
-from projdist.support import check_choice, check_text, hints, quoted
+from projdist.support import check_choice, check_text, quoted, suggestion
 
 __all__ = ["FIGURES", "AnyFigure", "Figure", "get_figure"]
 
@@ -414,5 +414,5 @@ def get_figure(figure: AnyFigure) -> Figure:
         return Figure(name=measure.name, description=measure.description, measure=measure, statistic="mean")
     if isinstance(figure, str) and figure in FIGURES:
         return FIGURES[figure]
-    hint = hints.suggestion(figure, FIGURES) if isinstance(figure, str) else ""
+    hint = suggestion(figure, FIGURES) if isinstance(figure, str) else ""
     raise ValueError(f"Invalid criterion {quoted(figure)}. {hint}{_ALLOWED}")

@@ -17,7 +17,8 @@ from projdist.projections import Projection
 _EPS = np.finfo(float).eps
 _DISAGREEMENT = 32.0  # roundings of x or y; PROJ's own arithmetic has ten
 _MARGIN = 1e-6  # of a panel's half; what is nearer to its edge may be on a break
-_CHUNK, _TOGETHER = 1536, 8192  # points at a time whose products, and whose arrays, stay in the cache
+_CHUNK = 1536  # points at a time whose products stay in the cache
+_TOGETHER = 8192
 _MOST = 3 * _TOGETHER // 2
 
 

@@ -38,7 +38,7 @@ from projdist.matrices.distortions import (
     tissot_semimajor,
     tissot_semiminor,
 )
-from projdist.support import hints, listed_values, quoted
+from projdist.support import listed_values, quoted, suggestion
 
 __all__ = ["MEASURES", "Measure", "get_measure"]
 
@@ -177,7 +177,7 @@ def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> 
         return MEASURES[name]
     if name.startswith("scale@"):
         return _scale_measure(name)
-    hint = hints.suggestion(measure, [*MEASURES, *ALIASES, "scale@AZIMUTH"])
+    hint = suggestion(measure, [*MEASURES, *ALIASES, "scale@AZIMUTH"])
     raise ValueError(f"Invalid measure {quoted(measure)}. {hint}{_ALLOWED}")
 
 

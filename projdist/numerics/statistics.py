@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.support import hints, quoted
+from projdist.support import quoted, suggestion
 
 __all__ = ["CRITERIA", "get_criterion", "quantile", "quantiles"]
 
@@ -149,4 +149,4 @@ def get_criterion(criterion: str | Criterion) -> Criterion:
     percentile = re.fullmatch(r"p(\d{1,2}(?:\.\d+)?)", criterion)
     if percentile:
         return functools.partial(quantile, share=float(percentile[1]) / 100.0)
-    raise ValueError(f"Invalid criterion {quoted(criterion)}. {hints.suggestion(criterion, CRITERIA)}{_ALLOWED}")
+    raise ValueError(f"Invalid criterion {quoted(criterion)}. {suggestion(criterion, CRITERIA)}{_ALLOWED}")

@@ -18,7 +18,7 @@ from projdist.projections.datums import greenwich_offset
 from projdist.projections.errors import ProjectionError
 from projdist.projections.projection import Projection
 from projdist.projections.registry import database
-from projdist.support import check_text, hints, listed_values, shown
+from projdist.support import check_text, close_words, did_you_mean, listed, listed_values, shown
 
 __all__ = [
     "AUTHORITIES",
@@ -85,10 +85,10 @@ def check_authorities(authorities: Sequence[str]) -> tuple[str, ...]:
     names = tuple(dict.fromkeys(name.strip().upper() for name in given))
     for name in names:
         if name not in AUTHORITIES:
-            hint = hints.did_you_mean(hints.close_words(name, AUTHORITIES))
-            raise ValueError(f"Invalid authority '{name}'. {hint}It must be {hints.listed(AUTHORITIES, 'or')}.")
+            hint = did_you_mean(close_words(name, AUTHORITIES))
+            raise ValueError(f"Invalid authority '{name}'. {hint}It must be {listed(AUTHORITIES, 'or')}.")
     if not names:
-        raise ValueError(f"Invalid authority ''. It must be {hints.listed(AUTHORITIES, 'or')}.")
+        raise ValueError(f"Invalid authority ''. It must be {listed(AUTHORITIES, 'or')}.")
     return names
 
 

@@ -1,4 +1,3 @@
-from . import hints
 from .answers import Answer, plain
 from .checks import (
     check_bool,
@@ -28,7 +27,7 @@ from .executors import (
     without_processes,
 )
 from .files import is_stream, refuse_existing, replacing
-from .hints import NEAR, close_words, did_you_mean, listed, one_line, shown
+from .hints import NEAR, close_words, did_you_mean, listed, one_line, shown, suggestion
 from .notices import Notice, notices_kept, tell
 from .signals import end_if_told, orderly_end
 from .text_tables import (
@@ -71,7 +70,6 @@ __all__ = [
     "did_you_mean",
     "end_if_told",
     "has_decimal_comma",
-    "hints",
     "is_lost",
     "is_number",
     "is_picklable",
@@ -96,6 +94,7 @@ __all__ = [
     "separator_of",
     "shown",
     "split_rows",
+    "suggestion",
     "tell",
     "with_decimal_points",
     "without_processes",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.support import hints
+from projdist.support.hints import shown, suggestion
 
 __all__ = [
     "check_bool",
@@ -33,7 +33,7 @@ _Kind = TypeVar("_Kind")
 
 def quoted(value: Any) -> str:
     """A value for a message, in quotation marks."""
-    return f"'{hints.shown(value if isinstance(value, str) else repr(value))}'"
+    return f"'{shown(value if isinstance(value, str) else repr(value))}'"
 
 
 def check_number(thing: str, value: Any) -> float:
@@ -93,7 +93,7 @@ def check_choice(thing: str, value: Any, allowed: Collection[str], *, also: str 
     """One of the words that are allowed; `also` tells what else would be taken."""
     if isinstance(value, str) and value in allowed:
         return value
-    hint = hints.suggestion(value, allowed) if isinstance(value, str) else ""
+    hint = suggestion(value, allowed) if isinstance(value, str) else ""
     raise ValueError(f"Invalid {thing} {quoted(value)}. {hint}It must be one of {', '.join(allowed)}{also}.")
 
 

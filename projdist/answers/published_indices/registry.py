@@ -9,7 +9,7 @@ from typing import Any
 from projdist.answers.published_indices import boundary, finite, score, terms
 from projdist.answers.published_indices.index import Index, ScaledField
 from projdist.field import FIGURES
-from projdist.support import check_text, hints, listed_values, quoted
+from projdist.support import check_text, listed_values, quoted, suggestion
 
 __all__ = ["GROUPS", "INDICES", "get_index", "get_indices"]
 
@@ -298,7 +298,7 @@ def get_index(name: str) -> Index:
     for index in INDICES.values():
         if name in (index.name, index.symbol):
             return index
-    hint = hints.suggestion(name, ["all", *GROUPS, *INDICES]) if isinstance(name, str) else ""
+    hint = suggestion(name, ["all", *GROUPS, *INDICES]) if isinstance(name, str) else ""
     raise ValueError(f"Invalid index {quoted(name)}. {hint}{_ALLOWED}")
 
 

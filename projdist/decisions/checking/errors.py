@@ -27,7 +27,7 @@ from projdist.projections import (
     tell_of_frame_in_degrees,
 )
 from projdist.regions import Box, bounding_box
-from projdist.support import Answer, hints, plain
+from projdist.support import Answer, listed, plain
 
 __all__ = ["FAIL_ON", "OUTSIDE", "TORN", "Check", "Totals", "check"]
 
@@ -132,7 +132,7 @@ class Check(Answer):
         cannot be drawn is above every limit.
         """
         if on not in FAIL_ON:
-            raise ValueError(f"Invalid choice '{on}' of what to fail on. It must be {hints.listed(FAIL_ON, 'or')}.")
+            raise ValueError(f"Invalid choice '{on}' of what to fail on. It must be {listed(FAIL_ON, 'or')}.")
         total = self.overall
         if on == "worst":
             sizes, turn = [total.worst_area_error, total.worst_length_error], total.worst_bearing_error
@@ -245,7 +245,7 @@ def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
     """
     columns = [str(name) for name in getattr(data, "columns", ())]
     if column is not None and column not in columns:
-        raise ValueError(f"Invalid column '{column}'. It must be {hints.listed(columns, 'or') or 'left out'}.")
+        raise ValueError(f"Invalid column '{column}'. It must be {listed(columns, 'or') or 'left out'}.")
     usual = sorted((_NAMES.index(name.lower()), name) for name in columns if name.lower() in _NAMES)
     chosen = column or (usual[0][1] if usual else None)
     note: tuple[str, ...] = ()

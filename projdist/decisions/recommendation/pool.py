@@ -17,7 +17,7 @@ from projdist.decisions.recommendation.standing import Standing, is_own, is_wide
 from projdist.decisions.recommendation.trial_nodes import Lattice
 from projdist.projections import UNKNOWN, CrsRecord, Facts, facts_of
 from projdist.regions import Region
-from projdist.support import hints
+from projdist.support import close_words, did_you_mean
 
 __all__ = ["HOLDS", "HOLDS_NEARLY", "Pool", "of_datum"]
 
@@ -123,9 +123,9 @@ def of_datum(findings: list[Finding], datum: str) -> list[Finding]:
     wanted = _plain_name(datum)
     known = {_plain_name(finding.datum): finding.datum for finding in findings}
     if not wanted or not any(wanted in name for name in known):
-        close = [known[name] for name in hints.close_words(wanted, known)] if wanted else []
+        close = [known[name] for name in close_words(wanted, known)] if wanted else []
         raise ValueError(
-            f"Invalid datum '{datum}'. {hints.did_you_mean(close)}It must be a part of the name of a geodetic CRS "
+            f"Invalid datum '{datum}'. {did_you_mean(close)}It must be a part of the name of a geodetic CRS "
             "with candidates for the region, as WGS 84 or ETRS89."
         )
     return [finding for finding in findings if wanted in _plain_name(finding.datum)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from projdist.decisions.properties import PROPERTIES
-from projdist.support import hints, quoted
+from projdist.support import close_words, did_you_mean, listed, quoted
 
 __all__ = ["PURPOSES", "get_purpose", "suits"]
 
@@ -13,9 +13,9 @@ PURPOSES = ("any", *PROPERTIES, "compromise")
 def get_purpose(name: str) -> str:
     """The purpose of a name; raises ValueError with close matches."""
     if not isinstance(name, str) or name not in PURPOSES:
-        words = hints.close_words(name.lower().replace("_", "-"), PURPOSES) if isinstance(name, str) else []
-        hint = hints.did_you_mean(words)
-        raise ValueError(f"Invalid purpose {quoted(name)}. {hint}It must be {hints.listed(PURPOSES, 'or')}.")
+        words = close_words(name.lower().replace("_", "-"), PURPOSES) if isinstance(name, str) else []
+        hint = did_you_mean(words)
+        raise ValueError(f"Invalid purpose {quoted(name)}. {hint}It must be {listed(PURPOSES, 'or')}.")
     return name
 
 

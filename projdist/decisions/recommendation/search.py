@@ -25,7 +25,7 @@ from projdist.earth import WGS84
 from projdist.field import AnyFigure, Figure, get_figure
 from projdist.projections import AUTHORITIES, check_authorities, crs_records, reasons_against
 from projdist.regions import PointSet, RegionLike, get_region, main_part
-from projdist.support import check_whole_number, hints, is_picklable, own_executor, quoted, run_all
+from projdist.support import check_whole_number, is_picklable, listed, own_executor, quoted, run_all
 
 __all__ = ["AREAS", "Candidate", "Recommendation", "recommend"]
 
@@ -136,7 +136,7 @@ def recommend(
 
 def _check_area(area: str) -> str:
     if not isinstance(area, str) or area not in AREAS:
-        raise ValueError(f"Invalid area {quoted(area)}. It must be {hints.listed(AREAS, 'or')}.")
+        raise ValueError(f"Invalid area {quoted(area)}. It must be {listed(AREAS, 'or')}.")
     return area
 
 

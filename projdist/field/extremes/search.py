@@ -14,7 +14,10 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field.cubature import Samples
-from projdist.field.extremes import borders, cells
+from projdist.field.extremes.borders import Border, crossing, near
+from projdist.field.extremes.borders import climb as climb_borders
+from projdist.field.extremes.cells import climb as climb_cells
+from projdist.field.extremes.cells import reach
 from projdist.field.extremes.goals import Extreme, Goal, defined
 from projdist.field.extremes.measuring import BENT, exact, fields_at, measured
 from projdist.field.extremes.polynomials import Polynomials, polynomials_of
@@ -162,7 +165,7 @@ class _Search:
         if not live.size:
             return
         goal = state.goal
-        bound, top = cells.reach(goal, self.pieces, live, self._contains)
+        bound, top = reach(goal, self.pieces, live, self._contains)
         error = goal.change(self.pieces.at(live, top.r[:, None], top.s[:, None])[:, 0], self.pieces.error[live])
         certain = np.where(self._trusted(live), top.value - _SURE * error, -np.inf)
         if certain.max() > state.known:
@@ -254,7 +257,7 @@ class _Search:
         if piece not in self.edges:
             parent = int(self.parent[piece])
             among = self.region.edges if parent < 0 else self._edges(parent)
-            self.edges[piece] = among[borders.near(self.pieces, piece, among)]
+            self.edges[piece] = among[near(self.pieces, piece, among)]
         return self.edges[piece]
 
     # ---- climbing -----------------------------------------------------------------------
@@ -264,7 +267,7 @@ class _Search:
         goal = state.goal
         good = Chosen.joined(state.good)
         if good.piece.size:
-            bound, top = cells.climb(
+            bound, top = climb_cells(
                 goal, self.pieces, good.piece, good.error, self._contains, state.known, state.exact
             )
             state.raise_bound(np.array(bound))
@@ -281,13 +284,13 @@ class _Search:
     def _climb_borders(self, state: State, good: Chosen) -> None:
         """The same along the edges in some pieces."""
         crossed = self.pieces.clipped[good.piece] & (good.bound > state.known + state.exact)
-        parts = [borders.crossing(self.pieces, int(k), self._edges(int(k))) for k in good.piece[crossed]]
-        border = borders.Border.joined(parts)
+        parts = [crossing(self.pieces, int(k), self._edges(int(k))) for k in good.piece[crossed]]
+        border = Border.joined(parts)
         if not border.piece.size:
             return
         error = np.zeros(len(self.pieces))
         error[good.piece] = good.error
-        bound, best = borders.climb(state.goal, self.pieces, border, error, state.known, state.exact)
+        bound, best = climb_borders(state.goal, self.pieces, border, error, state.known, state.exact)
         state.raise_bound(np.array(bound))
         if np.isfinite(best[0]):
             state.places.append((float(best[1]), float(best[2])))
