@@ -1,5 +1,7 @@
 from .answers import Answer, plain
 from .checks import (
+    NEAR,
+    Notice,
     check_bool,
     check_choice,
     check_degrees,
@@ -11,8 +13,16 @@ from .checks import (
     check_raster,
     check_text,
     check_whole_number,
+    close_words,
+    did_you_mean,
+    listed,
     listed_values,
+    notices_kept,
+    one_line,
     quoted,
+    shown,
+    suggestion,
+    tell,
 )
 from .executors import (
     Processes,
@@ -27,8 +37,6 @@ from .executors import (
     without_processes,
 )
 from .files import is_stream, refuse_existing, replacing
-from .hints import NEAR, close_words, did_you_mean, listed, one_line, shown, suggestion
-from .notices import Notice, notices_kept, tell
 from .signals import end_if_told, orderly_end
 from .text_tables import (
     MISSING,

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from projdist.support.notices import tell
+from projdist.support.checks import tell
 
 __all__ = [
     "MISSING",

@@ -9,8 +9,7 @@ import pytest
 
 import projdist
 from projdist import Box
-from projdist.support.answers import Answer
-from projdist.support.html_tables import html_table
+from projdist.support.answers import Answer, html_table
 
 SQUARE = Box(8, 48, 12, 52)
 ANSWERS = {

@@ -1,0 +1,218 @@
+"""Polynomials: on Gauss nodes of a square, orthonormal over weighted points, and harmonic fits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from projdist._typing import FloatArray
+from projdist.numerics.minima import least_largest
+
+__all__ = ["ComplexPolynomials", "HarmonicFit", "PlanePolynomials", "fit_harmonic"]
+
+
+ORDER = 10
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(ORDER)
+PLANE_WEIGHTS = WEIGHTS[:, None] * WEIGHTS
+
+
+def _differentiation_matrix(x: FloatArray) -> FloatArray:
+    """D with (D f)_i = f'(x_i) for polynomials through the nodes (Berrut & Trefethen 2004, section 9.3)."""
+    gap = x[:, None] - x[None, :] + np.eye(len(x))
+    barycentric = 1.0 / np.prod(gap, axis=1)
+    D = (barycentric[None, :] / barycentric[:, None]) / gap
+    np.fill_diagonal(D, 0.0)
+    np.fill_diagonal(D, -D.sum(axis=1))
+    return D
+
+
+DIFFERENTIATE = _differentiation_matrix(NODES)
+# Values at the nodes to Legendre coefficients.
+LEGENDRE = (np.arange(ORDER) + 0.5)[:, None] * np.polynomial.legendre.legvander(NODES, ORDER - 1).T * WEIGHTS
+
+
+def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
+    """Values at the nodes (n, p, p) to values at points r, s (m,) in [-1, 1]: shape (n, m)."""
+    at_r, at_s = (np.polynomial.legendre.legvander(t, ORDER - 1) @ LEGENDRE for t in (r, s))
+    both = (at_r[:, :, None] * at_s[:, None, :]).reshape(len(r), -1)
+    return values.reshape(len(values), -1) @ both.T
+
+
+# ---- graded polynomials --------------------------------------------------------------------------
+
+
+_TWICE = 2  # Gram and Schmidt, so that rounding is orthogonal, too
+
+
+@dataclass(frozen=True)
+class PlanePolynomials:
+    """Graded polynomials of x, y in [-1, 1] or so, made orthonormal at points (n,) with weights.
+
+    `values` (n, m) and `gradients` (n, m, 2) are theirs at these points; the first of them is constant.
+    """
+
+    degree: int
+    values: FloatArray
+    gradients: FloatArray
+    recurrence: tuple[tuple[int, int, FloatArray, float], ...]  # variable, parent, overlaps, norm
+
+    @classmethod
+    def over(cls, x: FloatArray, y: FloatArray, weights: FloatArray, degree: int) -> PlanePolynomials:
+        """Those up to a degree over points; raises ValueError where the points do not tell them apart."""
+        count = (degree + 1) * (degree + 2) // 2
+        root = np.sqrt(weights / weights.sum())
+        variables = np.stack([x, y])
+        values, gradients = np.empty((count, x.size)), np.zeros((count, 2, x.size))
+        values[0] = 1.0
+        recurrence: list[tuple[int, int, FloatArray, float]] = []
+        for variable, parent in _steps(degree):
+            k = len(recurrence) + 1
+            value = variables[variable] * values[parent]
+            gradient = variables[variable] * gradients[parent]
+            gradient[variable] += values[parent]
+            size = float(np.linalg.norm(value * root))
+            overlaps = np.zeros(k)
+            for _ in range(_TWICE):
+                part = (values[:k] * root) @ (value * root)
+                value = value - part @ values[:k]
+                overlaps += part
+            norm = float(np.linalg.norm(value * root))
+            if not norm > 1e-10 * size:
+                raise ValueError(f"{x.size} points do not tell polynomials of degree {degree} apart.")
+            gradient -= np.tensordot(overlaps, gradients[:k], axes=1)
+            values[k], gradients[k] = value / norm, gradient / norm
+            recurrence.append((variable, parent, overlaps, norm))
+        return cls(degree, values.T, np.moveaxis(gradients, -1, 0), tuple(recurrence))
+
+    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n, m) and gradients (n, m, 2) at other points."""
+        count = len(self.recurrence) + 1
+        variables = np.stack([x, y])
+        values, gradients = np.empty((count, x.size)), np.zeros((count, 2, x.size))
+        values[0] = 1.0
+        for k, (variable, parent, overlaps, norm) in enumerate(self.recurrence, start=1):
+            gradient = variables[variable] * gradients[parent]
+            gradient[variable] += values[parent]
+            values[k] = (variables[variable] * values[parent] - overlaps @ values[:k]) / norm
+            gradients[k] = (gradient - np.tensordot(overlaps, gradients[:k], axes=1)) / norm
+        return values.T, np.moveaxis(gradients, -1, 0)
+
+    def powers(self, coefficients: FloatArray) -> FloatArray:
+        """Coefficients (..., d + 1, d + 1) of x^i y^j, of sums of these polynomials with coefficients (..., m)."""
+        size = self.degree + 1
+        basis = np.zeros((len(self.recurrence) + 1, size, size))
+        basis[0, 0, 0] = 1.0
+        for k, (variable, parent, overlaps, norm) in enumerate(self.recurrence, start=1):
+            basis[k] = (np.roll(basis[parent], 1, axis=variable) - np.tensordot(overlaps, basis[:k], axes=1)) / norm
+        return np.tensordot(coefficients, basis, axes=1)
+
+
+def _steps(degree: int) -> list[tuple[int, int]]:
+    """The variable and the earlier polynomial of each but the first: y times the last of a degree, x times all."""
+    steps, first = [], 0
+    for d in range(1, degree + 1):
+        steps += [(0, first + k) for k in range(d)] + [(1, first + d - 1)]
+        first += d
+    return steps
+
+
+@dataclass(frozen=True)
+class ComplexPolynomials:
+    """Polynomials of z, |z| <= 1 or so, made orthonormal at points (n,) with weights; `values` (n, m)."""
+
+    values: Any
+    recurrence: tuple[tuple[Any, float], ...]  # overlaps, norm
+
+    @classmethod
+    def over(cls, z: Any, weights: FloatArray, degree: int) -> ComplexPolynomials:
+        """Those up to a degree over points; raises ValueError where the points do not tell them apart."""
+        root = np.sqrt(weights / weights.sum())
+        values = np.empty((degree + 1, z.size), dtype=complex)
+        values[0] = 1.0
+        recurrence = []
+        for k in range(1, degree + 1):
+            value = z * values[k - 1]
+            size = float(np.linalg.norm(value * root))
+            overlaps = np.zeros(k, dtype=complex)
+            for _ in range(_TWICE):
+                part = (values[:k].conj() * root) @ (value * root)
+                value = value - part @ values[:k]
+                overlaps += part
+            norm = float(np.linalg.norm(value * root))
+            if not norm > 1e-10 * size:
+                raise ValueError(f"{z.size} points do not tell polynomials of degree {degree} apart.")
+            values[k] = value / norm
+            recurrence.append((overlaps, norm))
+        return cls(values.T, tuple(recurrence))
+
+    def at(self, z: Any) -> Any:
+        """Values (n, m) at other points."""
+        values = np.empty((len(self.recurrence) + 1, z.size), dtype=complex)
+        values[0] = 1.0
+        for k, (overlaps, norm) in enumerate(self.recurrence, start=1):
+            values[k] = (z * values[k - 1] - overlaps @ values[:k]) / norm
+        return values.T
+
+    def powers(self, coefficients: Any) -> Any:
+        """Coefficients (m,) of z^k of the sum of these polynomials with coefficients (m,)."""
+        count = len(self.recurrence) + 1
+        basis = np.eye(1, count, dtype=complex).repeat(count, axis=0)
+        for k, (overlaps, norm) in enumerate(self.recurrence, start=1):
+            basis[k] = (np.roll(basis[k - 1], 1) - overlaps @ basis[:k]) / norm
+        return coefficients @ basis
+
+
+# ---- harmonic fits -------------------------------------------------------------------------------
+
+
+_ROUNDS = 200  # of weights; they settle in some twenty
+_SETTLED = 1e-10  # of the largest rest
+
+
+@dataclass(frozen=True)
+class HarmonicFit:
+    """Re p with `powers` (degree + 1,) of p by powers of z, and what is left, values + Re p, at all points (n,)."""
+
+    powers: Any
+    rest: FloatArray
+
+
+def fit_harmonic(z: Any, values: FloatArray, weights: FloatArray, degree: int, norm: float = 2.0) -> HarmonicFit:
+    """The p of a degree for which the sum of |values + Re p|^norm over points z (n,), |z| <= 1 or so, is least.
+
+    Points of no weight count for an infinite norm only. Raises ValueError for a degree that the points do not resolve.
+    """
+    counts = weights > 0.0
+    basis = ComplexPolynomials.over(z[counts], weights[counts], degree)
+    columns = _real_columns(basis.at(z))
+    if np.isinf(norm):
+        found = least_largest(columns, values)
+    else:
+        found = _by_norm(columns[counts], values[counts], weights[counts], norm)
+    powers = basis.powers(found[: degree + 1] - 1j * np.append(0.0, found[degree + 1 :]))
+    powers[0] = powers[0].real  # the rest of it has no real part
+    return HarmonicFit(powers, values + columns @ found)
+
+
+def _real_columns(values: Any) -> FloatArray:
+    """Columns (n, 2 degree + 1) of which Re p is a sum: a constant, then real and imaginary parts."""
+    return np.hstack([values.real, values.imag[:, 1:]])
+
+
+def _by_norm(columns: FloatArray, values: FloatArray, weights: FloatArray, norm: float) -> FloatArray:
+    """Least squares, whose weights follow what is left where the norm is above 2."""
+    rest, found = values, np.zeros(columns.shape[1])
+    for turn in range(_ROUNDS):
+        root = np.sqrt(weights * (np.abs(rest) / np.abs(rest).max(initial=1e-300)) ** (norm - 2.0) + 1e-14 * weights)
+        new = np.linalg.lstsq(columns * root[:, None], -values * root, rcond=None)[0]
+        if norm == 2.0:
+            return new
+        # From the second round on the steps of Newton, which are shorter.
+        change = (new - found) * (1.0 if turn == 0 else 1.0 / (norm - 1.0))
+        found = found + change
+        rest = values + columns @ found
+        if np.abs(columns @ change).max() <= _SETTLED * np.abs(rest).max():
+            break
+    return found
