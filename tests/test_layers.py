@@ -59,7 +59,7 @@ HOMES = {
         *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),
     },
     "shapely": {
-        *("earth.rings", "earth.natural_earth", "earth.states", "earth.topojson", "regions"),
+        *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
         *("decisions.checking.outlines", "designs.overlaps"),
         *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),

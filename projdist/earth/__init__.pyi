@@ -1,22 +1,40 @@
 from . import natural_earth
-from .breaks import SMOOTH, Breaks
-from .degree_texts import latitude_text, longitude_text
-from .ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
-from .natural_earth import RESOLUTIONS, Border, borders, coastlines, lakes, lakes_within, land, land_within, shores
-from .places import Cities, cities
-from .rings import (
+from .ellipsoid import (
+    MEAN_EARTH_RADIUS,
+    SMOOTH,
+    SPHERE,
+    WGS84,
+    Breaks,
+    Ellipsoid,
+    chord_angle,
+    destination,
+    latitude_text,
+    longitude_text,
+    unit_vectors,
+)
+from .natural_earth import (
     GEOS_ARITHMETIC,
+    RESOLUTIONS,
+    Border,
+    borders,
     chords,
     closed_round_pole,
+    coastlines,
     cut_at_antimeridian,
     even_odd,
     goes_round,
+    lakes,
+    lakes_within,
+    land,
+    land_within,
     merged,
     planar,
+    shores,
+    state_keys,
+    state_outline,
     unwrapped,
 )
-from .sphere import chord_angle, destination, unit_vectors
-from .states import state_keys, state_outline
+from .places import Cities, cities
 
 __all__ = [
     "GEOS_ARITHMETIC",

@@ -1,14 +1,18 @@
-"""The figure of the Earth as one frozen value; a sphere is the ellipsoid with f = 0."""
+"""The figure of the Earth, points on the sphere, and longitudes and latitudes as people write them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
+
+__all__ = ["SMOOTH", "Breaks", "chord_angle", "destination", "latitude_text", "longitude_text", "unit_vectors"]
+
 
 _LARGEST_GLOBE = 100.0  # metres; the least figure of a body that PROJ knows, Itokawa, has 173
 
@@ -110,3 +114,87 @@ MEAN_EARTH_RADIUS = 6371008.7714
 
 SPHERE = Ellipsoid(MEAN_EARTH_RADIUS)
 WGS84 = Ellipsoid(6378137.0, 1 / 298.257223563)
+
+
+# ---- sphere --------------------------------------------------------------------------------------
+
+
+def destination(
+    lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, distance: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Longitude and latitude of the points at a distance along great circles; all in degrees, broadcast together.
+
+    The azimuth is clockwise from north. Exact at the poles, too, where north is along the meridian `lon`.
+    """
+    turn, arc, lat = (np.radians(value) for value in (azimuth, distance, lat))
+    east, north, up = np.sin(arc) * np.sin(turn), np.sin(arc) * np.cos(turn), np.cos(arc)
+    axial, meridional = up * np.sin(lat) + north * np.cos(lat), up * np.cos(lat) - north * np.sin(lat)
+    return (
+        np.asarray(lon + np.degrees(np.arctan2(east, meridional))),
+        np.degrees(np.arctan2(axial, np.hypot(meridional, east))),
+    )
+
+
+def unit_vectors(lon: ArrayLike, lat: ArrayLike) -> FloatArray:
+    """Points in degrees as vectors from the centre, shape (3, ...)."""
+    lon, lat = np.broadcast_arrays(np.radians(lon), np.radians(lat))
+    return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+
+
+def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
+    """The angles in radians between unit vectors (3, ...), which broadcast; from the chord between their ends.
+
+    To rounding where they are near each other, and to 1e-8 where they are opposite.
+    """
+    square = np.square(one[0] - other[0])
+    square += np.square(one[1] - other[1])
+    square += np.square(one[2] - other[2])
+    return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(square), 1.0)))
+
+
+# ---- breaks --------------------------------------------------------------------------------------
+
+
+class Breaks(NamedTuple):
+    """Parallels, and meridians of the northern and of the southern hemisphere, in degrees."""
+
+    parallels: tuple[float, ...]
+    northern: tuple[float, ...]
+    southern: tuple[float, ...]
+
+
+SMOOTH = Breaks((), (), ())
+"""Of a map of which nothing is known."""
+
+
+# ---- degree texts --------------------------------------------------------------------------------
+
+
+def longitude_text(lon: float, *, minutes: bool = False) -> str:
+    """A longitude in degrees as 10.5°E, or in degrees, minutes and seconds as 10°30′E."""
+    turned = (lon + 180.0) % 360.0 - 180.0
+    return _text(180.0 if turned == -180.0 else turned, "EW", 180.0, minutes)
+
+
+def latitude_text(lat: float, *, minutes: bool = False) -> str:
+    """A latitude in degrees as 10.5°S, or in degrees, minutes and seconds as 10°30′S."""
+    return _text(lat, "NS", 90.0, minutes)
+
+
+def _text(value: float, letters: str, end: float, minutes: bool) -> str:
+    # The equator, the first meridian and the one opposite to it are on neither side.
+    letter = "" if value == 0.0 or (end == 180.0 and value == end) else letters[int(value < 0)]
+    return f"{_sexagesimal(abs(value)) if minutes else f'{abs(value):.7g}°'}{letter}"
+
+
+def _sexagesimal(value: float) -> str:
+    """Degrees with as many of minutes, seconds and hundredths of them as there are."""
+    hundredths = int(np.rint(value * 360_000.0))
+    degrees, rest = divmod(hundredths, 360_000)
+    minutes, seconds = divmod(rest, 6_000)
+    text = f"{degrees}°"
+    if rest:
+        text += f"{minutes:02d}′"
+    if seconds:
+        text += f"{seconds / 100.0:05.2f}".rstrip("0").rstrip(".") + "″"
+    return text

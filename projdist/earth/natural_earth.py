@@ -1,24 +1,20 @@
-"""Land, lakes, countries and the lines between them, from the Natural Earth data that is shipped with the package.
-
-Areas are plane polygons in longitude and latitude, cut at the antimeridian and closed along the
-poles; coastlines and borders are free of these cuts.
-"""
+"""Land, lakes, countries, states of the USA and the lines between them, from the data shipped with the package."""
 
 from __future__ import annotations
 
 import csv
 import functools
 import importlib.resources
-from collections.abc import Iterator
-from typing import NamedTuple
+import io
+import json
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.earth.rings import GEOS_ARITHMETIC, cut_at_antimeridian, merged, unwrapped
-from projdist.earth.topojson import POLE_CAP, Geometry, Topology, arcs_used, as_stored, decoded, topology
 
 __all__ = [
     "RESOLUTIONS",
@@ -34,7 +30,223 @@ __all__ = [
     "land_within",
     "near",
     "shores",
+    "state_keys",
+    "state_outline",
 ]
+
+
+_HALF_TURN, _TURN = 180.0, 360.0
+_HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
+# Shares of a curve's size: by how much its chords may leave it (their areas are corrected), and what need not be.
+_NEAR, _NOTHING = 1e-5, 1e-10
+# GEOS divides by nothing where edges touch, knows it, and numpy would tell.
+GEOS_ARITHMETIC = np.errstate(divide="ignore", invalid="ignore", over="ignore")
+
+
+def unwrapped(ring: FloatArray) -> FloatArray:
+    """The same points with longitudes that run on across the antimeridian: each edge goes the shorter way."""
+    if (np.abs(np.diff(ring[:, 0])) < _HALF_TURN).all():
+        return ring
+    return np.column_stack([np.unwrap(ring[:, 0], period=_TURN), ring[:, 1]])
+
+
+def beside(hole: FloatArray, shell: FloatArray) -> FloatArray:
+    """The hole, moved by whole turns to the longitudes of its shell."""
+    turns = np.ceil((shell[:, 0].min() - hole[:, 0].min()) / _TURN)
+    return np.asarray(hole + np.array([_TURN * turns, 0.0]))
+
+
+def closed_round_pole(ring: FloatArray) -> FloatArray:
+    """A ring that goes once round a pole, closed along that pole; other rings as they are."""
+    if not goes_round(ring):
+        return ring
+    turn = np.array([ring[-1, 0] - ring[0, 0], 0.0])
+    pole = 90.0 if ring[:, 1].mean() > 0 else -90.0
+    # From the vertex that is nearest to the pole, so that the way there crosses nothing of the ring.
+    first = int(np.argmin(np.abs(pole - ring[:-1, 1])))
+    ring = np.concatenate([ring[first:-1], ring[: first + 1] + turn])
+    return np.concatenate([ring, [[ring[-1, 0], pole], [ring[0, 0], pole]]])
+
+
+def goes_round(ring: FloatArray) -> bool:
+    """Whether a ring of unwrapped longitudes goes round a pole."""
+    return bool(abs(ring[-1, 0] - ring[0, 0]) >= _HALF_TURN)
+
+
+def cut_at_antimeridian(polygon: shapely.Geometry) -> Iterator[shapely.Polygon]:
+    """The parts of a valid polygon of unwrapped longitudes, each moved to -180 .. 180."""
+    west, _, east, _ = polygon.bounds
+    for turn in range(int(np.floor((west + _HALF_TURN) / _TURN)), int(np.ceil((east + _HALF_TURN) / _TURN))):
+        window = shapely.box(-180.0 + _TURN * turn, -90.0, 180.0 + _TURN * turn, 90.0)
+        inside = polygon if window.covers(polygon) else shapely.intersection(polygon, window)
+        # What was made valid may be polygons beside lines: parts of parts.
+        for part in shapely.get_parts(shapely.get_parts(inside)):
+            if isinstance(part, shapely.Polygon) and part.area > 0:
+                yield shapely.transform(part, lambda xy, shift=_TURN * turn: xy - [shift, 0.0]) if turn else part
+
+
+@GEOS_ARITHMETIC
+def merged(parts: Sequence[shapely.Geometry]) -> shapely.MultiPolygon:
+    """Polygons as one valid multi-polygon, in which what overlaps counts once."""
+    union = shapely.union_all(list(parts))
+    return shapely.MultiPolygon([part for part in shapely.get_parts(union) if isinstance(part, shapely.Polygon)])
+
+
+def planar(rings: Sequence[FloatArray]) -> shapely.Polygon:
+    """A shell and its holes as a polygon of unwrapped longitudes, perhaps not valid.
+
+    A ring that is nothing but width when its edges go the shorter way is a band round the Earth, and taken as it is.
+    """
+    shell, *holes = rings
+    ring = closed_round_pole(unwrapped(shell))
+    if np.ptp(ring[:, 0]) == 0.0 or abs(signed_area(ring)) < 1e-12 * abs(signed_area(shell)):
+        ring = shell
+    return shapely.Polygon(ring, [beside(unwrapped(hole), ring) for hole in holes])
+
+
+@GEOS_ARITHMETIC
+def even_odd(rings: Sequence[FloatArray]) -> shapely.Geometry:
+    """What is within an odd number of rings, as polygons within -180 .. 180.
+
+    So a hole that leaves its shell adds what is outside, as GIS programs have it.
+    """
+    parts = [merged(list(cut_at_antimeridian(shapely.make_valid(planar([ring]))))) for ring in rings]
+    return functools.reduce(shapely.symmetric_difference, parts)
+
+
+def signed_area(ring: FloatArray) -> float:
+    """Area of a closed ring in the plane, positive where it runs anticlockwise."""
+    x, y = (ring - ring[0]).T
+    return float(0.5 * np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+
+
+Curve = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Longitudes and latitudes in degrees at parameters t; they begin and end together on closed curves."""
+
+
+def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
+    """Points (m, 2) whose polygon leaves a curve by no more than `tolerance` degrees, and has its area to fourth order.
+
+    `t` are parameters to begin with; intervals are halved until their middles are as near to their chords, and within
+    1e-5 of the curve's size. Then a middle is moved out from its chord by a third, so that the triangle there has the
+    area under the curve, by Simpson's rule.
+    """
+    lon, lat = curve(t)
+    size = _size(lon, lat)
+    nearest = min(tolerance, _NEAR * size)
+    middles = np.full((t.size - 1, 2), np.nan)
+    new = np.arange(t.size - 1)
+    for _ in range(_HALVINGS):
+        if not new.size:
+            break
+        middle = 0.5 * (t[new] + t[new + 1])
+        lon_m, lat_m = curve(middle)
+        # How far the middle is from the chord's, whatever turns the longitudes have.
+        # Where the curve is not defined, as between places of a CRS that are, it stays a chord.
+        lon_m, lat_m = (np.where(np.isfinite(values), values, np.nan) for values in (lon_m, lat_m))
+        east = 0.5 * (np.mod(2.0 * lon_m - lon[new] - lon[new + 1] + 180.0, 360.0) - 180.0)
+        north = lat_m - 0.5 * (lat[new] + lat[new + 1])
+        off = np.hypot(east * np.cos(np.radians(lat_m)), north)
+        middles[new] = np.column_stack([lon_m + east / 3.0, lat_m + north / 3.0])
+        middles[new[off <= _NOTHING * size]] = np.nan
+        split = off > nearest
+        at = new[split] + 1
+        middles[at - 1] = np.nan
+        t = np.insert(t, at, middle[split])
+        lon, lat = np.insert(lon, at, lon_m[split]), np.insert(lat, at, lat_m[split])
+        middles = np.insert(middles, at, np.nan, axis=0)
+        halves = at + np.arange(at.size)
+        new = np.sort(np.concatenate([halves - 1, halves]))
+    moved = np.flatnonzero(np.isfinite(middles[:, 0]))
+    return np.insert(np.column_stack([lon, lat]), moved + 1, middles[moved], axis=0)
+
+
+def _size(lon: FloatArray, lat: FloatArray) -> float:
+    """The extent of points in degrees, wherever on the sphere they are."""
+    lam, phi = np.radians(lon), np.radians(lat)
+    space = np.column_stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
+    return float(np.degrees(np.ptp(space, axis=0).max()))
+
+
+# ---- topojson ------------------------------------------------------------------------------------
+
+
+Geometry = dict[str, Any]
+"""A geometry as the file has it, with indices of arcs in place of points."""
+
+POLE_CAP = 89.99  # degrees; a ring north or south of this is an artefact of closing Antarctica, not a coast
+
+
+class Topology(NamedTuple):
+    """Geometries by the name of their object, and the arcs that they share, in degrees."""
+
+    objects: dict[str, list[Geometry]]
+    arcs: list[FloatArray]
+
+
+@functools.cache
+def topology(name: str) -> Topology:
+    """The topology of a file of the package's data, by its name: TopoJSON, or packed by docs/make_countries.py."""
+    file = importlib.resources.files("projdist") / "data" / name
+    if name.endswith(".npz"):
+        return _unpacked(file.read_bytes())
+    content = json.loads(file.read_text(encoding="utf-8"))
+    scale, origin = np.array(content["transform"]["scale"]), np.array(content["transform"]["translate"])
+    arcs = [np.cumsum(np.array(arc), axis=0) * scale + origin for arc in content["arcs"]]
+    return Topology({key: one["geometries"] for key, one in content["objects"].items()}, arcs)
+
+
+def _unpacked(content: bytes) -> Topology:
+    """Steps with their signs in the lowest bits, and the bytes of all of them by rank."""
+    with np.load(io.BytesIO(content)) as file:
+        unsigned = np.ascontiguousarray(file["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
+        ends, scale, origin = np.cumsum(file["sizes"]), file["scale"], file["origin"]
+        objects = json.loads(file["objects"].tobytes())
+    steps = np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2)
+    return Topology(objects, [np.cumsum(arc, axis=0) * scale + origin for arc in np.split(steps, ends[:-1])])
+
+
+def arcs_used(geometry: Geometry) -> set[int]:
+    """The arcs of a geometry, whichever way it goes along them."""
+    return {_forward(index) for rings in _polygons(geometry) for ring in rings for index in ring}
+
+
+@GEOS_ARITHMETIC
+def decoded(geometry: Geometry, arcs: Sequence[FloatArray]) -> shapely.MultiPolygon:
+    """A geometry as plane polygons, cut at the antimeridian and closed along the poles."""
+    parts: list[shapely.Polygon] = []
+    for polygon in as_stored(geometry, arcs):
+        parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
+    # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
+    return merged(parts)
+
+
+def as_stored(geometry: Geometry, arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
+    """The polygons of a geometry, closed along the poles, of unwrapped longitudes, some of which cross themselves."""
+    for rings in _polygons(geometry):
+        points = [unwrapped(_join(arcs, ring)) for ring in rings]
+        # A ring round a pole as narrow as that may stand before Antarctica's coast as if it were the shell.
+        shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
+        yield shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
+
+
+def _polygons(geometry: Geometry) -> list[list[list[int]]]:
+    """The polygons of a geometry, each a list of rings, each a list of arc indices."""
+    return geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
+
+
+def _forward(index: int) -> int:
+    """The arc of an index; a negative one, ~i, means arc i backwards."""
+    return index if index >= 0 else ~index
+
+
+def _join(arcs: Sequence[FloatArray], ring: list[int]) -> FloatArray:
+    parts = [arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring]
+    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+
+
+# ---- natural earth -------------------------------------------------------------------------------
+
 
 RESOLUTIONS = ("110m", "50m", "10m")
 """Scales of the data, in millionths: for the world, for parts of it, and for small countries."""
@@ -252,3 +464,20 @@ def _less(line: FloatArray, left_out: BoolArray) -> Iterator[FloatArray]:
     for piece in np.split(np.arange(len(left_out)), np.flatnonzero(np.diff(left_out)) + 1):
         if piece.size and not left_out[piece[0]]:
             yield line[piece[0] : piece[-1] + 2]
+
+
+# ---- states --------------------------------------------------------------------------------------
+
+
+@functools.cache
+def state_keys() -> tuple[dict[str, str], ...]:
+    """The rows of states.csv: `name`, `postal`, `fips`, `other_names` with | between."""
+    file = importlib.resources.files("projdist") / "data" / "states.csv"
+    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+
+
+def state_outline(fips: str) -> shapely.MultiPolygon:
+    """The polygons of a state, the District of Columbia or a territory by its FIPS code, at 1 : 10 million."""
+    objects, arcs = topology("states-10m.npz")
+    (geometry,) = (one for one in objects["states"] if one["id"] == fips)
+    return decoded(geometry, arcs)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from projdist import SPHERE, correct, jacobian, local_corrections, mdt
-from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
-from projdist.earth.sphere import destination
+from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, destination
 from projdist.matrices.spd import factor_distance
 from projdist.projections import ProjectionError
 

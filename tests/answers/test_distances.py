@@ -20,7 +20,7 @@ from projdist.answers import distances, great_circles
 from projdist.answers.distance_measures import best_scale_of_distances
 from projdist.answers.pairs import Points
 from projdist.answers.published import printed
-from projdist.earth.sphere import chord_angle, unit_vectors
+from projdist.earth.ellipsoid import chord_angle, unit_vectors
 from projdist.projections import compose
 from projdist.projections.geodesy import geodesic_lengths, geodesic_points
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pyproj import Geod
 
-from projdist.earth.sphere import destination
+from projdist.earth.ellipsoid import destination
 
 
 def test_destination():

@@ -3,7 +3,7 @@
 import pytest
 
 from projdist.earth import state_keys, state_outline
-from projdist.earth.topojson import topology
+from projdist.earth.natural_earth import topology
 
 
 def test_table_and_outlines_are_one_to_one() -> None:

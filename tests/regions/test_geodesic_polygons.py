@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from projdist.earth import WGS84
-from projdist.earth.rings import chords
+from projdist.earth.natural_earth import chords
 from projdist.projections.geodesy import geodesics
 from projdist.regions import Box
 from projdist.regions.combined import polygons_of
