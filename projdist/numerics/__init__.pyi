@@ -1,9 +1,18 @@
-from .estimates import Estimate
-from .gauss import DIFFERENTIATE, LEGENDRE, NODES, ORDER, PLANE_WEIGHTS, WEIGHTS, interpolate
-from .graded_polynomials import ComplexPolynomials, PlanePolynomials
-from .harmonic_fits import HarmonicFit, fit_harmonic
 from .minima import descend, descend_lattice, lattice, least_between, least_largest, least_squares, minimise
-from .statistics import CRITERIA, get_criterion, maximum, mean, median, p95, quantile, quantiles, rms
+from .polynomials import (
+    DIFFERENTIATE,
+    LEGENDRE,
+    NODES,
+    ORDER,
+    PLANE_WEIGHTS,
+    WEIGHTS,
+    ComplexPolynomials,
+    HarmonicFit,
+    PlanePolynomials,
+    fit_harmonic,
+    interpolate,
+)
+from .statistics import CRITERIA, Estimate, get_criterion, maximum, mean, median, p95, quantile, quantiles, rms
 
 __all__ = [
     "CRITERIA",

@@ -1,15 +1,12 @@
-"""Criteria: functions that turn values and weights into one number.
-
-`CRITERIA` lists them by name; `get_criterion` also takes pNN for a percentile, and any callable
-of (values, weights). Values that are NaN do not count. Weights may be negative, as those of
-`Samples` over polygons are, for means only, which are integrals: the others raise ValueError.
-"""
+"""Figures with their errors."""
 
 from __future__ import annotations
 
 import functools
+import math
 import re
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +14,26 @@ from numpy.typing import ArrayLike
 from projdist._typing import FloatArray
 from projdist.support import quoted, suggestion
 
-__all__ = ["CRITERIA", "get_criterion", "quantile", "quantiles"]
+__all__ = ["CRITERIA", "Estimate", "get_criterion", "quantile", "quantiles"]
+
+
+class Estimate(NamedTuple):
+    """A figure and by how much it may be wrong; NaN where it is not defined, or has no bound."""
+
+    value: float
+    error: float
+
+    def root(self) -> Estimate:
+        """The square root; rounding may have left a square of nothing below 0."""
+        if not math.isfinite(self.value):
+            return Estimate(math.nan, math.nan)
+        square = max(self.value, 0.0)
+        root = math.sqrt(square)
+        return Estimate(root, 0.0 if self.error <= 0 else self.error / (root + math.sqrt(square + self.error)))
+
+
+# ---- statistics ----------------------------------------------------------------------------------
+
 
 Criterion = Callable[[FloatArray, FloatArray], float]
 

@@ -27,7 +27,7 @@ from projdist.answers.published_indices import (
 from projdist.answers.published_indices.boundary import boundary_cuts
 from projdist.answers.published_indices.index import ScaledField
 from projdist.answers.published_indices.score import score_of
-from projdist.numerics.estimates import Estimate
+from projdist.numerics.statistics import Estimate
 from projdist.projections import compose
 from projdist.regions import GLOBE, get_region
 

@@ -13,7 +13,7 @@ from projdist.field import sample
 from projdist.field.extremes import borders, measure_at
 from projdist.field.extremes.polynomials import Polynomials
 from projdist.matrices.measures import get_measure
-from projdist.numerics.gauss import NODES
+from projdist.numerics.polynomials import NODES
 from projdist.projections import Projection
 from projdist.regions import Box, Cap, PointSet, get_region
 from projdist.support import Notice

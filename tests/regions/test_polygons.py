@@ -16,7 +16,7 @@ from projdist.answers.summaries import summarize
 from projdist.earth import natural_earth as geodata
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84
 from projdist.field.cubature import sample_panels
-from projdist.numerics.gauss import NODES
+from projdist.numerics.polynomials import NODES
 from projdist.projections import Projection
 from projdist.regions import Box, chains, get_region
 from projdist.regions.combined import polygons_of
