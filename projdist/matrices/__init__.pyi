@@ -1,12 +1,13 @@
 from . import spd
-from .affine import Affine
-from .decomposition import Decomposition, decompose
 from .distortion_modes import Modes, field_modes, modes
 from .distortions import (
     FACTORS,
+    Affine,
+    Decomposition,
     angular_distortion,
     areal_error_ppm,
     areal_scale,
+    decompose,
     factors_of,
     fisher,
     jordan,

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.matrices.frechet_sets import logarithms
 from projdist.matrices.mean_transformation import check_matrices, check_weights, field_mdt, mdt
+from projdist.matrices.spd import logarithms
 from projdist.support import Answer, check_numbers
 
 __all__ = ["Modes", "field_modes", "modes"]

@@ -1,15 +1,46 @@
-"""What a Jacobian tells of a map's distortion at a point: scales, angles, and numbers made of them.
-
-All are functions of matrices `J` of shape (..., 2, 2); their values, of shape (...), are NaN where they are undefined.
-"""
+"""What a Jacobian tells of a map's distortion at a point: scales, angles, and its decomposition."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import FloatArray
 from projdist.support import check_numbers
+
+__all__ = ["Affine", "Decomposition", "decompose"]
+
+
+@dataclass(frozen=True, eq=False)
+class Affine:
+    """The map p -> matrix p + shift of points (..., n).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> there = Affine(np.diag([2.0, 4.0]), np.array([1.0, 0.0]))
+    >>> there.inverse()(there(np.array([[3.0, 5.0]])))
+    array([[3., 5.]])
+    """
+
+    matrix: FloatArray
+    shift: FloatArray
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """The images of points."""
+        return np.asarray(points @ self.matrix.T + self.shift)
+
+    def inverse(self) -> Affine:
+        """The map back."""
+        back = np.asarray(np.linalg.inv(self.matrix), dtype=float)
+        return Affine(back, -back @ self.shift)
+
+
+# ---- distortions ---------------------------------------------------------------------------------
+
 
 _SMALL, _LARGE = 1e-290, 1e300  # squares that have all their digits
 _DEGREES = 180.0 / np.pi
@@ -285,3 +316,47 @@ def areal_error_ppm(J: FloatArray) -> FloatArray:
 def orientation(J: FloatArray) -> FloatArray:
     """+1 where the map keeps orientation, -1 where it mirrors, 0 where it is singular."""
     return np.sign(_determinant(J))
+
+
+# ---- decomposition -------------------------------------------------------------------------------
+
+
+_ROUND = 1e-9  # of a stretch: below it a circle has no longer axis
+
+
+class Decomposition(NamedTuple):
+    """The parts of linear maps, each of shape (...).
+
+    `scale`: sqrt |det M|. `stretch`: the greatest scale over the smallest, 1 for a similarity.
+    `stretch_azimuth`: the direction that is stretched most, degrees clockwise from the y axis, within
+    [0, 180); NaN where none is. `shear`: by how many degrees less than 90 the axes' images stand
+    apart. `rotation`: degrees by which the y axis turns clockwise.
+    """
+
+    scale: FloatArray
+    stretch: FloatArray
+    stretch_azimuth: FloatArray
+    shear: FloatArray
+    rotation: FloatArray
+
+
+def decompose(M: ArrayLike) -> Decomposition:
+    """The parts of matrices of shape (..., 2, 2).
+
+    >>> decompose([[3.0, 0.0], [0.0, 1.5]]).stretch_azimuth
+    array(90.)
+    """
+    M = np.asarray(M, dtype=float)
+    a, b = np.moveaxis(principal_scales(M), -1, 0)
+    xx, xy, yx, yy = M[..., 0, 0], M[..., 0, 1], M[..., 1, 0], M[..., 1, 1]
+    dot = xx * xy + yx * yy
+    # The major axis of M^T M, from the x axis counter-clockwise.
+    major = 0.5 * np.arctan2(2.0 * dot, xx**2 + yx**2 - xy**2 - yy**2)
+    area = areal_scale(M)
+    return Decomposition(
+        np.sqrt(area),
+        a / b,
+        np.where(a - b > _ROUND * a, np.mod(90.0 - np.degrees(major), 180.0), np.nan),
+        np.degrees(np.arctan2(dot, area)),
+        -meridian_convergence(M),
+    )

@@ -16,7 +16,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.matrices.frechet import Mean, damping, settled
-from projdist.matrices.frechet_sets import EPS
+from projdist.matrices.spd import EPS
 
 __all__ = ["Points", "newton", "points"]
 

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.matrices import frechet, frechet_medians, frechet_plane
+from projdist.matrices import frechet, frechet_plane
+from projdist.matrices import frechet as frechet_medians
 from projdist.matrices.spd import place
 from projdist.support import Answer, check_choice, check_numbers
 

@@ -1,13 +1,8 @@
-"""The symmetric positive definite matrices SPD(n) with the Fisher (affine-invariant) metric.
-
-<V, W>_P = tr(P^-1 V P^-1 W); the distance d_F(P, Q) is the root of the sum of ln^2 over the eigenvalues of P^-1 Q, and
-d_F(A A^T, B B^T) is twice the Fisher distortion of A^-1 B (D. Ozeri, "Riemannian Geometry Approach for Minimizing
-Distortion and its Applications"; Bhatia 2007, Positive Definite Matrices, chapter 6). All goes through factors,
-P = L L^T: products square the condition and lose what factors keep. Matrices stand on the trailing axes, (..., n, n),
-and the leading ones broadcast.
-"""
+"""Symmetric positive definite matrices with the Fisher (affine-invariant) metric, and sets of them, whitened."""
 
 from __future__ import annotations
+
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,21 +11,29 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.matrices.distortions import principal_scales
 
 __all__ = [
+    "EPS",
+    "JacobiSet",
+    "LapackSets",
+    "View",
+    "Whitened",
     "distance",
     "exp",
     "factor_distance",
     "from_lower",
     "geodesic",
     "log",
+    "logarithms",
     "lower_factor",
     "lower_metric",
     "lq",
     "metric",
+    "pieces",
     "place",
     "symmetric_exp",
     "to_lower",
     "transposed",
 ]
+
 
 _ASYMMETRY = 1e-8  # of the largest entry: more is no rounding
 
@@ -174,3 +177,344 @@ def _check_square(A: ArrayLike) -> FloatArray:
 def _refuse(wrong: BoolArray, must: str) -> None:
     if wrong.any():
         raise ValueError(f"Invalid matrix{place(wrong)}. It must be {must}.")
+
+
+# ---- frechet sets --------------------------------------------------------------------------------
+
+
+EPS = float(np.finfo(float).eps)
+_CHUNK = 1 << 15  # doubles of one array: some eight such arrays stay in a second-level cache
+_WHOLE = 4  # the largest n whose Hessian, n^2 on a side, is made as a whole
+_SAME = 1e-8  # r below which r / sinh r and r coth r are 1
+# Eigenvectors serve as long as the logarithm has no more than this off the diagonal: its square is below rounding.
+_OFF_DIAGONAL = 5e-8
+# While it has more than this, errors of the decomposition itself do not matter yet.
+_NEAR = 1e-2
+# A turn times the condition must stay below a tenth: then small eigenvalues are still seen beside large ones.
+_TURN = 10 * _OFF_DIAGONAL
+# Products B B^T of a larger ratio of eigenvalues have lost the small ones' vectors; the SVD of B has not.
+_RATIO = 1e-7
+_SWEEPS = 30  # of Jacobi rotations; five or six do, whatever the matrices
+_ORTHOGONAL = 1e-16  # cosine of two columns
+
+
+class View(NamedTuple):
+    """What B sets of N matrices look like from their trial means."""
+
+    logarithm: FloatArray  # (B, n, n), the weighted mean of ln(B_i B_i^T)
+    distances: FloatArray  # (B, N), Dist_F(B_i)^2
+    cost: FloatArray  # (B,), their weighted mean
+    cosh: FloatArray  # (B,), that of cosh r, r the logarithm of the condition of B_i
+    bend: FloatArray  # (B,), that of r coth r, which bounds the Hessian
+
+
+class Whitened(Protocol):
+    """B sets of N matrices, seen from T of shape (B, n, n)."""
+
+    T: FloatArray
+
+    def look(self) -> View:
+        """The view from T."""
+
+    def newton_step(self, logarithm: FloatArray) -> FloatArray:
+        """The symmetric V, shape (B, n, n), that the Hessian of the latest view takes to `logarithm`."""
+
+    def move(self, V: FloatArray) -> None:
+        """Go along the geodesic of the symmetric V, shape (B, n, n): T becomes T exp(V / 2)."""
+
+
+class LapackSets:
+    """Sets of any shape, by LAPACK.
+
+    The eigenvectors are kept. After a small move they still nearly diagonalise, and the logarithm comes from them by
+    first-order perturbation, for a third of the price of a decomposition.
+    """
+
+    def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
+        self.T, self._w, self._pieces = T, w, pieces(A)
+        # B_i^T and U_i^T, so that what is common to all i is one flat product.
+        self._rows, self._basis, self._excess = np.empty_like(A), np.empty_like(A), np.empty_like(A)
+        for part in self._pieces:
+            self._rows[:, part] = transposed(_whitened_values(T, A[:, part]))
+        self._off_diagonal, self._gain = np.inf, 1.0  # a bound of the logarithm's, and its growth with a move
+
+    def move(self, V: FloatArray) -> None:
+        """Go along the geodesic of V."""
+        there, back = symmetric_exp(0.5 * V)
+        self.T = self.T @ there
+        for part in self._pieces:
+            self._rows[:, part] = _each(self._rows[:, part], back)
+        self._off_diagonal += float(_norm(V).max()) * self._gain
+
+    def look(self) -> View:
+        """The view from T."""
+        b, count, n, _ = self._rows.shape
+        mean, sums, distances = np.zeros((b, n, n)), np.zeros((3, b)), np.empty((b, count))
+        stale, far = self._off_diagonal > _OFF_DIAGONAL, self._off_diagonal > _NEAR
+        if stale:
+            self._off_diagonal = 0.0
+        self._gain = 1.0
+        for part in self._pieces:
+            rows, basis, w = self._rows[:, part], self._basis[:, part], self._w[:, part]
+            if stale:
+                values = _decompose(rows, basis)
+            if far:
+                half = 0.5 * np.log(values)
+                q, r = _ratios(half)
+                distances[:, part] = np.einsum("bik,bik->bi", half, half)
+                mean += _gather(basis, (2.0 * w[..., None] * half)[..., None] * basis)
+            else:
+                log, half, (q, r) = _perturbed_log(rows, basis)
+                distances[:, part] = 0.25 * np.einsum("bikl,bikl->bi", log, log)
+                log *= w[:, :, None, None]
+                mean += _gather(basis, log @ basis)
+            bends = _bends(q, r)
+            bend, cosh = bends[..., 0, -1], np.cosh(half[..., -1] - half[..., 0])
+            sums += [np.einsum("bi,bi->b", w, term) for term in (distances[:, part], cosh, bend)]
+            self._gain = max(self._gain, float(bend.max()), _TURN * float(cosh.max()))
+            bends -= 1.0
+            np.multiply(bends, w[:, :, None, None], out=self._excess[:, part])
+        return View(0.5 * (mean + transposed(mean)), distances, *sums)
+
+    def newton_step(self, logarithm: FloatArray) -> FloatArray:
+        """From the whole Hessian for small n, else by conjugate gradients."""
+        return self._whole_step(logarithm) if logarithm.shape[-1] <= _WHOLE else self._conjugate_step(logarithm)
+
+    def _conjugate_step(self, logarithm: FloatArray) -> FloatArray:
+        """To an error below the square of the step, which is Newton's own."""
+        size = _norm(logarithm)
+        goal = np.maximum(size * np.minimum(0.1 * size, 0.03), 0.5 * EPS * logarithm.shape[-1])
+        V, residual = np.zeros_like(logarithm), logarithm.copy()
+        direction, square = residual.copy(), size * size
+        for _ in range(logarithm.shape[-1] ** 2):
+            active = np.sqrt(square) > goal
+            if not active.any():
+                break
+            image = self._hessian(direction)
+            length = np.where(active, square / np.where(active, _dot(direction, image), 1.0), 0.0)[:, None, None]
+            V += length * direction
+            residual -= length * image
+            square, previous = _dot(residual, residual), square
+            direction *= np.where(active, square / np.where(active, previous, 1.0), 0.0)[:, None, None]
+            direction += residual
+        return V
+
+    def _whole_step(self, logarithm: FloatArray) -> FloatArray:
+        b, n, _ = logarithm.shape
+        hessian = np.zeros((b, n * n, n * n))
+        for part in self._pieces:
+            U = self._basis[:, part]
+            products = (U[:, :, :, None, :, None] * U[:, :, None, :, None, :]).reshape(b, -1, n * n)
+            hessian += transposed(products * self._excess[:, part].reshape(b, -1, 1)) @ products
+        V = np.linalg.solve(np.eye(n * n) + hessian, logarithm.reshape(b, -1, 1))
+        return np.asarray(V, dtype=float).reshape(b, n, n)
+
+    def _hessian(self, V: FloatArray) -> FloatArray:
+        image = V.copy()
+        for part in self._pieces:
+            basis = self._basis[:, part]
+            inside = _each(basis, V) @ transposed(basis)
+            inside *= self._excess[:, part]
+            image += _gather(basis, inside @ basis)
+        return image
+
+
+class JacobiSet:
+    """One set of many small matrices: one-sided Jacobi rotations of all of them at once (Hestenes 1958).
+
+    Rotations from the right make the columns of each B_i orthogonal: then they are the eigenvectors times the singular
+    values. They stay, so that after a small move one sweep does. Arrays run over the matrices last.
+    """
+
+    def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
+        self.T, self._w, self._pieces = T, w[0], pieces(A)
+        self._columns = np.empty((*A.shape[2:], A.shape[1]))
+        for part in self._pieces:
+            self._columns[:, :, part] = np.moveaxis(_whitened_values(T, A[:, part])[0], 0, -1)
+
+    def move(self, V: FloatArray) -> None:
+        """Go along the geodesic of V."""
+        there, back = symmetric_exp(0.5 * V)
+        self.T = self.T @ there
+        for part in self._pieces:
+            self._columns[:, :, part] = np.tensordot(back[0], self._columns[:, :, part], 1)
+
+    def look(self) -> View:
+        """The view from T."""
+        n, _, count = self._columns.shape
+        mean, sums, distances = np.zeros((n, n)), np.zeros((3, 1)), np.empty((1, count))
+        first, second = np.triu_indices(n, 1)
+        self._hessian = np.eye(n * (n + 1) // 2)
+        for part in self._pieces:
+            w, U = self._w[part], self._columns[:, :, part].copy()
+            _orthogonalize(U)
+            self._columns[:, :, part] = U
+            squares = np.einsum("ikm,ikm->km", U, U)
+            U /= np.sqrt(squares)
+            half = 0.5 * np.log(squares)
+            mean += (U * (2.0 * w * half)).reshape(n, -1) @ U.reshape(n, -1).T
+            r = np.maximum(np.abs(half[first] - half[second]), _SAME)
+            bends = r / np.tanh(r)
+            distances[0, part] = np.einsum("km,km->m", half, half)
+            terms = (distances[0, part], np.cosh(r.max(axis=0)), bends.max(axis=0))
+            sums[:, 0] += [np.einsum("m,m->", w, term) for term in terms]
+            roots = np.sqrt(np.maximum(bends - 1.0, 0.0) * w)
+            pairs = zip(first, second, roots, strict=True)
+            products = np.concatenate([_symmetric_products(U[:, p] * root, U[:, q]) for p, q, root in pairs], axis=1)
+            self._hessian += products @ products.T
+        return View(0.5 * (mean + mean.T)[None], distances, *sums)
+
+    def newton_step(self, logarithm: FloatArray) -> FloatArray:
+        """From the whole Hessian, n (n + 1) / 2 on a side."""
+        i, j = np.triu_indices(logarithm.shape[-1])
+        root = np.where(i == j, 1.0, np.sqrt(2.0))
+        V = np.empty_like(logarithm)
+        V[0, i, j] = V[0, j, i] = np.linalg.solve(self._hessian, logarithm[0, i, j] * root) / root
+        return V
+
+
+def logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln(B B^T), (N, n, n), for n = 2 in closed form, and the logarithm of the condition of B, (N,)."""
+    if B.shape[-1] == 2:
+        a, b, c, d = B[:, 0, 0], B[:, 0, 1], B[:, 1, 0], B[:, 1, 1]
+        det = np.abs(a * d - b * c)
+        p, q = 0.5 * (a * a + b * b - c * c - d * d) / det, (a * c + b * d) / det
+        sinh = np.hypot(p, q)
+        r = np.arcsinh(sinh)
+        factor = np.divide(r, sinh, out=np.ones_like(sinh), where=sinh > 1e-150)
+        v, p, q = np.log(det), p * factor, q * factor
+        return np.stack([v + p, q, q, v - p], axis=-1).reshape(-1, 2, 2), r
+    U, scales, _ = np.linalg.svd(B)
+    half = np.log(scales)
+    return (U * (2.0 * half)[:, None, :]) @ transposed(U), half[:, 0] - half[:, -1]
+
+
+def pieces(A: FloatArray) -> list[slice]:
+    """Parts of the second axis of matrices of shape (B, N, n, n) that stay in a processor's cache."""
+    b, count, n, _ = A.shape
+    step = max(1, _CHUNK // (b * n * n))
+    return [slice(start, start + step) for start in range(0, count, step)]
+
+
+def _whitened_values(T: FloatArray, A: FloatArray) -> FloatArray:
+    """T^-1 A_i for A of shape (B, M, n, n).
+
+    Turned end for end, a lower triangular T is an upper one, its own LU factor: no error is common to all A_i then.
+    """
+    b, count, n, _ = A.shape
+    columns = A.swapaxes(1, 2)[:, ::-1].reshape(b, n, -1)
+    found = np.asarray(np.linalg.solve(T[:, ::-1, ::-1], columns), dtype=float)
+    return found[:, ::-1].reshape(b, n, count, n).swapaxes(1, 2)
+
+
+def _each(stack: FloatArray, M: FloatArray) -> FloatArray:
+    """stack[b, i] @ M[b] as one product for each b."""
+    return np.asarray(stack.reshape(len(M), -1, M.shape[-1]) @ M).reshape(stack.shape)
+
+
+def _gather(basis: FloatArray, products: FloatArray) -> FloatArray:
+    """The sum over i of U_i X_i, for rows U_i^T and products X_i of shape (B, N, n, n)."""
+    b, n = basis.shape[0], basis.shape[-1]
+    return np.asarray(transposed(basis.reshape(b, -1, n)) @ products.reshape(b, -1, n))
+
+
+def _dot(X: FloatArray, Y: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("bij,bij->b", X, Y))
+
+
+def _norm(X: FloatArray) -> FloatArray:
+    return np.sqrt(_dot(X, X))
+
+
+def _decompose(rows: FloatArray, basis: FloatArray) -> FloatArray:
+    """The eigenvalues of B B^T, ascending; writes its eigenvectors as rows into `basis`."""
+    values, U = np.linalg.eigh(transposed(rows) @ rows)
+    basis[...] = transposed(U)
+    poor = ~(values[..., 0] > _RATIO * values[..., -1])
+    if poor.any():
+        _, scales, V = np.linalg.svd(rows[poor])
+        values[poor], basis[poor] = scales[:, ::-1] ** 2, V[:, ::-1]
+    return np.asarray(values)
+
+
+def _ratios(half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """e^-r and r / (1 - e^-2r) for all pairs of half logarithms: r coth r and r / sinh r in the making."""
+    r = half[..., :, None] - half[..., None, :]
+    np.abs(r, out=r)
+    q = np.exp(-r)
+    np.maximum(r, _SAME, out=r)
+    square = q * q
+    np.subtract(1.0, square, out=square)
+    r /= np.maximum(square, 2.0 * _SAME, out=square)
+    return q, r
+
+
+def _bends(q: FloatArray, r: FloatArray) -> FloatArray:
+    """r coth r from `_ratios`, in their place."""
+    q *= q
+    q += 1.0
+    r *= q
+    return r
+
+
+def _perturbed_log(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
+    """ln(B B^T) in a basis that nearly diagonalises it, half its diagonal, and `_ratios` of that."""
+    parts = rows @ transposed(basis)
+    log = transposed(parts) @ parts
+    squares = np.einsum("...kk->...k", log).copy()
+    scale = 1.0 / np.sqrt(squares)
+    log *= scale[..., :, None]
+    log *= scale[..., None, :]
+    # A slight turn towards the vector of a far larger eigenvalue adds to a small square what is not its own.
+    own = 1.0 - np.einsum("...kl,...kl,kl->...k", log, log, 1.0 - np.tri(basis.shape[-1]))
+    half = np.asarray(0.5 * np.log(squares * own))
+    scale = 1.0 / np.sqrt(own)
+    log *= scale[..., :, None]
+    log *= scale[..., None, :]
+    # Off the diagonal the first order is the logarithm's divided difference, r / sinh r over the root of both squares.
+    q, r = _ratios(half)
+    log *= q
+    log *= r
+    log += log
+    np.einsum("...kk->...k", log)[...] = 2.0 * half
+    return np.asarray(log), half, (q, r)
+
+
+def _orthogonalize(B: FloatArray) -> None:
+    """Rotate the columns of matrices of shape (n, n, M), in place, until they are orthogonal."""
+    n = len(B)
+    for _ in range(_SWEEPS):
+        squares = np.einsum("ikm,ikm->km", B, B)
+        angle = cosine = 0.0
+        for p in range(n - 1):
+            for q in range(p + 1, n):
+                x, y = B[:, p], B[:, q]
+                product = np.einsum("im,im->m", x, y)
+                cosine = max(cosine, float(np.max(product * product / (squares[p] * squares[q]))))
+                # The smaller angle of the two that make the columns orthogonal, by its tangent.
+                gap = squares[q] - squares[p]
+                product += product
+                tangent = product / (gap + np.copysign(np.sqrt(gap * gap + product * product) + 1e-300, gap))
+                angle = max(angle, float(np.max(tangent * tangent)))
+                product *= tangent
+                product *= 0.5
+                squares[p] -= product
+                squares[q] += product
+                cos = 1.0 / np.sqrt(1.0 + tangent * tangent)
+                sin = cos * tangent
+                turned = cos * x
+                turned -= sin * y
+                y *= cos
+                y += sin * x
+                x[...] = turned
+        # What a rotation leaves of the others' cosines: all but nothing, except where singular values are nearly equal.
+        if cosine * angle < _ORTHOGONAL**2:
+            return
+
+
+def _symmetric_products(x: FloatArray, y: FloatArray) -> FloatArray:
+    """x y^T + y x^T over sqrt 2 in the n (n + 1) / 2 orthonormal coordinates of symmetric matrices, shape (.., M)."""
+    rows = []
+    for i, j in zip(*np.triu_indices(len(x)), strict=True):
+        rows.append(np.sqrt(2.0) * x[i] * y[i] if i == j else x[i] * y[j] + x[j] * y[i])
+    return np.stack(rows)

@@ -11,7 +11,7 @@ from projdist.answers.summaries import summarize
 from projdist.field.cubature import sample_panels
 from projdist.field.field import DEFAULT_TOLERANCE
 from projdist.field.second_derivatives import hessian
-from projdist.matrices.bending import flexion
+from projdist.matrices.measures import flexion
 from projdist.projections import Projection
 from projdist.regions import GLOBE, PointSet, get_region
 

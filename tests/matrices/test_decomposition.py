@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from projdist.matrices.decomposition import decompose
+from projdist.matrices.distortions import decompose
 
 
 def turn(clockwise):
