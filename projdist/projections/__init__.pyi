@@ -1,32 +1,45 @@
 from . import worldmaps
-from .arguments import number_text
-from .bodies import Body, is_same_body
-from .breaks import breaks_of
 from .catalogue import NAMES, WINKEL_PARALLEL
-from .cf_conventions import cf_attributes
-from .composed import compose, uncomposed
+from .crs_metadata import Axis, Nature, OwnPole, Particulars, Setting, breaks_of, nature_of, own_pole_of, particulars_of
 from .crs_search import CrsHit, CrsSearch, find_crs
 from .database import (
     AUTHORITIES,
     CRS,
     OF_A_SPHERE,
+    UNKNOWN,
     Conversion,
     CrsRecord,
     DatabaseCrs,
+    Facts,
     check_authorities,
+    codes_of_same_map,
     crs_records,
+    facts_of,
     load_crs,
+    proj_version,
     reasons_against,
     to_pyproj,
 )
-from .definitions import crs_wkt, geodetic_ellipsoid, geodetic_of, unprojected
-from .derived import AreaOfUse, DerivedCrs, derived_crs
-from .errors import GridError, ProjectionError
-from .exports import parameters_of, pipeline_of, wkt_of
+from .exports import (
+    AreaOfUse,
+    DerivedCrs,
+    compose,
+    crs_wkt,
+    derived_crs,
+    geodetic_ellipsoid,
+    geodetic_of,
+    parameters_of,
+    pipeline_of,
+    uncomposed,
+    unprojected,
+    wkt_of,
+)
 from .fileless import close_parameters, environment_without_files, file_named_in
 from .geodesy import (
+    DatumShift,
     area_of_use,
     crs_of,
+    datum_shift,
     geodesic_arrivals,
     geodesic_courses,
     geodesic_destination,
@@ -34,16 +47,12 @@ from .geodesy import (
     geodesic_points,
     geodesics,
     ground_of,
+    keeps_datum,
+    kept_datum,
     to_lonlat,
 )
-from .inputs import listed_projections
-from .knobs import Parameter
 from .names import needed_parameters, projection_names
-from .natures import Nature, nature_of
-from .own_poles import OwnPole, own_pole_of
-from .parameters import defined_by, with_parameters
-from .particulars import Axis, Particulars, Setting, particulars_of
-from .planes import Graticule, Plane, Source, geographic, graticule_of, plane_of, same_map, source_of
+from .operations import GridError, ProjectionError
 from .point_tables import (
     MISSING,
     TEXT_SUFFIXES,
@@ -61,11 +70,11 @@ from .point_tables import (
     tell_of_frame_in_degrees,
     tell_of_missing,
 )
-from .projection import Projection, ProjectionLike
-from .registry import UNKNOWN, Facts, facts_of, proj_version
-from .same_conversions import codes_of_same_map
-from .shifts import DatumShift, datum_shift, keeps_datum, kept_datum
-from .tuning import Tunable, tunable, tuned
+from .proj_parameters import Parameter, number_text
+from .projected_crs import Graticule, Plane, Source, geographic, graticule_of, plane_of, same_map, source_of
+from .projection import Body, Projection, ProjectionLike, is_same_body, listed_projections
+from .tuning import Tunable, defined_by, tunable, tuned, with_parameters
+from .wkt import cf_attributes
 from .worldmaps import WORLD_MAPS, distance_around_edge
 
 __all__ = [

@@ -12,14 +12,31 @@ import pyproj.exceptions
 from pyproj import CRS
 
 from projdist.earth import Ellipsoid
-from projdist.projections.cf_conventions import crs_of_grid_mapping, grid_mapping_in, wkt_in
+from projdist.projections.catalogue import close_codes, codes_elsewhere
 from projdist.projections.conversion_methods import Stated, known_method, reconciled
-from projdist.projections.datums import geographic_base, greenwich_offset, units_per_degree
-from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
-from projdist.projections.figures import own_figure, tell_of_figure
-from projdist.projections.hints import close_codes, codes_elsewhere
-from projdist.projections.operations import CrsOperation, Parts
-from projdist.projections.wkt import WktNode, check_wkt, is_wkt, parse_wkt, with_spaces, with_square_brackets
+from projdist.projections.operations import (
+    ALLOWED,
+    CrsOperation,
+    Parts,
+    ProjectionError,
+    geographic_base,
+    greenwich_offset,
+    own_figure,
+    proj_reason,
+    tell_of_figure,
+    units_per_degree,
+)
+from projdist.projections.wkt import (
+    WktNode,
+    check_wkt,
+    crs_of_grid_mapping,
+    grid_mapping_in,
+    is_wkt,
+    parse_wkt,
+    with_spaces,
+    with_square_brackets,
+    wkt_in,
+)
 from projdist.support import did_you_mean, listed, shown
 
 

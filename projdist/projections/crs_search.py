@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import pyproj.list
 
 from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_IN_METRES, NOT_MAPS, TITLES
-from projdist.projections.errors import ProjectionError
-from projdist.projections.registry import database, year_of
+from projdist.projections.database import database, year_of
+from projdist.projections.operations import ProjectionError
 from projdist.support import Answer, check_text, check_whole_number, close_words, did_you_mean, listed_values, shown
 from projdist.support import checks as hints
 

@@ -1,37 +1,147 @@
-"""The projected CRSs of PROJ's database: their index, and each as a projection with what identifies it."""
+"""The projected CRSs of PROJ's database: their index, what its registry says of them, and which draw the same map."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
 import re
 import sqlite3
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from pyproj import CRS
-from pyproj.database import query_crs_info
+from pyproj import CRS, proj_version_str
+from pyproj.database import get_database_metadata, query_crs_info
+from pyproj.datadir import get_data_dir
 from pyproj.enums import PJType
 
 from projdist.earth import MEAN_EARTH_RADIUS, Ellipsoid
-from projdist.projections.datums import greenwich_offset
-from projdist.projections.errors import ProjectionError
+from projdist.projections.operations import ProjectionError, greenwich_offset
 from projdist.projections.projection import Projection
-from projdist.projections.registry import database
 from projdist.support import check_text, close_words, did_you_mean, listed, listed_values, shown
 
 __all__ = [
     "AUTHORITIES",
     "CRS",
+    "FALSE_ORIGINS",
+    "UNKNOWN",
     "Conversion",
     "CrsRecord",
     "DatabaseCrs",
+    "Facts",
     "check_authorities",
+    "codes_of_same_map",
     "crs_records",
+    "database",
+    "facts_of",
     "load_crs",
+    "proj_version",
     "reasons_against",
     "to_pyproj",
+    "year_of",
 ]
+
+
+_AT_ONCE = 500  # codes in a query: SQLite takes 999 values
+FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
+"""EPSG's codes of false eastings and northings, which move a map and do not change it."""
+
+# Scopes of those who ask for a map for their own use, and of those that nobody states.
+_SPECIAL = re.compile(r"oil|gas |railway|tunnel|military|navigation|user-defined|not known|no official", re.IGNORECASE)
+
+
+_YEAR = re.compile(r"\d{4}")
+
+
+@dataclass(frozen=True)
+class Facts:
+    """A projected CRS: `frame` is the code of its geodetic CRS, `since` the year of its datum, 0 where none is told.
+
+    An ensemble of datums is as old as its first. `draws` identifies method, prime meridian and parameters but for the
+    false origin; `extents` are the names and descriptions of the areas of use. `special` is whether no scope is one for
+    everybody.
+    """
+
+    frame: str
+    since: int
+    draws: Any
+    extents: tuple[str, ...]
+    special: bool
+
+
+UNKNOWN = Facts("", 0, None, (), True)
+
+_COLUMNS = ", ".join(f"c.param{n}_code, c.param{n}_value, c.param{n}_uom_code" for n in range(1, 8))
+_QUERY = f"""
+SELECT p.auth_name || ':' || p.code, g.auth_name || ':' || g.code,
+       COALESCE(d.publication_date, (SELECT MIN(f.publication_date) FROM geodetic_datum_ensemble_member m
+           JOIN geodetic_datum f ON f.auth_name = m.member_auth_name AND f.code = m.member_code
+           WHERE m.ensemble_auth_name = d.auth_name AND m.ensemble_code = d.code)),
+       s.scope, e.name, e.description, c.method_code, d.prime_meridian_code, {_COLUMNS}
+FROM projected_crs p
+LEFT JOIN geodetic_crs g ON g.auth_name = p.geodetic_crs_auth_name AND g.code = p.geodetic_crs_code
+LEFT JOIN geodetic_datum d ON d.auth_name = g.datum_auth_name AND d.code = g.datum_code
+LEFT JOIN conversion_table c ON c.auth_name = p.conversion_auth_name AND c.code = p.conversion_code
+LEFT JOIN usage u ON u.object_table_name = 'projected_crs'
+    AND u.object_auth_name = p.auth_name AND u.object_code = p.code
+LEFT JOIN scope s ON s.auth_name = u.scope_auth_name AND s.code = u.scope_code
+LEFT JOIN extent e ON e.auth_name = u.extent_auth_name AND e.code = u.extent_code
+WHERE p.auth_name || ':' || p.code IN (%s)
+"""
+
+
+@contextlib.contextmanager
+def database() -> Iterator[sqlite3.Connection]:
+    """PROJ's database, to be read; raises sqlite3.Error where there is no such file."""
+    path = Path(get_data_dir(), "proj.db").resolve().as_uri()
+    with contextlib.closing(sqlite3.connect(f"{path}?mode=ro", uri=True)) as connection:
+        yield connection
+
+
+def proj_version() -> str:
+    """PROJ and the registry in its database, as `PROJ 9.5.1, EPSG v11.022`."""
+    return f"PROJ {proj_version_str}, EPSG {get_database_metadata('EPSG.VERSION')}"
+
+
+def facts_of(codes: Collection[str]) -> dict[str, Facts]:
+    """The facts of projected CRSs by their codes, as far as the database can be read."""
+    found: dict[str, list[Any]] = {}
+    wanted = list(codes)
+    try:
+        with database() as db:
+            for start in range(0, len(wanted), _AT_ONCE):
+                some = wanted[start : start + _AT_ONCE]
+                for code, *row in db.execute(_QUERY % ", ".join("?" * len(some)), some):
+                    found.setdefault(code, []).append(row)
+    except sqlite3.Error:
+        return {}
+    return {code: _facts(rows) for code, rows in found.items()}
+
+
+def year_of(date: str | None) -> int:
+    """The year of a date of the registry, mostly as 1995-03-07, but once March 2011; 0 where there is none."""
+    year = _YEAR.search(date or "")
+    return int(year[0]) if year else 0
+
+
+def _facts(rows: list[Any]) -> Facts:
+    """The facts of one CRS, from a row for each of its usages."""
+    frame, date, _, _, _, method, meridian, *parameters = rows[0]
+    values = zip(parameters[::3], parameters[1::3], parameters[2::3], strict=True)
+    kept = frozenset(value for value in values if value[0] and value[0] not in FALSE_ORIGINS)
+    return Facts(
+        frame or "",
+        year_of(date),
+        (method, meridian, kept) if method is not None else None,
+        tuple(text for row in rows for text in row[3:5] if text),
+        all(row[2] is None or _SPECIAL.search(row[2]) is not None for row in rows),
+    )
+
+
+# ---- database ------------------------------------------------------------------------------------
+
 
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
 """Those with projected CRSs of the Earth; IAU_2015's are of other planets."""
@@ -184,3 +294,79 @@ def _conversion(crs: CRS) -> Conversion:
             value += meridian if "ongitude" in parameter.name else 0.0
             values.append((parameter.name, round(value, _DIGITS)))
     return operation.method_name, tuple(sorted(values))
+
+
+# ---- same conversions ----------------------------------------------------------------------------
+
+
+_FIGURE = 1e-8  # of the axes: GRS 80 and WGS 84 differ by 2e-11 of them
+_SEXAGESIMAL = 9110  # EPSG's code for degrees, minutes and seconds as DDD.MMSSsss
+_DEGREE = 9102
+
+_FROM = f"""
+SELECT p.auth_name || ':' || p.code, p.name, d.prime_meridian_auth_name || ':' || d.prime_meridian_code,
+       e.semi_major_axis * u.conv_factor, e.inv_flattening, e.semi_minor_axis * u.conv_factor,
+       c.method_auth_name || ':' || c.method_code, {_COLUMNS}
+FROM projected_crs p
+JOIN conversion_table c ON c.auth_name = p.conversion_auth_name AND c.code = p.conversion_code
+JOIN geodetic_crs g ON g.auth_name = p.geodetic_crs_auth_name AND g.code = p.geodetic_crs_code
+JOIN geodetic_datum d ON d.auth_name = g.datum_auth_name AND d.code = g.datum_code
+JOIN ellipsoid e ON e.auth_name = d.ellipsoid_auth_name AND e.code = d.ellipsoid_code
+JOIN unit_of_measure u ON u.auth_name = e.uom_auth_name AND u.code = e.uom_code
+"""
+_GIVEN = f"{_FROM} WHERE p.auth_name = ? AND CAST(p.code AS TEXT) = ?"
+_OTHERS = f"""{_FROM} WHERE NOT p.deprecated AND c.method_auth_name || ':' || c.method_code = ?
+ORDER BY p.auth_name, p.code"""
+
+
+def codes_of_same_map(code: str) -> dict[str, str]:
+    """The names of other CRSs by their codes, none deprecated, which draw the map of a code.
+
+    They differ in their datum, the false origin, the axes or the unit only. Nothing where the database has no
+    parameters of the CRS in its columns, as of some of ESRI's, or cannot be read.
+    """
+    try:
+        with database() as db:
+            given = db.execute(_GIVEN, code.split(":", 1)).fetchone()
+            if given is None or given[6] is None:
+                return {}
+            factors = dict(db.execute("SELECT code, conv_factor FROM unit_of_measure WHERE auth_name = 'EPSG'"))
+            rows = db.execute(_OTHERS, (given[6],)).fetchall()
+    except sqlite3.Error:
+        return {}
+    drawn, (a, b) = _drawn(given, factors), _axes(given)
+    return {
+        row[0]: row[1]
+        for row in rows
+        if row[0] != code
+        and max(abs(_axes(row)[0] - a), abs(_axes(row)[1] - b)) <= _FIGURE * a
+        and _drawn(row, factors) == drawn
+    }
+
+
+def _axes(row: Any) -> tuple[float, float]:
+    """The semi-axes in metres."""
+    a, rf, b = row[3:6]
+    return a, b if b is not None else a * (1.0 - 1.0 / rf) if rf else a
+
+
+def _drawn(row: Any, factors: Mapping[int, float | None]) -> Any:
+    """What makes a map but for its place in the plane: prime meridian, and parameters in SI units."""
+    values = zip(row[7::3], row[8::3], row[9::3], strict=True)
+    return row[2], frozenset(
+        (key, _value(value, unit, factors)) for key, value, unit in values if key and key not in FALSE_ORIGINS
+    )
+
+
+def _value(value: float, unit: int, factors: Mapping[int, float | None]) -> float:
+    """A value in SI units; as it is where the unit is none of EPSG's."""
+    if unit == _SEXAGESIMAL:
+        value, unit = _degrees(value), _DEGREE
+    return round(value * (factors.get(unit) or 1.0), _DIGITS)
+
+
+def _degrees(value: float) -> float:
+    """Degrees of DDD.MMSSsss, read from its digits."""
+    whole, _, digits = f"{abs(value):.11f}".partition(".")
+    size = int(whole) + int(digits[:2]) / 60.0 + float(f"{digits[2:4]}.{digits[4:]}") / 3600.0
+    return size if value >= 0.0 else -size

@@ -1,22 +1,47 @@
-"""The forms in which a projection times a matrix can leave: PROJ pipeline, WKT2, the projection's own parameters."""
+"""The forms in which a projection can leave: PROJ pipeline, WKT2, Esri's WKT, derived CRSs."""
 
 from __future__ import annotations
 
+import functools
 import itertools
+import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyproj.exceptions
-from pyproj import CRS
+from numpy.typing import ArrayLike
+from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
-from projdist.projections.catalogue import WINKEL_PARALLEL
-from projdist.projections.errors import ProjectionError
-from projdist.projections.knobs import prime_meridian
-from projdist.projections.operations import CrsOperation, Pipeline
+from projdist.earth import WGS84, Ellipsoid
+from projdist.projections.catalogue import WINKEL_PARALLEL, close_codes
+from projdist.projections.crs import parse_crs, read_crs
+from projdist.projections.operations import (
+    ALLOWED,
+    CrsOperation,
+    Pipeline,
+    ProjectionError,
+    check_grids,
+    geographic_base,
+    greenwich_offset,
+    has_plain_axes,
+    transform,
+    units_per_degree,
+)
+from projdist.projections.proj_parameters import prime_meridian
 from projdist.projections.projection import Projection
+from projdist.support import did_you_mean, shown
+
+__all__ = [
+    "AreaOfUse",
+    "DerivedCrs",
+    "derived_crs",
+]
+
 
 _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of parameters
 _SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres
@@ -248,3 +273,246 @@ def _as_tmerc(tokens: Parameters, scale: float) -> Parameters:
     meridian = 6 * int(tokens["zone"] or 0) - 183
     named = {"proj": "tmerc", "lon_0": f"{meridian}", "x_0": repr(5e5 * scale), "y_0": repr(north * scale)}
     return named | rest
+
+
+# ---- definitions ---------------------------------------------------------------------------------
+
+
+_VERSIONS = ("WKT2_2019", "WKT1_ESRI")
+
+
+def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
+    """The ellipsoid of a geographic CRS, as EPSG:6318; raises ProjectionError."""
+    crs = _geodetic(geodetic)
+    assert crs.ellipsoid is not None
+    rf = crs.ellipsoid.inverse_flattening
+    return Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0)
+
+
+def geodetic_of(projection: Projection) -> str | None:
+    """WKT of the geographic CRS that a CRS is based on, None for what is no CRS, or counts otherwise than in degrees
+    east of Greenwich."""
+    if not isinstance(projection.function, CrsOperation):
+        return None
+    geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
+    if geodetic is None or not has_plain_axes(geodetic):
+        return None
+    if greenwich_offset(geodetic) or units_per_degree(geodetic) != 1.0:
+        return None
+    return str(geodetic.to_wkt())
+
+
+def crs_wkt(
+    projection: Projection, name: str, *, geodetic: str | None = None, version: str = "WKT2_2019"
+) -> tuple[str | None, str | None]:
+    """WKT of a CRS that is the projection; or None, and the reason why there is none.
+
+    It is based on the geographic CRS `geodetic`; by default on WGS 84 where the ellipsoid is that of WGS 84, else on
+    an unnamed datum. `version` is WKT2_2019 or WKT1_ESRI. The WKT is read back and compared with the map.
+    """
+    if version not in _VERSIONS:
+        raise ValueError(f"Invalid version '{version}'. It must be {' or '.join(_VERSIONS)}.")
+    base = base_crs(projection)
+    if base is None or not base.is_projected:
+        return None, f"{projection.name} is no CRS, but a function or a pipeline."
+    parts = base.to_json_dict()
+    parts["name"] = name
+    parts["conversion"]["name"] = name
+    geodetic = geodetic or ("EPSG:4326" if projection.ellipsoid.is_close(WGS84) else None)
+    if geodetic:
+        parts["base_crs"] = {
+            key: value for key, value in _geodetic(geodetic).to_json_dict().items() if key != "$schema"
+        }
+    try:
+        text = str(CRS.from_json_dict(parts).to_wkt(version, pretty=True))
+        found = Projection(*parse_crs(text, registered=False))
+    except (pyproj.exceptions.CRSError, ProjectionError):
+        return None, f"{version} has no such map."
+    points = tried(projection)
+    if not agree(projection, np.array(found(*points)), np.array(projection(*points))):
+        return None, f"{version} of {projection.name} is another map: it loses a default or a step."
+    return text, None
+
+
+def _geodetic(text: str) -> CRS:
+    try:
+        crs = read_crs(text)
+    except ProjectionError:
+        raise
+    except (pyproj.exceptions.CRSError, TypeError, ValueError) as error:
+        hint = did_you_mean(close_codes(str(text)))
+        raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. {hint}{ALLOWED}") from error
+    if not crs.is_geographic or crs.ellipsoid is None:
+        raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. It must have longitudes and latitudes.")
+    if greenwich_offset(crs):
+        raise ProjectionError(f"Invalid geographic CRS '{shown(str(text))}'. Its longitudes must be from Greenwich.")
+    return crs.to_2d() if len(crs.axis_info) > 2 else crs
+
+
+def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Greenwich degrees, on its own datum, of coordinates in a CRS: longitudes, latitudes; raises ProjectionError."""
+    try:
+        stated = read_crs(crs)
+        base = geographic_base(stated)
+        if base is None:
+            raise ProjectionError(f"Invalid CRS '{shown(crs)}'. It has no longitudes and latitudes.")
+        transformer = Transformer.from_crs(stated, base, always_xy=True)
+    except (pyproj.exceptions.CRSError, pyproj.exceptions.ProjError) as error:
+        raise ProjectionError(f"Invalid CRS '{shown(crs)}'. {ALLOWED}") from error
+    given = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    lon, lat = transform(transformer, *given)
+    check_grids(transformer, given, lon)
+    per_degree = units_per_degree(base)
+    return lon / per_degree + greenwich_offset(base), lat / per_degree
+
+
+# ---- composed ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Composed:
+    """x, y of a projection times a 2 x 2 matrix, given as its rows; defined where the projection is."""
+
+    base: Projection
+    matrix: tuple[tuple[float, float], tuple[float, float]]
+
+    def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """x, y in metres."""
+        x, y = self.base(lon, lat)
+        (xx, xy), (yx, yy) = self.matrix
+        return xx * x + xy * y, yx * x + yy * y
+
+
+def compose(projection: Projection, matrix: ArrayLike, name: str) -> Projection:
+    """The projection whose coordinates are `matrix` (2, 2) times those of another.
+
+    Its definition is the PROJ pipeline, where there is one. Raises ProjectionError for a matrix
+    that is not finite and invertible.
+    """
+    M = np.asarray(matrix, dtype=float)
+    if M.shape != (2, 2) or not np.isfinite(M).all() or np.linalg.det(M) == 0.0:
+        raise ProjectionError(f"Invalid matrix {M.tolist()} of a map. It must be 2 by 2, finite and invertible.")
+    base, total = uncomposed(projection, M)
+    rows = (float(total[0, 0]), float(total[0, 1])), (float(total[1, 0]), float(total[1, 1]))
+    definition = pipeline_of(base, total) or f"{rows} x {base.definition}"
+    return Projection(name, definition, base.ellipsoid, Composed(base, rows), base.area_of_use)
+
+
+def uncomposed(projection: Projection, matrix: FloatArray) -> tuple[Projection, FloatArray]:
+    """The base of a projection times a matrix, which may be a composition itself, and the whole matrix."""
+    if isinstance(projection.function, Composed):
+        return projection.function.base, matrix @ np.array(projection.function.matrix)
+    return projection, matrix
+
+
+# ---- derived -------------------------------------------------------------------------------------
+
+
+_METHOD = "PROJ-based operation method: {}"
+_SCOPE = "Maps of the area with little distortion."
+_DECIMALS = 6  # of degrees: a tenth of a metre
+
+
+class AreaOfUse(NamedTuple):
+    """The area that a CRS is for: its name, and west, south, east, north in degrees."""
+
+    name: str
+    bounds: tuple[float, float, float, float]
+
+    def stated_in(self, crs: CRS) -> CRS:
+        """The CRS with this area of use."""
+        west, south, east, north = self.bounds
+        if east - west >= 360.0:
+            west, east = -180.0, 180.0
+        sides = {
+            "south_latitude": south,
+            "west_longitude": _usual(west),
+            "north_latitude": north,
+            "east_longitude": _usual(east),
+        }
+        parts = crs.to_json_dict() | {"scope": _SCOPE, "area": self.name}
+        return CRS.from_json_dict(parts | {"bbox": {name: round(side, _DECIMALS) for name, side in sides.items()}})
+
+
+def _usual(longitude: float) -> float:
+    """A longitude within half a turn of Greenwich."""
+    return longitude if abs(longitude) <= 180.0 else (longitude + 180.0) % 360.0 - 180.0
+
+
+@dataclass(frozen=True)
+class DerivedCrs:
+    """A CRS as text: a PROJ pipeline from degrees, and WKT2.
+
+    `wkt` is a projected CRS whose conversion is the pipeline, which programs take for what it is; `wkt_derived` one
+    that is derived from the CRS of the base, which it names.
+    """
+
+    pipeline: str
+    wkt: str
+    wkt_derived: str
+
+    @property
+    def projjson(self) -> str:
+        """PROJJSON of `wkt`."""
+        return json.dumps(CRS.from_wkt(self.wkt).to_json_dict(), indent=2)
+
+    @functools.cached_property
+    def projection(self) -> Projection:
+        """The map of `wkt`."""
+        return Projection.from_user_input(self.wkt)
+
+    def inverse(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Longitudes and latitudes in degrees of coordinates; infinite where there are none."""
+        operation = self.projection.function
+        assert isinstance(operation, CrsOperation)  # as that of any CRS
+        return operation.inverse(x, y)
+
+
+def derived_crs(
+    base: Projection, steps: Sequence[str], name: str, area: AreaOfUse, *, geodetic: str | None = None
+) -> DerivedCrs:
+    """The CRS of a PROJ string followed by operations on its metres east and north, for an area.
+
+    It is based on the geographic CRS `geodetic`, as by `crs_wkt`. Raises ProjectionError for a base that is no CRS.
+    """
+    text, reason = crs_wkt(base, f"{name}, base", geodetic=geodetic)
+    if text is None:
+        raise ProjectionError(f"Invalid base '{base.label}'. {reason}")
+    plain = CRS.from_wkt(text)
+    words = [
+        f"+{word.lstrip('+')}" for word in base.definition.split() if word.lstrip("+") not in ("type=crs", "no_defs")
+    ]
+    operations = " +step ".join([" ".join(words), *steps])
+    degrees = "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad"
+    return DerivedCrs(
+        pipeline=f"{degrees} +step {operations}",
+        wkt=_wkt(area.stated_in(_projected(plain, f"+proj=pipeline +step {operations}", name))),
+        wkt_derived=_wkt(area.stated_in(_derived(plain, steps, name))),
+    )
+
+
+def _projected(base: CRS, pipeline: str, name: str) -> CRS:
+    """A projected CRS whose conversion is a pipeline."""
+    parts: dict[str, Any] = base.to_json_dict()
+    parts["name"] = name
+    parts["conversion"] = {"name": name, "method": {"name": _METHOD.format(pipeline)}, "parameters": []}
+    return CRS.from_json_dict(parts)
+
+
+def _derived(base: CRS, steps: Sequence[str], name: str) -> CRS:
+    """A CRS derived from the base's."""
+    method = steps[0] if len(steps) == 1 else f"+proj=pipeline {' '.join(f'+step {step}' for step in steps)}"
+    quoted, metre = name.replace('"', '""'), 'LENGTHUNIT["metre",1]'
+    text = (
+        f'DERIVEDPROJCRS["{quoted}",BASE{base.to_wkt("WKT2_2019")},'
+        f'DERIVINGCONVERSION["correction",METHOD["{_METHOD.format(method)}"]],'
+        f'CS[Cartesian,2],AXIS["easting (E)",east,ORDER[1]],AXIS["northing (N)",north,ORDER[2]],{metre}]'
+    )
+    try:
+        return CRS.from_wkt(text)
+    except pyproj.exceptions.CRSError as error:
+        raise ProjectionError(f"Invalid correction of '{name}'. PROJ cannot derive it from its base.") from error
+
+
+def _wkt(crs: CRS) -> str:
+    return str(crs.to_wkt("WKT2_2019", pretty=True))

@@ -1,20 +1,183 @@
-"""PROJ's operations as functions of degrees; picklable, hashable and safe to share between threads."""
+"""PROJ's operations as functions of degrees, with their datums, grids, figures of the Earth and errors."""
 
 from __future__ import annotations
 
 import functools
+import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import pyproj.exceptions
 from pyproj import CRS, Transformer
 from pyproj.enums import TransformDirection
 
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
-from projdist.projections.datums import geographic_base
-from projdist.projections.grids import check_grids
+from projdist.support import tell
+
+ALLOWED = (
+    "It must be a PROJ id or a name (see 'projdist list projections'), a PROJ string, an EPSG: or ESRI: code, "
+    "WKT, PROJJSON, the path of a .prj or .wkt file, a pyproj CRS, or a function of (lon, lat)."
+)
+
+
+class ProjectionError(ValueError):
+    """What was given is not a map projection that can be measured."""
+
+
+class GridError(ProjectionError):
+    """PROJ cannot read a grid that coordinates need: what was given is right."""
+
+
+def proj_reason(error: BaseException) -> str:
+    """The core of one of PROJ's nested messages."""
+    text = " ".join(str(error).split())
+    inner = re.search(r"\(Internal Proj Error: (.*)\)$", text)
+    reason = inner[1] if inner else text
+    reason = re.sub(r"^proj_create: ", "", reason)
+    return re.sub(r"^Error \d+ \((.*?)\)(?:: (.*))?$", lambda match: match[2] or match[1], reason).rstrip(".")
+
+
+# ---- datums --------------------------------------------------------------------------------------
+
+
+_GIVES_LONGITUDE_FIRST = (["north", "east"], ["east", "north"])
+_AXES = [
+    {"name": "Geodetic longitude", "abbreviation": "Lon", "direction": "east", "unit": "degree"},
+    {"name": "Geodetic latitude", "abbreviation": "Lat", "direction": "north", "unit": "degree"},
+]
+_ROUNDED = 1e-9  # relative: degrees to the digits that programs write
+_IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks")  # are of the axes as they were
+
+
+def geographic_base(crs: CRS) -> CRS | None:
+    """The geographic CRS of a CRS's datum, which with `always_xy` has longitudes east first, then geodetic latitudes.
+
+    That is its geodetic CRS where it has such axes. The bodies of IAU_2015 have others: `always_xy` leaves longitudes
+    that are positive west, and planetocentric latitudes, where and as they are. Then it is one of the same datum in
+    degrees, between which and the CRS PROJ converts.
+    """
+    geodetic = crs.geodetic_crs
+    if geodetic is None or has_plain_axes(geodetic):
+        return geodetic
+    parts = {key: value for key, value in geodetic.to_json_dict().items() if key not in _IDENTITY}
+    parts |= {
+        "type": "GeographicCRS",
+        "name": f"{geodetic.name}, longitudes east, geodetic latitudes",
+        "coordinate_system": {"subtype": "ellipsoidal", "axis": _AXES},
+    }
+    return CRS.from_json_dict(parts)
+
+
+def has_plain_axes(geodetic: CRS) -> bool:
+    """Whether `always_xy` makes of a geodetic CRS's axes longitudes east, then geodetic latitudes north."""
+    return geodetic.is_geographic and [axis.direction for axis in geodetic.axis_info[:2]] in _GIVES_LONGITUDE_FIRST
+
+
+def greenwich_offset(crs: CRS) -> float:
+    """Degrees from Greenwich, or the prime meridian of another body, to the CRS's own."""
+    meridian = crs.prime_meridian
+    return float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0
+
+
+def units_per_degree(geodetic: CRS) -> float:
+    """Units of the CRS's longitudes in a degree."""
+    east = next((axis for axis in geodetic.axis_info if axis.direction == "east"), geodetic.axis_info[0])
+    factor = float(east.unit_conversion_factor)
+    return 1.0 if math.isclose(factor, math.radians(1.0), rel_tol=_ROUNDED) else math.radians(1.0) / factor
+
+
+# ---- figures -------------------------------------------------------------------------------------
+
+
+# Each with the digits of e^2 that PROJ has.
+_BESSEL = Ellipsoid(6377397.155, 1.0 - math.sqrt(1.0 - 0.006674372230614))
+_INTERNATIONAL = Ellipsoid(6378388.0, 1.0 / 297.0)
+_CLARKE_1866 = Ellipsoid(6378206.4, 1.0 - math.sqrt(1.0 - 0.00676866))
+_CLARKE_SPHERE = Ellipsoid(6370997.0)  # of the area of Clarke 1866
+
+_ALWAYS = {"krovak": _BESSEL, "mod_krovak": _BESSEL, "nzmg": _INTERNATIONAL}
+_OF_TWO = ("alsk", "gs50")  # one for a sphere, and one for an ellipsoid
+_OF_ONE_SIZE = "gs48"
+# Maps of a sphere. PROJ puts conformal latitudes for theirs, but leaves the centre's: another map, conformal, too.
+_SPHERICAL = ("gs48", "lee_os", "mil_os")
+
+_PARAMETERS = {_BESSEL: "+ellps=bessel", _INTERNATIONAL: "+ellps=intl", _CLARKE_1866: "+ellps=clrk66"}
+_SAME = 1e-6  # of size and flattening: ellipsoids that people take for one another differ by less
+
+
+def own_figure(operation: str, stated: Ellipsoid) -> Ellipsoid:
+    """The figure on which PROJ has an operation where a figure is stated."""
+    if operation in _OF_TWO:
+        return _CLARKE_SPHERE if stated.is_sphere else _CLARKE_1866
+    if operation == _OF_ONE_SIZE:
+        return Ellipsoid(_CLARKE_SPHERE.a, stated.f)
+    return _ALWAYS.get(operation, stated)
+
+
+def has_own_figure(operation: str) -> bool:
+    """Whether PROJ passes over the figure that is stated, or its size."""
+    return operation in (*_ALWAYS, *_OF_TWO, _OF_ONE_SIZE)
+
+
+def figure_parameters(figure: Ellipsoid) -> str:
+    """PROJ's parameters of a figure."""
+    if figure.is_sphere:
+        return f"+R={figure.a:.12g}"
+    return _PARAMETERS.get(figure, f"+a={figure.a:.12g} +rf={1.0 / figure.f:.12g}")
+
+
+def tell_of_figure(operation: str, stated: Ellipsoid) -> None:
+    """Tell that a map is measured on a figure of its own, where that is not the stated one."""
+    figure = own_figure(operation, stated)
+    if abs(figure.a / stated.a - 1.0) > _SAME or abs(figure.f - stated.f) > _SAME:
+        tell(f"PROJ draws {operation} on a figure of its own, {figure_parameters(figure)}; it is measured on that.")
+
+
+def tell_of_sphere(operation: str, stated: Ellipsoid) -> None:
+    """Tell that a map of the sphere was asked for on an ellipsoid, where PROJ has another map."""
+    if operation in _SPHERICAL and not stated.is_sphere:
+        tell(f"PROJ's {operation} is a map of the sphere; what it draws on an ellipsoid is another map.")
+
+
+# ---- grids ---------------------------------------------------------------------------------------
+
+
+# PROJ's words for PROJ_ERR_OTHER_NETWORK_ERROR and PROJ_ERR_INVALID_OP_FILE_NOT_FOUND_OR_INVALID.
+_UNREAD = re.compile(r"network error|file not found", re.IGNORECASE)
+_ASKED = 300  # of the points that are lost: 20 ms
+
+
+def check_grids(
+    transformer: Transformer,
+    given: tuple[FloatArray, FloatArray],
+    found: FloatArray,
+    direction: TransformDirection = TransformDirection.FORWARD,
+) -> None:
+    """Raise GridError where a point has no coordinates, and PROJ says that it could not read a grid for it.
+
+    PROJ fetches grids at the first point that needs them, and gives infinity where it cannot. Others may be lost for
+    other reasons: up to 300 of them, one as far from the next as from the one before, are asked for theirs.
+    """
+    lost = np.flatnonzero(np.isfinite(given[0]) & np.isfinite(given[1]) & ~np.isfinite(found))
+    asked = lost[np.unique(np.linspace(0, lost.size - 1, min(lost.size, _ASKED)).astype(int))]
+    for u, v in zip(*(values.ravel()[asked].tolist() for values in given), strict=True):
+        try:
+            transformer.transform(u, v, errcheck=True, direction=direction)
+        except pyproj.exceptions.ProjError as error:
+            if _UNREAD.search(str(error)):
+                reason = proj_reason(error).removeprefix("transform error: ")
+                raise GridError(
+                    f"Invalid coordinates. PROJ cannot read a grid that they need: {reason}. Fetch it with 'projsync', "
+                    "or set PROJ_NETWORK=OFF to do without."
+                ) from error
+
+
+# ---- operations ----------------------------------------------------------------------------------
+
 
 Function = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.projections.geodesy import crs_of
-from projdist.projections.planes import geographic
+from projdist.projections.projected_crs import geographic
 from projdist.projections.projection import Projection
 from projdist.support import MISSING, has_decimal_comma, number_of, numbered_rows, tell
 

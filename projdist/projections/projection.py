@@ -1,22 +1,177 @@
-"""The value type of a map projection."""
+"""The value type of a map projection, and everything that it can be made from."""
 
 from __future__ import annotations
 
+import functools
+import json
 import os
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, cast
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pyproj import CRS, Proj
+from pyproj.database import query_crs_info
+from pyproj.enums import PJType
 
 from projdist._typing import FloatArray
 from projdist.earth import SPHERE, Ellipsoid
-from projdist.projections.bodies import Body, body_in
-from projdist.projections.errors import ProjectionError
-from projdist.projections.inputs import parse
-from projdist.projections.operations import CrsOperation, Function, Pipeline
+from projdist.projections.crs import parse_crs
+from projdist.projections.names import parse_name
+from projdist.projections.operations import ALLOWED, CrsOperation, Function, Parts, Pipeline, ProjectionError
+from projdist.projections.projstrings import (
+    is_proj_string,
+    parse_proj_string,
+    proj_string_of_crs,
+    proj_string_of_parameters,
+)
+from projdist.projections.wkt import grid_mapping_in, is_wkt
+from projdist.support import shown
+
+__all__ = [
+    "Body",
+    "body_in",
+    "is_same_body",
+]
+
+
+_NAMED = re.compile(r'(?:ELLIPSOID|SPHEROID|DATUM|BASEGEOGCRS|BASEGEODCRS|GEOGCRS|GEODCRS|GEOGCS)\["([^"]*)"')
+# Figures of one body that people use differ by up to 3.4 % (the equator and the mean radius of Saturn); those of the
+# Moon and Io by 4.8 %. Bodies that are nearer to each other are told apart by names, where there are any.
+_SAME_SIZE = 0.04
+_WITH_ARTICLE = ("Moon", "Sun")
+
+
+class Body(NamedTuple):
+    """A celestial body by a figure of it, and its name, "" where that is not known."""
+
+    ellipsoid: Ellipsoid
+    name: str = ""
+
+    def __str__(self) -> str:
+        """In words: the Earth, Mars, a body of radius 1737.4 km."""
+        if not self.ellipsoid.is_of_another_body:
+            return "the Earth"
+        article = "the " if self.name in _WITH_ARTICLE else ""
+        return f"{article}{self.name}" if self.name else f"a body of radius {self.ellipsoid.a / 1000.0:.7g} km"
+
+
+@functools.cache
+def _names() -> tuple[str, ...]:
+    """The bodies of the International Astronomical Union's CRSs in PROJ's database, the longest names first."""
+    found = query_crs_info(auth_name="IAU_2015", pj_types=[PJType.GEOGRAPHIC_2D_CRS, PJType.GEODETIC_CRS])
+    names = {info.name.partition(" (")[0] for info in found} - {"Earth"}
+    return tuple(sorted(names, key=lambda name: (-len(name), name)))
+
+
+@functools.cache
+def body_in(wkt: str) -> str:
+    """The body that the names of a CRS's datum, ellipsoid and base tell, as "Mars_2000_IAU_IAG" does; else ""."""
+    words = " ".join(_NAMED.findall(wkt)).replace("_", " ")
+    return next((name for name in _names() if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", words, re.IGNORECASE)), "")
+
+
+def is_same_body(one: Body, other: Body) -> bool:
+    """Whether two are one body: by their names, or, where one is not known, by their sizes."""
+    foreign = [body.ellipsoid.is_of_another_body for body in (one, other)]
+    if not all(foreign):
+        return not any(foreign)
+    if one.name and other.name:
+        return one.name == other.name
+    return abs(one.ellipsoid.a - other.ellipsoid.a) < _SAME_SIZE * max(one.ellipsoid.a, other.ellipsoid.a)
+
+
+# ---- inputs --------------------------------------------------------------------------------------
+
+
+_LONGEST_PATH = 300  # characters
+
+
+def parse(value: Any) -> Parts:
+    """The projection of a name, PROJ string, CRS code, WKT, PROJJSON, file or pyproj CRS; raises ProjectionError."""
+    if isinstance(value, str):
+        return _parse_text(value.strip())
+    if isinstance(value, os.PathLike):
+        return _parse_file(Path(value))
+    if isinstance(value, Mapping) and "proj" in value:
+        return parse_proj_string(proj_string_of_parameters(value))
+    if isinstance(value, Proj):
+        value = value.crs
+    if isinstance(value, CRS) and is_proj_string(value.srs):
+        return parse_proj_string(proj_string_of_crs(value))
+    return parse_crs(value)
+
+
+def listed_projections(value: Any) -> list[Any]:
+    """The projections of an iterable, as they are given, or one alone; a pair such as ("EPSG", 3035) is one."""
+    pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], int)
+    one = isinstance(value, str | bytes | os.PathLike | Mapping | CRS | Proj) or callable(value) or pair
+    return [value] if one or not isinstance(value, Iterable) else list(value)
+
+
+def _parse_text(text: str) -> Parts:
+    if text.lower().endswith((".prj", ".wkt", ".json")) and not re.search(r"[\[{]|proj=", text):
+        return _parse_file(Path(text))
+    return _parse_contents(text)
+
+
+def _parse_contents(text: str) -> Parts:
+    """Text that is no path."""
+    if "\0" in text:  # where PROJ would stop reading
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It has a null character.")
+    init = re.fullmatch(r"\+?init=(\w+:\w+)(?:\s+\+no_defs|\s+\+type=crs)*", text)
+    if init:
+        return parse_crs(init[1].upper())
+    if text.startswith("{"):
+        return _parse_json(text)
+    if is_wkt(text):
+        return parse_crs(text)
+    if is_proj_string(text):
+        return parse_proj_string(" ".join(text.split()))
+    if ":" not in text:
+        return parse_name(text)
+    if re.fullmatch(r"\w+:\w+\s*(?:\+\s*[A-Za-z]\w*\s*(?:[=+@].*)?|@.*,.*)", text):
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. Parameters and centres are for names, as robinson+lon_0=150 and "
+            "mollweide@45,-100; a CRS has its own."
+        )
+    return parse_crs(text)
+
+
+def _parse_json(text: str) -> Parts:
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
+    return parse(value) if "proj" in value or grid_mapping_in(value) else parse_crs(text)
+
+
+def _shown_path(path: Path) -> str:
+    """A path for a message; of a long one the name of the file."""
+    text = " ".join(str(path).split())
+    return text if len(text) <= _LONGEST_PATH else f".../{shown(path.name)}"
+
+
+def _parse_file(path: Path) -> Parts:
+    complaint = f"Invalid projection file '{_shown_path(path)}'."
+    try:
+        text = path.read_text(encoding="utf-8-sig").strip()
+    except (OSError, ValueError) as error:  # a ValueError for what is not UTF-8, and for a null character in the path
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ProjectionError(f"{complaint} It cannot be read as text: {reason}.") from error
+    if not text:
+        raise ProjectionError(f"{complaint} It must hold WKT, PROJJSON or a PROJ string.")
+    try:
+        return _parse_contents(text)
+    except ProjectionError as error:
+        raise ProjectionError(f"{complaint} {error}") from error
+
+
+# ---- projection ----------------------------------------------------------------------------------
+
 
 _FARTHEST = 1e10  # radii; the gnomonic map reaches as far. PROJ gives larger numbers beyond the reach of some maps
 _LONGEST_LABEL = 60  # characters

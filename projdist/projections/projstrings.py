@@ -14,12 +14,20 @@ from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
-from projdist.projections.arguments import check_values, tell_of_idle
-from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS
-from projdist.projections.errors import ProjectionError, proj_reason
-from projdist.projections.figures import figure_parameters, has_own_figure, own_figure, tell_of_figure, tell_of_sphere
-from projdist.projections.hints import close_ids, operation_titles
-from projdist.projections.operations import Parts, Pipeline, transform
+from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS, close_ids, operation_titles
+from projdist.projections.operations import (
+    Parts,
+    Pipeline,
+    ProjectionError,
+    figure_parameters,
+    has_own_figure,
+    own_figure,
+    proj_reason,
+    tell_of_figure,
+    tell_of_sphere,
+    transform,
+)
+from projdist.projections.proj_parameters import check_values, tell_of_idle
 from projdist.support import did_you_mean, shown
 
 ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())

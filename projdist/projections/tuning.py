@@ -1,45 +1,97 @@
-"""Maps with other values of their parameters, and other points at their centres: what sliders and dragging need."""
+"""The same PROJ operation with other values of its parameters."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import pyproj.exceptions
 
-from projdist.projections.arguments import number_text
-from projdist.projections.aspects import WITH_LATITUDE, Turned, Words, has_words, turned_tokens, words_of
 from projdist.projections.catalogue import NAMES
-from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import parameters_of, same_coordinates
-from projdist.projections.knobs import (
-    Parameter,
-    Stated,
-    check_value,
-    degrees_of,
-    longitude_key,
-    parameters_in,
-    prime_meridian,
-)
 from projdist.projections.names import (
+    WITH_LATITUDE,
+    Turned,
+    Words,
     has_centre,
+    has_words,
     known_name,
     needed_parameters,
     operation_of,
     proj_tokens,
     title_of,
+    turned_tokens,
+    words_of,
 )
-from projdist.projections.operations import CrsOperation, Pipeline
-from projdist.projections.parameters import run_as
+from projdist.projections.operations import CrsOperation, Pipeline, ProjectionError, proj_reason
+from projdist.projections.proj_parameters import (
+    Parameter,
+    Stated,
+    check_value,
+    degrees_of,
+    longitude_key,
+    number_text,
+    parameters_in,
+    prime_meridian,
+)
 from projdist.projections.projection import Projection, ProjectionLike
 from projdist.projections.projstrings import is_proj_string, operation_name
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import check_number, close_words, did_you_mean, listed, shown
 
-__all__ = ["Tunable", "tunable", "tuned"]
+__all__ = [
+    "Tunable",
+    "tunable",
+    "tuned",
+]
+
+
+def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> Projection:
+    """A projection of a PROJ string of one step with other values of numeric parameters.
+
+    Nothing but what PROJ checks is checked again, so that thousands can be made: each takes 0.05 ms, a tenth of
+    reading the string. The ellipsoid must stay. Raises ProjectionError.
+    """
+    function = projection.function
+    if not isinstance(function, Pipeline) or "+proj=pipeline" in function.pipeline:
+        raise ProjectionError(f"Invalid projection '{projection.label}'. It must be a PROJ string of one step.")
+    definition = defined_by(projection.definition, parameters)
+    return run_as(projection, definition, defined_by(function.pipeline, parameters))
+
+
+def run_as(projection: Projection, definition: str, pipeline: str) -> Projection:
+    """A projection of a PROJ string with another string, on the same ellipsoid and in the same unit.
+
+    Raises ProjectionError where PROJ refuses it.
+    """
+    assert isinstance(projection.function, Pipeline)
+    changed = Pipeline(pipeline, projection.function.to_metre)
+    try:
+        _ = changed.transformer
+    except pyproj.exceptions.ProjError as error:
+        message = f"Invalid PROJ string '{changed.pipeline}'. PROJ says: {proj_reason(error)}."
+        raise ProjectionError(message) from error
+    return dataclasses.replace(projection, definition=definition, function=changed)
+
+
+def defined_by(text: str, parameters: Mapping[str, float]) -> str:
+    """A PROJ string of one step with other values of numeric parameters."""
+    for key, value in parameters.items():
+        token = f"+{key}={number_text(value)}"
+        text, count = re.subn(rf"(?<!\S)\+?{re.escape(key)}=\S+", token, text, count=1)
+        if not count:
+            text = f"{text} {token}"
+    return text
+
+
+# ---- tuning --------------------------------------------------------------------------------------
+
 
 Centre = tuple[float, float]
 

@@ -9,7 +9,7 @@ from pyproj.database import query_crs_info
 
 from projdist.decisions.recommendation.search import recommend
 from projdist.decisions.recommendation.trial_nodes import Lattice
-from projdist.projections.registry import facts_of
+from projdist.projections.database import facts_of
 from projdist.regions import get_region
 
 FILE = Path(__file__).parents[1] / "data" / "national_systems.csv"

@@ -7,8 +7,7 @@ from projdist.decisions.recommendation import same_maps as twins
 from projdist.decisions.recommendation.candidates import Finding, Trial, try_crs
 from projdist.decisions.recommendation.same_maps import Usage, by_usage, datum_root, grouped
 from projdist.decisions.recommendation.trial_nodes import probe_of
-from projdist.projections.database import AUTHORITIES, crs_records
-from projdist.projections.registry import facts_of
+from projdist.projections.database import AUTHORITIES, crs_records, facts_of
 from projdist.regions import get_region
 
 GERMANY, WEST = "box:5.9,47.3,15.0,55.1", "box:7.5,48,10.4,54"

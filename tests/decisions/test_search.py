@@ -12,8 +12,9 @@ from pyproj import Proj
 import projdist
 from projdist.decisions.recommendation.search import recommend
 from projdist.decisions.recommendation.standing import CLOSE, WIDE_FACTOR
-from projdist.projections import ProjectionError, registry
+from projdist.projections import ProjectionError
 from projdist.projections import database as crs_database
+from projdist.projections import database as registry
 from projdist.regions import get_region
 
 GERMANY = "box:5.9,47.3,15.0,55.1"

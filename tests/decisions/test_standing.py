@@ -15,8 +15,7 @@ from projdist.decisions.recommendation.standing import (
     preferred,
     tiers,
 )
-from projdist.projections.database import CrsRecord, crs_records
-from projdist.projections.registry import facts_of
+from projdist.projections.database import CrsRecord, crs_records, facts_of
 
 OWN = Standing(share=1.0, national=True, wide=False, special=False, since=2010, datum="New")
 OLD = dataclasses.replace(OWN, since=1950, datum="Old")

@@ -12,8 +12,7 @@ from projdist.decisions.recommendation.candidates import Finding, Trial, try_crs
 from projdist.decisions.recommendation.pool import Pool
 from projdist.decisions.recommendation.trial_nodes import Lattice, probe_of
 from projdist.decisions.recommendation.zones import _measured, _serves, _System, _systems
-from projdist.projections.database import crs_records
-from projdist.projections.registry import facts_of
+from projdist.projections.database import crs_records, facts_of
 from projdist.regions import get_region
 
 BOX = "box:8,50,14,51"

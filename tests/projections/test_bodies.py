@@ -25,8 +25,8 @@ from projdist.projections import (
     unprojected,
     wkt_of,
 )
-from projdist.projections.bodies import Body, body_in, is_same_body
-from projdist.projections.datums import has_plain_axes
+from projdist.projections.operations import has_plain_axes
+from projdist.projections.projection import Body, body_in, is_same_body
 from projdist.regions import get_region
 
 # Mars (2015) of the IAU's Working Group on Cartographic Coordinates: semi-axes of 3396.19 and 3376.20 km.

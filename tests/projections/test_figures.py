@@ -14,7 +14,7 @@ from projdist.answers.point_factors import factors
 from projdist.earth.ellipsoid import Ellipsoid
 from projdist.projections import Projection, ProjectionError, pipeline_of, plane_of, projection_names
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS
-from projdist.projections.figures import has_own_figure
+from projdist.projections.operations import has_own_figure
 from projdist.support.checks import Notice
 
 LENGTHS = ("h", "h_0")  # parameters in metres, which grow with the Earth

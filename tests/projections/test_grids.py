@@ -9,7 +9,7 @@ import pytest
 from pyproj.exceptions import ProjError
 
 from projdist.projections import GridError, Projection, ProjectionError, geographic
-from projdist.projections.grids import check_grids
+from projdist.projections.operations import check_grids
 
 # Nobody listens there: fetching a grid fails at once, with a network or without.
 NOWHERE = {"PROJ_NETWORK": "ON", "PROJ_NETWORK_ENDPOINT": "http://127.0.0.1:9"}

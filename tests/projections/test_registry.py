@@ -2,8 +2,8 @@
 
 import pytest
 
-from projdist.projections import registry
-from projdist.projections.registry import facts_of, year_of
+from projdist.projections import database as registry
+from projdist.projections.database import facts_of, year_of
 
 
 @pytest.mark.parametrize(

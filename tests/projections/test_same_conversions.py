@@ -4,7 +4,8 @@ import numpy as np
 import pyproj
 import pytest
 
-from projdist.projections import codes_of_same_map, same_conversions
+from projdist.projections import codes_of_same_map
+from projdist.projections import database as same_conversions
 
 GRID = np.meshgrid(np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 5))
 
@@ -51,7 +52,7 @@ def test_others_are_not_the_same() -> None:
 
 def test_no_database(monkeypatch, tmp_path) -> None:
     """Where PROJ's database is no file nothing is known."""
-    monkeypatch.setattr("projdist.projections.registry.get_data_dir", lambda: str(tmp_path))
+    monkeypatch.setattr("projdist.projections.database.get_data_dir", lambda: str(tmp_path))
     assert codes_of_same_map("EPSG:2154") == {}
 
 

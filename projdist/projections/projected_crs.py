@@ -13,11 +13,17 @@ from pyproj.enums import TransformDirection
 from projdist._typing import BoolArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84
 from projdist.projections.crs import parse_crs, read_crs
-from projdist.projections.datums import geographic_base, greenwich_offset, has_plain_axes, units_per_degree
-from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import base_crs, same_coordinates
-from projdist.projections.grids import check_grids
-from projdist.projections.operations import CrsOperation, transform
+from projdist.projections.operations import (
+    CrsOperation,
+    ProjectionError,
+    check_grids,
+    geographic_base,
+    greenwich_offset,
+    has_plain_axes,
+    transform,
+    units_per_degree,
+)
 from projdist.projections.projection import Projection
 
 _SAME_ELLIPSOID = 1e-6  # of its figures: GRS 80 and WGS 84 are one here, WGS 72 is another

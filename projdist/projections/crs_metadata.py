@@ -1,0 +1,348 @@
+"""What is known of a map without measuring it: what its CRS states, what its method promises, its breaks and poles."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import math
+import re
+from dataclasses import dataclass
+from importlib import resources
+from typing import NamedTuple
+
+from pyproj import CRS
+
+from projdist.earth import SMOOTH, SPHERE, WGS84, Breaks
+from projdist.projections.catalogue import operation_titles
+from projdist.projections.names import Turned
+from projdist.projections.operations import CrsOperation, Pipeline
+from projdist.projections.projection import Projection
+from projdist.projections.projstrings import ELLIPSOID_KEYS
+from projdist.projections.worldmaps import WORLD_MAPS
+
+__all__ = [
+    "Axis",
+    "OwnPole",
+    "Particulars",
+    "Setting",
+    "breaks_of",
+    "known_breaks",
+    "numbers_of",
+    "own_pole_of",
+    "particulars_of",
+]
+
+
+_METRES = "metre"
+# Tokens of a PROJ string that are said elsewhere, or say nothing.
+_SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *ELLIPSOID_KEYS}
+
+
+class Axis(NamedTuple):
+    """An axis of a map's coordinates, in their order, and where it points."""
+
+    name: str
+    direction: str
+
+
+class Setting(NamedTuple):
+    """A parameter of a method: a number, or PROJ's text, None of a flag; "" for no unit."""
+
+    name: str
+    value: float | str | None
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Particulars:
+    """What is stated of a projection; texts are empty, and `unit_metres` is NaN, where nothing is.
+
+    `code` is AUTHORITY:CODE, `geographic_crs` the CRS that a CRS is made from, `replaced_by` the codes of what shall be
+    used in place of a deprecated one.
+    """
+
+    kind: str
+    code: str = ""
+    area_name: str = ""
+    scope: str = ""
+    remarks: str = ""
+    deprecated: bool = False
+    replaced_by: tuple[str, ...] = ()
+    datum: str = ""
+    geographic_crs: str = ""
+    ellipsoid_name: str = ""
+    prime_meridian: str = ""
+    unit: str = ""
+    unit_metres: float = math.nan
+    axes: tuple[Axis, ...] = ()
+    method: str = ""
+    parameters: tuple[Setting, ...] = ()
+
+
+def particulars_of(projection: Projection) -> Particulars:
+    """The particulars of a projection of any kind."""
+    function = projection.function
+    if isinstance(function, CrsOperation):
+        return _metadata_of_crs(projection, CRS.from_wkt(function.crs))
+    if isinstance(function, Pipeline):
+        return _of_string(projection, function)
+    own = isinstance(function, Turned) or function in WORLD_MAPS.values()
+    kind = "map that PROJ lacks" if own else "function of longitude and latitude"
+    return Particulars(kind=kind, ellipsoid_name=_ellipsoid_name(projection))
+
+
+def _metadata_of_crs(projection: Projection, plane: CRS) -> Particulars:
+    """Of a CRS, whose projected part is `plane`."""
+    stated = CRS.from_user_input(projection.definition)
+    operation, geographic = plane.coordinate_operation, plane.geodetic_crs
+    replaced = stated.get_non_deprecated() if stated.is_deprecated else []
+    meridian = plane.prime_meridian
+    axes = plane.axis_info
+    return Particulars(
+        kind=_kind(stated),
+        code=_code(stated),
+        area_name=(stated.area_of_use.name or "") if stated.area_of_use else "",
+        scope=stated.scope or "",
+        remarks=stated.remarks or "",
+        deprecated=stated.is_deprecated,
+        replaced_by=tuple(filter(None, map(_code, replaced))),
+        datum=plane.datum.name if plane.datum else "",
+        geographic_crs=" ".join(filter(None, (_code(geographic), geographic.name))) if geographic else "",
+        ellipsoid_name=plane.ellipsoid.name if plane.ellipsoid else "",
+        prime_meridian=meridian.name if meridian and meridian.longitude else "",
+        unit=axes[0].unit_name,
+        unit_metres=axes[0].unit_conversion_factor,
+        axes=tuple(Axis(axis.name, axis.direction) for axis in axes),
+        method=operation.method_name if operation else "",
+        parameters=tuple(Setting(one.name, one.value, _unit(one.unit_name)) for one in operation.params)
+        if operation
+        else (),
+    )
+
+
+def _kind(crs: CRS) -> str:
+    kind = str(crs.type_name)
+    return kind[0].lower() + kind[1:]
+
+
+def _code(crs: CRS) -> str:
+    return ":".join(crs.to_authority(min_confidence=100) or ())
+
+
+def _unit(name: str) -> str:
+    """The unit of a parameter; that of ratios is none."""
+    return "" if name in ("unity", "Unity", "unitless") else name
+
+
+def _of_string(projection: Projection, function: Pipeline) -> Particulars:
+    """Of a PROJ string; of a pipeline, which has parameters in each step, the steps are in its definition."""
+    tokens = [token.lstrip("+").partition("=") for token in function.pipeline.split()]
+    operations = [value for key, _, value in tokens if key == "proj"]
+    alone = len(operations) == 1
+    stated = {key: value for key, _, value in tokens}
+    known = operation_titles()
+    unit = stated.get("units", _METRES if function.to_metre == 1.0 else "")
+    return Particulars(
+        kind="PROJ string" if alone else "PROJ pipeline",
+        ellipsoid_name=_ellipsoid_name(projection),
+        unit=_METRES if unit == "m" else unit,
+        unit_metres=function.to_metre,
+        method=known.get(operations[0], operations[0]) if alone else "",
+        parameters=tuple(
+            Setting(key, value if equals else None, "") for key, equals, value in tokens if alone and key not in _SAID
+        ),
+    )
+
+
+def _ellipsoid_name(projection: Projection) -> str:
+    """The name of a figure that everybody knows."""
+    if projection.ellipsoid.is_close(SPHERE):
+        return "sphere of the Earth's mean radius"
+    if projection.ellipsoid.is_close(WGS84):
+        return "WGS 84"
+    return "sphere" if projection.ellipsoid.is_sphere else ""
+
+
+# ---- natures -------------------------------------------------------------------------------------
+
+
+class Nature(NamedTuple):
+    """The name of a CRS's method or a PROJ operation, and what it keeps: "conformal" or "equal-area"."""
+
+    name: str
+    keeps: str
+
+
+def nature_of(projection: Projection) -> Nature | None:
+    """What a map's method promises on its figure; None for methods that promise nothing, pipelines and functions."""
+    function = projection.function
+    if isinstance(function, CrsOperation):
+        key = "method", _method_of(function.crs)
+    elif isinstance(function, Pipeline):
+        key = "operation", _operation_of(function.pipeline)
+    else:
+        return None
+    keeps, figure = _promises().get(key, ("", ""))
+    if not keeps or (figure == "sphere" and not projection.ellipsoid.is_sphere):
+        return None
+    return Nature(key[1], keeps)
+
+
+def _method_of(wkt: str) -> str:
+    """The method in the WKT2 of a projected CRS, in a hundredth of the time that PROJ takes; "" of a derived one."""
+    method = re.search(r'METHOD\["([^"]*)"', wkt) if wkt.startswith("PROJCRS[") else None
+    return method[1] if method else ""
+
+
+def _operation_of(pipeline: str) -> str:
+    """The first operation, which is `pipeline` for several."""
+    return next((token[6:] for token in pipeline.split() if token.startswith("+proj=")), "")
+
+
+@functools.cache
+def _promises() -> dict[tuple[str, str], tuple[str, str]]:
+    """What is kept, and on which figure, "any" or "sphere", by kind and name."""
+    text = resources.files("projdist").joinpath("data", "natures.csv").read_text(encoding="utf-8")
+    return {(row["kind"], row["name"]): (row["nature"], row["figure"]) for row in csv.DictReader(text.splitlines())}
+
+
+# ---- breaks --------------------------------------------------------------------------------------
+
+
+_SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
+
+
+def breaks_of(projection: Projection) -> Breaks:
+    """What is known of a map; nothing of functions, pipelines and oblique maps."""
+    function = projection.function
+    if isinstance(function, Pipeline):
+        found = _breaks_of_text(function.pipeline)
+    elif isinstance(function, CrsOperation) and function.angle_unit == 1.0:
+        found = _breaks_of_crs(function.crs, function.greenwich)
+    else:
+        return SMOOTH
+    return found
+
+
+@functools.lru_cache(maxsize=256)
+def _breaks_of_text(pipeline: str) -> Breaks:
+    """Of a PROJ string."""
+    if any(part in pipeline for part in _SHIFTED):
+        return SMOOTH
+    values = numbers_of(pipeline)
+    centre = values.get("lon_0", 0.0)
+    return known_breaks(str(values.get("proj")), centre) if isinstance(centre, float) else SMOOTH
+
+
+def numbers_of(pipeline: str) -> dict[str, float | str]:
+    """The parameters of a PROJ string: numbers, and what else is text."""
+    found: dict[str, float | str] = {}
+    for token in pipeline.split():
+        name, _, text = token.removeprefix("+").partition("=")
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = text
+    return found
+
+
+def known_breaks(operation: str, centre: float) -> Breaks:
+    """The breaks of one of PROJ's operations about a central meridian, and the meridian opposite."""
+    return _turned(_known().get(("operation", operation), SMOOTH), centre)
+
+
+@functools.lru_cache(maxsize=256)
+def _breaks_of_crs(wkt: str, greenwich: float) -> Breaks:
+    """Of a projected CRS: of some methods only, as others have more than one meridian."""
+    method = re.search(r'METHOD\["([^"]*)"', wkt)
+    known = _known().get(("method", method[1])) if method and wkt.startswith("PROJCRS[") else None
+    centre = re.search(r'PARAMETER\["Longitude of natural origin",([-+.\deE]+),ANGLEUNIT\["Degree"', wkt, re.IGNORECASE)
+    if known is None or centre is None:
+        return SMOOTH
+    return _turned(known, float(centre[1]) + greenwich)
+
+
+def _turned(breaks: Breaks, centre: float) -> Breaks:
+    """Breaks about a central meridian, and the meridian opposite."""
+    opposite = (180.0,)
+    northern, southern = (
+        tuple(sorted((lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, *opposite))) for lons in breaks[1:]
+    )
+    return Breaks(breaks.parallels, northern, southern)
+
+
+@functools.cache
+def _known() -> dict[tuple[str, str], Breaks]:
+    """Breaks of methods with the central meridian 0, by kind and name."""
+    text = resources.files("projdist").joinpath("data", "breaks.csv").read_text(encoding="utf-8")
+    found = {}
+    for row in csv.DictReader(text.splitlines()):
+        parallels = _numbers(row["parallels"])
+        both = tuple(sorted({*parallels, *(-lat for lat in parallels)}))
+        found[row["kind"], row["name"]] = Breaks(both, _numbers(row["northern"]), _numbers(row["southern"]))
+    return found
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    return tuple(float(word) for word in text.split())
+
+
+# ---- own poles -----------------------------------------------------------------------------------
+
+
+_AZIMUTHAL = frozenset("laea aeqd stere ortho gnom airy nsper".split())  # about lon_0, lat_0
+_ENDLESS = frozenset("stere merc webmerc cc lcc".split())  # they leave the plane at a pole
+_TRANSVERSE = frozenset("tmerc cass tcea".split())  # cylinders about the point 90 degrees east of lon_0
+_ON_ELLIPSOIDS = frozenset(["laea", "ortho"])  # others have rounding about their poles there that graded panels see
+_SHIFTING = frozenset(["pm", "over", "axis"])
+_QUARTER = 90.0  # degrees about a centre in which sines and cosines of the azimuth are resolved
+
+
+class OwnPole(NamedTuple):
+    """A pole in degrees, and the map's breaks in longitudes and latitudes about it, from its meridian to the south.
+
+    `widest` is how many degrees about the pole are resolved at once. Maps that grow without bound towards the pole or
+    its antipode are `graded` there; in others nodes so near would see how PROJ snaps to these points.
+    """
+
+    lon: float
+    lat: float
+    breaks: Breaks
+    widest: float
+    graded: bool
+
+
+def own_pole_of(projection: Projection) -> OwnPole | None:
+    """The pole of a map in PROJ's words; None where it is the Earth's, or not known."""
+    function = projection.function
+    return (
+        _own_pole_of_text(function.pipeline, projection.ellipsoid.is_sphere) if isinstance(function, Pipeline) else None
+    )
+
+
+@functools.lru_cache(maxsize=256)
+def _own_pole_of_text(pipeline: str, sphere: bool) -> OwnPole | None:
+    values = numbers_of(pipeline)
+    if values.keys() & _SHIFTING or not (sphere or values.get("proj") in _ON_ELLIPSOIDS):
+        return None
+    name, lon, lat = values.get("proj"), values.get("lon_0", 0.0), values.get("lat_0", 0.0)
+    if not isinstance(lon, float) or not isinstance(lat, float):
+        return None
+    if name in _AZIMUTHAL:
+        return OwnPole(lon, lat, SMOOTH, _QUARTER, name in _ENDLESS) if abs(lat) < 90.0 else None
+    if name in _TRANSVERSE:
+        return OwnPole(lon + 90.0, 0.0, SMOOTH, _QUARTER, True)
+    if name == "ob_tran":
+        return _oblique(values, lon)
+    return None
+
+
+def _oblique(values: dict[str, float | str], lon: float) -> OwnPole | None:
+    """The pole that ob_tran states; its own longitudes are less by a half turn than those to the south of it."""
+    base, lat, turn = values.get("o_proj"), values.get("o_lat_p"), values.get("o_lon_p", 0.0)
+    plain = {"proj", "o_proj", "o_lat_p", "o_lon_p", "lon_0", "R", "a", "b", "ellps", "units", "x_0", "y_0", "no_defs"}
+    if not values.keys() <= plain or not isinstance(lat, float) or not isinstance(turn, float) or abs(lat) >= 90.0:
+        return None
+    if not isinstance(base, str) or base in _AZIMUTHAL | _TRANSVERSE | _ENDLESS:
+        return None
+    return OwnPole(lon + 180.0, lat, known_breaks(base, 180.0 - turn), 180.0, False)
