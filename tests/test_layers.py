@@ -51,7 +51,7 @@ HOMES = {
     "rasterio": {"gis", "decisions.surveying.heights"},
     "distributed": {"support.executors"},
     "scipy": {
-        *("numerics.minima", "matrices.distortions", "regions.parts"),
+        *("numerics.minima", "matrices.distortions", "regions.combinations"),
         *("applications.oldmaps.field", "applications.oldmaps.contours", "applications.oldmaps.rectifying"),
         "applications.oldmaps.several",
         *("applications.pointclouds.icp", "applications.pointclouds.outliers"),

@@ -1,31 +1,27 @@
-from .border import Border
-from .boxes import GLOBE, Box, bounding_box
+from .boxes import GLOBE, Box, TurnedGlobe, bounding_box, height_of, latitude_of
 from .caps import Cap, reaches
 from .cells import cells_of
-from .combined import combine, geojson_of, polygons_of
-from .defaults import check_on_body, ground_of_maps, region_for
-from .files import features_from_file, polygons_from_geojson
+from .combinations import Border, combine, geojson_of, main_part, polygons_of, share_in
+from .countries import folded, full_name, region_names
+from .files import crs_name, features_from_file, polygons_from_geojson, tell_of_geojson_in_degrees, with_gpx_heights
 from .language import (
     HasGeometry,
     Place,
     RegionLike,
+    check_on_body,
     get_region,
+    ground_of_maps,
     is_region_text,
     layer_path,
+    region_for,
     region_of_text,
+    region_title,
     weighted_points,
 )
 from .lines import line_of
-from .names import folded, full_name, region_names
-from .parts import main_part
-from .patches import height_of, latitude_of
 from .points import PointSet
 from .polygons import Polygons
-from .reading import crs_name, tell_of_geojson_in_degrees, with_gpx_heights
 from .region import ChartPoints, Clips, Region
-from .shares import share_in
-from .titles import region_title
-from .turned import TurnedGlobe
 
 __all__ = [
     "GLOBE",

@@ -1,7 +1,8 @@
-"""Boxes between meridians and parallels; the globe is one."""
+"""Boxes between meridians and parallels, also about another pole, and the patches that they are integrated over."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -9,9 +10,125 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
-from projdist.regions.patches import patch_chart, patch_panels
+from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid, unit_vectors
 from projdist.regions.region import ChartPoints, Unclipped
+
+__all__ = [
+    "TurnedGlobe",
+]
+
+
+_POLAR = 80.0
+# Latitudes where panels begin, and halves between, are 5-degree knots of Robinson's table.
+_LATITUDES = (-60.0, -40.0, 0.0, 40.0, 60.0)
+_COLATITUDES = (5.0,)
+_WIDEST = 180.0  # degrees of longitude in one panel
+_NARROW = 1e-9  # of a box: a break so near to its side is on it
+_POLES = (0.0, 1.0, -1.0)  # by patch
+_SMALL = 0.2  # of a panel's height
+
+SLIVER = 1e-13
+"""Of a panel; what is smaller is rounding."""
+
+
+def patch_panels(
+    bounds: tuple[float, float, float, float], breaks: Breaks = SMOOTH, widest: float = _WIDEST
+) -> tuple[IntArray, FloatArray]:
+    """Patch numbers (n,) and rectangles (n, 4) of u and v that make up a box, and end where a map is known to."""
+    west, south, east, north = bounds
+    low, high = max(south, -_POLAR), min(north, _POLAR)
+    bands = []
+    if low < high:
+        bands.append((0, [low, *_between(low, high, (*_LATITUDES, *breaks.parallels)), high]))
+    for patch, near, far in ((1, 90.0 - north, 90.0 - south), (2, 90.0 + south, 90.0 + north)):
+        if near < 90.0 - _POLAR:
+            far = min(far, 90.0 - _POLAR)
+            known = tuple(90.0 - lat for lat in breaks.parallels) if patch == 1 else breaks.parallels
+            distances = _between(near, far, (*_COLATITUDES, *known))
+            bands.append((patch, np.cbrt([near, *distances, far]).tolist()))
+    return _crossed(bands, (west, east), breaks, widest)
+
+
+def plain_panels(
+    bounds: tuple[float, float, float, float], breaks: Breaks, widest: float
+) -> tuple[IntArray, FloatArray]:
+    """The same in patch 0 alone, for maps that are smooth at the poles, or have too much rounding there."""
+    west, south, east, north = bounds
+    lats = [south, *_between(south, north, (0.0, *breaks.parallels)), north]
+    return _crossed([(0, lats)], (west, east), breaks, widest)
+
+
+def _crossed(
+    bands: list[tuple[int, list[float]]], ends: tuple[float, float], breaks: Breaks, widest: float
+) -> tuple[IntArray, FloatArray]:
+    """The panels of bands of patches, between longitudes."""
+    lons = [_meridians(*ends, meridians, widest) for meridians in (breaks.northern, breaks.southern)]
+    numbers, rectangles = [], []
+    for patch, edges in bands:
+        for v0, v1 in itertools.pairwise(edges):
+            southern = int(patch == 2 or (patch == 0 and v0 + v1 < 0.0))
+            rectangles += [(u0, u1, v0, v1) for u0, u1 in itertools.pairwise(lons[southern])]
+            numbers += [patch] * (len(lons[southern]) - 1)
+    return np.array(numbers), np.array(rectangles)
+
+
+def _between(low: float, high: float, values: tuple[float, ...]) -> list[float]:
+    """Those of some values that lie well within an interval, in order."""
+    margin = _NARROW * (high - low)
+    return sorted({value for value in values if low + margin < value < high - margin})
+
+
+def _meridians(west: float, east: float, breaks: tuple[float, ...], widest: float) -> list[float]:
+    """Longitudes from west to east by way of breaks, none too far from the next."""
+    turned = tuple(lon + turn for lon in breaks for turn in (-720.0, -360.0, 0.0, 360.0, 720.0))
+    ends = [west, *_between(west, east, turned), east]
+    found = [west]
+    for a, b in itertools.pairwise(ends):
+        found += np.linspace(a, b, math.ceil((b - a) / widest) + 1)[1:].tolist()
+    return found
+
+
+def patch_chart(patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
+    """u is the longitude, v the latitude, or the cube root of the distance to the nearer pole."""
+    degree = math.pi / 180.0
+    if not np.any(patch):
+        return ChartPoints(u, v, degree * np.cos(degree * v), 0.0, 0.0, degree)
+    sign = np.array(_POLES)[patch]
+    square, plain = v * v, sign == 0.0
+    lat = np.where(plain, v, sign * (90.0 - square * v))
+    north_v = np.where(plain, 1.0, -3.0 * sign * square)
+    return ChartPoints(u, lat, degree * np.cos(degree * lat), 0.0, 0.0, degree * north_v)
+
+
+def latitude_of(patch: int, v: FloatArray) -> FloatArray:
+    """The latitude at v in one of the patches."""
+    sign = _POLES[patch]
+    return np.asarray(sign * (90.0 - np.asarray(v) ** 3) if sign else v)
+
+
+def height_of(patch: int, lat: FloatArray) -> FloatArray:
+    """v at a latitude in one of the patches."""
+    sign = _POLES[patch]
+    return np.cbrt(np.maximum(90.0 - sign * np.asarray(lat), 0.0)) if sign else np.asarray(lat)
+
+
+def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, float]:
+    """The interval v0, v1 halved as long as low to high is in one half; low to high itself where that is far less.
+
+    Halves stay on the 5-degree knots of Robinson's table, where his map has kinks.
+    """
+    while v0 < (middle := 0.5 * (v0 + v1)) < v1:
+        if high <= middle:
+            v1 = middle
+        elif low >= middle:
+            v0 = middle
+        else:
+            return (low, high) if high - low < _SMALL * (v1 - v0) else (v0, v1)
+    return low, high  # they are one latitude, or next to each other
+
+
+# ---- boxes ---------------------------------------------------------------------------------------
+
 
 # Degrees: a box across the antimeridian that is wider is likelier to have west and east exchanged. The Pacific from
 # Sumatra to Chile is 198 wide, and what is exchanged seldom 150.
@@ -152,3 +269,74 @@ def bounding_box(west: ArrayLike, south: ArrayLike, east: ArrayLike, north: Arra
     first = (float(following[widest]) + 180.0) % 360.0 - 180.0
     last = (first + width + 180.0) % 360.0 - 180.0
     return Box(-180.0, low, 180.0, high) if width == 360.0 else Box(first, low, last, high)
+
+
+# ---- turned --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TurnedGlobe(Unclipped):
+    """The globe, in a chart whose north pole is at `lon`, `lat`, and whose meridian 0 runs south from there.
+
+    Its panels end at `breaks`, in the chart's own longitudes and latitudes, and are at most `widest` degrees wide. At
+    the poles they are `graded` as others are (`patch_panels`), or in plain longitude and latitude.
+    """
+
+    lon: float
+    lat: float
+    breaks: Breaks = SMOOTH
+    widest: float = 180.0
+    graded: bool = True
+
+    @property
+    def name(self) -> str:
+        """What it is of."""
+        return GLOBE.name
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Those of the globe."""
+        return GLOBE.bounds
+
+    @property
+    def area_km2(self) -> float:
+        """Area on WGS 84."""
+        return GLOBE.area_km2
+
+    def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
+        """All points are in it."""
+        return GLOBE.contains(lon, lat)
+
+    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+        """The panels of `patch_panels` about the chart's poles; the Earth's meridians and parallels cross them."""
+        if self.graded:
+            return patch_panels(GLOBE.bounds, self.breaks, self.widest)
+        return plain_panels(GLOBE.bounds, self.breaks, self.widest)
+
+    def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
+        """The chart of `patch_chart`, turned."""
+        own = patch_chart(patch, u, v)
+        lam, phi = np.radians(own.lon), np.radians(own.lat)
+        cos_lam, sin_lam, cos_phi, sin_phi = np.cos(lam), np.sin(lam), np.cos(phi), np.sin(phi)
+        lon, lat = math.radians(self.lon), math.radians(self.lat)
+        pole = unit_vectors(self.lon, self.lat)
+        south = np.array([math.sin(lat) * math.cos(lon), math.sin(lat) * math.sin(lon), -math.cos(lat)])
+        east = np.array([-math.sin(lon), math.cos(lon), 0.0])
+
+        def turned(x: FloatArray, y: FloatArray, z: FloatArray | float) -> list[FloatArray]:
+            return [x * south[k] + y * east[k] + z * pole[k] for k in range(3)]
+
+        x, y, z = turned(cos_phi * cos_lam, cos_phi * sin_lam, sin_phi)
+        eastward = turned(-sin_lam, cos_lam, 0.0)
+        rho = np.hypot(x, y)
+        # The chart's east in the Earth's east and north; its north is a right angle to the left of that.
+        to_east = (x * eastward[1] - y * eastward[0]) / rho
+        to_north = (rho * eastward[2]) - z * (x * eastward[0] + y * eastward[1]) / rho
+        return ChartPoints(
+            np.degrees(np.arctan2(y, x)),
+            np.degrees(np.arctan2(z, rho)),
+            own.east_u * to_east,
+            -own.north_v * to_north,
+            own.east_u * to_north,
+            own.north_v * to_east,
+        )

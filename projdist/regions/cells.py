@@ -16,7 +16,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid
 from projdist.regions import chains
-from projdist.regions.patches import SLIVER, height_of, patch_chart, tightened
+from projdist.regions.boxes import SLIVER, height_of, patch_chart, tightened
 from projdist.regions.region import Region
 
 __all__ = ["Cells", "cells_of"]

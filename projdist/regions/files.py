@@ -1,9 +1,14 @@
-"""Regions from the shapes of files: polygons and points."""
+"""Regions from the shapes of files: GeoJSON, WKT and other vector formats."""
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import itertools
-from collections.abc import Iterator, Sequence
+import json
+import re
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
-from projdist._typing import FloatArray
+from projdist._typing import AnyArray, FloatArray
 from projdist.earth import (
     WGS84,
     Ellipsoid,
@@ -23,12 +28,278 @@ from projdist.earth import (
     planar,
     unwrapped,
 )
-from projdist.projections import TEXT_SUFFIXES, geodesics, ground_of, to_lonlat
+from projdist.projections import TEXT_SUFFIXES, crs_of, geodesics, ground_of, tell_of_degrees, to_lonlat
 from projdist.regions.chains import area_km2
-from projdist.regions.parts import told_apart
+from projdist.regions.combinations import told_apart
 from projdist.regions.points import HEIGHTS, PointSet, placed, read_csv
 from projdist.regions.polygons import Polygons
-from projdist.regions.reading import Shape, Transform, crs_name, positions, read, shapes_of
+from projdist.support import one_line, read_text, shown, tell
+
+Transform = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+_TURN = 360.0  # degrees
+_SIMPLE = ("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon")
+_COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
+
+
+class Shape(NamedTuple):
+    """A simple geometry of GeoJSON and the fields of its feature; one without a geometry is of no kind."""
+
+    kind: str
+    coordinates: Any
+    fields: dict[str, Any]
+
+
+class Source(NamedTuple):
+    """What is in a file, the function from its coordinates to longitude and latitude, and their CRS if stated."""
+
+    shapes: list[Shape]
+    transform: Transform | None
+    crs: str | None = None
+
+
+def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> Source:
+    """The shapes of a vector file with these columns, or with all; raises ValueError, which begins with a text.
+
+    Without a layer it is the first, or, where that has nothing of these `kinds`, the only one that has. What looks like
+    degrees where the file states metres is told.
+    """
+    found = _read(path, layer, text, columns, kinds)
+    tell_of_shapes_in_degrees(found.shapes, found.crs, f"'{path}'")
+    return found
+
+
+def _read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> Source:
+    if path.suffix.lower() == ".wkt":
+        return _read_wkt(path, text)
+    if path.suffix.lower() not in (".geojson", ".json"):
+        return _read_vector(path, layer, text, columns, kinds)
+    value = _read_json(path, text)
+    return Source(list(shapes_of(value, text)), stated_transform(value, text), crs_name(value.get("crs"), text))
+
+
+def tell_of_shapes_in_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
+    """Tell where shapes look like degrees and their CRS, if there is one, has metres."""
+    if crs is not None and crs_of(crs).is_projected:
+        tell_of_degrees(crs, [_bounds(shape) for shape in shapes], thing)
+
+
+def tell_of_geojson_in_degrees(value: Any, crs: Any, text: str) -> None:
+    """The same of an object of GeoJSON in a CRS, or in the one that it names."""
+    crs = crs_name(value.get("crs"), text) if crs is None else crs
+    if crs is not None:
+        tell_of_shapes_in_degrees(shapes_of(value, text), crs, "the geometries")
+
+
+def _bounds(shape: Shape) -> tuple[float, float, float, float]:
+    """The least x and y and the largest of a shape, NaN where it has none; of a large one perhaps of a part of it."""
+    x0 = y0 = np.inf
+    x1 = y1 = -np.inf
+    stack = [shape.coordinates]
+    while stack and max(x1, y1, -x0, -y0) <= _TURN:  # what is farther off is no degrees anyway
+        one = stack.pop()
+        if not isinstance(one, list | tuple) or not one:
+            continue
+        if isinstance(one[0], int | float):
+            x, y = one[0], one[1] if len(one) > 1 and isinstance(one[1], int | float) else np.nan
+            x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
+        else:
+            stack += one
+    return (x0, y0, x1, y1) if x1 >= x0 and y1 >= y0 else (np.nan,) * 4
+
+
+def shapes_of(value: Any, text: str) -> Iterator[Shape]:
+    """The shapes in an object of GeoJSON, in order; raises ValueError."""
+    # A stack rather than recursion: files may be nested deeper than Python.
+    stack: list[tuple[Any, dict[str, Any]]] = [(value, {})]
+    while stack:
+        one, fields = stack.pop()
+        kind = one.get("type") if isinstance(one, dict) else None
+        if kind in _SIMPLE:
+            yield Shape(kind, one.get("coordinates"), fields)
+        elif kind == "Feature":
+            properties = _object(one, "properties", text)
+            if one.get("geometry"):
+                stack.append((one["geometry"], properties))
+            else:
+                yield Shape("", None, properties)
+        elif isinstance(kind, str) and kind in _COLLECTIONS:
+            inner = one.get(_COLLECTIONS[kind]) or []
+            if not isinstance(inner, list):
+                raise ValueError(f"{text} It must be GeoJSON; its {_COLLECTIONS[kind]} must be a list.")
+            stack += [(member, fields) for member in reversed(inner)]
+        else:
+            raise ValueError(f"{text} It must be GeoJSON; it has an object of type {shown(repr(kind))}.")
+
+
+def _object(value: dict[str, Any], member: str, text: str) -> dict[str, Any]:
+    """A member that is an object or null."""
+    found = value.get(member) or {}
+    if not isinstance(found, dict):
+        raise ValueError(f"{text} It must be GeoJSON; its {member} must be an object.")
+    return found
+
+
+def _read_json(path: Path, text: str) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ValueError(f"{text} It cannot be read: {error.strerror}.") from error
+    except RecursionError as error:
+        raise ValueError(f"{text} It must be GeoJSON; it is nested too deep.") from error
+    except ValueError as error:
+        raise ValueError(f"{text} It must be GeoJSON: {error}.") from error
+
+
+def stated_transform(value: Any, text: str) -> Transform | None:
+    """The transformation that the member `crs` asks for."""
+    name = crs_name(value.get("crs"), text)
+    return None if name is None else to_lonlat(name)
+
+
+def crs_name(crs: Any, text: str) -> str | None:
+    """The CRS that a member `crs` names, which GeoJSON from before RFC 7946 may have; raises ValueError for others."""
+    if crs is None:
+        return None
+    if not isinstance(crs, dict):
+        raise ValueError(f"{text} It must be GeoJSON; its crs must be an object.")
+    properties = _object(crs, "properties", text)
+    if crs.get("type") == "EPSG" and isinstance(properties.get("code"), int):  # of GeoJSON before 2008
+        return f"EPSG:{properties['code']}"
+    name = properties.get("name")
+    if not isinstance(name, str) or not name:
+        raise ValueError(f"{text} It must be GeoJSON; its crs must have properties with the name of a CRS, a text.")
+    return name
+
+
+def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> Source:
+    try:
+        pyogrio = importlib.import_module("pyogrio")
+    except ImportError as error:
+        raise ValueError(
+            f"{text} Without pyogrio only GeoJSON can be read: pip install 'projdist[gis]' reads other formats."
+        ) from error
+    if path.suffix.lower() == ".parquet" and "Parquet" not in pyogrio.list_drivers():
+        raise ValueError(f"{text} The GDAL of pyogrio here reads no Parquet; GeoPackage and GeoJSON are read.")
+    with _refusing(text):
+        path.stat()
+        likely = [layer] if layer else _likely_layers(pyogrio, path, kinds)
+    if len(likely) > 1:
+        raise ValueError(f"{text} It must name a layer, as '{path}#{likely[0]}'; it has {', '.join(likely)}.")
+    with _refusing(text):
+        with warnings.catch_warnings():
+            # GDAL's and pyogrio's, of details of the format: what matters here is whether there are geometries.
+            warnings.simplefilter("ignore")
+            meta, _, wkb, values = pyogrio.raw.read(path, layer=likely[0] if likely else None, columns=columns)
+        geometries = with_gpx_heights(path, "".join(likely), shapely.from_wkb(wkb))
+        crs = to_lonlat(meta["crs"]) if meta["crs"] else None
+    if wkb is None:  # of a table
+        raise ValueError(f"{text} It has no geometries.")
+    rows = zip(*values, strict=True) if len(values) else ((),) * len(geometries)
+    names = [str(field) for field in meta["fields"]]
+    found = [
+        Shape("", None, dict(zip(names, row, strict=True)))
+        if geometry is None or geometry.is_empty
+        else _shape(geometry, dict(zip(names, row, strict=True)))
+        for geometry, row in zip(geometries, rows, strict=True)
+    ]
+    return Source(found, crs, meta["crs"] or None)
+
+
+@contextlib.contextmanager
+def _refusing(text: str) -> Iterator[None]:
+    """Say in one line, which begins with a text, why GDAL cannot read a file."""
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(f"{text} It cannot be read: {error.strerror}.") from error
+    except IndexError as error:  # pyogrio's, where a file says that it has other geometries than it has
+        raise ValueError(f"{text} It cannot be read: it is damaged.") from error
+    except (RuntimeError, ValueError, shapely.errors.ShapelyError) as error:  # pyogrio's are RuntimeErrors
+        raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
+
+
+def _likely_layers(pyogrio: Any, path: Path, kinds: tuple[str, ...]) -> list[str]:
+    """The layers that have something of some kinds, where the first one has not; else none: the first is meant.
+
+    A GPX file has a layer each for waypoints, routes and tracks, and mostly only one of them has something.
+    """
+    layers = pyogrio.list_layers(path).tolist() if kinds else []
+    if len(layers) < 2:
+        return []
+    of_kind = [name for name, kind in layers if kind is not None and kind.partition(" ")[0] in (*kinds, "Unknown")]
+    full = [name for name in of_kind if pyogrio.read_info(path, layer=name, force_feature_count=True)["features"]]
+    return [] if full[:1] == [layers[0][0]] else full
+
+
+_GPX_POINTS = {"tracks": "track_points", "routes": "route_points"}
+
+
+def with_gpx_heights(path: Path, layer: str, geometries: AnyArray) -> AnyArray:
+    """The tracks or routes of a GPX file with their heights, which GDAL has in a layer of points only.
+
+    Where some of them have no height none has, which is told.
+    """
+    if path.suffix.lower() != ".gpx" or layer not in _GPX_POINTS or not len(geometries):
+        return geometries
+    pyogrio = importlib.import_module("pyogrio")
+    heights = pyogrio.raw.read(path, layer=_GPX_POINTS[layer], columns=["ele"], read_geometry=False)[3][0]
+    xy = shapely.get_coordinates(geometries)
+    known = int(np.isfinite(heights).sum())
+    if known == len(heights) == len(xy):
+        xyz = np.column_stack([xy, heights])
+        return np.asarray(shapely.transform(shapely.force_3d(geometries), lambda _: xyz, include_z=True))
+    if known:
+        tell(f"{len(xy) - known} of {len(xy)} points of '{path}#{layer}' have no height; no heights are used.")
+    return geometries
+
+
+def _shape(geometry: shapely.Geometry, fields: dict[str, Any]) -> Shape:
+    if geometry.geom_type.endswith("LineString"):  # whose heights old versions of GEOS leave out of GeoJSON
+        return Shape(geometry.geom_type, shapely.geometry.mapping(geometry)["coordinates"], fields)
+    found = json.loads(shapely.to_geojson(geometry))
+    return Shape(found["type"], found.get("coordinates"), fields)
+
+
+_SRID = re.compile(r"\s*SRID\s*=\s*(\d+)\s*;", re.IGNORECASE)
+
+
+def _read_wkt(path: Path, text: str) -> Source:
+    """Geometries of well-known text, one after the other, perhaps with `SRID=4326;` before them, which must be one."""
+    words = read_text(path, text)
+    codes = set(_SRID.findall(words))
+    if len(codes) > 1:
+        raise ValueError(f"{text} Its geometries must have one SRID; they have {', '.join(sorted(codes, key=int))}.")
+    # Each begins with a word before a bracket that is in no other bracket.
+    parts = [part for part in re.split(r"(?<=\))\s*(?=[A-Za-z])", _SRID.sub(" ", words).strip()) if part]
+    shapes: list[Shape] = []
+    for part in parts:
+        try:
+            with np.errstate(over="ignore"):  # infinite coordinates are refused with those of other files
+                geometry = shapely.from_wkt(part)
+            members = geometry.geoms if geometry.geom_type == "GeometryCollection" else [geometry]
+        except (shapely.errors.GEOSException, NotImplementedError) as error:  # the latter for arcs
+            raise ValueError(f"{text} It must hold WKT of geometries: {one_line(error)}.") from error
+        shapes += [_shape(member, {}) for member in members if not member.is_empty]
+    code = f"EPSG:{codes.pop()}" if codes else None
+    return Source(shapes, None if code is None else to_lonlat(code), code)
+
+
+def positions(given: Any, text: str) -> FloatArray:
+    """Positions as an array (m, 2) of finite numbers; raises ValueError."""
+    try:
+        found = np.array([position[:2] for position in given], dtype=float)
+    except (TypeError, ValueError, LookupError, OverflowError) as error:
+        raise ValueError(f"{text} Its coordinates must be numbers.") from error
+    if len(found) and (found.ndim != 2 or found.shape[1] != 2):
+        raise ValueError(f"{text} Its coordinates must be numbers.")
+    if not np.isfinite(found).all():
+        raise ValueError(f"{text} Its coordinates must be finite numbers.")
+    return found.reshape(-1, 2)
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
 
 # Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude, which their moved middles then
 # leave by a third.

@@ -1,41 +1,32 @@
-"""The small language that names regions, the same on the command line and in Python.
-
-    globe, land, ocean              land@110m and ocean@110m in less detail, @10m in more
-    box:W,S,E,N                     degrees; W > E crosses the antimeridian
-    cap:LON,LAT,KM                  within a geodesic distance of a point, on the ellipsoid
-    country:NAME                    or its ISO 3166 code; country:CH@110m, country:CH@10m
-    continent:NAME                  its countries
-    state:NAME                      of the USA, or its postal code
-    crs:CODE                        the area of use of a CRS
-    file:PATH, file:PATH#LAYER      polygons of a file, with edges straight in its coordinates
-    geodesic:PATH, ...#LAYER        the same, with geodesics for edges
-    points:PATH, points:PATH#LAYER  points of a file, with weights
-    A & B, A - B, A + B             what is in both, in A and not in B, in either; & before - and +
-    A@main, A@main:KM               what hangs together with the largest part of A, over gaps of 400 km or KM
-    A@all                           A with its parts far away, without a word on them
-
-Operators have blanks around them; brackets group; quotation marks protect a path that has either, or an @.
-"""
+"""The small language that names regions, the same on the command line and in Python."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.earth import Ellipsoid
-from projdist.projections import Body, area_of_use, ground_of, is_same_body
+from projdist.earth import WGS84, Ellipsoid, latitude_text, longitude_text, natural_earth, state_keys
+from projdist.projections import Body, Projection, ProjectionError, area_of_use, ground_of, is_same_body
 from projdist.regions.boxes import GLOBE, Box, likelier
 from projdist.regions.caps import Cap
 from projdist.regions.points import PointSet
 from projdist.regions.region import Region
 from projdist.support import did_you_mean, quoted, shown, tell
+
+__all__ = [
+    "check_on_body",
+    "ground_of_maps",
+    "region_for",
+]
+
 
 Place = Region | PointSet
 
@@ -142,8 +133,10 @@ def _region_of_any(region: RegionLike, body: Body | None) -> Place:
         return cast(Place, region)
     shape = getattr(region, "__geo_interface__", region)
     if isinstance(shape, Mapping):
-        from projdist.regions.files import polygons_from_geojson  # shapely is slow to load
-        from projdist.regions.reading import tell_of_geojson_in_degrees
+        from projdist.regions.files import (
+            polygons_from_geojson,  # shapely is slow to load
+            tell_of_geojson_in_degrees,
+        )
 
         crs = getattr(region, "crs", None)
         found = polygons_from_geojson(dict(shape), crs=crs)
@@ -234,7 +227,7 @@ class _Parser:
         while (operator := _OPERATOR.match(self.rest)) and operator[1] in operators:
             self.rest = self.rest[operator.end() :].lstrip()
             other = part()
-            from projdist.regions.combined import combine  # as above
+            from projdist.regions.combinations import combine  # as above
 
             name = " ".join(before[: len(before) - len(self.rest)].split())
             found, self.combined = combine(operator[1], found, other, name), True
@@ -278,7 +271,7 @@ class _Parser:
 
     def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
         """All parts of a region, or the main one, as a suffix asks for."""
-        from projdist.regions import parts  # as above
+        from projdist.regions import combinations as parts
 
         self.kinds.add("@")
         which, km = suffix[1].lower(), suffix[2]
@@ -291,7 +284,7 @@ class _Parser:
 
 def _told_apart(region: Place) -> Place:
     """The region, with a word on parts far away."""
-    from projdist.regions.parts import told_apart  # as above
+    from projdist.regions.combinations import told_apart  # as above
     from projdist.regions.polygons import Polygons
 
     return told_apart(region) if isinstance(region, Polygons) else region
@@ -347,7 +340,7 @@ def _region_of(text: str, ellipsoid: Ellipsoid | None) -> Place:
 def _hint(text: str) -> str:
     if not text:
         return ""
-    from projdist.regions.names import close_regions  # as above
+    from projdist.regions.countries import close_regions  # as above
 
     close = close_regions(text.partition(":")[2] or text)
     return did_you_mean(close)
@@ -410,7 +403,7 @@ def _continent(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
 
 
 def _state(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    from projdist.regions import states  # as above
+    from projdist.regions import countries as states
 
     name, at, resolution = argument.partition("@")
     return states.state(name.strip(), resolution if at else states.RESOLUTION)
@@ -462,3 +455,86 @@ _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
     "geodesic": _geodesic,
     "points": _points,
 }
+
+
+# ---- defaults ------------------------------------------------------------------------------------
+
+
+def region_for(region: RegionLike | None, projections: Iterable[Projection]) -> Place:
+    """A region on the body that maps are of; raises ValueError, as for maps of different bodies.
+
+    Without one it is the area of use that is that of all maps, else the globe.
+    """
+    maps = list(projections)
+    body = Body(ground_of_maps(maps), next((one.body.name for one in maps if one.body.name), ""))
+    if region is not None:
+        return region_on(region, body)
+    areas = {projection.area_of_use for projection in maps}
+    area = areas.pop() if len(areas) == 1 else None
+    return placed(GLOBE if area is None else Box(*area), body)
+
+
+def check_on_body(projections: Iterable[Projection], body: Body) -> None:
+    """Refuse maps of another body than a region is on; raises ProjectionError."""
+    for projection in projections:
+        if not is_same_body(projection.body, body):
+            raise ProjectionError(
+                f"Invalid map '{projection.label}'. It is of {projection.body}, and must be of {body}."
+            )
+
+
+def ground_of_maps(projections: Iterable[Projection]) -> Ellipsoid:
+    """The ellipsoid on which the regions of maps are measured; ProjectionError for maps of different bodies.
+
+    Of the Earth's two, WGS 84 and the sphere of the mean radius, it is the latter where all maps are of spheres;
+    likewise another body's ellipsoid is that of the first map that is not of a sphere.
+    """
+    maps = list(projections)
+    for other in maps[1:]:
+        if not is_same_body(maps[0].body, other.body):
+            raise ProjectionError(
+                f"Invalid maps '{maps[0].label}' and '{other.label}'. They are of {maps[0].body} and of {other.body}; "
+                "maps that are compared must be of one body."
+            )
+    figures = [projection.ellipsoid.ground for projection in maps]
+    return next((figure for figure in figures if not figure.is_sphere), figures[0] if figures else WGS84)
+
+
+# ---- titles --------------------------------------------------------------------------------------
+
+
+_LONGEST_TITLE = 70  # letters
+
+
+@functools.cache
+def _country_names() -> dict[str, str]:
+    return {row["iso_a2"]: row["name"] for row in natural_earth.country_keys() if row["iso_a2"]}
+
+
+@functools.cache
+def _state_names() -> dict[str, str]:
+    return {row["postal"]: row["name"] for row in state_keys()}
+
+
+_TITLES = (
+    (re.compile(r"country:([A-Z]{2})(@\d+m)?(?![\w])"), lambda match: f"{_country_names()[match[1]]} ({match[1]})"),
+    (re.compile(r"state:([A-Z]{2})(@\d+m)?(?![\w])"), lambda match: f"{_state_names()[match[1]]} ({match[1]})"),
+    (re.compile(r"(?:country|continent|state):([\w .'-]+?)(@\d+m)?(?=$|[)@]| [&+-] )"), lambda match: match[1]),
+    (re.compile(r"(?:file|geodesic|points):(?:[^\s&()]*[/\\])?([^\s/\\&()]+)"), lambda match: match[1]),
+    (re.compile(r"@main(:[\d.]+)?"), lambda match: ", main part"),
+    (re.compile(r"@all"), lambda match: ""),
+)
+
+
+def region_title(region: Place) -> str:
+    """A region as a title has it: Germany (DE); 6°E to 12°E, 47°N to 55°N; 50 km around 48.85°N, 2.35°E."""
+    if isinstance(region, Box) and not region.is_globe:
+        west, south, east, north = region.bounds
+        lon, lat = (longitude_text(west), longitude_text(east)), (latitude_text(south), latitude_text(north))
+        return f"{lon[0]} to {lon[1]}, {lat[0]} to {lat[1]}"
+    if isinstance(region, Cap):
+        return f"{region.radius_km:.6g} km around {latitude_text(region.lat)}, {longitude_text(region.lon)}"
+    text = region.name
+    for pattern, word in _TITLES:
+        text = pattern.sub(word, text)
+    return text if len(text) <= _LONGEST_TITLE else f"{text[: _LONGEST - 1]}…"

@@ -22,7 +22,7 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
 from projdist.numerics import ORDER, PLANE_WEIGHTS
 from projdist.regions import chains
-from projdist.regions.patches import SLIVER, height_of, latitude_of, patch_chart, patch_panels, tightened
+from projdist.regions.boxes import SLIVER, height_of, latitude_of, patch_chart, patch_panels, tightened
 from projdist.regions.region import ChartPoints, Clips, Square
 
 _GAP = 1e-6  # degrees of longitude

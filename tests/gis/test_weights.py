@@ -14,7 +14,7 @@ from projdist.cli.app import app
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.gis import weights
 from projdist.regions import Box
-from projdist.regions.combined import combine
+from projdist.regions.combinations import combine
 
 rasterio = pytest.importorskip("rasterio")
 

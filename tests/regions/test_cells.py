@@ -5,7 +5,8 @@ import pytest
 import shapely
 
 from projdist.earth import GEOS_ARITHMETIC, SPHERE, WGS84
-from projdist.regions import cells_of, get_region, patches
+from projdist.regions import boxes as patches
+from projdist.regions import cells_of, get_region
 
 # The edges of GEOS's clips in pieces of so many degrees. Halved, the areas come nearer by a factor of four: to 1.5e-7.
 _PIECE = 0.003

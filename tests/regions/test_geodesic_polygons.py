@@ -12,7 +12,7 @@ from projdist.earth import WGS84
 from projdist.earth.natural_earth import chords
 from projdist.projections.geodesy import geodesics
 from projdist.regions import Box
-from projdist.regions.combined import polygons_of
+from projdist.regions.combinations import polygons_of
 from projdist.regions.files import polygons_from_geojson
 from projdist.regions.language import get_region
 from projdist.regions.polygons import Polygons

@@ -6,7 +6,7 @@ from region_texts import area, refused
 
 from projdist.earth import natural_earth as geodata
 from projdist.regions import GLOBE, Box, Cap, get_region
-from projdist.regions.combined import combine
+from projdist.regions.combinations import combine
 
 # ---- names ----------------------------------------------------------------------------------
 

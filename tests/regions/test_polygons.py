@@ -19,7 +19,7 @@ from projdist.field.cubature import sample_panels
 from projdist.numerics.polynomials import NODES
 from projdist.projections import Projection
 from projdist.regions import Box, chains, get_region
-from projdist.regions.combined import polygons_of
+from projdist.regions.combinations import polygons_of
 from projdist.regions.polygons import Polygons
 
 R = MEAN_EARTH_RADIUS
