@@ -1,20 +1,24 @@
-from .airy_kavrayskiy import AiryKavrayskiy, airy_kavrayskiy_of
-from .at_nodes import Nodes, nodes_at, nodes_of
 from .at_points import Derivatives, Quality, derivatives, jacobian
-from .cubature import UNDEFINED, UNDEFINED_AT_KINKS, Samples, sample_panels
-from .cut_lengths import cut_length, is_interrupted
-from .dense_samples import dense
+from .cubature import (
+    UNDEFINED,
+    UNDEFINED_AT_KINKS,
+    AiryKavrayskiy,
+    GeometricMedian,
+    Samples,
+    Spread,
+    airy_kavrayskiy_of,
+    dense,
+    sample_panels,
+)
 from .extremes import Extreme, Goal, find_extremes, measure_at
-from .field import DEFAULT_TOLERANCE, Field, named_measures, sample
+from .field import DEFAULT_TOLERANCE, Field, named_measures, sample, tell_of_contradiction
 from .figures import FIGURES, AnyFigure, Figure, get_figure
-from .geometric_medians import GeometricMedian, Spread
-from .given_fields import field_of
-from .guard import tell_of_contradiction
+from .given_fields import Nodes, field_of, nodes_at, nodes_of
 from .interpolants import Interpolant, interpolant
 from .on_grids import jacobian_grid
 from .panel_mesh import Integrand
-from .second_derivatives import hessian
-from .tears import Links, Map, drawn, evaluate, find_tears
+from .stencils import hessian
+from .tears import Links, Map, cut_length, drawn, evaluate, find_tears, is_interrupted
 
 __all__ = [
     "DEFAULT_TOLERANCE",

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.chebyshev_panels import panels_for
-from projdist.field.panel_points import evaluate_points
+from projdist.field.chebyshev_panels import evaluate_points, panels_for
 from projdist.field.stencils import Points, fourth_order, is_torn, settle
 from projdist.matrices import principal_scales
 from projdist.projections import Projection, ProjectionLike

@@ -1,13 +1,10 @@
-"""Adaptive spectral cubature: a projection and a region in, samples of the Jacobian out.
-
-Panels are split, in the direction that needs it, until the sum of their errors meets the
-tolerance. Each generation of panels is one call of the projection.
-"""
+"""Adaptive spectral cubature of the Jacobian over a region, and what is made of its samples."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +12,24 @@ from projdist._typing import FloatArray, IntArray
 from projdist.field.at_points import derivatives
 from projdist.field.panel_mesh import STENCIL, Integrand, Mesh, SecondOrder
 from projdist.field.panels import tails
-from projdist.field.second_derivatives import hessian
+from projdist.field.stencils import hessian
+from projdist.matrices import areal_scale, factor_distance, field_mdt, field_median, fisher, log_areal_scale, log_scales
+from projdist.numerics import Estimate, interpolate, mean, median
 from projdist.projections import Projection, ProjectionError, own_pole_of
 from projdist.regions import Box, Place, PointSet, Region, TurnedGlobe
 from projdist.support import check_number
 
-__all__ = ["Samples", "sample_panels"]
+__all__ = [
+    "AiryKavrayskiy",
+    "DenseJacobians",
+    "GeometricMedian",
+    "Samples",
+    "Spread",
+    "airy_kavrayskiy_of",
+    "dense",
+    "sample_panels",
+]
+
 
 MAX_EVALUATIONS = 1_500_000
 _MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
@@ -265,3 +274,159 @@ class _MeanGoal:
         result = np.zeros(len(means))
         result[self.column] = 1.0 / (self.tolerance * max(1.0, abs(float(means[self.column]))))
         return result
+
+
+# ---- dense samples -------------------------------------------------------------------------------
+
+
+# Points for the quantiles, whose error falls as one over their number: all in all, and in one panel.
+_DENSE, _DENSEST = 200_000, 20_000
+
+
+def dense(
+    region: Place | None, samples: Samples, values: FloatArray, *, thinned: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Values (m, n, p, p) interpolated within the panels, at the many points of a lattice, those in the region.
+
+    Their shape is (m, k), that of the weights (k,). The lattice of the golden ratio has as many levels along either
+    direction as it has points. `thinned` takes half of the points.
+    """
+    every = 2 if thinned else 1
+    if region is None or samples.weight.shape[-1] == 1:
+        return values.reshape(len(values), -1)[:, ::every], samples.weight.ravel()[::every]
+    smooth = np.isfinite(values).all(axis=(0, 2, 3))
+    m = int(np.clip(_DENSE / values.shape[1], 64, _DENSEST)) // every
+    step = np.arange(m) + 0.5
+    r, s = 2.0 * step / m - 1.0, 2.0 * np.mod(step * (np.sqrt(5.0) - 1.0) / 2.0, 1.0) - 1.0
+    fine = np.stack([_within_reach(one[smooth], r, s).ravel() for one in values])
+    weights = np.maximum(interpolate(samples.density[smooth], r, s), 0.0) * (4.0 / m)
+    clipped = samples.share[smooth] < 1.0
+    if clipped.any():
+        lon, lat = (interpolate(place[smooth][clipped], r, s) for place in (samples.lon, samples.lat))
+        inside = np.where(region.contains(lon, lat), weights[clipped], 0.0)
+        # As much as the lattice has found stands for all of the panel's part, which is known.
+        found, area = inside.sum(axis=1), samples.weight[smooth][clipped].sum(axis=(1, 2))
+        weights[clipped] = inside * np.divide(area, found, out=np.zeros_like(found), where=found > 0)[:, None]
+    rest = ~smooth
+    return (
+        np.concatenate([fine, values[:, rest].reshape(len(values), -1)], axis=1),
+        np.concatenate([weights.ravel(), np.maximum(samples.weight[rest], 0.0).ravel()]),
+    )
+
+
+def _within_reach(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
+    """Interpolated values: a polynomial may overshoot beside a singularity, and stays within what was sampled."""
+    low, high = values.min(axis=(1, 2)), values.max(axis=(1, 2))
+    margin = 0.1 * (high - low)
+    return np.clip(interpolate(values, r, s), (low - margin)[:, None], (high + margin)[:, None])
+
+
+# ---- airy kavrayskiy -----------------------------------------------------------------------------
+
+
+class AiryKavrayskiy(NamedTuple):
+    """The raw, scaled and affine errors, the largest of their estimated errors, and the MDT (2, 2)."""
+
+    raw: float
+    scaled: float
+    affine: float
+    error: float
+    mdt: FloatArray
+
+
+def airy_kavrayskiy_of(samples: Samples) -> AiryKavrayskiy:
+    """The Airy-Kavrayskiy errors of samples; raises ProjectionError where the map is singular everywhere."""
+    square, log_area = log_scales(samples.jacobian)
+    defined = np.isfinite(square) & (areal_scale(samples.jacobian) > 0)
+    if not defined.any():
+        raise ProjectionError("Invalid projection. It is singular everywhere: its image is a line or a point.")
+    if defined.all():
+        result = field_mdt(samples.jacobian.reshape(-1, 2, 2), samples.weight.ravel())
+        distances = result.distances.reshape(square.shape)
+    else:
+        result = field_mdt(samples.jacobian[defined], samples.weight[defined])
+        distances = np.full(square.shape, np.nan)
+        distances[defined] = result.distances
+    slopes = 2.0 * np.sqrt(square), 1.0, 2.0 * np.sqrt(distances)
+    (mean_square, square_error), (shift, shift_error), affine_mean = samples.means(
+        (square, log_area, distances), slopes
+    )
+    raw = Estimate(mean_square, square_error).root()
+    # The best scale c minimises the mean of (ln a + c)^2 + (ln b + c)^2: c = -mean ln(ab) / 2.
+    scaled = Estimate(mean_square - 0.5 * shift**2, square_error + abs(shift) * shift_error).root()
+    affine = Estimate(*affine_mean).root()
+    error = max(raw.error, scaled.error, affine.error)
+    return AiryKavrayskiy(raw.value, scaled.value, affine.value, error, result.T)
+
+
+# ---- geometric medians ---------------------------------------------------------------------------
+
+
+_NOISE = 1e-7  # of logarithms of scales, as interpolation leaves them
+
+
+class GeometricMedian(NamedTuple):
+    """The linear map T (2, 2) of the least mean Fisher distortion of T^-1 J, by how much it may be wrong (as Fisher
+    distortion), and whether it is the only one.
+    """
+
+    T: FloatArray
+    error: float
+    unique: bool
+
+
+class Spread(NamedTuple):
+    """The mean Fisher distortion by area, and what half of the area is below."""
+
+    mean: Estimate
+    median: Estimate
+
+
+class DenseJacobians:
+    """Jacobians at very many points of a region, as triangular factors, and at half as many to tell errors."""
+
+    def __init__(self, region: Place | None, samples: Samples) -> None:
+        self.whole = _factors(region, samples, thinned=False)
+        are_points = region is None or samples.weight.shape[-1] == 1
+        self._half = None if are_points else _factors(region, samples, thinned=True)
+
+    def median(self) -> GeometricMedian:
+        """The geometric median."""
+        noise = 0.0 if self._half is None else _NOISE
+        found = field_median(*self.whole, noise)
+        if self._half is None:
+            return GeometricMedian(found.T, 0.0, bool(found.unique))
+        other = field_median(*self._half, noise)
+        return GeometricMedian(found.T, 0.5 * float(factor_distance(found.T, other.T)), True)
+
+    def spread(self, T: FloatArray) -> Spread:
+        """The mean and the median of Dist_F(T^-1 J)."""
+        whole, half = (
+            (fisher(np.asarray(np.linalg.solve(T, factors), dtype=float)), weights)
+            for factors, weights in (self.whole, self._half or self.whole)
+        )
+        return Spread(*(Estimate(figure(*whole), abs(figure(*whole) - figure(*half))) for figure in (mean, median)))
+
+
+def _factors(region: Place | None, samples: Samples, *, thinned: bool) -> tuple[FloatArray, FloatArray]:
+    """Triangular factors (m, 2, 2) of J, and weights (m,) above 0; raises ProjectionError where all are singular.
+
+    What is interpolated are ln |det J| and the point in the hyperbolic plane, which are smooth where J is, whichever
+    way it is turned.
+    """
+    J = samples.jacobian
+    row = J[..., 0, 0] ** 2 + J[..., 0, 1] ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        v = log_areal_scale(J)
+        x = (J[..., 0, 0] * J[..., 1, 0] + J[..., 0, 1] * J[..., 1, 1]) / row
+        values = np.stack([v, x, v - np.log(row)])
+    (v, x, log_y), weights = dense(region, samples, values, thinned=thinned)
+    counts = np.isfinite(v) & np.isfinite(x) & np.isfinite(log_y) & (weights > 0)
+    if not counts.any():
+        raise ProjectionError("Invalid projection. It is singular everywhere: its image is a line or a point.")
+    v, x, log_y = v[counts], x[counts], log_y[counts]
+    factors = np.zeros((v.size, 2, 2))
+    factors[:, 0, 0] = np.exp(0.5 * (v - log_y))
+    factors[:, 1, 0] = x * factors[:, 0, 0]
+    factors[:, 1, 1] = np.exp(0.5 * (v + log_y))
+    return factors, weights[counts]

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.field.at_points import FAST_TARGET, Derivatives, Quality, derivatives, flag_lost_digits
-from projdist.field.chebyshev_panels import Panels, panels_over
-from projdist.field.panel_points import evaluate_points, interpolate_points
+from projdist.field.chebyshev_panels import Panels, evaluate_points, interpolate_points, panels_over
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import RegionLike, region_for
 from projdist.support import check_degrees

@@ -13,8 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.field.layouts import Partial
-from projdist.field.panels import Pieces, sample_pieces
+from projdist.field.panels import Partial, Pieces, sample_pieces
 from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, PLANE_WEIGHTS
 from projdist.projections import Projection
 from projdist.regions import Region

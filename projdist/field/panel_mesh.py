@@ -10,10 +10,18 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field.at_points import jacobian
-from projdist.field.layouts import Layout, plan_of
 from projdist.field.panel_cuts import TEAR, cut, jumps
-from projdist.field.panels import Pieces, blurred, pieces_of, second_derivatives, tails
-from projdist.field.side_strips import torn_sides, with_strips
+from projdist.field.panels import (
+    Layout,
+    Pieces,
+    blurred,
+    pieces_of,
+    plan_of,
+    second_derivatives,
+    tails,
+    torn_sides,
+    with_strips,
+)
 from projdist.matrices import log_scales
 from projdist.numerics import NODES, PLANE_WEIGHTS
 from projdist.projections import Projection, breaks_of

@@ -1,23 +1,377 @@
-"""Spectral panels: a projection sampled at Gauss nodes, differentiated and integrated.
-
-A panel is a rectangle in a region's chart, sampled at 10 x 10 Gauss nodes. The differentiation
-matrix of the nodes turns one evaluation of the projection a node into its Jacobian; the tail of
-the integrand's Legendre coefficients tells how well the panel resolves it.
-"""
+"""Spectral panels: a projection sampled at Gauss nodes, differentiated and integrated."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import Ellipsoid
-from projdist.field.layouts import Layout, Partial, lay
-from projdist.numerics import DIFFERENTIATE, LEGENDRE, ORDER
+from projdist.earth import Breaks, Ellipsoid
+from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, ORDER
 from projdist.projections import Projection
-from projdist.regions import Region
+from projdist.regions import Clips, Region
+
+__all__ = [
+    "First",
+    "Layout",
+    "Partial",
+    "Plan",
+    "lay",
+    "plan_of",
+    "side_points",
+    "torn_sides",
+    "with_strips",
+]
+
+
+_DEEPEST = 8  # strips of strips: each is a 38th as wide, the last one rounding
+_INSET = 1e-9  # of half a panel: a seam on the side itself does no harm
+_CHOSEN = [1, 4, 8]
+_LINES = NODES[_CHOSEN]
+_SIDES = np.array([_INSET - 1.0, 1.0 - _INSET])
+_STATIONS = np.concatenate([_SIDES, NODES])
+_EXTRAPOLATE = np.polynomial.legendre.legvander(_SIDES, ORDER - 1) @ LEGENDRE
+_LAST = LEGENDRE[-2:]
+_STRIP = 1.0 + NODES[0]  # of half a panel: as far as the first node
+_LEAST = 1e-3  # of the semi-major axis; a smaller jump over so small a strip does not matter
+_EIGHTHS = np.arange(9.0)[:, None] / 8.0
+_DIVISIONS, _MOST_OF_IT = 4, 0.1
+_UNRESOLVED = 10.0  # times the last coefficients; what is left out of series that fall slowly is as large
+
+
+def side_points(region: Region, patch: IntArray, rectangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Longitudes and latitudes (n, 2, 2, 3) of points just within the sides of panels, on lines through their nodes.
+
+    For lines along u and along v, at the low and at the high side.
+    """
+    along_u = _places(rectangles, 0, _SIDES)
+    along_v = _places(rectangles, 1, _SIDES)
+    u, v = (np.stack(pair, axis=1) for pair in zip(along_u, along_v, strict=True))
+    points = region.chart(patch[:, None, None, None], u, v)
+    return np.asarray(points.lon), np.asarray(points.lat)
+
+
+def torn_sides(
+    projection: Projection,
+    region: Region,
+    patch: IntArray,
+    rectangles: FloatArray,
+    nodes: FloatArray,
+    sides: FloatArray,
+) -> BoolArray:
+    """Whether the map is another at the sides of panels than its nodes tell: (n, 2, 2), by u and v, low and high.
+
+    `nodes` (2, n, p, p) are x and y at the nodes, `sides` (2, n, 2, 2, 3) those at `side_points`.
+    """
+    lines = np.stack([nodes[..., _CHOSEN], nodes[..., _CHOSEN, :].swapaxes(-1, -2)], axis=2)
+    return _torn(projection, region, patch, rectangles, sides, lines)
+
+
+def with_strips(
+    projection: Projection, region: Region, patch: IntArray, rectangles: FloatArray, torn: BoolArray
+) -> tuple[IntArray, FloatArray, int]:
+    """Panels (n, 4) with the strips cut off in which there is a seam, and the evaluations that it took to know.
+
+    `torn` is what `torn_sides` knows of them.
+    """
+    finished: list[tuple[IntArray, FloatArray]] = []
+    evaluations = 0
+    for turn in range(_DEEPEST):
+        if turn:
+            torn = _probed(projection, region, patch, rectangles)
+            evaluations += 2 * len(patch) * len(_LINES) * len(_STATIONS)
+        hit = torn.any(axis=(1, 2))
+        finished.append((patch[~hit], rectangles[~hit]))
+        patch, rectangles = patch[hit], rectangles[hit]
+        if not len(patch):
+            break
+        index, rectangles = _divided(rectangles, torn[hit])
+        patch = patch[index]
+    else:
+        finished.append((patch, rectangles))
+    return np.concatenate([one for one, _ in finished]), np.concatenate([one for _, one in finished]), evaluations
+
+
+def _probed(projection: Projection, region: Region, patch: IntArray, rectangles: FloatArray) -> BoolArray:
+    """`torn_sides` of panels of which nothing is known yet."""
+    both = [_places(rectangles, axis, _STATIONS) for axis in (0, 1)]
+    u, v = (np.stack(pair, axis=1) for pair in zip(*both, strict=True))
+    points = region.chart(patch[:, None, None, None], u, v)
+    f = np.stack(projection(points.lon, points.lat))
+    return _torn(projection, region, patch, rectangles, f[..., : len(_SIDES), :], f[..., len(_SIDES) :, :])
+
+
+def _torn(
+    projection: Projection,
+    region: Region,
+    patch: IntArray,
+    rectangles: FloatArray,
+    sides: FloatArray,
+    nodes: FloatArray,
+) -> BoolArray:
+    """Of x and y on lines along u and v, at the sides (2, n, 2, 2, k) and at the nodes (2, n, 2, p, k)."""
+    jump_x, jump_y = sides - _EXTRAPOLATE @ nodes
+    jump = np.hypot(jump_x, jump_y)
+    last = np.hypot(*np.abs(_LAST @ nodes).max(axis=-2))
+    a = projection.ellipsoid.a
+    suspect = jump > np.maximum(_LEAST * a, _UNRESOLVED * last[..., None, :])
+    if not suspect.any():
+        return np.zeros(suspect.shape[:-1], dtype=bool)
+    for axis in (0, 1):
+        panel, side, line = np.nonzero(suspect[:, axis])
+        if not panel.size:
+            continue
+        # From the last node to the side.
+        u, v = _places(rectangles, axis, _STATIONS)
+        last = np.where(side == 0, 0, NODES.size - 1)
+        places = [(each[panel, side, line], each[panel, len(_SIDES) + last, line]) for each in (u, v)]
+        values = sides[:, panel, axis, side, line], nodes[:, panel, axis, last, line]
+        left = _left(projection, region, patch[panel], np.array(places), np.stack(values, axis=1))
+        suspect[panel, axis, side, line] = left > _MOST_OF_IT * jump[panel, axis, side, line]
+    return np.asarray(suspect.any(axis=-1))
+
+
+def _places(rectangles: FloatArray, axis: int, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """u and v (n, k, 3) at stations in [-1, 1] on lines through panels along u (0) or v (1)."""
+    shares = (stations[:, None], _LINES) if axis == 0 else (_LINES, stations[:, None])
+    u, v = np.broadcast_arrays(*(_at(rectangles[:, 2 * k : 2 * k + 2], shares[k]) for k in (0, 1)))
+    return u, v
+
+
+def _left(
+    projection: Projection, region: Region, patch: IntArray, places: FloatArray, values: FloatArray
+) -> FloatArray:
+    """What is left of the steps between places u, v (2, 2, n), with x, y (2, 2, n) there, in a tiny part of them.
+
+    It is the part with the largest step of eight, again and again: a kink or a steep place leaves next to nothing, a
+    tear all of it.
+    """
+    ends, f = places, values
+    rows = np.arange(len(patch))
+    for _ in range(_DIVISIONS):
+        u, v = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * _EIGHTHS
+        points = region.chart(patch, u[1:-1], v[1:-1])
+        between = np.stack(projection(points.lon, points.lat))
+        f = np.concatenate([f[:, :1], between, f[:, 1:]], axis=1)
+        step = np.nan_to_num(np.hypot(*np.diff(f, axis=1)), nan=-1.0)
+        most = step.argmax(axis=0)
+        both = np.stack([most, most + 1])
+        ends, f = np.stack([u, v])[:, both, rows], f[:, both, rows]
+    return np.asarray(np.hypot(*(f[:, 1] - f[:, 0])))
+
+
+def _at(ends: FloatArray, share: FloatArray) -> FloatArray:
+    """Coordinates at shares in [-1, 1] of intervals (n, 2), the intervals on the first of three axes."""
+    low, high = (ends[:, k].reshape(-1, 1, 1) for k in (0, 1))
+    return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * share)
+
+
+def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatArray]:
+    """Each rectangle's number, and the parts into which the strips along its torn sides, (n, 2, 2), divide it."""
+    index, parts = [], []
+    for k, (rectangle, sides) in enumerate(zip(rectangles, torn, strict=True)):
+        edges = []
+        for axis in (0, 1):
+            low, high = rectangle[2 * axis : 2 * axis + 2]
+            width = 0.5 * (high - low) * _STRIP
+            inner = [at for at, cut in zip((low + width, high - width), sides[axis], strict=True) if cut]
+            edges.append([low, *inner, high])
+        for u0, u1 in zip(edges[0][:-1], edges[0][1:], strict=True):
+            for v0, v1 in zip(edges[1][:-1], edges[1][1:], strict=True):
+                index.append(k)
+                parts.append((u0, u1, v0, v1))
+    return np.array(index, dtype=int), np.array(parts)
+
+
+# ---- layouts -------------------------------------------------------------------------------------
+
+
+Partial = FloatArray | float
+
+_REGIONS = 16  # whose plans are kept
+_MOST = 400  # panels of a plan: 6 to 8 kB each, and those of the first generation besides
+_WAYS = 8  # first generations of a plan
+_U, _V, _LON, _LAT, _DENSITY, _WEIGHT, _EAST_R, _NORTH_S, _EAST_S, _NORTH_R = range(10)
+_SHARE, _AREA, _ALONG = 0, 1, slice(2, 4)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Panels, or smooth pieces of them, as an ellipsoid has them.
+
+    `grids` (k, n, p, p) are the chart coordinates u, v, longitudes and latitudes in degrees, m^2 in the unit square of
+    the nodes, m^2 by node, and d(east, north) / d(r, s) in metres, of which the mixed ones are left out where they
+    vanish. `numbers` (n, 4) are each piece's share in the region, its area in m^2 and the mean metres along r and s.
+    """
+
+    patch: IntArray
+    grids: FloatArray
+    numbers: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.patch)
+
+    u = property(lambda self: self.grids[_U])
+    v = property(lambda self: self.grids[_V])
+    lon = property(lambda self: self.grids[_LON])
+    lat = property(lambda self: self.grids[_LAT])
+    density = property(lambda self: self.grids[_DENSITY])
+    weight = property(lambda self: self.grids[_WEIGHT])
+    share = property(lambda self: self.numbers[:, _SHARE])
+    area = property(lambda self: self.numbers[:, _AREA])
+    metres = property(lambda self: self.numbers[:, _ALONG])
+
+    @property
+    def sides(self) -> FloatArray:
+        """d(east, north) / d(r, s) in metres (n, p, p, 2, 2)."""
+        sides = np.zeros((*self.lon.shape, 2, 2))
+        sides[..., 0, 0], sides[..., 1, 1] = self.grids[_EAST_R], self.grids[_NORTH_S]
+        if len(self.grids) > _EAST_S:
+            sides[..., 0, 1], sides[..., 1, 0] = self.grids[_EAST_S], self.grids[_NORTH_R]
+        return sides
+
+    def jacobian(self, f_r: FloatArray, f_s: FloatArray) -> FloatArray:
+        """J (n, p, p, 2, 2) of derivatives (2, n, p, p) of x and y along the node axes."""
+        east_r, north_s = self.grids[_EAST_R], self.grids[_NORTH_S]
+        J = np.empty((*self.lon.shape, 2, 2))
+        by_east, by_north = J[..., 0], J[..., 1]
+        if len(self.grids) == _EAST_S:
+            for i in (0, 1):
+                np.divide(f_r[i], east_r, out=by_east[..., i])
+                np.divide(f_s[i], north_s, out=by_north[..., i])
+            return J
+        east_s, north_r = self.grids[_EAST_S], self.grids[_NORTH_R]
+        det = east_r * north_s - east_s * north_r
+        for i in (0, 1):
+            by_east[..., i] = (f_r[i] * north_s - f_s[i] * north_r) / det
+            by_north[..., i] = (f_s[i] * east_r - f_r[i] * east_s) / det
+        return J
+
+
+def lay(
+    region: Region,
+    ellipsoid: Ellipsoid,
+    patch: IntArray,
+    u: FloatArray,
+    v: FloatArray,
+    partials: tuple[Partial, Partial, Partial, Partial],
+    rule: FloatArray,
+    whole: BoolArray,
+) -> Layout:
+    """The layout of pieces with chart coordinates u, v at their nodes (n, p, p).
+
+    `partials` are du/dr, du/ds, dv/dr, dv/ds, with r and s in [-1, 1] along the two node axes; `rule` holds the
+    nodes' weights on that square, which are Gauss's where a piece is `whole`.
+    """
+    points = region.chart(patch[:, None, None], u, v)
+    meridian, vertical = ellipsoid.radii(points.lat)
+    u_r, u_s, v_r, v_s = partials
+    mixed = (points.east_v, points.north_u, u_s, v_r)
+    straight = not any(isinstance(value, np.ndarray) or value for value in mixed)
+    grids = np.empty((_EAST_S if straight else _NORTH_R + 1, *u.shape))
+    grids[_U], grids[_V], grids[_LON], grids[_LAT] = u, v, points.lon, points.lat
+    grids[_EAST_R] = (points.east_u * u_r + points.east_v * v_r) * vertical
+    grids[_NORTH_S] = (points.north_u * u_s + points.north_v * v_s) * meridian
+    det = grids[_EAST_R] * grids[_NORTH_S]
+    square_r, square_s = grids[_EAST_R] ** 2, grids[_NORTH_S] ** 2
+    if not straight:
+        grids[_EAST_S] = (points.east_u * u_s + points.east_v * v_s) * vertical
+        grids[_NORTH_R] = (points.north_u * u_r + points.north_v * v_r) * meridian
+        det -= grids[_EAST_S] * grids[_NORTH_R]
+        square_r += grids[_NORTH_R] ** 2
+        square_s += grids[_EAST_S] ** 2
+    np.abs(det, out=grids[_DENSITY])
+    np.multiply(grids[_DENSITY], rule, out=grids[_WEIGHT])
+    numbers = np.empty((len(u), 4))
+    numbers[:, _SHARE] = np.where(whole, 1.0, 0.25 * rule.sum(axis=(1, 2)))
+    numbers[:, _AREA] = grids[_WEIGHT].sum(axis=(1, 2))
+    for column, square in zip((2, 3), (square_r, square_s), strict=True):
+        numbers[:, column] = np.sqrt(square).mean(axis=(1, 2))
+    grids.flags.writeable = numbers.flags.writeable = False  # a plan keeps them
+    return Layout(patch, grids, numbers)
+
+
+@dataclass(frozen=True)
+class First:
+    """The first panels of a region, and all points at which a map of them is evaluated: nodes, then side points."""
+
+    clips: Clips
+    layout: Layout
+    lon: FloatArray
+    lat: FloatArray
+
+    def parts(self, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of x and y (2, m) those at the nodes (2, n, p, p), and those at `side_points` (2, n, 2, 2, k)."""
+        shape, count = self.layout.lon.shape, self.layout.lon.size
+        return xy[:, :count].reshape(2, *shape), xy[:, count:].reshape(2, shape[0], 2, 2, -1)
+
+
+class Plan:
+    """The layouts of a region's panels on an ellipsoid: laid when they are asked for, and kept."""
+
+    def __init__(self, region: Region, ellipsoid: Ellipsoid) -> None:
+        self.region, self.ellipsoid = region, ellipsoid
+        self._kept: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = {}
+        self._first: dict[Breaks, First] = {}
+
+    def first(self, breaks: Breaks) -> First:
+        """The region's own panels for maps with such breaks."""
+        if breaks not in self._first:
+            if len(self._first) == _WAYS:
+                self._first.pop(next(iter(self._first)))
+            self._first[breaks] = self._started(breaks)
+        return self._first[breaks]
+
+    def _started(self, breaks: Breaks) -> First:
+        patch, rectangles = self.region.panels(breaks)
+        clips = self.region.clip(patch, rectangles)
+        layout = self._laid(patch[clips.kept], clips)
+        beside = side_points(self.region, layout.patch, clips.rectangles)
+        lon, lat = (
+            np.concatenate([at_nodes.ravel(), at_sides.ravel()])
+            for at_nodes, at_sides in zip((layout.lon, layout.lat), beside, strict=True)
+        )
+        return First(clips, layout, lon, lat)
+
+    def layout(self, patch: IntArray, clips: Clips) -> Layout:
+        """The layout of clipped panels of patches (n,)."""
+        keys = [(number, *sides) for number, sides in zip(patch.tolist(), clips.rectangles.tolist(), strict=True)]
+        kept = self._kept
+        new = [i for i, key in enumerate(keys) if key not in kept]
+        if new:
+            index = np.array(new)
+            layout = self._laid(patch[index], Clips(*(values[index] for values in clips)))
+            if len(new) == len(keys) and len(kept) + len(new) > _MOST:
+                return layout
+            found = {keys[i]: (layout.grids[:, k].copy(), layout.numbers[k]) for k, i in enumerate(new)}
+            if len(kept) + len(new) <= _MOST:
+                kept.update(found)
+            else:
+                kept = kept | found
+        blocks = [kept[key] for key in keys]
+        return Layout(patch, np.stack([grid for grid, _ in blocks], axis=1), np.array([one for _, one in blocks]))
+
+    def _laid(self, patch: IntArray, clips: Clips) -> Layout:
+        u0, u1, v0, v1 = clips.rectangles.T[..., None, None]
+        half_u, half_v = 0.5 * (u1 - u0), 0.5 * (v1 - v0)
+        shape = (len(patch), NODES.size, NODES.size)
+        u = np.broadcast_to(u0 + half_u * (1.0 + NODES[:, None]), shape)
+        v = np.broadcast_to(v0 + half_v * (1.0 + NODES), shape)
+        partials = (half_u, 0.0, 0.0, half_v)
+        return lay(self.region, self.ellipsoid, patch, u, v, partials, clips.rule, clips.whole)
+
+
+@functools.lru_cache(maxsize=_REGIONS)  # compared maps, and those of an optimisation, have a region in common
+def plan_of(region: Region, ellipsoid: Ellipsoid) -> Plan:
+    """The plan of a region."""
+    return Plan(region, ellipsoid)
+
+
+# ---- panels --------------------------------------------------------------------------------------
+
 
 # From one side along a node axis: the derivative, and the last Legendre coefficients.
 _FROM_LEFT = np.concatenate([DIFFERENTIATE, LEGENDRE[ORDER - 6 :]])

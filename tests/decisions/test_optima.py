@@ -17,7 +17,7 @@ from projdist.decisions.members import Flat, Members, _farthest
 from projdist.decisions.objectives import Objective
 from projdist.decisions.optimization import _at_limit, _baseline, _baselines
 from projdist.earth.ellipsoid import SPHERE, WGS84
-from projdist.field.at_nodes import nodes_of
+from projdist.field.given_fields import nodes_of
 from projdist.regions import Box, get_region
 
 SQUARE = "box:5,47,15,55"

@@ -10,7 +10,7 @@ from cubature_cases import SMOOTH, TOLERANCES, TORN, summary_of, triple, truth_o
 from projdist.answers.summaries import summarize
 from projdist.field.cubature import sample_panels
 from projdist.field.field import DEFAULT_TOLERANCE
-from projdist.field.second_derivatives import hessian
+from projdist.field.stencils import hessian
 from projdist.matrices.measures import flexion
 from projdist.projections import Projection
 from projdist.regions import GLOBE, PointSet, get_region

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
-from projdist.field.cut_lengths import cut_length, is_interrupted
+from projdist.field.tears import cut_length, is_interrupted
 from projdist.projections import Projection
 from projdist.regions import GLOBE, get_region
 

@@ -2,8 +2,7 @@
 
 import pytest
 
-from projdist.field.cubature import sample_panels
-from projdist.field.dense_samples import dense
+from projdist.field.cubature import dense, sample_panels
 from projdist.projections import Projection
 from projdist.regions import get_region
 

@@ -10,8 +10,9 @@ from scipy.optimize import minimize, minimize_scalar
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.field import sample
-from projdist.field.extremes import borders, measure_at
-from projdist.field.extremes.polynomials import Polynomials
+from projdist.field.extremes import bounds as borders
+from projdist.field.extremes import measure_at
+from projdist.field.extremes.goals import Polynomials
 from projdist.matrices.measures import get_measure
 from projdist.numerics.polynomials import NODES
 from projdist.projections import Projection

@@ -14,7 +14,7 @@ from pyproj.database import query_crs_info
 
 from projdist import factors, summarize
 from projdist.field.at_points import Quality, derivatives
-from projdist.field.guard import departure, tell_of_contradiction
+from projdist.field.field import departure, tell_of_contradiction
 from projdist.matrices.distortions import log_anisotropy, log_areal_scale, orientation
 from projdist.projections import Projection, ProjectionError, nature_of
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS

@@ -5,10 +5,11 @@ import pytest
 
 from projdist.answers.summaries import summarize
 from projdist.earth import SMOOTH, SPHERE
-from projdist.field import layouts, panel_mesh
+from projdist.field import panel_mesh
+from projdist.field import panels as layouts
 from projdist.field.at_points import jacobian
 from projdist.field.cubature import sample_panels
-from projdist.field.layouts import Plan, plan_of
+from projdist.field.panels import Plan, plan_of
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, get_region
 from projdist.regions.polygons import Polygons

@@ -7,7 +7,7 @@ import pytest
 from jacobians import R, arc_distance, make, random_points, value
 
 from projdist.field.at_points import jacobian
-from projdist.field.second_derivatives import hessian
+from projdist.field.stencils import hessian
 
 
 def test_hessian_of_the_plate_carree():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from projdist.earth import WGS84, unit_vectors
-from projdist.field.layouts import Plan
+from projdist.field.panels import Plan
 from projdist.regions import GLOBE, TurnedGlobe
 
 CHARTS = [
