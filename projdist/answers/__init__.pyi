@@ -1,14 +1,10 @@
 from .batches import Area, Batch, BatchFailure, BatchResult, areas_of, batch
 from .correction_fields import LocalCorrections, local_corrections
 from .corrections import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
-from .distance_measures import DISTANCE_MEASURES
-from .distances import distance_distortion
-from .elevations import elevation_factor
-from .finite_distortions import FiniteDistortion
-from .great_circles import great_circle_bending
+from .distances import distance_distortion, great_circle_bending
+from .finite_distortions import DISTANCE_MEASURES, FiniteDistortion
 from .point_factors import Factors, factors
-from .profiles import Profile, profile
-from .published import TABLES, PublishedRow, PublishedTable, tables
+from .profiles import Profile, elevation_factor, profile
 from .published_indices import (
     GROUPS,
     INDICES,
@@ -19,6 +15,7 @@ from .published_indices import (
     goldberg_gott_score,
     indices,
 )
+from .published_tables import TABLES, PublishedRow, PublishedTable, tables
 from .summaries import (
     SORTS,
     STATISTICS,

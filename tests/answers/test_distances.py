@@ -16,10 +16,10 @@ from projdist import (
     get_region,
     great_circle_bending,
 )
-from projdist.answers import distances, great_circles
-from projdist.answers.distance_measures import best_scale_of_distances
-from projdist.answers.pairs import Points
-from projdist.answers.published import printed
+from projdist.answers import distances
+from projdist.answers import distances as great_circles
+from projdist.answers.finite_distortions import Points, best_scale_of_distances
+from projdist.answers.published_tables import printed
 from projdist.earth.ellipsoid import chord_angle, unit_vectors
 from projdist.projections import compose
 from projdist.projections.geodesy import geodesic_lengths, geodesic_points

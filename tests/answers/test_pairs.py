@@ -5,7 +5,7 @@ import pytest
 from pyproj import Geod
 
 from projdist import SPHERE, WGS84, Ellipsoid, PointSet, get_region
-from projdist.answers.pairs import scatter_over
+from projdist.answers.finite_distortions import scatter_over
 
 TRIANGLE = {"type": "Polygon", "coordinates": [[[-20, 10], [60, 20], [10, 75], [-20, 10]]]}
 REGIONS = ["globe", "box:170,-60,-170,80", "cap:10,50,3000", "cap:0,-90,5000", TRIANGLE, "country:FJ"]

@@ -12,9 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 from projdist import get_measure, tables
-from projdist.answers.published import TABLES, printed
-from projdist.answers.published.rows import conventions
 from projdist.answers.published_indices import get_index
+from projdist.answers.published_tables import TABLES, conventions, printed
 from projdist.cli.app import app
 
 AT_POINTS = [name for name in TABLES if printed(name)[0].at_point]

@@ -18,15 +18,15 @@ from projdist.answers.published_indices import (
     GROUPS,
     INDICES,
     NORMALISERS,
-    finite,
     get_indices,
     goldberg_gott_score,
     indices,
     terms,
 )
-from projdist.answers.published_indices.boundary import boundary_cuts
+from projdist.answers.published_indices import terms as finite
 from projdist.answers.published_indices.index import ScaledField
-from projdist.answers.published_indices.score import score_of
+from projdist.answers.published_indices.registry import score_of
+from projdist.answers.published_indices.terms import boundary_cuts
 from projdist.numerics.statistics import Estimate
 from projdist.projections import compose
 from projdist.regions import GLOBE, get_region

@@ -11,11 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from projdist import __version__
-from projdist.answers.batches.areas import Area, areas_of
-from projdist.answers.batches.maps import map_text
-from projdist.answers.batches.partial_files import open_partial
-from projdist.answers.batches.running import run_job
-from projdist.answers.batches.tasks import Job, Task
+from projdist.answers.batches.running import open_partial, run_job
+from projdist.answers.batches.tasks import Area, Job, Task, areas_of, map_text
 from projdist.projections import Projection, ProjectionError, ProjectionLike, listed_projections
 from projdist.regions import RegionLike, ground_of_maps
 from projdist.support import Answer, check_executor, check_path, is_picklable, quoted

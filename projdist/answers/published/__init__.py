@@ -1,6 +1,5 @@
 """Tables of the literature: figures as they were printed, beside ours."""
 
-from projdist.answers.published.comparisons import PublishedRow, PublishedTable, tables
-from projdist.answers.published.rows import TABLES, Printed, printed
+from projdist.answers.published_tables import TABLES, Printed, PublishedRow, PublishedTable, printed, tables
 
 __all__ = ["TABLES", "Printed", "PublishedRow", "PublishedTable", "printed", "tables"]

@@ -2,8 +2,14 @@
 
 from projdist.answers.published_indices.answers import IndexSummary, IndexValue, indices
 from projdist.answers.published_indices.index import Index
-from projdist.answers.published_indices.registry import GROUPS, INDICES, get_index, get_indices
-from projdist.answers.published_indices.score import NORMALISERS, goldberg_gott_score
+from projdist.answers.published_indices.registry import (
+    GROUPS,
+    INDICES,
+    NORMALISERS,
+    get_index,
+    get_indices,
+    goldberg_gott_score,
+)
 
 __all__ = [
     "GROUPS",

@@ -3,15 +3,92 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from projdist.answers.published_indices import boundary, finite, score, terms
+from projdist.answers.published_indices import terms
 from projdist.answers.published_indices.index import Index, ScaledField
 from projdist.field import FIGURES
-from projdist.support import check_text, listed_values, quoted, suggestion
+from projdist.numerics import Estimate
+from projdist.support import check_number, check_text, listed_values, quoted, suggestion
 
-__all__ = ["GROUPS", "INDICES", "get_index", "get_indices"]
+__all__ = [
+    "GROUPS",
+    "INDICES",
+    "NORMALISERS",
+    "get_index",
+    "get_indices",
+    "goldberg_gott_score",
+    "score_of",
+]
+
+
+NORMALISERS = {"I": 0.51, "A": 0.41, "F": 0.64, "S": 0.60, "D": 0.449, "B": 0.25}
+"""The plate carree's row as Goldberg & Gott (2007) print it, rounded, which the published scores are made with."""
+
+
+def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, float] = NORMALISERS) -> float:
+    """The score of a map by six indices: the sum over I, A, F, S, D, B of (X / X of the plate carree)^2.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        The map's indices by symbol: isotropy I, area A, flexion F, skewness S, distances D, boundary cuts B.
+    normalisers : mapping of str to float, optional
+        Those of the plate carree. Without any they are as Goldberg & Gott (2007) print them, rounded, which the
+        published scores are made with.
+
+    Returns
+    -------
+    float
+        The score; smaller is better.
+
+    Raises
+    ------
+    ValueError
+        Where one of the indices is missing or is no number.
+
+    References
+    ----------
+    - Gott, Goldberg & Vanderbei 2021, Flat Maps that improve on the Winkel Tripel, arXiv 2102.08176: the score.
+    - Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297: the plate
+      carree's row.
+
+    Examples
+    --------
+    The plate carree has six by definition.
+
+    >>> goldberg_gott_score({"I": 0.51, "A": 0.41, "F": 0.64, "S": 0.60, "D": 0.449, "B": 0.25})
+    6.0
+    """
+    for thing, table in (("values", values), ("normalisers", normalisers)):
+        if not isinstance(table, Mapping):
+            raise ValueError(f"Invalid {thing} {quoted(table)}. They must be figures by symbol, as {{'I': 0.51}}.")
+    missing = [symbol for symbol in normalisers if symbol not in values]
+    if missing:
+        symbols = ", ".join(normalisers)
+        raise ValueError(f"Invalid values for the score. There must be {symbols}; {missing[0]} is missing.")
+    return sum(
+        (check_number("value", values[symbol]) / check_number("normaliser", scale)) ** 2
+        for symbol, scale in normalisers.items()
+    )
+
+
+def score_of(
+    values: Mapping[str, Callable[[ScaledField, float], Estimate]],
+) -> Callable[[ScaledField, float], Estimate]:
+    """The score of a field, of what its six indices are by symbol; NaN where one of them is undefined."""
+
+    def score(field: ScaledField, scale: float) -> Estimate:
+        found = {symbol: field.once(value) for symbol, value in values.items()}
+        # Six errors that may all have one sign.
+        error = sum(2.0 * abs(one.value) * one.error / NORMALISERS[symbol] ** 2 for symbol, one in found.items())
+        return Estimate(goldberg_gott_score({symbol: one.value for symbol, one in found.items()}), error)
+
+    return score
+
+
+# ---- the indices ----------------------------------------------------------------------------
 
 _AIRY = "Airy 1861, Explanation of a projection by balance of errors, Philosophical Magazine 22:409"
 _GOTT = "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297"
@@ -65,8 +142,8 @@ _SCORED = {
     "A": terms.deviation_of_log_area,
     "F": terms.second_order("flexion"),
     "S": terms.second_order("skewness"),
-    "D": finite.spread,
-    "B": boundary.boundary_cuts,
+    "D": terms.spread,
+    "B": terms.boundary_cuts,
 }
 
 INDICES: dict[str, Index] = {
@@ -250,7 +327,7 @@ INDICES: dict[str, Index] = {
             definition="Sum over I, A, F, S, D, B of (X / X of the plate carree)^2; of the globe only.",
             normalisation="by the plate carree's row as it was printed, .51 .41 .64 .60 .449 .25, rounded",
             source=_GGV,
-            value=score.score_of(_SCORED),
+            value=score_of(_SCORED),
             terms=(terms.term_of(_ISOTROPY), terms.log_area_squared),
             second_order=("flexion", "skewness"),
             published_within=_WITHOUT_POLES,
@@ -262,8 +339,8 @@ INDICES: dict[str, Index] = {
             definition="Mean of |map - globe| / (map + globe) of the distances of all pairs of points.",
             normalisation="by true area, as D; from 0 to 1",
             source="Peters 1984, Distance-related Maps, The American Cartographer 11:119",
-            value=finite.distance_index,
-            best_scale=finite.best_for_distances,
+            value=terms.distance_index,
+            best_scale=terms.best_for_distances,
         ),
         Index(
             name="canters_finite",
@@ -272,8 +349,8 @@ INDICES: dict[str, Index] = {
             definition="Mean finite scale factor (1 + DI) / (1 - DI), of all pairs of points.",
             normalisation="by true area, as D; Canters' own figures are of distances on land that he chose otherwise",
             source=_CANTERS_2002,
-            value=finite.finite_scale_factor,
-            best_scale=finite.best_for_distances,
+            value=terms.finite_scale_factor,
+            best_scale=terms.best_for_distances,
         ),
         Index(
             name="great_circle_bending",
@@ -283,7 +360,7 @@ INDICES: dict[str, Index] = {
             "these.",
             normalisation="by true area, of all pairs of points; in short arcs of length L it is F L / 12",
             source="the finite form of the flexion of Goldberg & Gott 2007",
-            value=finite.bending,
+            value=terms.bending,
         ),
     )
 }

@@ -8,9 +8,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field.cubature import Samples
-from projdist.field.extremes.bounds import Border, crossing, near, reach
-from projdist.field.extremes.bounds import climb_borders as climb_borders
-from projdist.field.extremes.bounds import climb_cells as climb_cells
+from projdist.field.extremes.bounds import Border, climb_borders, climb_cells, crossing, near, reach
 from projdist.field.extremes.goals import (
     BENT,
     NOBODY,
