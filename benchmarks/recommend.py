@@ -28,7 +28,7 @@ RUNS = 5
 
 SETUP = """
 import json, os, sys, time
-from projdist.decisions.recommendation.pool import Pool
+from projdist.decisions.recommendation.candidate_crs import Pool
 from projdist.projections.database import crs_records, reasons_against
 from projdist.decisions.recommendation.search import recommend
 from projdist.regions import get_region

@@ -17,7 +17,7 @@ EXTRAS = ("anywidget", "cartopy", "geopandas", "pandas", "rasterio", "xarray")
 # Their examples take half a second and more, and have fast tests beside them.
 SLOW_EXAMPLES = {
     "projdist.answers.corrections.correct",
-    "projdist.decisions.recommendation.for_frames.estimate_crs",
+    "projdist.decisions.recommendation.crs_for_data.estimate_crs",
     "projdist.decisions.recommendation.search.recommend",
     "projdist.decisions.surveying.design.ldp",
     "projdist.designs.averaging.mean_map",

@@ -48,7 +48,7 @@ HOMES = {
     "pyogrio": {"gis"},
     "xarray": {"gis"},
     "pyarrow": {"gis"},
-    "rasterio": {"gis", "decisions.surveying.heights"},
+    "rasterio": {"gis", "decisions.surveying.ground"},
     "distributed": {"support.executors"},
     "scipy": {
         *("numerics.minima", "matrices.distortions", "regions.combinations"),
@@ -60,7 +60,7 @@ HOMES = {
     },
     "shapely": {
         *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
-        *("decisions.checking.outlines", "designs.overlaps"),
+        *("decisions.checking.edges", "designs.overlaps"),
         *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),
         *("gis.features", "gis.layers", "gis.old_maps", "gis.points", "gis.conversion", "web.outlines", "web.live"),

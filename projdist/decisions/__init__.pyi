@@ -1,17 +1,14 @@
 from .checking.errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
-from .extents import Extent, extent_of
-from .families import FAMILIES, ellipsoid_text, sensible_families
-from .limits import LIMITED, least_error
+from .families import FAMILIES, Extent, ellipsoid_text, extent_of, sensible_families
+from .family_search import Rounded
 from .map_info import INFO_MEASURES, MapInfo, info
-from .members import Rounded
 from .objectives import Objective
-from .optimization import Baseline, Optimum, best_member, optimize
+from .optimization import LIMITED, Baseline, Optimum, best_member, least_error, optimize
 from .recommendation.candidates import INTERRUPTED
+from .recommendation.crs_for_data import estimate_crs
 from .recommendation.custom import Custom
-from .recommendation.for_frames import estimate_crs
-from .recommendation.purposes import PURPOSES, get_purpose, suits
+from .recommendation.preference import CLOSE, PURPOSES, WIDE_FACTOR, get_purpose, suits
 from .recommendation.search import Candidate, Recommendation, recommend
-from .recommendation.standing import CLOSE, WIDE_FACTOR
 from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
 from .surveying import (
     LDP,

@@ -1,12 +1,15 @@
-"""The best parameters of a projection for a region.
+"""How little a map of a region can distort: the limit by which all maps of it can be judged.
 
-The best member of a family is found at fixed nodes (`members`); what is reported is measured anew, by
-adaptive cubature.
+To first order in the curvature, the best conformal and the best equal-area map of a small region both have sqrt(2)
+times the Airy-Kavrayskiy error of the best map of all, whose square is the squared curvature times the mean deflection
+of a clamped plate of the region's shape. The best conformal map is a linear problem, so that the limit of all kinds is
+known at once; for large ragged regions it is a prediction to some per cent, and no bound.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -14,13 +17,21 @@ from typing import Any
 import numpy as np
 
 from projdist.answers import Failure
-from projdist.decisions.extents import Extent, extent_of, usual_crs
-from projdist.decisions.families import Family, cylinder_of, get_family, sensible_families
-from projdist.decisions.limits import limit_of
-from projdist.decisions.members import DECIMALS, Flat, Members, Rounded
+from projdist.decisions.families import (
+    Extent,
+    Family,
+    cylinder_of,
+    ellipsoid_text,
+    extent_of,
+    get_family,
+    sensible_families,
+    usual_crs,
+)
+from projdist.decisions.family_search import DECIMALS, Flat, Members, Rounded
 from projdist.decisions.objectives import Objective
 from projdist.earth import SPHERE, WGS84, Ellipsoid
-from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, sample
+from projdist.field import FIGURES, AnyFigure, Field, Figure, Nodes, get_figure, nodes_of, sample
+from projdist.numerics import fit_harmonic
 from projdist.projections import (
     Body,
     Projection,
@@ -35,7 +46,57 @@ from projdist.projections import (
 from projdist.regions import Place, RegionLike, check_on_body, get_region
 from projdist.support import Answer, check_number, check_text, listed_values, plain
 
-__all__ = ["Baseline", "Optimum", "best_member", "optimize"]
+__all__ = [
+    "LIMITED",
+    "Baseline",
+    "Optimum",
+    "best_member",
+    "least_error",
+    "limit_of",
+    "optimize",
+]
+
+
+LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
+"""The figures whose limit is known."""
+
+_NODES = 2000
+_WIDEST = 100.0  # degrees from the middle: beyond, the polynomials of the stereographic plane do not reach
+
+
+@functools.lru_cache(maxsize=32)
+def least_error(region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8) -> float | None:
+    """The Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide.
+
+    For conformal and equal-area maps it is that of the best conformal map whose ln k is a polynomial of the degree, for
+    other purposes 1/sqrt(2) of it.
+    """
+    extent = extent_of(region)
+    if extent.radius > _WIDEST:
+        return None
+    text = f"+proj=stere +lat_0={extent.lat!r} +lon_0={extent.lon!r} {ellipsoid_text(ellipsoid)}"
+    base, nodes = Projection.from_user_input(text), nodes_of(region, ellipsoid, _NODES)
+    x, y = base(nodes.lon, nodes.lat)
+    log_scale, z = np.log(nodes.meridional_scale(base)), x + 1j * y
+    known = np.isfinite(log_scale) & (nodes.weight > 0.0)
+    try:
+        fit = fit_harmonic(z[known] / np.abs(z[known]).max(), log_scale[known], nodes.weight[known], degree)
+    except ValueError:  # of a few points
+        return None
+    mean = float(np.sum(nodes.weight[known] * fit.rest**2) / np.sum(nodes.weight[known]))
+    return float(np.sqrt(mean * (2.0 if purpose in ("conformal", "equal-area") else 1.0)))
+
+
+def limit_of(figure: Figure, region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84) -> float | None:
+    """The limit of a figure over a region; None where it is not known, or no more than rounding."""
+    if not figure.is_airy_kavrayskiy:
+        return None
+    found = least_error(region, purpose, ellipsoid)
+    return found if found is not None and found > figure.rounding else None
+
+
+# ---- optimization --------------------------------------------------------------------------------
+
 
 _ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
 _RELATIVE = 1e-5  # the cubature's tolerance, of the value found

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from projdist import plots
 from projdist.cli.app import app
 from projdist.decisions.surveying import LDP, distortion_ppm, ldp
-from projdist.decisions.surveying.criteria import goal_of
+from projdist.decisions.surveying.axes import goal_of
 from projdist.decisions.surveying.ground import statistics_of
 from projdist.plots.ground import prepare_ground
 

@@ -7,8 +7,7 @@ import pytest
 
 from projdist import FIGURES
 from projdist.answers.summaries import summarize
-from projdist.decisions.recommendation.candidates import Full, measure
-from projdist.decisions.recommendation.trial_nodes import probe_of
+from projdist.decisions.recommendation.candidates import Full, measure, probe_of
 from projdist.earth.ellipsoid import WGS84
 from projdist.regions import get_region
 

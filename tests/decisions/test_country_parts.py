@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from projdist import recommend
-from projdist.decisions.recommendation.country_parts import CountryPart, part_of
-from projdist.decisions.recommendation.standing import Standing, in_force
-from projdist.decisions.recommendation.trial_nodes import Lattice
+from projdist.decisions.recommendation.candidate_crs import CountryPart, part_of
+from projdist.decisions.recommendation.candidates import Lattice
+from projdist.decisions.recommendation.preference import Standing, in_force
 from projdist.projections.database import CrsRecord
 from projdist.regions import get_region
 

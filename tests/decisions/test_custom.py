@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from projdist import FIGURES, recommend
-from projdist.decisions.recommendation.candidates import Rejected
+from projdist.decisions.recommendation.candidates import Rejected, probe_of
 from projdist.decisions.recommendation.custom import Design, design, families_for
-from projdist.decisions.recommendation.purposes import PURPOSES, suits
-from projdist.decisions.recommendation.trial_nodes import probe_of
+from projdist.decisions.recommendation.preference import PURPOSES, suits
 from projdist.earth.ellipsoid import WGS84
 from projdist.regions import get_region
 

@@ -18,9 +18,9 @@ from shapely import (
 )
 
 import projdist
+from projdist.decisions.checking.edges import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
 from projdist.decisions.checking.errors import OUTSIDE, TORN
-from projdist.decisions.checking.outlines import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
-from projdist.decisions.recommendation.siting import Site
+from projdist.decisions.recommendation.crs_for_data import Site
 
 geopandas = pytest.importorskip("geopandas")
 

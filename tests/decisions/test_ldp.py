@@ -11,10 +11,9 @@ from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
 
 from projdist import LDP, PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
-from projdist.decisions.extents import extent_of
+from projdist.decisions.families import extent_of
 from projdist.decisions.surveying import LDP_FAMILIES
-from projdist.decisions.surveying.axes import Axis, _scanned
-from projdist.decisions.surveying.criteria import goal_of
+from projdist.decisions.surveying.axes import Axis, _scanned, goal_of
 from projdist.decisions.surveying.design import _Design
 from projdist.decisions.surveying.ground import ground_of, statistics_of
 from projdist.earth.ellipsoid import WGS84, Ellipsoid

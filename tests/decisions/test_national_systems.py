@@ -7,8 +7,8 @@ import pytest
 from pyproj import CRS
 from pyproj.database import query_crs_info
 
+from projdist.decisions.recommendation.candidates import Lattice
 from projdist.decisions.recommendation.search import recommend
-from projdist.decisions.recommendation.trial_nodes import Lattice
 from projdist.projections.database import facts_of
 from projdist.regions import get_region
 

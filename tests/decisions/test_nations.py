@@ -2,9 +2,8 @@
 
 import pytest
 
-from projdist.decisions.recommendation.nations import home_of, named
-from projdist.decisions.recommendation.pool import _NOBODYS_KM2
-from projdist.decisions.recommendation.trial_nodes import Lattice
+from projdist.decisions.recommendation.candidate_crs import _NOBODYS_KM2, home_of, named
+from projdist.decisions.recommendation.candidates import Lattice
 from projdist.regions import get_region
 
 NAMED = [

@@ -11,9 +11,8 @@ from pyproj import CRS
 
 from projdist import FIGURES, Figure, Projection, ProjectionError, optimize, principal_scales, summarize
 from projdist.decisions import optimization
-from projdist.decisions.extents import extent_of, usual_crs
-from projdist.decisions.families import cylinder_of, get_family, sensible_families
-from projdist.decisions.members import Flat, Members, _farthest
+from projdist.decisions.families import cylinder_of, extent_of, get_family, sensible_families, usual_crs
+from projdist.decisions.family_search import Flat, Members, _farthest
 from projdist.decisions.objectives import Objective
 from projdist.decisions.optimization import _at_limit, _baseline, _baselines
 from projdist.earth.ellipsoid import SPHERE, WGS84

@@ -9,8 +9,7 @@ from pyproj import Proj
 from scipy.integrate import solve_bvp
 
 from projdist import Projection, optimize, summarize
-from projdist.decisions.extents import extent_of
-from projdist.decisions.families import get_family
+from projdist.decisions.families import extent_of, get_family
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.regions import get_region
 

@@ -9,8 +9,8 @@ import pytest
 
 from projdist import SPHERE, Cap
 from projdist._typing import FloatArray
-from projdist.decisions.properties import PROPERTIES, _square_across, properties_of
-from projdist.decisions.recommendation.trial_nodes import probe_of
+from projdist.decisions.map_info import PROPERTIES, _square_across, properties_of
+from projdist.decisions.recommendation.candidates import probe_of
 from projdist.field import jacobian
 from projdist.projections import Projection
 

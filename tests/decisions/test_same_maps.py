@@ -3,10 +3,9 @@
 import pytest
 
 from projdist import FIGURES
-from projdist.decisions.recommendation import same_maps as twins
-from projdist.decisions.recommendation.candidates import Finding, Trial, try_crs
-from projdist.decisions.recommendation.same_maps import Usage, by_usage, datum_root, grouped
-from projdist.decisions.recommendation.trial_nodes import probe_of
+from projdist.decisions.recommendation import preference as twins
+from projdist.decisions.recommendation.candidates import Finding, Trial, probe_of, try_crs
+from projdist.decisions.recommendation.preference import Usage, by_usage, datum_root, grouped
 from projdist.projections.database import AUTHORITIES, crs_records, facts_of
 from projdist.regions import get_region
 

@@ -10,8 +10,8 @@ import pytest
 from pyproj import Proj
 
 import projdist
+from projdist.decisions.recommendation.preference import CLOSE, WIDE_FACTOR
 from projdist.decisions.recommendation.search import recommend
-from projdist.decisions.recommendation.standing import CLOSE, WIDE_FACTOR
 from projdist.projections import ProjectionError
 from projdist.projections import database as crs_database
 from projdist.projections import database as registry

@@ -9,8 +9,7 @@ from shapely import box
 
 import projdist
 from projdist import Notice
-from projdist.decisions.recommendation.for_frames import estimate_crs
-from projdist.decisions.recommendation.siting import TURNED, _turned, site
+from projdist.decisions.recommendation.crs_for_data import TURNED, _turned, estimate_crs, site
 from projdist.projections import datum_shift, keeps_datum
 from projdist.regions import Box
 
@@ -211,7 +210,7 @@ def sited(monkeypatch, place, crs, answers, **options):
             raise answer
         return SimpleNamespace(results=tuple(answer))
 
-    monkeypatch.setattr("projdist.decisions.recommendation.siting.recommend", recommend)
+    monkeypatch.setattr("projdist.decisions.recommendation.crs_for_data.recommend", recommend)
     corners = np.array([lon - 0.1, lon + 0.1]), np.array([lat - 0.1, lat + 0.1])
     return site(crs, Box(lon - 0.1, lat - 0.1, lon + 0.1, lat + 0.1), *corners, **options), asked
 

@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from projdist.decisions.recommendation.nations import named
-from projdist.decisions.recommendation.standing import (
+from projdist.decisions.recommendation.candidate_crs import named
+from projdist.decisions.recommendation.preference import (
     CLOSE,
     WIDE_FACTOR,
     Standing,

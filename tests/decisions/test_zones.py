@@ -8,9 +8,8 @@ import pytest
 from pyproj import Proj
 
 from projdist import FIGURES
-from projdist.decisions.recommendation.candidates import Finding, Trial, try_crs
-from projdist.decisions.recommendation.pool import Pool
-from projdist.decisions.recommendation.trial_nodes import Lattice, probe_of
+from projdist.decisions.recommendation.candidate_crs import Pool
+from projdist.decisions.recommendation.candidates import Finding, Lattice, Trial, probe_of, try_crs
 from projdist.decisions.recommendation.zones import _measured, _serves, _System, _systems
 from projdist.projections.database import crs_records, facts_of
 from projdist.regions import get_region

@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from projdist.decisions.extents import extent_of
-from projdist.decisions.families import sensible_families
+from projdist.decisions.families import extent_of, sensible_families
+from projdist.decisions.map_info import properties_of
 from projdist.decisions.optimization import best_member
-from projdist.decisions.properties import properties_of
-from projdist.decisions.recommendation.candidates import Distortion, Full, Rejected, measure
-from projdist.decisions.recommendation.purposes import suits
-from projdist.decisions.recommendation.trial_nodes import Probe
+from projdist.decisions.recommendation.candidates import Distortion, Full, Probe, Rejected, measure
+from projdist.decisions.recommendation.preference import suits
 from projdist.earth import WGS84
 from projdist.field import FIGURES, Figure, jacobian
 from projdist.projections import ProjectionError

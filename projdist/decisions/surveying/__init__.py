@@ -1,8 +1,7 @@
 """Surveying: distances on the ground, and the maps on which they are nearly true."""
 
 from projdist.decisions.surveying.design import LDP, LDP_FAMILIES, ldp
-from projdist.decisions.surveying.ground import HeightStatistics, distortion_ppm
-from projdist.decisions.surveying.heights import read_heights
+from projdist.decisions.surveying.ground import HeightStatistics, distortion_ppm, read_heights
 
 __all__ = [
     "LDP",

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.decisions.extents import Extent, extent_of, usual_crs
-from projdist.decisions.surveying.axes import Axis, best_place
-from projdist.decisions.surveying.criteria import Goal, goal_of
+from projdist.decisions.families import Extent, extent_of, usual_crs
+from projdist.decisions.surveying.axes import Axis, Goal, best_place, goal_of
 from projdist.decisions.surveying.ground import Ground, HeightStatistics, ground_of, statistics_of
 from projdist.field import AnyFigure
 from projdist.projections import (

@@ -12,14 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from projdist.decisions.recommendation.candidates import Distortion, Finding, Full, Rejected, measure, settle
-from projdist.decisions.recommendation.pool import Pool
-from projdist.decisions.recommendation.standing import Key, Standing, is_close, preferred, tiers
-from projdist.decisions.recommendation.trial_nodes import Probe
+from projdist.decisions.recommendation.candidate_crs import Pool
+from projdist.decisions.recommendation.candidates import Distortion, Finding, Full, Probe, Rejected, measure, settle
+from projdist.decisions.recommendation.preference import Key, Standing, is_close, preferred, tiers
 from projdist.field import FIGURES, Figure
 from projdist.support import run_all
 
-__all__ = ["LEVEL", "Contender", "Contest", "or_infinity"]
+__all__ = [
+    "LEVEL",
+    "Contender",
+    "Contest",
+    "or_infinity",
+]
+
 
 LEVEL = FIGURES["airy_kavrayskiy"]
 """The figure that decides where others vanish."""
