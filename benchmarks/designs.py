@@ -17,13 +17,10 @@ import numpy as np
 from scipy.optimize import least_squares as scipys
 
 from projdist import get_region, summarize
-from projdist.designs import equal_area_maps
-from projdist.designs.bases import best_base
-from projdist.designs.degrees import stage_of
-from projdist.designs.kinds import get_kind
-from projdist.designs.making import design
+from projdist.designs import fits as equal_area_maps
+from projdist.designs.making import best_base, design, stage_of
+from projdist.designs.objectives import Wish, get_kind, wish_of
 from projdist.designs.sites import Site, site_of
-from projdist.designs.wishes import Wish, wish_of
 from projdist.earth import WGS84
 from projdist.field import nodes_of
 from projdist.projections import Projection

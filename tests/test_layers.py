@@ -56,11 +56,11 @@ HOMES = {
         "applications.oldmaps.several",
         *("applications.pointclouds.icp", "applications.pointclouds.outliers"),
         *("applications.mosaics.homographies", "applications.mosaics.features"),
-        *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.elements", "designs.cuts"),
+        *("surfaces.tissot_ellipses", "plots.oldmaps", "plots.ground", "designs.newton", "designs.spline_sheets"),
     },
     "shapely": {
         *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
-        *("decisions.checking.edges", "designs.overlaps"),
+        *("decisions.checking.edges", "designs.sites"),
         *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),
         *("gis.features", "gis.layers", "gis.old_maps", "gis.points", "gis.conversion", "web.outlines", "web.live"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from projdist.designs.elements import Elements
+from projdist.designs.newton import Elements
 
 
 def quarter_of_octahedron(n: int) -> tuple[np.ndarray, np.ndarray]:

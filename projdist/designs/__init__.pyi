@@ -1,17 +1,13 @@
 from .answers import Degree, Design, Rival, Surroundings
-from .averaging import mean_map
-from .kinds import KINDS
+from .averaging import MeanMap, Nearness, mean_map
 from .making import design
-from .mean_answers import MeanMap, Nearness
+from .objectives import CRITERIA_OF_DESIGNS, KINDS
 from .plane_means import PlaneMean, mean_plane_map
-from .regional_atlas.areas import AtlasArea, atlas_areas
-from .regional_atlas.entries import AtlasEntry, AtlasMap, AtlasPurpose, AtlasZones
-from .regional_atlas.measuring import measured_entry
-from .regional_atlas.reading import atlas, atlas_names
+from .regional_atlas.entries import AtlasEntry, AtlasMap, AtlasPurpose, AtlasZones, atlas, atlas_names
+from .regional_atlas.measuring import AtlasArea, atlas_areas, measured_entry
 from .sites import SYMMETRIES
-from .wishes import CRITERIA_OF_DESIGNS
 from .world_maps import AGAINST, Refinement, Standing, WorldMap, world_map
-from .world_wishes import WORLD_SYMMETRIES
+from .world_spec import WORLD_SYMMETRIES
 
 __all__ = [
     "AGAINST",

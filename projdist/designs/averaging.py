@@ -1,4 +1,4 @@
-"""The mean of several maps over a region, from the question to what is known of it."""
+"""What `mean_map` answers: the mean of several maps, the bound, and the maps beside it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 from projdist.decisions import extent_of
-from projdist.designs.made_functions import Average, BoxPolynomials, Corrected, box_gradients
-from projdist.designs.mean_answers import MeanMap, Nearness
-from projdist.designs.nearest_maps import Targets, common_turn
-from projdist.designs.plane_means import check_counts, polynomial_mean
-from projdist.designs.wishes import check_degree, check_extent
+from projdist.designs.objectives import check_degree, check_extent
+from projdist.designs.plane_maps import Average, BoxPolynomials, Corrected, box_gradients
+from projdist.designs.plane_means import Targets, check_counts, common_turn, polynomial_mean
 from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
 from projdist.projections import (
@@ -30,9 +28,127 @@ from projdist.projections import (
     parameters_of,
 )
 from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
-from projdist.support import check_text
+from projdist.support import Answer, check_text, plain
 
-__all__ = ["mean_map"]
+__all__ = [
+    "MeanMap",
+    "Nearness",
+    "mean_map",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nearness:
+    """How near a map is to those given, and how far from the ground.
+
+    `kind` is "bound", "mean", "average" or "given". `total` is the sum over the given maps of weight times the mean of
+    the squared Fisher distance, `airy_kavrayskiy` the Airy-Kavrayskiy error in the best scale, with its `error`. The
+    bound is that of the mean metrics, which are no map's: its `projection` is None.
+    """
+
+    kind: str
+    name: str
+    projection: Projection | None
+    total: float
+    airy_kavrayskiy: float
+    error: float | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class MeanMap(Answer):
+    """The mean of several maps.
+
+    `projection` is the map, `crs` its texts for other programs, None where it has none: that of the world is a sum of
+    products of Chebyshev polynomials of longitude and latitude. `base` is the map that is corrected, None of the world.
+    `average` is the plain average of coordinates. `standings` are those of the bound, the mean, the average and the
+    given maps; `error` is what fewer nodes would change of their totals.
+    """
+
+    region: Place
+    maps: tuple[Projection, ...]
+    weights: tuple[float, ...]
+    degree: int
+    projection: Projection
+    base: Projection | None
+    crs: DerivedCrs | None
+    average: Projection
+    standings: tuple[Nearness, ...]
+    error: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def bound(self) -> float:
+        """The total of the mean metrics, below which no map gets."""
+        return self.standing("bound").total
+
+    @property
+    def total(self) -> float:
+        """The total of the mean."""
+        return self.standing("mean").total
+
+    @property
+    def airy_kavrayskiy(self) -> float:
+        """The Airy-Kavrayskiy error of the mean in the best scale."""
+        return self.standing("mean").airy_kavrayskiy
+
+    def standing(self, kind: str) -> Nearness:
+        """The first of a kind."""
+        return next(one for one in self.standings if one.kind == kind)
+
+    def _line(self) -> str:
+        return (
+            f"mean of {len(self.maps)} maps over {self.region.name}: total {self.total:.6g}, bound {self.bound:.6g}, "
+            f"Airy-Kavrayskiy {self.airy_kavrayskiy:.4g}"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON; what is not finite is None."""
+        function = self.projection.function
+        return {
+            "region": {"name": self.region.name, "area_km2": self.region.area_km2},
+            "maps": [one.definition for one in self.maps],
+            "weights": list(self.weights),
+            "degree": self.degree,
+            "base": None if self.base is None else self.base.definition,
+            "standings": [
+                {
+                    "kind": one.kind,
+                    "name": one.name,
+                    "total": plain(one.total),
+                    "airy_kavrayskiy_scaled": plain(one.airy_kavrayskiy),
+                    "airy_kavrayskiy_error": plain(one.error),
+                }
+                for one in self.standings
+            ],
+            "error_estimate": plain(self.error),
+            "notes": list(self.notes),
+            "chebyshev": _series(function) if isinstance(function, BoxPolynomials) else None,
+            "proj": None if self.crs is None else self.crs.pipeline,
+            "wkt": None if self.crs is None else self.crs.wkt,
+            "wkt_derived": None if self.crs is None else self.crs.wkt_derived,
+        }
+
+    def _table(self) -> list[dict[str, Any]]:
+        """A row a map, and the bound."""
+        return [
+            {
+                "map": one.kind,
+                "name": one.name,
+                "total": one.total,
+                "airy_kavrayskiy_scaled": one.airy_kavrayskiy,
+            }
+            for one in self.standings
+        ]
+
+
+def _series(function: BoxPolynomials) -> dict[str, Any]:
+    """The map of the world in numbers: x, y of T_i T_j, by the box of the polynomials."""
+    x, y = function.coefficients
+    return {"box": list(function.box), "x": x.tolist(), "y": y.tolist()}
+
+
+# ---- averaging -----------------------------------------------------------------------------------
+
 
 _NODES, _FINE = 3000, 10_000
 _WIDEST = 100.0  # degrees from the middle: what reaches farther is a map of the world
@@ -354,7 +470,7 @@ def _standing(kind: str, name: str, projection: Projection, region: Place, groun
 
 def _notes(found: _Found, region: Place, ground: _Ground, standings: list[Nearness]) -> Iterator[str]:
     """What is to be known of the map."""
-    from projdist.designs.overlaps import overlaps  # shapely is slow to load
+    from projdist.designs.sites import overlaps  # shapely is slow to load
 
     mean, *others = (one.total for one in standings)
     if mean > min(others) + _ROUNDING:

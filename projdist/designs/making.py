@@ -1,40 +1,247 @@
-"""Maps made to measure, from the question to what is known of the finished map."""
+"""The map that a made one starts from: the best member of the families of its kind, or a given one."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from projdist.decisions import LIMITED, Extent, least_error, recommend
-from projdist.designs.answers import Degree, Design, Rival, Surroundings
-from projdist.designs.bases import best_base, check_keeps, check_whole, given_base
-from projdist.designs.degrees import SHARES, Stage, best_of, stage_of, stages
-from projdist.designs.kinds import Kind, Wish, get_kind
-from projdist.designs.measuring import Measured, measured
+from projdist._typing import FloatArray
+from projdist.decisions import (
+    LIMITED,
+    Extent,
+    Objective,
+    best_member,
+    ellipsoid_text,
+    extent_of,
+    least_error,
+    recommend,
+    sensible_families,
+)
+from projdist.designs.answers import Degree, Design, Measured, Rival, Surroundings, measured
+from projdist.designs.objectives import (
+    Kind,
+    Wish,
+    check_degree,
+    check_extent,
+    check_within,
+    exponentiated,
+    get_kind,
+    needs_exponent,
+    wish_of,
+)
 from projdist.designs.plane_maps import PlaneMap
-from projdist.designs.sites import SYMMETRIES, Site, central_meridian, mirrored, site_of
-from projdist.designs.wishes import check_degree, check_extent, check_within, wish_of
+from projdist.designs.sites import SYMMETRIES, TORN, Site, central_meridian, mirrored, site_of, smooth_at
 from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
-from projdist.field import Nodes, jacobian, nodes_at, nodes_of
+from projdist.field import FIGURES, Nodes, cut_length, jacobian, nodes_at, nodes_of
+from projdist.matrices import log_anisotropy, log_areal_scale, principal_scales
 from projdist.projections import (
     AreaOfUse,
     Body,
     DerivedCrs,
     Projection,
+    ProjectionError,
     ProjectionLike,
+    crs_wkt,
     derived_crs,
     geodesic_lengths,
     geodetic_ellipsoid,
     geodetic_of,
     listed_projections,
+    parameters_of,
 )
 from projdist.regions import Cap, Place, RegionLike, check_on_body, get_region
 from projdist.support import check_choice, check_pair, check_text, quoted
 
-__all__ = ["design"]
+__all__ = [
+    "Stage",
+    "best_base",
+    "check_keeps",
+    "check_whole",
+    "design",
+    "given_base",
+    "stage_of",
+    "stages",
+]
+
+
+_KEPT = 1e-7  # of scales: what is conformal or equal-area to 0.1 ppm
+_ROUGH = 1e-3  # of the region's area: where it may not be, by rounding
+
+
+def best_base(kind: Kind, region: Place, wish: Wish, nodes: Nodes, symmetry: str) -> Projection:
+    """The best member of those families of a kind that suit the region; raises ProjectionError."""
+    extent = extent_of(region)
+    if symmetry in ("equator", "both"):
+        return _equatorial(kind, extent, nodes.ellipsoid)
+    scale_matters = wish.figure.is_maximum or not kind.free_scale
+    figure = wish.figure if scale_matters else FIGURES["airy_kavrayskiy_scaled"]
+    sensible = [name for name in sensible_families(extent, nodes.ellipsoid) if name in kind.families]
+    found: list[tuple[float, Projection]] = []
+    for name in sensible or kind.families:
+        if name == "omerc" and symmetry == "meridian":
+            continue
+        try:
+            projection, _ = best_member(name, region, figure, nodes.ellipsoid)
+        except ProjectionError:
+            continue
+        J, _ = nodes.jacobian(projection)
+        smooth = smooth_at(J)
+        J, weight = J[smooth], nodes.weight[smooth]
+        if 1.0 - weight.sum() > TORN or not _keeps(kind, J, weight):
+            continue
+        if cut_length(projection, region) == 0.0 and crs_wkt(projection, name)[0] is not None:
+            found.append((figure(J, weight), projection))
+    if not found:
+        raise ProjectionError(f"Invalid region '{region.name}'. No {kind.name} map of PROJ's shows it whole.")
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _equatorial(kind: Kind, extent: Extent, ellipsoid: Ellipsoid) -> Projection:
+    """An azimuthal map about the equator: what is symmetric about it has its middle there."""
+    name = "stere" if kind.name == "conformal" else "laea"
+    return Projection.from_user_input(f"+proj={name} +lat_0=0 +lon_0={extent.lon:.7g} {ellipsoid_text(ellipsoid)}")
+
+
+def check_whole(base: Projection, region: Place) -> None:
+    """Raise ProjectionError for a base that is cut within the region: no correction mends that."""
+    if cut_length(base, region) > 0.0:
+        raise ProjectionError(f"Invalid base '{base.label}'. It is cut within {region.name}.")
+
+
+def given_base(given: ProjectionLike) -> Projection:
+    """A projection as the PROJ string of the same map; raises ProjectionError where there is none."""
+    projection = Projection.from_user_input(given)
+    text = parameters_of(projection, np.eye(2))
+    if text is None:
+        raise ProjectionError(
+            f"Invalid base '{projection.label}'. It must be a projection with a PROJ string, in metres to the east "
+            "and north."
+        )
+    return Projection.from_user_input(text)
+
+
+def check_keeps(kind: Kind, site: Site) -> None:
+    """Raise ProjectionError for a base that is not of the kind: made maps have what all their steps have."""
+    base = site.base
+    if not _keeps(kind, site.J, site.weight):
+        own = "at scale 1" if kind.name == "equal-area" else "itself"
+        raise ProjectionError(f"Invalid base '{base.label}' for {kind.name} maps. It must be {kind.name} {own}.")
+
+
+def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
+    """Whether Jacobians with weights that sum to 1 are of the kind, all but a few where PROJ rounds, as about a pole.
+
+    Those of conics that are all but cylindrical are not, by rounding everywhere.
+    """
+    lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
+    return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
+
+
+# ---- degrees -------------------------------------------------------------------------------------
+
+
+SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
+"""Of the energy, that the surroundings may have; the first is taken that keeps them whole."""
+
+_LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
+_PAYS = 0.01  # of the figure, that a degree gains
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """A map of a degree: its figure at the nodes, the share that the surroundings had, and how it was wished for."""
+
+    degree: int
+    value: float
+    share: float
+    wish: Wish
+    plane_map: PlaneMap
+    around: tuple[float, float, float]  # the smallest and the largest scale of the surroundings, and what of them folds
+
+    @property
+    def is_whole_around(self) -> bool:
+        """Whether the surroundings do not fold, and their scales stay near 1."""
+        return _is_whole(self.around)
+
+
+def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[Stage]:
+    """Maps of ascending degrees until some in a row do not pay, or nodes do not tell more."""
+    idle, least = 0, np.inf
+    shares: tuple[float, ...] = SHARES if share is None else (share,)
+    for degree in kind.degrees:
+        try:
+            stage = stage_of(site, kind, wish, degree, shares)
+        except ValueError:
+            if degree == kind.degrees[0]:
+                raise
+            return
+        yield stage
+        idle = idle + 1 if stage.value > (1.0 - _PAYS) * least else 0
+        if idle == kind.idle:
+            return
+        least, wish = min(least, stage.value), stage.wish
+        shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no less care
+
+
+def best_of(found: Sequence[Stage]) -> Stage:
+    """The one after which no finer one pays, degree by degree."""
+    return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
+
+
+def stage_of(site: Site, kind: Kind, wish: Wish, degree: int, shares: Sequence[float] = SHARES) -> Stage:
+    """The map of one degree, with the first share that keeps the surroundings whole; ValueError for few nodes."""
+    for share in shares:
+        plane_map, wish = _fitted(site, kind, wish, degree, share)
+        J = plane_map.at(site.x, site.y)[2] @ site.J
+        plane_map, J = _scaled(site, kind, wish, plane_map, J)
+        around = _scales_around(site, J)
+        if not site.around.any() or _is_whole(around):
+            break
+    inside = site.in_region
+    value = wish.figure(J[inside], site.weight[inside])
+    return Stage(degree=degree, value=value, share=share, wish=wish, plane_map=plane_map, around=around)
+
+
+def _fitted(site: Site, kind: Kind, wish: Wish, degree: int, share: float) -> tuple[PlaneMap, Wish]:
+    """The best map, with the exponentiated energy where a node leaves the range in which the plain one is elliptic."""
+    plane_map = kind.fit(site, degree, share, wish)
+    if kind.name == "any" and needs_exponent(plane_map.at(site.x, site.y)[2] @ site.J, site.weight, wish):
+        wish = exponentiated(wish)
+        plane_map = kind.fit(site, degree, share, wish)
+    return plane_map, wish
+
+
+def _scaled(site: Site, kind: Kind, wish: Wish, plane_map: PlaneMap, J: FloatArray) -> tuple[PlaneMap, FloatArray]:
+    """The map in the scale that is best for the region."""
+    if not kind.free_scale:
+        return plane_map, J
+    inside = site.in_region
+    factor = Objective(wish.figure).scale(J[inside], site.weight[inside])
+    return plane_map.moved(complex(factor), 0j), factor * J
+
+
+def _scales_around(site: Site, J: FloatArray) -> tuple[float, float, float]:
+    """The smallest and the largest scale of the surroundings, and the share of them that folds."""
+    beside = site.around > 0.0
+    if not beside.any():
+        return np.nan, np.nan, np.nan
+    with np.errstate(over="ignore", invalid="ignore"):  # far outside a high degree's scales are beyond numbers
+        folds = np.linalg.det(J[beside]) <= 0.0
+    a, b = np.moveaxis(principal_scales(J[beside]), -1, 0)
+    return float(b.min()), float(a.max()), float(site.around[beside][folds].sum())
+
+
+def _is_whole(around: tuple[float, float, float]) -> bool:
+    least, largest, folded = around
+    return folded == 0.0 and least >= _LEAST and largest <= _LARGEST
+
+
+# ---- making --------------------------------------------------------------------------------------
+
 
 _NODES, _AROUND = 3000, 1000
 _LIMIT_DEGREE = 12
@@ -228,7 +435,7 @@ def _limit(region: Place, kind: Kind, wish: Wish, ellipsoid: Ellipsoid) -> float
 
 
 def _overlaps(projection: Projection, region: Place) -> bool | None:
-    from projdist.designs.overlaps import overlaps  # shapely is slow to load
+    from projdist.designs.sites import overlaps  # shapely is slow to load
 
     return overlaps(projection, region)
 

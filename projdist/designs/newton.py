@@ -1,12 +1,14 @@
-"""Newton's method with the exact Hessian, for maps that are linear in what is sought."""
+"""Newton's method with the exact Hessian, for maps that are linear in what is sought and maps made of elements."""
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
+from projdist._typing import FloatArray, IntArray
 from projdist.matrices import Energy, Expansion
 
 _STEPS = 60
@@ -84,3 +86,117 @@ def _newton_step(slope: FloatArray, bends: FloatArray, axes: FloatArray) -> Floa
     steep = bends > _FREE * bends[-1]
     along = axes[:, steep]
     return -along @ ((along.T @ slope) / bends[steep])
+
+
+# ---- elements ------------------------------------------------------------------------------------
+
+
+_ELEMENT_STEPS = 200
+_ELEMENTS_DONE = 1e-13  # of the energy: what a step would gain
+_RIDGE = 1e-12  # of a Hessian's diagonal: where curvatures are left out, it may be singular
+
+
+class Solution(NamedTuple):
+    """The unknowns (m,), the mean energy, and the Newton steps that led there."""
+
+    unknowns: FloatArray
+    energy: float
+    steps: int
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """e elements, each with q nodes, at which a map has the Jacobians J_rb = sum over a of c_ra g_ab.
+
+    `gradients` (e, q, a, 2) are those of the basis functions by metres east and north, `weights` (e, q) sum to 1.
+    c_ra is `signs` (2, e, a) times the unknown of the number `numbers` (2, e, a), and 0 where that is negative. The
+    unknowns are `count`; that near ones have near numbers makes Newton's method quick.
+    """
+
+    numbers: IntArray
+    signs: FloatArray
+    gradients: FloatArray
+    weights: FloatArray
+    count: int
+
+    def jacobians(self, unknowns: FloatArray) -> FloatArray:
+        """Jacobians (e q, 2, 2) of the map."""
+        local = self.signs * np.append(unknowns, 0.0)[self.numbers]
+        e, q, _, _ = self.gradients.shape
+        return np.asarray(np.matmul(np.moveaxis(local, 0, 1)[:, None], self.gradients).reshape(e * q, 2, 2))
+
+    def mean(self, energy: Energy, unknowns: FloatArray) -> float:
+        """The mean energy; infinite where the map folds at a node."""
+        return float(np.sum(self.weights.ravel() * energy.value(self.jacobians(unknowns))))
+
+    def slope(self, found: Expansion) -> FloatArray:
+        """The derivatives (m,) of the mean energy."""
+        e, q, _, _ = self.gradients.shape
+        weighted = (self.weights.ravel()[:, None, None] * found.gradient).reshape(e, q, 2, 2)
+        local = np.einsum("eqrb,eqab->rea", weighted, self.gradients, optimize=True) * self.signs
+        kept = self.numbers >= 0
+        return np.asarray(np.bincount(self.numbers[kept], local[kept], self.count), dtype=float)
+
+    def hessian(self, found: Expansion, *, projected: bool) -> FloatArray:
+        """The second derivatives in LAPACK's upper band (width + 1, m); `projected` leaves out negative curvatures."""
+        e, q, a, _ = self.gradients.shape
+        curvatures = np.maximum(found.curvatures, 0.0) if projected else found.curvatures
+        bends = (self.weights.ravel()[:, None] * curvatures).reshape(e, 4 * q, 1)
+        directions = found.directions.reshape(e, q, 8, 2)
+        features = np.matmul(directions, np.swapaxes(self.gradients, 2, 3)).reshape(e, 4 * q, 2 * a)
+        features = features * np.moveaxis(self.signs, 0, 1).reshape(e, 1, 2 * a)
+        local = np.matmul(np.swapaxes(features, 1, 2), bends * features)
+        width, kept, places = self._band
+        band = np.bincount(places, local.ravel()[kept], (width + 1) * self.count)
+        return np.asarray(band, dtype=float).reshape(width + 1, self.count)
+
+    @functools.cached_property
+    def _band(self) -> tuple[int, IntArray, IntArray]:
+        """The width of the band, which entries of the elements' Hessians are kept, and their places in the band."""
+        e, a = self.numbers.shape[1:]
+        numbers = np.moveaxis(self.numbers, 0, 1).reshape(e, 2 * a)
+        row, column = (part.ravel() for part in np.broadcast_arrays(numbers[:, :, None], numbers[:, None, :]))
+        kept = np.flatnonzero((row >= 0) & (row <= column))
+        row, column = row[kept], column[kept]
+        width = int((column - row).max())
+        return width, kept, (width + row - column) * self.count + column
+
+
+def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> Solution:
+    """The unknowns for which the mean energy is least.
+
+    Where the Hessian is not positive definite, negative curvatures are left out, node by node. Raises ValueError for a
+    start that folds.
+    """
+    unknowns, value = start, elements.mean(energy, start)
+    if not np.isfinite(value):
+        raise ValueError("Invalid start of a map. It folds.")
+    for step in range(_ELEMENT_STEPS):
+        found = energy.expansion(elements.jacobians(unknowns))
+        slope = elements.slope(found)
+        change = _element_step(elements, found, slope)
+        gain = -float(slope @ change)
+        if gain <= _ELEMENTS_DONE * value:
+            return Solution(unknowns, value, step)
+        share = 1.0
+        for _ in range(_HALVINGS):
+            trial = unknowns + share * change
+            reached = elements.mean(energy, trial)
+            if reached <= value - _SUFFICIENT * share * gain:
+                break
+            share *= 0.5
+        else:  # rounding is all that is left
+            return Solution(unknowns, value, step)
+        unknowns, value = trial, reached
+    return Solution(unknowns, value, _ELEMENT_STEPS)
+
+
+def _element_step(elements: Elements, found: Expansion, slope: FloatArray) -> FloatArray:
+    from scipy.linalg import solveh_banded  # scipy is slow to load, and few need it
+
+    try:
+        return -np.asarray(solveh_banded(elements.hessian(found, projected=False), slope, check_finite=False))
+    except np.linalg.LinAlgError:  # it is not positive definite
+        band = elements.hessian(found, projected=True)
+        band[-1] *= 1.0 + _RIDGE
+        return -np.asarray(solveh_banded(band, slope, check_finite=False))

@@ -6,12 +6,24 @@ import re
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.field import Nodes, nodes_at
 from projdist.projections import Projection, ProjectionError
+from projdist.regions import Place, polygons_of
 
-__all__ = ["SYMMETRIES", "TORN", "Site", "central_meridian", "mirrored", "site_of", "smooth_at"]
+__all__ = [
+    "SYMMETRIES",
+    "TORN",
+    "Site",
+    "central_meridian",
+    "mirrored",
+    "overlaps",
+    "site_of",
+    "smooth_at",
+]
+
 
 SYMMETRIES = ("none", "meridian", "equator", "both")
 
@@ -149,3 +161,31 @@ def _check_symmetric(base: Projection, name: str, middle: float, sign: FloatArra
     other = np.array(base(middle + sign[0] * lon, sign[1] * lat))
     if not np.allclose(one, sign[:, None] * other + shift[:, None], rtol=0.0, atol=_SAME):
         raise ProjectionError(f"Invalid base '{base.label}' for a symmetric map. It is not symmetric about the {name}.")
+
+
+# ---- overlaps ------------------------------------------------------------------------------------
+
+
+_EDGE = 0.25  # degrees: edges are divided to it, so that their images bend
+_AREA = 1e-6  # of the image: what is laid on twice; the edges' images are chords
+
+
+def overlaps(projection: Projection, region: Place) -> bool | None:
+    """Whether the image of a region covers itself; None for points. A map that mirrors nowhere is meant."""
+    if not region.area_km2:
+        return None
+    outline = shapely.segmentize(polygons_of(region), _EDGE)
+    image = shapely.transform(outline, lambda points: np.column_stack(projection(points[:, 0], points[:, 1])))
+    rings, which = shapely.get_rings(shapely.get_parts(image), return_index=True)
+    shell = np.append(True, which[1:] != which[:-1])
+    once = float(shapely.union_all(shapely.make_valid(shapely.get_parts(image))).area)
+    # Covered twice, an area counts twice along its edge.
+    signed = float(np.sum(np.where(shell, 1.0, -1.0) * np.abs([_turned(ring) for ring in rings])))
+    return bool(signed > once * (1.0 + _AREA))
+
+
+def _turned(ring: shapely.LinearRing) -> float:
+    """The area within a ring, with its sign."""
+    x, y = shapely.get_coordinates(ring).T
+    x, y = x - x[0], y - y[0]
+    return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))

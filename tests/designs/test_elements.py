@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from triangles import elements_and_start
 
-from projdist.designs.elements import minimise_elements
+from projdist.designs.newton import minimise_elements
 from projdist.matrices import EXPONENT, Energy
 
 # Root mean energy and Airy-Kavrayskiy error of the world cut along a meridian, on 2 n^2 triangles of a quarter of the

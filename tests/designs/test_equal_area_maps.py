@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from projdist.designs import equal_area_maps
-from projdist.designs.equal_area_maps import _independent, _sheared, equal_area_map
+from projdist.designs import fits as equal_area_maps
+from projdist.designs.fits import _independent, _sheared, equal_area_map
 from projdist.designs.sites import site_of
 from projdist.earth import WGS84
 from projdist.field import nodes_of

@@ -15,14 +15,12 @@ import shapely
 
 import projdist
 from projdist import FIGURES, Projection, ProjectionError, design, summarize
-from projdist.designs import bases, conformal_maps
-from projdist.designs.degrees import Stage, best_of, stage_of, stages
-from projdist.designs.kinds import Wish, exponentiated, get_kind, needs_exponent
-from projdist.designs.making import _inverse_error
-from projdist.designs.measuring import measured
+from projdist.designs import making as bases
+from projdist.designs.answers import measured
+from projdist.designs.making import Stage, _inverse_error, best_of, stage_of, stages
+from projdist.designs.objectives import Wish, exponentiated, get_kind, needs_exponent, wish_of
 from projdist.designs.plane_maps import ComplexPolynomial
 from projdist.designs.sites import Site
-from projdist.designs.wishes import wish_of
 from projdist.earth import SPHERE, WGS84, destination
 from projdist.field import nodes_of
 from projdist.regions import get_region

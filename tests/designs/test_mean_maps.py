@@ -10,8 +10,8 @@ from numpy.polynomial.legendre import leggauss
 
 import projdist
 from projdist import MeanMap, Projection, ProjectionError, mdt, mean_map, mean_plane_map, summarize
-from projdist.designs.made_functions import BoxPolynomials, box_gradients
-from projdist.designs.nearest_maps import Targets
+from projdist.designs.plane_maps import BoxPolynomials, box_gradients
+from projdist.designs.plane_means import Targets
 from projdist.field import nodes_of
 
 R = 6371008.7714

@@ -11,8 +11,8 @@ from pyproj import Transformer
 
 import projdist
 from projdist.designs import WorldMap, world_map
-from projdist.designs.cuts import get_cut
-from projdist.designs.world_wishes import world_wish
+from projdist.designs.spline_sheets import get_cut
+from projdist.designs.world_spec import world_wish
 
 PACIFIC = [(-180.0, -70.0), (-172.0, 37.0)]
 BENT = [(-169.0, -90.0), (-169.0, 60.0), (-150.0, 75.0)]

@@ -7,15 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.designs.cuts import Cut, CutLike, get_cut
 from projdist.designs.sites import SYMMETRIES
-from projdist.designs.spline_sheets import Sheet, Splines
+from projdist.designs.spline_sheets import Cut, CutLike, Sheet, Splines, get_cut
 from projdist.earth import WGS84
 from projdist.matrices import Energy
 from projdist.regions import Box, Place, PointSet, RegionLike, get_region
 from projdist.support import check_choice, check_number
 
-__all__ = ["WORLD_SYMMETRIES", "WorldWish", "world_wish"]
+__all__ = [
+    "WORLD_SYMMETRIES",
+    "WorldWish",
+    "world_wish",
+]
+
 
 WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
 
