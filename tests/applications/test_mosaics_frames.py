@@ -9,8 +9,7 @@ from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved
 from scipy.optimize import minimize
 
 from projdist.applications.mosaics import Correspondences, mosaic
-from projdist.applications.mosaics.frames import common_frames
-from projdist.applications.mosaics.registration import Registration
+from projdist.applications.mosaics.registration import Registration, common_frames
 from projdist.matrices.mean_transformation import mdt
 
 EQUAL = np.full(6, 1.0 / 6.0)

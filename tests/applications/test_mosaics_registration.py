@@ -9,7 +9,8 @@ import pytest
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved, write_csv
 from scipy.optimize import least_squares
 
-from projdist.applications.mosaics import Correspondences, pairs, parse_sizes, read_correspondences, register
+from projdist.applications.mosaics import Correspondences, parse_sizes, read_correspondences, register
+from projdist.applications.mosaics import bundle_adjustment as pairs
 
 MAKERS = {"affine": affine_maps, "homography": homographies}
 MODELS = pytest.mark.parametrize("model", MAKERS)

@@ -20,8 +20,7 @@ from projdist.applications.mosaics import (
     rendering,
     save_mosaic,
 )
-from projdist.applications.mosaics.blending import blender_of
-from projdist.applications.mosaics.cropping import covered_box
+from projdist.applications.mosaics.rendering import blender_of, covered_box
 
 pytest.importorskip("cv2")
 

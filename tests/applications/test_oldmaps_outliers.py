@@ -9,8 +9,7 @@ from old_map_points import ROUNDING, grid, sheets, smooth
 from scipy import stats
 
 from projdist.applications.oldmaps import ControlPoints, old_map
-from projdist.applications.oldmaps.fits import SplineModes
-from projdist.applications.oldmaps.outliers import FALSE_ALARM, _log_chance, _Others, _Residuals, wrong_points
+from projdist.applications.oldmaps.fits import FALSE_ALARM, SplineModes, _log_chance, _Others, _Residuals, wrong_points
 
 
 @pytest.mark.slow

@@ -8,8 +8,9 @@ import scipy.linalg
 from cloud_sets import EXACT, moved
 from scipy.spatial.transform import Rotation
 
-from projdist.applications.pointclouds import icp, register
-from projdist.applications.pointclouds.false_alarms import log_false_alarms
+from projdist.applications.pointclouds import correspondences as icp
+from projdist.applications.pointclouds import register
+from projdist.applications.pointclouds.correspondences import log_false_alarms
 
 
 @pytest.mark.parametrize("n", [2, 3, 5])

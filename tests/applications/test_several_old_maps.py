@@ -5,7 +5,7 @@ import pytest
 
 from projdist import Projection, mean_plane_map
 from projdist.applications.oldmaps import ControlPoints, common_ground, old_map
-from projdist.applications.oldmaps.inverses import old_places
+from projdist.applications.oldmaps.rectifying import old_places
 
 SPLINE = 5e-3  # of Jacobians, by interpolation between 17 x 17 points; 1e-3 in the middle, most at the rim
 

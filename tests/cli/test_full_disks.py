@@ -10,7 +10,7 @@ import shapely
 from commands import QUICK, run
 from full_disks import room_for
 
-from projdist.applications.mosaics.saving import save_mosaic
+from projdist.applications.mosaics.rendering import save_mosaic
 
 geopandas = pytest.importorskip("geopandas")
 rasterio = pytest.importorskip("rasterio")

@@ -1,27 +1,24 @@
 from .answers import FRAMES, Mosaic, check_frame, mosaic, mosaics_of_groups
-from .blending import BLENDS
+from .bundle_adjustment import ModelFit
 from .cameras import FOCALS, Cameras
-from .canvases import Canvas, SphereCanvas
-from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
-from .features import match
-from .frames import Frame
-from .gains import EXPOSURES
-from .georeference import (
+from .canvases import (
+    Canvas,
     Georeference,
     MeanGeoreference,
+    SphereCanvas,
     mean_georeference,
     read_world_file,
     world_file,
     write_world_file,
 )
-from .homographies import corners
+from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
+from .features import match
+from .gains import EXPOSURES
+from .homographies import CHOICES, MODELS, corners, places
 from .images import Picture, check_pixels, open_image, open_pictures
-from .models import ModelFit
 from .panoramas import MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
-from .projective import CHOICES, MODELS, places
-from .registration import Match, Registration, register, register_groups
-from .rendering import DEPTHS, Rendered, render
-from .saving import DEEP_SUFFIXES, PICTURE_SUFFIXES, save_mosaic
+from .registration import Frame, Match, Registration, register, register_groups
+from .rendering import BLENDS, DEEP_SUFFIXES, DEPTHS, PICTURE_SUFFIXES, Rendered, render, save_mosaic
 
 __all__ = [
     "BLENDS",

@@ -11,10 +11,17 @@ from numpy.typing import ArrayLike
 from projdist._typing import FloatArray
 from projdist.applications.mosaics.canvases import Canvas
 from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.frames import CommonFrames, Frame, common_frames, frame_of_image
-from projdist.applications.mosaics.homographies import corners
-from projdist.applications.mosaics.projective import places
-from projdist.applications.mosaics.registration import Registration, alone, left_out_note, register_groups
+from projdist.applications.mosaics.homographies import corners, places
+from projdist.applications.mosaics.registration import (
+    CommonFrames,
+    Frame,
+    Registration,
+    alone,
+    common_frames,
+    frame_of_image,
+    left_out_note,
+    register_groups,
+)
 from projdist.matrices import ROTATIONS, check_weights
 from projdist.support import Answer, plain
 

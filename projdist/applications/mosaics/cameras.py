@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.applications.mosaics.bundle import Link, adjust_in, transfer_errors, transfers
+from projdist.applications.mosaics.bundle_adjustment import Link, Pair, adjust_in, transfer_errors, transfers
 from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.pairs import Pair
-from projdist.applications.mosaics.projective import homogeneous
+from projdist.applications.mosaics.homographies import homogeneous
 from projdist.applications.mosaics.registration import (
     Match,
     chained,

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from projdist._typing import AnyArray, FloatArray, IntArray
+from projdist.applications.mosaics.homographies import check_model
 from projdist.applications.mosaics.images import Picture
-from projdist.applications.mosaics.projective import check_model
 from projdist.support import comma_hint, number_of, read_text, rows_of_text
 
 __all__ = ["Correspondences", "correspondences_of", "parse_sizes", "read_correspondences"]

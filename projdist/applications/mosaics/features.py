@@ -9,11 +9,10 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from projdist._typing import AnyArray, FloatArray, IntArray
+from projdist.applications.mosaics.bundle_adjustment import estimate
 from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.images import Picture
-from projdist.applications.mosaics.libraries import opencv
-from projdist.applications.mosaics.pairs import estimate
-from projdist.applications.mosaics.projective import places
+from projdist.applications.mosaics.homographies import places
+from projdist.applications.mosaics.images import Picture, opencv
 
 __all__ = ["match"]
 

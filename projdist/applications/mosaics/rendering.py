@@ -1,24 +1,215 @@
-"""Pictures drawn into the canvas of a mosaic, tile by tile."""
+"""Pictures drawn into the canvas of a mosaic, tile by tile, and written to files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import io
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from projdist._typing import AnyArray
-from projdist.applications.mosaics.blending import BLENDS, blender_of
+from projdist._typing import AnyArray, BoolArray, IntArray
 from projdist.applications.mosaics.canvases import AnyCanvas
-from projdist.applications.mosaics.common import SMALL, Common
 from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.cropping import covered_box
-from projdist.applications.mosaics.deep_images import DEEPEST
-from projdist.applications.mosaics.gains import EXPOSURES
-from projdist.applications.mosaics.images import Picture, Pixels
-from projdist.applications.mosaics.pieces import Box, Store, common_box
+from projdist.applications.mosaics.gains import EXPOSURES, SMALL, Common
+from projdist.applications.mosaics.images import DEEPEST, Box, Picture, Pixels, Store, common_box, opencv
+from projdist.support import replacing
 
-__all__ = ["DEPTHS", "Rendered", "render"]
+__all__ = [
+    "BLENDS",
+    "DEEP_SUFFIXES",
+    "DEPTHS",
+    "PICTURE_SUFFIXES",
+    "Blender",
+    "Rendered",
+    "blender_of",
+    "covered_box",
+    "render",
+    "save_mosaic",
+]
+
+
+BLENDS = ("multiband", "feather", "none")
+
+_BANDS = 5
+_UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of it, so that those of all pieces have their pixels together
+_REACH = 3 * _UNIT  # of a pixel through the bands
+_LITTLE = 1e-5  # a weight that is none
+_FEATHER = 0.02  # of the full weight a pixel from an image's rim
+
+Place = tuple[slice, slice]
+
+
+class Blender(Protocol):
+    """Pieces of images become a box of the canvas; they lie within it."""
+
+    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+        """Add a piece of an image, which ends where its mask or the piece does."""
+
+    def blend(self) -> tuple[AnyArray, BoolArray]:
+        """Colours (height, width, 3), and where there are any."""
+
+
+def blender_of(name: str, box: tuple[int, int, int, int]) -> Blender:
+    """The blender of a name, for a box: its left, top, right and bottom."""
+    kinds: dict[str, Callable[[tuple[int, int, int, int]], Blender]] = {
+        "multiband": _MultiBand,
+        "feather": _Feather,
+        "none": _Later,
+    }
+    return kinds[name](box)
+
+
+class _Box:
+    """Sums of colours by weights."""
+
+    def __init__(self, box: tuple[int, int, int, int]) -> None:
+        self._left, self._top = box[:2]
+        self._shape = box[3] - box[1], box[2] - box[0]
+        self._sum = np.zeros((*self._shape, 3), np.float32)
+        self._weights = np.zeros(self._shape, np.float32)
+
+    def _place(self, mask: AnyArray, corner: tuple[int, int]) -> Place:
+        """Where a piece lies in the box."""
+        (height, width), x, y = mask.shape, corner[0] - self._left, corner[1] - self._top
+        return slice(y, y + height), slice(x, x + width)
+
+    def blend(self) -> tuple[AnyArray, BoolArray]:
+        """Their means."""
+        self._sum /= np.maximum(self._weights, _LITTLE)[..., None]
+        return self._sum, self._weights > 0
+
+
+class _Later(_Box):
+    """Later pieces lie on earlier ones."""
+
+    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+        """Lay a piece on what there is."""
+        place = self._place(mask, corner)
+        opencv().copyTo(colours.astype(np.float32), mask, self._sum[place])
+        self._weights[place][mask > 0] = 1.0
+
+
+class _Feather(_Box):
+    """Means by weights that fall to the images' rims."""
+
+    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+        """Add a piece."""
+        cv2 = opencv()
+        distance = cv2.distanceTransform(np.pad(mask, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
+        weight = np.minimum(distance * _FEATHER, 1.0)
+        place = self._place(mask, corner)
+        self._sum[place] += weight[..., None] * colours
+        self._weights[place] += weight
+
+
+class _MultiBand(_Box):
+    """Means by bands of frequencies, in each by masks that are as smooth as the band.
+
+    P. J. Burt & E. H. Adelson 1983, "A multiresolution spline with application to image mosaics", ACM Transactions on
+    Graphics 2, 217-236.
+    """
+
+    def __init__(self, box: tuple[int, int, int, int]) -> None:
+        self._left, self._top = box[:2]
+        self._shape = box[3] - box[1], box[2] - box[0]
+        height, width = (-(-side // _UNIT) * _UNIT for side in self._shape)
+        shapes = [(height >> band, width >> band) for band in range(_BANDS + 1)]
+        self._sums = [np.zeros((*shape, 3), np.float32) for shape in shapes]
+        self._bands = [np.zeros(shape, np.float32) for shape in shapes]
+
+    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+        """Add a piece."""
+        cv2 = opencv()
+        rows, columns = self._place(mask, corner)
+        height, width = self._bands[0].shape
+        top, left = (max(side.start - _REACH, 0) // _UNIT * _UNIT for side in (rows, columns))
+        bottom, right = (
+            min(-(-(side.stop + _REACH) // _UNIT) * _UNIT, most) for side, most in ((rows, height), (columns, width))
+        )
+        around = rows.start - top, bottom - rows.stop, columns.start - left, right - columns.stop
+        part = cv2.copyMakeBorder(colours.astype(np.float32), *around, cv2.BORDER_REFLECT)
+        weight = cv2.copyMakeBorder((mask > 0).astype(np.float32), *around, cv2.BORDER_CONSTANT)
+        for band in range(_BANDS + 1):
+            place = slice(top >> band, bottom >> band), slice(left >> band, right >> band)
+            detail = part
+            if band < _BANDS:
+                smaller = cv2.pyrDown(part)
+                detail, part = part - cv2.pyrUp(smaller, dstsize=part.shape[1::-1]), smaller
+            self._sums[band][place] += weight[..., None] * detail
+            self._bands[band][place] += weight
+            weight = cv2.pyrDown(weight)
+
+    def blend(self) -> tuple[AnyArray, BoolArray]:
+        """The bands together."""
+        cv2 = opencv()
+        height, width = self._shape
+        found: AnyArray = np.zeros((1, 1, 3))
+        for band in reversed(range(_BANDS + 1)):
+            level = self._sums[band] / (self._bands[band] + _LITTLE)[..., None]
+            found = level if band == _BANDS else level + cv2.pyrUp(found, dstsize=level.shape[1::-1])
+        seen = np.asarray(self._bands[0][:height, :width] > _LITTLE)
+        return np.ascontiguousarray(found[:height, :width]), seen
+
+
+# ---- cropping ------------------------------------------------------------------------------------
+
+
+_CELLS = 400  # a side: the box is found on them, then grown by pixels
+
+
+def covered_box(covered: BoolArray) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom of a box (the last two are outside) all of whose pixels are covered.
+
+    The largest on a grid of 400 cells a side, grown as far as it goes. Raises ValueError where no cell is covered.
+    """
+    height, width = covered.shape
+    step = max(1, -(-max(height, width) // _CELLS))
+    rows, columns = height // step, width // step
+    cells = np.asarray(covered[: rows * step, : columns * step].reshape(rows, step, columns, step).all(axis=(1, 3)))
+    left, top, right, bottom = (step * side for side in _largest(cells))
+    if left == right:
+        raise ValueError("Invalid crop. No box is covered by images.")
+    while left > 0 and covered[top:bottom, left - 1].all():
+        left -= 1
+    while right < width and covered[top:bottom, right].all():
+        right += 1
+    while top > 0 and covered[top - 1, left:right].all():
+        top -= 1
+    while bottom < height and covered[bottom, left:right].all():
+        bottom += 1
+    return left, top, right, bottom
+
+
+def _largest(cells: BoolArray) -> tuple[int, int, int, int]:
+    """The largest box of covered cells. Those covered above a row are bars, and some box under bars is the largest."""
+    heights = np.zeros(cells.shape[1], int)
+    best, found = 0, (0, 0, 0, 0)
+    for row, line in enumerate(cells):
+        heights = np.where(line, heights + 1, 0)
+        area, left, right, height = _largest_in_bars(heights)
+        if area > best:
+            best, found = area, (left, row + 1 - height, right, row + 1)
+    return found
+
+
+def _largest_in_bars(heights: IntArray) -> tuple[int, int, int, int]:
+    """Area, left, right and height of the largest box under bars; a stack has those that still grow."""
+    best = (0, 0, 0, 0)
+    stack: list[tuple[int, int]] = []  # where a height began, and the height
+    for place, height in enumerate([*heights.tolist(), 0]):
+        start = place
+        while stack and stack[-1][1] >= height:
+            start, tall = stack.pop()
+            best = max(best, (tall * (place - start), start, place, tall))
+        stack.append((start, height))
+    return best
+
+
+# ---- rendering -----------------------------------------------------------------------------------
+
 
 # A tile is drawn with a margin: the pyramid's reach is 3 * 2^5 pixels, that of the feather 1 / 0.02. Both are multiples
 # of 2^5, so that the pyramids of all tiles have their pixels at the same places.
@@ -155,3 +346,55 @@ def _cropped(pixels: AnyArray, canvas: AnyCanvas) -> tuple[AnyArray, AnyCanvas]:
     box = covered_box(pixels[..., 3] > 0)
     left, top, right, bottom = box
     return pixels[top:bottom, left:right], canvas.cropped(box)
+
+
+# ---- saving --------------------------------------------------------------------------------------
+
+
+DEEP_SUFFIXES = (".png", ".tif", ".tiff")
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+
+_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
+_QUALITY = 92  # of JPEG
+_SQUEEZE = 3  # of PNG: a third of the usual 6's time, for files as large to 5 %
+_PAPER = 255  # where a JPEG has no image
+
+
+def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
+    """Write a mosaic as .png or .tif, transparent where no image is, or as .jpg, white there.
+
+    Grey images make a grey mosaic. 16 bits a colour go to .png and .tif, by OpenCV, in four bands. Raises ValueError
+    for another suffix, FileExistsError and OSError.
+    """
+    from PIL import Image  # slow to load, and few need it
+
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in _FORMATS:
+        raise ValueError(f"Invalid picture file '{path}'. Its suffix must be {', '.join(PICTURE_SUFFIXES)}.")
+    if drawn.pixels.dtype == np.uint16:
+        return _save_deep(drawn, path, overwrite=overwrite)
+    pixels = drawn.bands
+    form = _FORMATS[suffix]
+    options: dict[str, object] = {"compression": "tiff_lzw"} if form == "TIFF" else {"compress_level": _SQUEEZE}
+    if form == "JPEG":
+        pixels = np.where(pixels[..., -1:] > 0, pixels[..., :-1], np.uint8(_PAPER)).squeeze()
+        options = {"quality": _QUALITY}
+    content = io.BytesIO()
+    Image.fromarray(pixels).save(content, format=form, **options)
+    return _written(content.getvalue(), path, overwrite)
+
+
+def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
+    suffix = path.suffix.lower()
+    if suffix not in DEEP_SUFFIXES:
+        raise ValueError(f"Invalid picture file '{path}'. For 16 bits a colour its suffix must be .png, .tif or .tiff.")
+    encoded = opencv().imencode(suffix, drawn.pixels[..., [2, 1, 0, 3]])[1]
+    return _written(encoded.data, path, overwrite)
+
+
+def _written(content: bytes | memoryview, path: Path, overwrite: bool) -> Path:
+    """The path of a file that has the content: what codecs make of a disk that is full is theirs."""
+    with replacing(path, overwrite=overwrite) as new:
+        new.write_bytes(content)
+    return path

@@ -1,11 +1,9 @@
 """Old maps: control points against the truth, the field of distortion, and what an affine map can mend of it."""
 
-from projdist.applications.oldmaps.contours import isolines
-from projdist.applications.oldmaps.field import LOCAL_MEASURES, OUTLIERS, OldMap, Rectification, old_map
+from projdist.applications.oldmaps.field import LOCAL_MEASURES, OUTLIERS, OldMap, Rectification, isolines, old_map
 from projdist.applications.oldmaps.fits import MODELS, Fit, affine_fit, fit, helmert_fit
 from projdist.applications.oldmaps.points import ControlPoints, read_control_points
-from projdist.applications.oldmaps.rectifying import RECTIFIED_BY, RectifiedScan, rectify
-from projdist.applications.oldmaps.scans import scan_extent
+from projdist.applications.oldmaps.rectifying import RECTIFIED_BY, RectifiedScan, rectify, scan_extent
 from projdist.applications.oldmaps.several import CommonGround, common_ground
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""Scans of old maps, brought to the plane of the truth."""
+"""The way back: places on an old map of places in truth."""
 
 from __future__ import annotations
 
@@ -10,12 +10,80 @@ import numpy as np
 from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics import check_pixels, open_image
 from projdist.applications.oldmaps.field import OldMap
-from projdist.applications.oldmaps.inverses import old_places
-from projdist.applications.oldmaps.scans import scan_extent
 from projdist.matrices import Affine
 from projdist.support import check_choice, check_instance, check_number, check_path
 
-__all__ = ["RECTIFIED_BY", "RectifiedScan", "rectify"]
+__all__ = [
+    "RECTIFIED_BY",
+    "RectifiedScan",
+    "old_places",
+    "rectify",
+    "scan_extent",
+]
+
+
+_STEPS, _CONVERGED = 30, 1e-8  # of Newton's method; of the extent of the old map's points
+
+
+def old_places(found: OldMap, new: FloatArray) -> FloatArray:
+    """Places (m, 2) on the old map that the fit brings to places in truth; NaN where there are none, or it folds.
+
+    Newton's method from where the affine fit has them.
+    """
+    fit = found.fit
+    old = found.rectifications["affine"].affine.inverse()(new)
+    enough = _CONVERGED * float(np.ptp(found.fitted.old, axis=0).max())
+    moving = np.arange(len(new))
+    for _ in range(_STEPS):
+        here = old[moving]
+        step = np.linalg.solve(_regular(fit.jacobian(here)), (new[moving] - fit(here))[..., None])[..., 0]
+        old[moving] = here + step
+        moving = moving[~(np.hypot(*step.T) <= enough)]
+        if not moving.size:
+            break
+    old[moving] = np.nan
+    known = np.flatnonzero(np.isfinite(old[:, 0]))
+    old[known[np.isnan(found.local_jacobian(old[known])[:, 0, 0])]] = np.nan
+    return old
+
+
+def _regular(J: FloatArray) -> FloatArray:
+    """Matrices, the identity for what cannot be inverted."""
+    return np.where((np.linalg.det(J) == 0.0)[:, None, None], np.eye(2), J)
+
+
+# ---- scans ---------------------------------------------------------------------------------------
+
+
+_BEYOND = 0.05  # of a side: points as far outside are still on a scan that was cut
+
+
+def scan_extent(found: OldMap, width: int, height: int, invalid: str) -> tuple[float, float, float, float]:
+    """The old map's coordinates of the left, right, bottom and top side of a scan in whose pixels its points are.
+
+    Rows are counted downwards, or, where that is not so, upwards, or downwards by negative numbers as QGIS does. Raises
+    ValueError, which begins as told, where points are outside.
+    """
+    old = found.points.old
+    if found.is_mirrored:
+        extent = 0.0, float(width), float(height), 0.0
+    elif old[:, 1].mean() < 0:
+        extent = 0.0, float(width), -float(height), 0.0
+    else:
+        extent = 0.0, float(width), 0.0, float(height)
+    share = (old - [extent[0], min(extent[2:])]) / [width, height]
+    outside = np.asarray((np.abs(share - 0.5) > 0.5 + _BEYOND).any(axis=1))
+    if outside.any():
+        name = found.points.names[int(np.argmax(outside))]
+        raise ValueError(
+            f"{invalid} It has {width} by {height} pixels, and {int(outside.sum())} of {len(outside)} control points "
+            f"lie outside, as '{name}'."
+        )
+    return extent
+
+
+# ---- rectifying ----------------------------------------------------------------------------------
+
 
 RECTIFIED_BY = ("fit", "mdt", "affine", "helmert")
 """By the map that was fitted, or by one of the rectifications."""

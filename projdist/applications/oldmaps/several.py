@@ -10,7 +10,7 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps.field import OldMap, hull_nodes
-from projdist.applications.oldmaps.inverses import old_places
+from projdist.applications.oldmaps.rectifying import old_places
 from projdist.projections import Projection, plane_of
 from projdist.support import check_choice, check_instance
 

@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.applications.pointclouds.affine import check_fit, checked_weights
-from projdist.applications.pointclouds.correspondence import arranged
-from projdist.applications.pointclouds.groupwise import Group, consensus, kept_clouds, onto_first
-from projdist.applications.pointclouds.outliers import FALSE_ALARM, wrong_partners
-from projdist.applications.pointclouds.placing import (
+from projdist.applications.pointclouds.affine import FALSE_ALARM, check_fit, checked_weights, wrong_partners
+from projdist.applications.pointclouds.correspondences import arranged
+from projdist.applications.pointclouds.groupwise import (
+    Group,
+    consensus,
     dist_squares,
     into_cloud,
     into_mdt,
+    kept_clouds,
+    onto_first,
     placed,
     squared_residuals,
     upright,

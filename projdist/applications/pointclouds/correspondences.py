@@ -1,28 +1,51 @@
-"""Which points of clouds correspond, where nobody says so: affine iterative closest points (Besl & McKay 1992).
-
-The clouds start as they lie and, where that finds few partners, with equal moments, in two and three dimensions turned
-all around. In space that takes many starts, as each leads to its partners from some 20 degrees around alone; they are
-spread by a super-Fibonacci spiral (Alexa 2022, Super-Fibonacci spirals, CVPR), and the nearest to the template go on.
-Of where starts lead to the one counts that has the fewest false alarms. The number of pairs would be a poor judge: they
-are no farther than some median distances, and where half of the points are nearly exact, the other half has partners in
-wrong places alone. Pairs are mutual nearest neighbours between a cloud and the template, the cloud with the most
-points, and the fits are symmetric: the usual one-sided pairs and least squares shrink an affine map to a point.
-Distances are taken where the template is whitened, so that an affine map of all clouds changes nothing.
-"""
+"""Which points of several clouds are the same one: by rows, by ids, or by closest points."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
 from projdist.applications.pointclouds.affine import fit_whitened, pair_weights, rank, whitened
-from projdist.applications.pointclouds.false_alarms import log_false_alarms
 from projdist.applications.pointclouds.groupwise import consensus, kept_clouds
 from projdist.matrices import Affine
+from projdist.support import listed
 
-__all__ = ["WeightedCloud", "nearest_points"]
+__all__ = [
+    "CORRESPONDENCES",
+    "WeightedCloud",
+    "arranged",
+    "log_false_alarms",
+    "nearest_points",
+]
+
+
+_EXACT = 1e-6  # of the spacing: what is nearer is no better proof
+_SHARES = -700.0, 5.0  # logarithms of the volumes around points: what is less or more rounds to chances of 0 or 1
+
+
+def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
+    """The logarithm of the number of false alarms of an affine map in n dimensions, the least of all precisions.
+
+    `distances` (M,): of points from the nearest of a cloud that was mapped onto them; `apart`: their spacing. By chance
+    the nearest is within r with the probability p = 1 - 2^(-(r / apart)^n), as among points spread evenly. That k of
+    them are has (M - n - 1) C(M, k) p^(k - n - 1) false alarms: n + 1 may have made the map, so many k are tried.
+    """
+    near, least = np.sort(distances), n + 1
+    k = np.arange(least + 1, len(near) + 1)
+    if not k.size:
+        return np.inf
+    shares = np.exp(np.clip(n * np.log(np.maximum(near[least:] / apart, _EXACT)), *_SHARES))
+    chance = -np.expm1(-np.log(2.0) * shares)
+    factorials = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, len(near) + 1)))])
+    choices = factorials[-1] - factorials[k] - factorials[len(near) - k]
+    return float(np.log(len(k)) + np.min(choices + (k - least) * np.log(chance)))
+
+
+# ---- icp -----------------------------------------------------------------------------------------
+
 
 _STEPS = 100  # at most; some 20 do, and partners that come again end it sooner
 _TURNS = 48  # starts all around the plane; 24 miss one in twenty sets with noise, missing and strange points
@@ -217,3 +240,67 @@ def _arranged(clouds: list[WeightedCloud], partners: list[IntArray]) -> tuple[Fl
     points[~seen] = np.nan
     weights = np.stack([cloud.weights[pairs] for cloud, pairs in zip(clouds, partners, strict=True)])
     return points, np.where(seen, weights, 0.0)
+
+
+# ---- correspondence ------------------------------------------------------------------------------
+
+
+CORRESPONDENCES = ("rows", "id", "icp")
+
+_FARTHEST = 1e50  # in any unit; of far larger numbers squares are infinite, of which LAPACK prints on the terminal
+
+
+def arranged(
+    clouds: list[FloatArray],
+    weights: list[FloatArray],
+    names: Sequence[str],
+    correspond: str,
+    ids: Sequence[Sequence[str]] | None,
+) -> tuple[FloatArray, FloatArray]:
+    """Points (N, M, n) of which those with the same number are the same, and their weights (N, M), 0 where missing.
+
+    Raises ValueError for an unknown way, and for clouds that do not have what it needs.
+    """
+    if correspond not in CORRESPONDENCES:
+        raise ValueError(f"Invalid correspondence '{correspond}'. It must be {listed(CORRESPONDENCES, 'or')}.")
+    missing = [np.isnan(cloud).all(axis=1) for cloud in clouds]
+    for name, cloud, gaps in zip(names, clouds, missing, strict=True):
+        wrong = ~np.isfinite(cloud).all(axis=1) & ~gaps
+        if wrong.any():
+            raise ValueError(f"Invalid cloud '{name}'. Point {int(np.argmax(wrong)) + 1} must be finite, or all NaN.")
+        far = (np.abs(cloud) > _FARTHEST).any(axis=1)
+        if far.any():
+            raise ValueError(f"Invalid cloud '{name}'. Point {int(np.argmax(far)) + 1} must lie within {_FARTHEST:g}.")
+    if correspond == "icp":
+        there = [~gaps & (w > 0.0) for gaps, w in zip(missing, weights, strict=True)]
+        pairs = zip(clouds, weights, there, strict=True)
+        return nearest_points([WeightedCloud(cloud[some], w[some]) for cloud, w, some in pairs])
+    together = [np.column_stack(pair) for pair in zip(clouds, weights, strict=True)]
+    found = _by_rows(together, names) if correspond == "rows" else _by_ids(together, names, ids)
+    return found[..., :-1], np.where(np.isnan(found).any(axis=2), 0.0, found[..., -1])
+
+
+def _by_rows(clouds: list[FloatArray], names: Sequence[str]) -> FloatArray:
+    for name, cloud in zip(names, clouds, strict=True):
+        if len(cloud) != len(clouds[0]):
+            raise ValueError(
+                f"Invalid cloud '{name}'. It has {len(cloud)} points, '{names[0]}' {len(clouds[0])}; rows that "
+                "correspond must be as many. Where they do not, there is the correspondence id or icp."
+            )
+    return np.stack(clouds)
+
+
+def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequence[str]] | None) -> FloatArray:
+    if ids is None or len(ids) != len(clouds):
+        raise ValueError("Invalid ids. There must be a list of them for each cloud.")
+    for name, cloud, marks in zip(names, clouds, ids, strict=True):
+        if len(marks) != len(cloud):
+            raise ValueError(f"Invalid ids of cloud '{name}'. They are {len(marks)}; its points are {len(cloud)}.")
+        if len(set(marks)) < len(marks):
+            twice = next(mark for k, mark in enumerate(marks) if mark in marks[:k])
+            raise ValueError(f"Invalid cloud '{name}'. It has two points with the id '{twice}'.")
+    numbers = {mark: k for k, mark in enumerate(dict.fromkeys(mark for marks in ids for mark in marks))}
+    points = np.full((len(clouds), len(numbers), clouds[0].shape[1]), np.nan)
+    for row, cloud, marks in zip(points, clouds, ids, strict=True):
+        row[[numbers[mark] for mark in marks]] = cloud
+    return points

@@ -1,0 +1,407 @@
+"""Bundle adjustment: which points of two images agree on a map, which maps are needed, and the best of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.applications.mosaics.homographies import ENTRIES, LEAST, MODELS, fit, homogeneous
+
+__all__ = [
+    "Chart",
+    "Link",
+    "ModelFit",
+    "Pair",
+    "Planes",
+    "Shared",
+    "adjust",
+    "adjust_in",
+    "compare_models",
+    "estimate",
+    "refined",
+    "transfer_errors",
+    "transfers",
+]
+
+
+_MOST_STEPS = 200  # 5 to 10 do
+_SETTLED = 1e-13  # of a step, in half an image: rounding
+_DAMPING, _WEAKEST, _STRONGEST = 1e-4, 1e-8, 1e8
+
+
+class Link(NamedTuple):
+    """Two images i and j and the points, shape (n, 2), that they have in common."""
+
+    i: int
+    j: int
+    xi: FloatArray
+    xj: FloatArray
+
+
+def transfer_errors(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
+    """The larger of the two distances of each pair of points under maps S (..., 3, 3) from i to j, shape (..., n)."""
+    return np.maximum(*transfers(S, xi, xj))
+
+
+def transfers(S: FloatArray, xi: FloatArray, xj: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Both distances, in image j and in image i; infinite where a point lies behind the other image's horizon."""
+    with np.errstate(all="ignore"):
+        return _distances(S, xi, xj), _distances(np.asarray(np.linalg.inv(S)), xj, xi)
+
+
+def _distances(S: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    z = np.einsum("...ij,nj->...ni", S, homogeneous(x))
+    gap = np.hypot(*np.moveaxis(z[..., :2] / z[..., 2:] - y, -1, 0))
+    return np.asarray(np.where((z[..., 2] > 0) & np.isfinite(gap), gap, np.inf))
+
+
+class Chart(Protocol):
+    """The changes that maps may be given, as vectors, and what is left of the normal equations for these.
+
+    `model`: the entries of the changes E_i of M_i (I + E_i) that the normal equations are of.
+    """
+
+    @property
+    def model(self) -> str:
+        """A key of `ENTRIES`."""
+
+    def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """J^T J and J^T r of the changes, from those (N, k, N, k) and (N, k) of the entries of all E_i."""
+
+    def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
+        """The maps after a change."""
+
+
+class Planes(NamedTuple):
+    """All maps of a model but the first image's, which stays as it is."""
+
+    model: str
+
+    def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Those of all images but the first."""
+        size = gradient[1:].size
+        return normal[1:, :, 1:].reshape(size, size), gradient[1:].reshape(size)
+
+    def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
+        """M_i (I + E_i)."""
+        E = np.tile(np.eye(3), (len(M), 1, 1))
+        for number, (a, b) in enumerate(ENTRIES[self.model]):
+            E[1:, a, b] += step.reshape(len(M) - 1, -1)[:, number]
+        return M @ E
+
+
+def adjust(M: FloatArray, links: Sequence[Link], model: str) -> tuple[FloatArray, float]:
+    """The maps (N, 3, 3) near the start M that make the symmetric transfer error least, and its RMS over the points.
+
+    The first image's map stays as it is. Raises as `adjust_in`.
+    """
+    return adjust_in(Planes(model), M, links)[:2]
+
+
+def adjust_in(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
+    """The same over the maps that a chart reaches; and J^T J there.
+
+    By Levenberg and Marquardt's method, M_i being changed to M_i (I + E_i), from
+    the right: what the errors know is M_j^-1 M_i, so neither they nor the steps depend on the plane. The normal
+    equations are of 6 or 8 unknowns an image, whatever the number of points; and it ends at the rounding of the
+    maps, where sparse trust-region steps by conjugate gradients take ten times as long to 1e-9. Raises ValueError where
+    the points do not determine the maps.
+    """
+    errors, cost = _errors(M, links)
+    damping = 0.0
+    normal = np.zeros((0, 0))
+    for _ in range(_MOST_STEPS):
+        normal, gradient = chart.reduced(M, *_normal_equations(M, links, errors, chart.model))
+        diagonal = np.diag(normal)
+        if not np.isfinite(cost) or not (diagonal > 0).all():
+            break
+        while True:
+            try:
+                step = np.asarray(-np.linalg.solve(normal + np.diag(damping * diagonal), gradient))
+            except np.linalg.LinAlgError:
+                step = np.full_like(gradient, np.nan)
+            tried = chart.moved(M, step)
+            there, new = _errors(tried, links)
+            size = float(np.abs(step).max(initial=0.0))
+            if new <= cost * (1.0 + 1e-13) or size < _SETTLED or damping > _STRONGEST:
+                break
+            damping = max(10.0 * damping, _DAMPING)
+        if not new <= cost * (1.0 + 1e-13):
+            break
+        M, errors, cost = tried, there, new
+        if size < _SETTLED:
+            break
+        damping = 0.1 * damping if damping > _WEAKEST else 0.0
+    if not np.isfinite(cost):
+        raise ValueError("Invalid correspondences. They do not determine the maps of the images.")
+    points = sum(len(link.xi) for link in links)
+    return M, float(np.sqrt(cost / (2.0 * points))), normal
+
+
+class _Way(NamedTuple):
+    """A link in one direction: the image that points are from, the one they go to, where they are there, and errors."""
+
+    a: int
+    b: int
+    S: FloatArray
+    x: FloatArray
+    z: FloatArray
+    error: FloatArray
+
+
+def _errors(M: FloatArray, links: Sequence[Link]) -> tuple[list[_Way], float]:
+    """The ways there and back of all links, and the sum of squares; infinite where a point is behind a horizon."""
+    ways, cost = [], 0.0
+    with np.errstate(all="ignore"):
+        inverse = np.linalg.inv(M) if np.isfinite(M).all() else np.full_like(M, np.nan)
+        for link in links:
+            for a, b, x, y in ((link.i, link.j, link.xi, link.xj), (link.j, link.i, link.xj, link.xi)):
+                S, x1 = inverse[b] @ M[a], homogeneous(x)
+                z = x1 @ S.T
+                error = z[:, :2] / z[:, 2:] - y
+                ways.append(_Way(a, b, S, x1, z, error))
+                cost += float(np.sum(error * error)) if (z[:, 2] > 0).all() else np.inf
+    return ways, cost if np.isfinite(cost) else np.inf
+
+
+def _normal_equations(
+    M: FloatArray, links: Sequence[Link], ways: list[_Way], model: str
+) -> tuple[FloatArray, FloatArray]:
+    """J^T J (N, k, N, k) and J^T r (N, k) of the entries of the changes of all images."""
+    entries = ENTRIES[model]
+    count, wide = len(M), len(entries)
+    normal, gradient = np.zeros((count, wide, count, wide)), np.zeros((count, wide))
+    rows, columns = (list(numbers) for numbers in zip(*entries, strict=True))
+    for a, b, S, x, z, error in ways:
+        # y = S (I + E_a) x - E_b S x, then the two quotients.
+        quotient = np.zeros((len(x), 2, 3))
+        quotient[:, 0, 0] = quotient[:, 1, 1] = 1.0 / z[:, 2]
+        quotient[:, :, 2] = -z[:, :2] / z[:, 2:] ** 2
+        Ja = ((quotient @ S)[:, :, rows] * x[:, None, columns]).reshape(-1, wide)
+        Jb = (-quotient[:, :, rows] * z[:, None, columns]).reshape(-1, wide)
+        flat = error.reshape(-1)
+        normal[a, :, a] += Ja.T @ Ja
+        normal[b, :, b] += Jb.T @ Jb
+        cross = Ja.T @ Jb
+        normal[a, :, b] += cross
+        normal[b, :, a] += cross.T
+        gradient[a] += flat @ Ja
+        gradient[b] += flat @ Jb
+    return normal, gradient
+
+
+# ---- pairs ---------------------------------------------------------------------------------------
+
+
+_BATCH, _BATCHES = 100, 40  # of samples: with one in five points right, one of 600 samples of four is
+_SURE = 0.999  # probability of a sample without a wrong point
+_ROUNDS = 20  # of refitting
+_HOPELESS = 10.0  # tolerances, in the median after a linear fit: that is not one map, and takes long to refit
+# Expected number of maps between points at random, over all pairs that are asked, that as many points agree on as well
+# (a contrario: L. Moisan & B. Stival 2004, "A probabilistic criterion to detect rigid point matches between two images
+# and estimate the fundamental matrix", section 4; of homographies L. Moisan, P. Moulon & P. Monasse 2012, "Automatic
+# homographic registration of a pair of images, with a contrario elimination of outliers").
+_FALSE_ALARMS = 1e-3
+_DISTINCT = 0.01  # of an image's side: points that are nearer to each other in both images count once
+_VAGUE = 0.2  # deviation of a scale
+_POINT = 1e-6  # spread of points that lie on a line to rounding
+_LINE = "the points lie on a line"
+
+
+class Pair(NamedTuple):
+    """What two images have in common: the points that agree on the map S from i to j, or why there is no such map.
+
+    `false_alarms`: decimal logarithm of how many maps chance would make as good, over all pairs; NaN where no map was
+    found, or points are too few to tell.
+    """
+
+    agree: BoolArray
+    S: FloatArray | None
+    reason: str
+    false_alarms: float = np.nan
+
+
+def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, area: float, tests: int) -> Pair:
+    """The map that takes most points xi (n, 2) to xj and back within the tolerance, in coordinates of the order of 1.
+
+    Where all agree at once that is all. Else maps through random samples of as few points as determine one are tried
+    (RANSAC, Fischler & Bolles 1981; always the same samples), and the best is fitted to its points until these stay
+    the same. What chance would do as well, in images of this area and so many pairs of them, is refused; one point
+    more than determines a map is believed where all agree.
+    """
+    least = LEAST[model]
+    none = np.zeros(len(xi), dtype=bool)
+    if len(xi) < least:
+        return Pair(none, None, f"{len(xi)} points; it takes {least}")
+    if _spread(xi, xj) <= _POINT:
+        return Pair(none, None, _LINE)
+    linear = fit(xi, xj, model)
+    hopeful = _is_map(linear) and np.median(transfer_errors(linear, xi, xj)) < _HOPELESS * tolerance
+    S = _refined(linear, xi, xj, np.ones(len(xi), dtype=bool), model) if hopeful else None
+    agree = none if S is None else transfer_errors(S, xi, xj) <= tolerance
+    if not agree.all():
+        S, agree = _sampled(xi, xj, model, tolerance)
+        for _ in range(_ROUNDS):
+            S = None if S is None or agree.sum() < least else _refined(S, xi, xj, agree, model)
+            before, agree = agree, none if S is None else transfer_errors(S, xi, xj) <= tolerance
+            if (agree == before).all():
+                break
+    alarms = np.nan if S is None else _false_alarms(S, xi, xj, tolerance, area, least) + math.log10(tests)
+    few = len(xi) <= least + 1 and agree.all()
+    if not few and not alarms < math.log10(_FALSE_ALARMS):
+        return Pair(none, None, f"{agree.sum()} of {len(xi)} points agree, no more than by chance", alarms)
+    if S is None or not _is_determined(S, xi[agree], xj[agree]):
+        return Pair(none, None, _LINE, alarms)
+    return Pair(agree, S, "", alarms)
+
+
+def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: float, area: float, least: int) -> float:
+    """The decimal logarithm of the number of false alarms of a map S, the least over the precisions up to a tolerance.
+
+    With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p), p being those of a sample: a
+    point at random is as near with the probability pi e^2 / area.
+    """
+    errors = _distinct(xi, xj, transfer_errors(S, xi, xj), _DISTINCT * math.sqrt(area))
+    n, near = len(errors), np.sort(errors[errors <= tolerance])
+    k = np.arange(least + 1, len(near) + 1)
+    if not k.size:
+        return math.inf
+    # A point that fits to rounding is no proof without end.
+    chance = np.minimum(np.pi * np.maximum(near[least:], _POINT) ** 2 / area, 1.0)
+    logarithms = math.log(n - least) + _log_choices(n, k) + _log_choices(k, least) + (k - least) * np.log(chance)
+    return float(logarithms.min()) / math.log(10.0)
+
+
+def _log_choices(n: IntArray | int, k: IntArray | int) -> FloatArray:
+    """The logarithms of the binomial coefficients."""
+    n, k = np.broadcast_arrays(n, k)
+    return np.array(
+        [math.lgamma(a + 1) - math.lgamma(b + 1) - math.lgamma(a - b + 1) for a, b in zip(n, k, strict=True)]
+    )
+
+
+def _distinct(xi: FloatArray, xj: FloatArray, errors: FloatArray, apart: float) -> FloatArray:
+    """The least error in each cell of pairs of places: features at one place are one witness."""
+    cells = np.floor(np.hstack([xi, xj]) / apart)
+    numbers = np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1)
+    least = np.full(numbers.max() + 1, np.inf)
+    np.minimum.at(least, numbers, errors)
+    return least
+
+
+def refined(xi: FloatArray, xj: FloatArray, model: str) -> FloatArray | None:
+    """The map with the least symmetric transfer error of all points; None where they do not determine one."""
+    return _refined(fit(xi, xj, model), xi, xj, np.ones(len(xi), dtype=bool), model)
+
+
+def _is_map(S: FloatArray) -> bool:
+    return bool(np.isfinite(S).all() and np.linalg.det(S) != 0)
+
+
+def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, model: str) -> FloatArray | None:
+    """The map with the least symmetric transfer error of some points; None where they do not determine it."""
+    if not _is_map(S):
+        return None
+    try:
+        # The plane is that of image j, the first.
+        maps, _ = adjust(np.stack([np.eye(3), S]), [Link(0, 1, xj[agree], xi[agree])], model)
+    except ValueError:
+        return None
+    return maps[1]
+
+
+def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tuple[FloatArray | None, BoolArray]:
+    """The best of maps through random samples, by the number of points that agree, and which do.
+
+    Every other batch is of affine maps: with one point in ten right, a sample of three is so ten times as often.
+    """
+    rng, least = np.random.default_rng(0), LEAST[model]
+    best, agreeing = None, np.zeros(len(xi), dtype=bool)
+    for batch in range(1, _BATCHES + 1):
+        kind = model if batch % 2 else "affine"
+        chosen = np.argsort(rng.random((_BATCH, len(xi))), axis=1)[:, : LEAST[kind]]
+        maps = fit(xi[chosen], xj[chosen], kind)
+        maps = maps[np.isfinite(maps).all(axis=(1, 2))]
+        maps = maps[np.linalg.det(maps) != 0]
+        agree = transfer_errors(maps, xi, xj) <= tolerance
+        count = agree.sum(axis=1)
+        if len(maps) and count.max() > agreeing.sum():
+            best, agreeing = maps[count.argmax()], agree[count.argmax()]
+        if (1.0 - agreeing.mean() ** least) ** (batch * _BATCH) < 1.0 - _SURE:
+            break
+    return best, agreeing
+
+
+def _is_determined(S: FloatArray, xi: FloatArray, xj: FloatArray) -> bool:
+    """Whether the scale across the line that fits the points best is known: its deviation is noise over spread."""
+    noise = np.sqrt(np.mean(transfer_errors(S, xi, xj) ** 2))
+    return bool(_spread(xi, xj) > max(noise / _VAGUE, _POINT))
+
+
+def _spread(xi: FloatArray, xj: FloatArray) -> float:
+    """Of the points about the line that fits them best, in the image where it is less."""
+    return min(float(np.linalg.svd(x - x.mean(axis=0), compute_uv=False)[-1]) for x in (xi, xj))
+
+
+# ---- models --------------------------------------------------------------------------------------
+
+
+_NOISE = 0.05  # pixels of what is looked at: no point is found better
+_WRONG = 4.0  # of a squared error over the noise's: 2 for each of two dimensions, as Torr has it
+
+
+class ModelFit(NamedTuple):
+    """How a model fits all pairs of images: the RMS of the symmetric transfer error in pixels, and its GRIC.
+
+    The geometric robust information criterion is the less the better: squared errors over the noise's, and a price for
+    the numbers that a model has (P. H. S. Torr 1998, "Geometric motion segmentation and model selection", section 4).
+    """
+
+    rms_pixels: float
+    gric: float
+
+
+class Shared(NamedTuple):
+    """The points of two images, those that agree on a map of either model, and a pixel of what is looked at."""
+
+    link: Link
+    agree: BoolArray
+    pixel: float
+
+
+def compare_models(pairs: Iterable[Shared], unit: float) -> dict[str, ModelFit]:
+    """How either model fits the points of pairs, each pair with a map of its own. `unit`: in pixels.
+
+    The noise is that of the homographies, which have all that affine maps have.
+    """
+    squares, points, gric = dict.fromkeys(MODELS, 0.0), 0, dict.fromkeys(MODELS, 0.0)
+    for link, agree, pixel in pairs:
+        xi, xj = link.xi[agree], link.xj[agree]
+        count = len(xi)
+        if count <= LEAST["homography"]:
+            continue
+        maps = {model: refined(xi, xj, model) for model in MODELS}
+        if any(S is None for S in maps.values()):
+            continue
+        errors = {model: _squares(S, xi, xj) for model, S in maps.items() if S is not None}
+        freedom = 2 * count - len(ENTRIES["homography"])
+        noise = max(errors["homography"].sum() / (4.0 * freedom), (_NOISE * pixel) ** 2)
+        points += count
+        for model, both in errors.items():
+            squares[model] += float(both.sum())
+            # Moved by half to meet in the middle, both points of a pair are off by half of what is transferred.
+            gric[model] += float(np.minimum(both / (4.0 * noise), _WRONG).sum())
+            gric[model] += len(ENTRIES[model]) * math.log(4.0 * count) + 2.0 * count * math.log(4.0)
+    if not points:
+        return {}
+    return {model: ModelFit(unit * math.sqrt(squares[model] / (2.0 * points)), gric[model]) for model in MODELS}
+
+
+def _squares(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
+    """The sum of both squared distances of each pair of points."""
+    there, back = transfers(S, xi, xj)
+    return there**2 + back**2
