@@ -61,7 +61,7 @@ HOMES = {
     "shapely": {
         *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
         *("decisions.checking.edges", "designs.sites"),
-        *("surfaces.boundaries", "surfaces.domain", "surfaces.areas", "surfaces.land", "surfaces.regional"),
+        *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.cartopy_projections"),
         *("gis.features", "gis.layers", "gis.old_maps", "gis.points", "gis.conversion", "web.outlines", "web.live"),
     },

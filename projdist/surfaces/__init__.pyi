@@ -1,11 +1,9 @@
-from .boundaries import boundary_polygon
 from .domain import Bounds, ground_size, is_part, longitude_width, normalised
-from .fields import field, filled, jacobians, measured
-from .jumps import ValuesAt, crosses, jumping
+from .fields import ValuesAt, crosses, field, filled, jacobians, jumping, measured
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons, land_rings
 from .lines import cut_at_tears, graticule, graticule_steps, graticule_values, project_lines
 from .regional import shown_part, surface_of, surface_of_globe
-from .surface import Surface
+from .surface import Surface, boundary_polygon
 from .tissot_ellipses import (
     Indicatrices,
     close_pairs,

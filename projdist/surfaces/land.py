@@ -1,21 +1,200 @@
-"""Land and lakes on the map, and coasts, shores and borders as lines."""
+"""Areas of the globe on a map: each cell of a surface with what of the area is in it."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from projdist._typing import FloatArray, IntArray
-from projdist.earth import borders, coastlines, lakes, lakes_within, land, land_within, shores
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import GEOS_ARITHMETIC, borders, coastlines, lakes, lakes_within, land, land_within, shores
 from projdist.regions import Polygons
-from projdist.surfaces.areas import Area, cells_in
-from projdist.surfaces.domain import Bounds, ground_size, longitude_width
+from projdist.surfaces.domain import Bounds, ground_size, longitude_width, normalised
 from projdist.surfaces.lines import project_lines
 from projdist.surfaces.surface import Surface
+
+_TURNS = (-360.0, 0.0, 360.0)
+_REACH = 200.0  # degrees of longitude; cells lie within 180 and a little more
+_STRAIGHT = 1e-12  # of its area, a cell may differ from the box about it
+_TILES = 36  # an area is cut into as many by as many at most, which makes intersections with small cells cheap
+
+
+@dataclass(frozen=True)
+class Area:
+    """Polygons in degrees, made ready for cells: `edges` are the border and `tiles` parts, also one turn either way.
+
+    `steps` are the edges as points, (n, 2, 2). No border is sought in cells that reach beyond the latitude `end`: they
+    are in the area or not.
+    """
+
+    polygons: shapely.MultiPolygon
+    steps: FloatArray
+    edges: shapely.STRtree
+    tiles: shapely.STRtree
+    end: float = 90.0
+
+    @classmethod
+    @GEOS_ARITHMETIC
+    def of(cls, polygons: shapely.MultiPolygon, edges: FloatArray, end: float = 90.0) -> Area:
+        """The area of polygons and of its border, segments (n, 2, 2)."""
+        turned = np.concatenate([edges + np.array([turn, 0.0]) for turn in _TURNS])
+        near = turned[np.abs(turned[..., 0]).min(axis=1) < _REACH]
+        shapely.prepare(polygons)
+        return cls(polygons, near, shapely.STRtree(shapely.linestrings(near)), _tiles(polygons), end)
+
+    def contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
+        """Whether points, longitudes -180 to 180, are within."""
+        return np.asarray(shapely.contains_xy(self.polygons, lon, lat))
+
+    def may_border(self, lons: FloatArray, lats: FloatArray) -> IntArray:
+        """Those cells, of corners (n, m), in whose boxes the border may be: all others are off it.
+
+        Boxes are compared in about as many pixels as there are cells, which takes no geometries.
+        """
+        low = np.column_stack([lons.min(axis=0), lats.min(axis=0)])
+        high = np.column_stack([lons.max(axis=0), lats.max(axis=0)])
+        start, size = low.min(axis=0), high.max(axis=0) - low.min(axis=0)
+        size = np.maximum((1.0 + 1e-9) * size, 1e-300)  # so that the last cell ends within the last pixel
+        pixels = np.ceil(np.sqrt(len(low)) * size / size.max())
+
+        def pixel(points: FloatArray) -> IntArray:
+            inner = np.floor((points - start) * (pixels / size))
+            return np.clip(inner, -1.0, pixels).astype(int) + 1  # with a rim for what is outside
+
+        covered = np.zeros(pixels.astype(int) + 3, dtype=int)
+        first, end = pixel(self.steps.min(axis=1)), pixel(self.steps.max(axis=1)) + 1
+        for one, other, change in ((first, first, 1), (end, end, 1), (first, end, -1), (end, first, -1)):
+            np.add.at(covered, (one[:, 0], other[:, 1]), change)
+        boxes = covered.cumsum(axis=0).cumsum(axis=1)[:-1, :-1]  # of the border's steps, over each pixel
+        total = np.pad((boxes > 0).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+        (west, south), (east, north) = pixel(low).T, (pixel(high) + 1).T
+        return np.flatnonzero(total[east, north] - total[west, north] - total[east, south] + total[west, south])
+
+
+def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
+    if polygons.is_empty:
+        return shapely.STRtree([])
+    west, south, east, north = shapely.bounds(polygons)
+    lons, lats = np.linspace(west, east, _TILES + 1), np.linspace(south, north, _TILES + 1)
+    strips = [shapely.clip_by_rect(polygons, lons[k], south, lons[k + 1], north) for k in range(_TILES)]
+    found = [
+        shapely.clip_by_rect(strips[k], lons[k], lats[j], lons[k + 1], lats[j + 1])
+        for k in range(_TILES)
+        for j in range(_TILES)
+        if not strips[k].is_empty
+    ]
+    # Coasts that a side of a tile cuts many times may cross themselves at it.
+    kept = [tile if tile.is_valid else shapely.make_valid(tile) for tile in found if not tile.is_empty]
+    turned = [
+        shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0]))
+        for turn in _TURNS
+        for tile in kept
+        if abs(tile.centroid.x + turn) < _REACH
+    ]
+    return shapely.STRtree(turned)
+
+
+@dataclass(frozen=True)
+class CellsIn:
+    """What an area has of a surface's cells: whether a cell is `inside`, and the `pieces` (x, y) of others.
+
+    The cells are `surface.whole` and then `surface.cut`; `touched` are those of which the area has anything.
+    """
+
+    inside: BoolArray
+    touched: BoolArray
+    pieces: list[FloatArray]
+
+
+def cells_in(surface: Surface, area: Area) -> CellsIn:
+    """What an area has of the cells of a surface."""
+    lon, lat = surface.lonlat()
+    xy = np.column_stack([surface.x, surface.y])
+    inside = area.contains(normalised(lon), lat)
+    sizes = np.array([len(cell) for cell in surface.cut], dtype=int)
+    first = len(surface.whole)
+    groups = [(np.arange(first), surface.whole, False)]
+    for size in np.unique(sizes):
+        some = np.flatnonzero(sizes == size)
+        groups.append((first + some, np.array([surface.cut[k] for k in some]), True))
+    wholly, touched = np.zeros(first + sizes.size, dtype=bool), np.zeros(first + sizes.size, dtype=bool)
+    pieces: list[FloatArray] = []
+    for number, cells, torn in groups:
+        if len(cells):
+            wholly[number], owner, found = _in_cells(surface, area, cells, lon, lat, xy, inside, torn=torn)
+            touched[number[owner]] = True
+            pieces += found
+    return CellsIn(wholly, wholly | touched, pieces)
+
+
+@GEOS_ARITHMETIC
+def _in_cells(
+    surface: Surface,
+    area: Area,
+    cells: IntArray,
+    lon: FloatArray,
+    lat: FloatArray,
+    xy: FloatArray,
+    inside: BoolArray,
+    *,
+    torn: bool,
+) -> tuple[BoolArray, IntArray, list[FloatArray]]:
+    """Which cells of the same number of corners, (m, n), are in the area, and pieces of others with their cells."""
+    lons, lats = lon[cells.T], lat[cells.T]
+    first = normalised(lons[0])
+    lons = first + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
+    near = area.may_border(lons, lats)
+    near = near[np.abs(lats[:, near]).max(axis=0) <= area.end]
+    corners = np.stack([lons[:, near].T, lats[:, near].T], axis=-1)
+    shapes = shapely.polygons(corners)
+    met = np.unique(area.edges.query(shapes, predicate="intersects")[0])
+    shapes, corners, border = shapes[met], corners[met], near[met]
+    on_border = np.zeros(len(cells), dtype=bool)
+    on_border[border] = True
+    cell, tile = area.tiles.query(shapes, predicate="intersects")
+    valid = shapely.make_valid(shapes) if torn else shapes
+    pieces = _parts_of(area.tiles.geometries[tile], valid[cell])
+    parts, owner = shapely.get_parts(pieces, return_index=True)
+    parts, owner = shapely.get_parts(parts, return_index=True)[0], cell[owner]
+    keep = shapely.area(parts) > 0
+    rings, owner = shapely.get_exterior_ring(parts[keep]), owner[keep]
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    if torn:
+        image = np.full(points.shape, np.nan)
+    else:
+        image = np.column_stack(surface.domain(normalised(points[:, 0]), points[:, 1]))
+    starts = np.searchsorted(ring, np.arange(owner.size))
+    places, polygons = (np.split(values, starts)[1:] for values in (points, image))
+    for number in np.unique(ring[np.isnan(image[:, 0])]):
+        # On a seam a point has two images. The linear map of the cell's corners takes the right side.
+        k = owner[number]
+        polygons[number] = _linear_image(corners[k], xy[cells[border[k]]], places[number])
+    return inside[cells.T].all(axis=0) & ~on_border, border[owner], polygons
+
+
+def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray[np.object_]:
+    """What tiles have in cells; those between meridians and parallels are cut out in a fifth of the time."""
+    bounds = shapely.bounds(cells).reshape(-1, 4)
+    if not np.allclose(shapely.area(shapely.box(*bounds.T)), shapely.area(cells), rtol=_STRAIGHT, atol=0.0):
+        return np.asarray(shapely.intersection(cells, tiles))
+    found = np.empty(len(cells), dtype=object)
+    found[:] = [shapely.clip_by_rect(tile, *box) for tile, box in zip(tiles, bounds.tolist(), strict=True)]
+    return found
+
+
+def _linear_image(corners: FloatArray, images: FloatArray, points: FloatArray) -> FloatArray:
+    """Points mapped by the least-squares affine map from corners to their images."""
+    ones = np.ones((len(corners), 1))
+    matrix = np.linalg.lstsq(np.hstack([corners - corners[0], ones]), images, rcond=None)[0]
+    return np.asarray(np.hstack([points - corners[0], np.ones((len(points), 1))]) @ matrix)
+
+
+# ---- land ----------------------------------------------------------------------------------------
+
 
 _FINEST = "10m"
 _POLAR = 86.0  # degrees; no coast is beyond

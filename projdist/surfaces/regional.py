@@ -10,7 +10,6 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Box, Place, Polygons, Region, RegionLike, main_part, polygons_of
 from projdist.support import tell
-from projdist.surfaces.areas import Area, CellsIn, cells_in
 from projdist.surfaces.domain import (
     Bounds,
     domain_of,
@@ -20,6 +19,7 @@ from projdist.surfaces.domain import (
     normalised,
     nothing_of,
 )
+from projdist.surfaces.land import Area, CellsIn, cells_in
 from projdist.surfaces.lines import project_lines
 from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights
 

@@ -1,10 +1,4 @@
-"""The drawn part of a map as triangles that end exactly at seams and edges, and its outline.
-
-The vertices are a grid of longitude and latitude, turned so that its poles lie where the map has its
-singular points (pole lines, antipodes): there a whole row of nodes stands for the one point. Cells
-that are torn are cut into polygons that reach to the images of the seam on their own side; where
-such a polygon runs along the seam, the map has its outline.
-"""
+"""The turn of the globe in which a map's singular point is a pole."""
 
 from __future__ import annotations
 
@@ -13,12 +7,66 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth import GEOS_ARITHMETIC
 from projdist.field import Links, Map, drawn, evaluate, find_tears
 from projdist.regions import GLOBE
-from projdist.surfaces.domain import POLE, Domain, ground_size, longitude_width, normalised, nothing_of
-from projdist.surfaces.turned_grids import Frame, frame_of
+from projdist.surfaces.domain import POLE, Domain, ground_size, longitude_width, normalised, nothing_of, rough_scales
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A turn of the globe: columns are the grid's axes in geographic coordinates; None is no turn."""
+
+    axes: FloatArray | None = None
+
+    def geographic(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Longitude and latitude of grid coordinates, in degrees."""
+        if self.axes is None:
+            return u, v
+        u, v = np.radians(u), np.radians(v)
+        point = np.stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)], axis=-1) @ self.axes.T
+        return (
+            np.degrees(np.arctan2(point[..., 1], point[..., 0])),
+            np.degrees(np.arctan2(point[..., 2], np.hypot(point[..., 0], point[..., 1]))),
+        )
+
+
+_SINGULAR = 1e4  # of the median scale, 1e-3 degrees from the point; one over the distance is 57 000
+
+
+def frame_of(domain: Domain) -> Frame:
+    """A frame with a pole at the singular point of the map, if that is not a pole of the Earth."""
+    if longitude_width(domain.box.bounds) < 180.0:
+        return Frame()
+    survey = domain.survey
+    scale = np.where(domain.surveyed() & np.isfinite(survey.a), survey.a, np.nan)
+    if not np.isfinite(scale).any():
+        return Frame()
+    usual = float(np.nanmedian(scale))
+    best = int(np.nanargmax(scale))
+    lon, lat, span = float(survey.lon.flat[best]), float(survey.lat.flat[best]), 2.0
+    offsets = np.linspace(-1.0, 1.0, 9)
+    while span > 1e-4:
+        lons = lon + span * offsets[:, None] / max(np.cos(np.radians(lat)), 1e-3)
+        lats = np.clip(lat + span * offsets[None, :], -POLE, POLE)
+        lons, lats = np.broadcast_arrays(lons, lats)
+        images = domain.projection(normalised(lons), lats)
+        scale = np.nan_to_num(rough_scales(domain.projection, normalised(lons), lats, *images)[0], nan=0.0)
+        best = int(np.argmax(scale))
+        lon, lat, span = float(lons.flat[best]), float(lats.flat[best]), span / 3.0
+    if scale.flat[best] < _SINGULAR * usual or abs(lat) > 89.5:
+        return Frame()
+    lon, lat = np.radians(lon), np.radians(lat)
+    pole = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+    east = np.array([-np.sin(lon), np.cos(lon), 0.0])
+    return Frame(np.column_stack([np.cross(east, pole), east, pole]))
+
+
+# ---- surface -------------------------------------------------------------------------------------
+
 
 Extent = tuple[float, float, float, float]
 
@@ -440,3 +488,41 @@ def extent_of(xy: FloatArray) -> Extent:
     """The smallest and largest x, then y of points (n, 2)."""
     (west, south), (east, north) = xy.min(axis=0), xy.max(axis=0)
     return float(west), float(east), float(south), float(north)
+
+
+# ---- boundaries ----------------------------------------------------------------------------------
+
+
+# Of the map's size. The surface has chords for arcs, which leave out 1e-6 to 1e-5 of it; as much is put around it.
+_SIMPLE, _AROUND = 5e-6, 2.5e-5
+_POINT = 1e-6  # of the map's area: the images of poles within it are holes as small
+
+
+@GEOS_ARITHMETIC
+def boundary_polygon(surface: Surface) -> shapely.Polygon:
+    """All of a map, a little more, and what it leaves out amidst it; ValueError for maps in several pieces.
+
+    The edge of the map is what bounds one triangle only: triangles share their vertices, but across seams.
+    """
+    count = surface.x.size
+    edges = np.sort(np.concatenate([surface.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+    numbers, uses = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
+    ends = np.column_stack(np.divmod(numbers[uses == 1], count))
+    segments = np.column_stack([surface.x, surface.y])[ends]
+    segments = segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
+    faces = shapely.get_parts(shapely.polygonize(shapely.linestrings(segments)))
+    if not len(faces):
+        raise ValueError(
+            f"Invalid projection '{surface.domain.projection.name}'. Its map must have an edge that closes."
+        )
+    filled = shapely.polygons(shapely.get_exterior_ring(faces))
+    largest = int(np.argmax(shapely.area(filled)))
+    beside = ~shapely.covered_by(shapely.point_on_surface(filled), filled[largest])
+    pieces = 1 + int(np.sum(beside & (shapely.area(filled) > _POINT * shapely.area(filled[largest]))))
+    if pieces > 1:
+        name = surface.domain.projection.name
+        raise ValueError(f"Invalid projection '{name}'. It must be a map in one piece; this one has {pieces}.")
+    west, east, south, north = surface.extent
+    size = max(east - west, north - south)
+    around = shapely.buffer(shapely.simplify(filled[largest], _SIMPLE * size), _AROUND * size, join_style="mitre")
+    return shapely.Polygon(shapely.get_exterior_ring(around))

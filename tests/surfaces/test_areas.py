@@ -5,9 +5,8 @@ import pytest
 import shapely
 
 from projdist.projections import Projection
-from projdist.surfaces.areas import Area
 from projdist.surfaces.domain import domain_of, normalised
-from projdist.surfaces.land import _all_land
+from projdist.surfaces.land import Area, _all_land
 from projdist.surfaces.surface import build_surface
 
 

@@ -8,8 +8,7 @@ import pytest
 from projdist.matrices import get_measure
 from projdist.projections import Projection
 from projdist.surfaces.domain import domain_of
-from projdist.surfaces.fields import field, measured
-from projdist.surfaces.jumps import jumping
+from projdist.surfaces.fields import field, jumping, measured
 from projdist.surfaces.surface import build_surface
 
 JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins the sinusoidal map to Mollweide's
