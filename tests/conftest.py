@@ -28,7 +28,7 @@ SLOW_EXAMPLES = {
     "projdist.plots.geoaxes.add_tissot",
     "projdist.plots.geoaxes.to_cartopy",
     "projdist.plots.morphs.morph",
-    "projdist.plots.spaces.space_figure",
+    "projdist.plots.shape_space.space_figure",
 }
 
 # Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.

@@ -1,4 +1,4 @@
-from .areas import CONTEXTS
+from .basemap import CONTEXTS
 from .colours import ColourScale
 from .distributions import DISTRIBUTIONS, distribution_figure
 from .figures import (
@@ -13,16 +13,14 @@ from .figures import (
     tissot_figure,
 )
 from .geoaxes import add_heatmap, add_tissot, to_cartopy
-from .ground import ground_map
-from .local_fields import local_field
-from .looks import Look
+from .ground_distortion import ground_map, local_field
 from .morphs import FILM_SUFFIXES, morph
 from .mosaics import mosaic_figure
 from .oldmaps import OLD_MAP_MEASURES, OLD_MAP_PANELS, old_map_figure
 from .pictures import heatmap, tissot
 from .profiles import profile_figure
-from .spaces import space_figure
-from .themes import Theme
+from .shape_space import space_figure
+from .style import Look, Theme
 
 __all__ = [
     "CONTEXTS",

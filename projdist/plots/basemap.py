@@ -1,21 +1,26 @@
-"""What all pictures share: their frame, graticule, coasts and borders, and their titles."""
+"""Areas of colour on a map: sea, land and lakes, and the region as a path that clips what is drawn of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
+import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.patches import Rectangle
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.path import Path
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.text import Text
+from matplotlib.transforms import TransformedPath
+from matplotlib.tri import Triangulation
 
-from projdist._typing import FloatArray
-from projdist.plots.areas import CONTEXTS, shows_borders
-from projdist.plots.graticules import GraticuleLine, label_graticule
-from projdist.plots.looks import is_one_line, is_tight_of, look_of, scale_of, text_width
-from projdist.plots.titles import with_minus
+from projdist._typing import FloatArray, IntArray
+from projdist.earth import latitude_text, longitude_text
+from projdist.plots.style import is_one_line, is_tight_of, look_of, scale_of, text_width, with_minus
 from projdist.support import check_number, check_text
 from projdist.surfaces import (
     Bounds,
@@ -27,9 +32,262 @@ from projdist.surfaces import (
     graticule_steps,
     graticule_values,
     ground_size,
+    lake_polygons,
     lake_shores,
+    land_polygons,
     project_lines,
 )
+
+CONTEXTS = ("none", "coast", "borders", "full")
+"""What a picture shows of the Earth: nothing; land and sea; also borders and lakes; also cities and a locator."""
+
+
+def check_context(context: str) -> str:
+    """One of `CONTEXTS`, or ValueError."""
+    if context not in CONTEXTS:
+        raise ValueError(f"Invalid context {context!r}. It must be one of {', '.join(CONTEXTS)}.")
+    return context
+
+
+def shows_borders(surface: Surface, context: str) -> bool:
+    """Whether lakes and borders of countries are drawn: on maps of parts of the world."""
+    return context in ("borders", "full") and surface.is_local
+
+
+def triangulation(surface: Surface, triangles: IntArray) -> tuple[Triangulation, IntArray]:
+    """Triangles of a surface for matplotlib, and the vertices that they use."""
+    used = np.zeros(surface.x.size, dtype=bool)
+    used[triangles] = True
+    kept = np.flatnonzero(used)
+    return Triangulation(surface.x[kept], surface.y[kept], (np.cumsum(used) - 1)[triangles]), kept
+
+
+def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
+    """Sea and land as pale areas, what is beside a region paler; other bodies are all land."""
+    draw_surroundings(ax, surface, context)
+    _draw_land(
+        ax,
+        surface,
+        look_of(ax).colours.land,
+        0.5,
+        context,
+        coast_resolution(surface),
+        lakes=shows_borders(surface, context),
+    )
+
+
+def draw_surroundings(ax: Axes, surface: Surface, context: str) -> None:
+    """Sea and land about a region."""
+    if surface.ground is not None and context != "none":
+        lakes, pale = shows_borders(surface, context), look_of(ax).colours.neighbours
+        _draw_land(ax, surface.ground, pale, 0.2, context, coast_resolution(surface), lakes=lakes)
+
+
+def draw_surface(ax: Axes, surface: Surface) -> None:
+    """A small map of its own: sea, land and outline."""
+    _draw_land(ax, surface, look_of(ax).colours.locator, 0.5, "coast", coast_resolution(surface))
+    west, east, south, north = surface.view
+    ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
+    ax.set_axis_off()
+    ax.add_collection(
+        LineCollection(list(surface.outline), colors="#555555", linewidths=0.6, zorder=1.0), autolim=False
+    )
+
+
+def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
+    """The region as a path that clips what is drawn of it; None where its triangles are the region."""
+    if not surface.pieces:
+        return None
+    return TransformedPath(_closed(surface.pieces), ax.transData)
+
+
+def _closed(pieces: Sequence[FloatArray]) -> Path:
+    """Polygons of (x, y) as one path."""
+    ends = np.cumsum([len(piece) for piece in pieces])
+    points = np.concatenate(pieces)
+    vertices = np.insert(points, ends, points[np.append(0, ends[:-1])], axis=0)
+    ends += np.arange(len(ends))
+    codes = np.full(len(vertices), Path.LINETO, dtype=Path.code_type)
+    codes[ends] = Path.CLOSEPOLY
+    codes[np.append(0, ends[:-1] + 1)] = Path.MOVETO
+    return Path(vertices, codes)
+
+
+def _draw_land(
+    ax: Axes, surface: Surface, colour: str, zorder: float, context: str, resolution: str, *, lakes: bool = False
+) -> None:
+    clip = region_clip(ax, surface)
+    has_land = not surface.domain.projection.is_of_another_body and context != "none"
+    sea = look_of(ax).colours.sea
+    _fill(ax, surface, surface.covering(), sea if has_land else colour, zorder, clip)
+    if not has_land:
+        return
+    areas = [(land_polygons(surface, resolution), colour)]
+    if lakes:
+        areas.append((lake_polygons(surface, resolution), sea))
+    for layer, ((cells, pieces), face) in enumerate(areas, 1):
+        above = zorder + 0.1 * layer
+        if len(cells):
+            _fill(ax, surface, cells, face, above, clip)
+        if pieces:
+            # The hair of an edge in the same colour closes the joints between the pieces.
+            drawn = PathPatch(_closed(pieces), color=face, linewidth=0.3, rasterized=True, zorder=above)
+            ax.add_artist(drawn)
+            if clip is not None:
+                drawn.set_clip_path(clip)
+
+
+def _fill(
+    ax: Axes, surface: Surface, triangles: IntArray, colour: str, zorder: float, clip: TransformedPath | None
+) -> None:
+    mapped, kept = triangulation(surface, triangles)
+    # Of matplotlib's ways to fill many triangles, this one leaves no hairlines between them.
+    filled = ax.tripcolor(
+        mapped,
+        np.zeros(kept.size),
+        shading="gouraud",
+        cmap=ListedColormap([colour]),
+        rasterized=True,
+        zorder=zorder,
+    )
+    if clip is not None:
+        filled.set_clip_path(clip)
+
+
+# ---- graticules ----------------------------------------------------------------------------------
+
+
+SIZE = 6.5  # points
+_WIDTH, _HEIGHT = 0.62, 1.3  # of a letter and of a line, in the size
+_AIR = 2.5  # points between a label and the frame
+_BEYOND = 9.0  # points to the right of the frame, where a figure may end
+_FLAT = 0.35  # of a line's direction towards an edge: one that runs along it is not labelled there
+
+_EDGES = ("bottom", "left", "top", "right")
+_PREFERRED = {True: ("bottom", "top", "left", "right"), False: ("left", "right", "bottom", "top")}
+
+
+class GraticuleLine(NamedTuple):
+    """A meridian or a parallel of `value` degrees, and its images as lines (x, y)."""
+
+    is_meridian: bool
+    value: float
+    pieces: Sequence[FloatArray]
+
+    @property
+    def text(self) -> str:
+        """The label."""
+        return (longitude_text if self.is_meridian else latitude_text)(self.value, minutes=True)
+
+
+@dataclass(frozen=True)
+class _Label:
+    """A text at x, y in points from the lower left of the frame, and half its width and height."""
+
+    text: str
+    edge: str
+    x: float
+    y: float
+    half: tuple[float, float]
+
+    def fits(self, width: float) -> bool:
+        """Whether it does not reach to the right of a frame, or hardly so where it stands below it."""
+        beyond = _BEYOND if self.edge == "bottom" else 0.0
+        return self.x + self.half[0] < width + beyond
+
+    def overlaps(self, other: _Label) -> bool:
+        """Whether two labels would touch."""
+        apart = abs(self.x - other.x), abs(self.y - other.y)
+        return apart[0] < self.half[0] + other.half[0] and apart[1] < self.half[1] + other.half[1]
+
+
+def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
+    """Label lines where they cross the frame: below and to the left of it, or else within it."""
+    ax.apply_aspect()
+    box = ax.get_window_extent()
+    points, size = 72.0 / ax.figure.dpi, SIZE * scale_of(ax)
+    width, height = box.width * points, box.height * points
+    placed: list[_Label] = []
+    for line in lines:
+        pieces = [(ax.transData.transform(piece) - [box.x0, box.y0]) * points for piece in line.pieces]
+        candidates = [
+            _label(line.text, edge, place, size)
+            for edge in _PREFERRED[line.is_meridian]
+            for place in _crossings(pieces, edge, width, height)
+        ]
+        if not line.is_meridian and not candidates:
+            candidates = _inside(line.text, pieces, width, height, size)
+        clear = (
+            label for label in candidates if label.fits(width) and not any(label.overlaps(other) for other in placed)
+        )
+        chosen = next(clear, None)
+        if chosen is not None:
+            placed.append(chosen)
+    for label in placed:
+        _draw_label(ax, label, width, height)
+
+
+def _crossings(pieces: Sequence[FloatArray], edge: str, width: float, height: float) -> list[tuple[float, float]]:
+    """Where lines in points cross an edge of the frame, not too much along it."""
+    across, level, end = {
+        "bottom": (1, 0.0, width),
+        "top": (1, height, width),
+        "left": (0, 0.0, height),
+        "right": (0, width, height),
+    }[edge]
+    found = []
+    for piece in pieces:
+        off = piece[:, across] - level
+        for k in np.flatnonzero(np.diff(np.sign(off)) != 0):
+            start, step = piece[k], piece[k + 1] - piece[k]
+            along = float((start + step * (-off[k] / step[across]))[1 - across]) if step[across] else np.nan
+            if 0.0 <= along <= end and abs(step[across]) > _FLAT * np.hypot(*step):
+                found.append((along, level) if across else (level, along))
+    return found
+
+
+def _label(text: str, edge: str, place: tuple[float, float], size: float) -> _Label:
+    half = 0.5 * len(text) * _WIDTH * size + _AIR, 0.5 * _HEIGHT * size
+    x, y = place
+    # Below and to the left labels are outside of the frame; above and to the right within it.
+    if edge in ("left", "right"):
+        x -= half[0]
+    else:
+        y -= _AIR + half[1]
+    return _Label(text, edge, x, y, half)
+
+
+def _inside(text: str, pieces: Sequence[FloatArray], width: float, height: float, size: float) -> list[_Label]:
+    """A label on the lowest point within the frame of a line that crosses no edge."""
+    xy = np.concatenate([np.empty((0, 2)), *pieces])
+    xy = xy[((xy > 0.0) & (xy < [width, height])).all(axis=1)]
+    if not len(xy):
+        return []
+    x, y = xy[np.argmin(xy[:, 1])]
+    return [_Label(text, "inside", float(x), float(y), (0.5 * len(text) * _WIDTH * size, 0.5 * _HEIGHT * size))]
+
+
+def _draw_label(ax: Axes, label: _Label, width: float, height: float) -> None:
+    outside = label.edge in ("bottom", "left")
+    colours = look_of(ax).colours
+    text = ax.text(
+        label.x / width,
+        label.y / height,
+        label.text,
+        transform=ax.transAxes,
+        ha="center",
+        va="center",
+        fontsize=SIZE * scale_of(ax),
+        color=colours.text if outside else colours.quiet,
+        zorder=4.0,
+        label="graticule label",
+    )
+    if not outside:
+        text.set_path_effects([withStroke(linewidth=1.5, foreground=f"{colours.background}b0")])
+
+
+# ---- basemap -------------------------------------------------------------------------------------
+
 
 _TITLE, _BELOW = 10.5, 8.0  # points
 _PADS, _TIGHT_PADS = (6, 16), (4, 14)  # points between map and title, without a line between and with one

@@ -13,8 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from projdist._typing import FloatArray
 from projdist.matrices import Measure
 from projdist.numerics import quantiles
-from projdist.plots.themes import THEMES, Theme
-from projdist.plots.titles import with_minus
+from projdist.plots.style import THEMES, Theme, with_minus
 from projdist.support import check_numbers, check_pair, listed, quoted, tell
 
 _TITLES = {

@@ -1,4 +1,4 @@
-"""Whole figures of one map or of several panels, and files of them."""
+"""What a measure of one map is against that of another, at the same places."""
 
 from __future__ import annotations
 
@@ -21,23 +21,89 @@ from projdist._typing import FloatArray
 from projdist.answers import LocalCorrections
 from projdist.field import sample
 from projdist.matrices import Measure, Modes, get_measure
-from projdist.plots.areas import check_context
-from projdist.plots.basemap import airy_kavrayskiy_line, fit_titles
+from projdist.plots.basemap import airy_kavrayskiy_line, check_context, fit_titles
 from projdist.plots.colours import ColourScale, colour_scale
-from projdist.plots.differences import field_against, label_against, measure_against, values_against
-from projdist.plots.ground import below_ground_map, draw_ground_map, prepare_ground
+from projdist.plots.ground_distortion import (
+    below_ground_map,
+    below_local_field,
+    draw_ground_map,
+    draw_local_field,
+    prepare_ground,
+    prepare_local_field,
+)
 from projdist.plots.layouts import BAR, FOOT, arranged, bar_axes, check_dpi
-from projdist.plots.local_fields import below_local_field, draw_local_field, prepare_local_field
-from projdist.plots.looks import Look, LookedFigure, look_for
 from projdist.plots.pictures import AnyMeasure, Levels, check_exaggeration, draw_colourbar, draw_heatmap, draw_tissot
-from projdist.plots.titles import title_of
+from projdist.plots.style import Look, LookedFigure, look_for, title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
 from projdist.support import check_choice, check_instance, check_path, check_text, quoted, replacing
-from projdist.surfaces import Surface, field, fit, measured, shown_part, surface_of, tissot_points, usual_exaggeration
+from projdist.surfaces import (
+    Surface,
+    ValuesAt,
+    field,
+    fit,
+    measured,
+    shown_part,
+    surface_of,
+    tissot_points,
+    usual_exaggeration,
+)
 
 if TYPE_CHECKING:
-    from projdist.decisions import LDP  # slow to load
+    from projdist.decisions import LDP
+
+
+_TURN = 360.0
+_DIRECTIONS = ("meridian_convergence",)  # which go round
+
+
+def field_against(surface: Surface, measure: Measure, other: Projection | None) -> FloatArray:
+    """Values of a measure at the vertices of a surface: less those of another map there, or, of a ratio, over them."""
+    values = field(surface, measure)
+    if other is None:
+        return values
+    others = field(replace(surface, domain=replace(surface.domain, projection=other)), measure)
+    return _against(values, others, measure)
+
+
+def values_against(projection: Projection, measure: Measure, other: Projection | None) -> ValuesAt:
+    """The same as a function of longitudes and latitudes."""
+
+    def values_at(lon: FloatArray, lat: FloatArray) -> FloatArray:
+        values = measured(projection, measure, lon, lat)
+        return values if other is None else _against(values, measured(other, measure, lon, lat), measure)
+
+    return values_at
+
+
+def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatArray:
+    """Values less others, or, of a ratio, over them."""
+    if measure.kind == "ratio":
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = values / others
+        return np.where(np.isfinite(found), found, np.nan)
+    found = values - others
+    return np.mod(found + _TURN / 2, _TURN) - _TURN / 2 if measure.name in _DIRECTIONS else found
+
+
+def measure_against(measure: Measure, other: Projection | None) -> Measure:
+    """What the colours are of: a ratio is neutral at 1, a difference at 0."""
+    if other is None or measure.kind == "ratio":
+        return measure
+    return replace(measure, name=f"difference_of_{measure.name}", kind="signed")
+
+
+def label_against(scale: ColourScale, measure: Measure, maps: Sequence[str], other: Projection | None) -> str:
+    """The words of the colour bar: `Angular distortion omega (degrees): Robinson less Mollweide`."""
+    if other is None:
+        return scale.label
+    label = replace(scale, measure=measure).label
+    one = maps[0] if len(maps) == 1 else "each map"
+    return f"{label}: {one} {'over' if measure.kind == 'ratio' else 'less'} {other.name}"
+
+
+# ---- figures -------------------------------------------------------------------------------------
+
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # the same picture is the same file

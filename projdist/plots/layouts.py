@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
 from projdist.plots.basemap import title_width
-from projdist.plots.looks import USUAL, Look, LookedFigure, scale_for
+from projdist.plots.style import USUAL, Look, LookedFigure, scale_for
 from projdist.support import check_number, check_pair, quoted
 
 __all__ = ["BAR", "FOOT", "arranged", "bar_axes", "check_dpi", "check_size"]

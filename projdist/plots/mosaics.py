@@ -14,7 +14,7 @@ from projdist._typing import FloatArray
 from projdist.applications.mosaics import Canvas, Mosaic, Picture, Rendered, corners, places, render
 from projdist.plots.basemap import draw_title, fit_titles
 from projdist.plots.layouts import arranged
-from projdist.plots.looks import Look, look_for, look_of, scale_of
+from projdist.plots.style import Look, look_for, look_of, scale_of
 from projdist.support import check_instance
 
 _FOOT = 0.2  # inches

@@ -1,4 +1,4 @@
-"""Pictures of old maps: what an affine map cannot mend, drawn on the old map itself."""
+"""Scans of old maps, as pictures to draw on."""
 
 from __future__ import annotations
 
@@ -15,17 +15,53 @@ from matplotlib.tri import Triangulation
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import ConvexHull
 
-from projdist._typing import BoolArray, FloatArray
-from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap
+from projdist._typing import AnyArray, BoolArray, FloatArray
+from projdist.applications.mosaics import check_pixels, open_image
+from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, scan_extent
 from projdist.plots.basemap import draw_title
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
-from projdist.plots.labels import label_isolines
 from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.looks import Look, LookedFigure, look_for, look_of, scale_for, scale_of
-from projdist.plots.pictures import draw_colourbar
-from projdist.plots.scans import Scan, read_scan
-from projdist.support import check_instance, check_text, listed_values
+from projdist.plots.pictures import draw_colourbar, label_isolines
+from projdist.plots.style import Look, LookedFigure, look_for, look_of, scale_for, scale_of
+from projdist.support import check_instance, check_path, check_text, listed_values
 from projdist.surfaces import close_pairs, ellipses
+
+_LONGEST = 4000  # pixels of a side that are drawn
+_PAPER = 0.7  # of the pixels are darker than blank paper
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Pixels, and the old map's coordinates of the left, right, bottom and top side."""
+
+    pixels: AnyArray
+    extent: tuple[float, float, float, float]
+
+    def brightness(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Shape (y, x): that of the pixels there, 1 for blank paper."""
+        left, right, bottom, top = self.extent
+        height, width = self.pixels.shape[:2]
+        columns = np.clip(((x - left) / (right - left) * width).astype(int), 0, width - 1)
+        rows = np.clip(((y - top) / (bottom - top) * height).astype(int), 0, height - 1)
+        grey = self.pixels[rows[:, None], columns].mean(axis=-1)
+        return np.minimum(grey / max(float(np.quantile(grey, _PAPER)), 1.0), 1.0)
+
+
+def read_scan(path: str | os.PathLike[str], found: OldMap) -> Scan:
+    """A scan in whose pixels the control points are; raises ValueError for what is none, or where they are outside."""
+    path = check_path("image", path)
+    text = f"Invalid image '{path}'."
+    with open_image(path, text) as image:
+        width, height = image.size
+        image.draft("RGB", (_LONGEST, _LONGEST))  # a JPEG is read at a part of its size
+        check_pixels(image)
+        image.thumbnail((_LONGEST, _LONGEST))
+        pixels = np.asarray(image.convert("RGB"))
+    return Scan(pixels, scan_extent(found, width, height, text))
+
+
+# ---- oldmaps -------------------------------------------------------------------------------------
+
 
 OLD_MAP_MEASURES = ("fisher", "areal_scale")  # of the heat map
 

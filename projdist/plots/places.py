@@ -13,8 +13,8 @@ from projdist._typing import FloatArray, IntArray
 from projdist.earth import cities
 from projdist.field import jacobian
 from projdist.matrices import principal_scales
-from projdist.plots.areas import draw_surface
-from projdist.plots.looks import look_of, scale_of
+from projdist.plots.basemap import draw_surface
+from projdist.plots.style import look_of, scale_of
 from projdist.projections import Projection
 from projdist.surfaces import Surface, ground_size, normalised, surface_of_globe
 

@@ -15,8 +15,7 @@ from projdist.answers import Profile
 from projdist.matrices import MEASURES
 from projdist.plots.colours import level_labels
 from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.looks import Look, LookedFigure, look_for, look_of, scale_for, scale_of
-from projdist.plots.themes import Theme
+from projdist.plots.style import Look, LookedFigure, Theme, look_for, look_of, scale_for, scale_of
 from projdist.support import check_instance, check_text
 
 _WIDTH, _PANEL, _GAP = 8.0, 1.45, 0.16  # inches

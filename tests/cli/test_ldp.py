@@ -19,7 +19,7 @@ from projdist.cli.app import app
 from projdist.decisions.surveying import LDP, distortion_ppm, ldp
 from projdist.decisions.surveying.axes import goal_of
 from projdist.decisions.surveying.ground import statistics_of
-from projdist.plots.ground import prepare_ground
+from projdist.plots.ground_distortion import prepare_ground
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time
 QUICK = ["--families", "tmerc"]

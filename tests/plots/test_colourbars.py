@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from projdist import plots
 from projdist.matrices import get_measure
 from projdist.plots.colours import colour_scale
-from projdist.plots.labels import label_isolines
-from projdist.plots.pictures import draw_colourbar
+from projdist.plots.pictures import draw_colourbar, label_isolines
 from projdist.support import Notice
 
 EUROPE = "box:-10,35,40,70"

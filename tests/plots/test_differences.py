@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from projdist import Projection, get_measure, plots
-from projdist.plots.differences import field_against
+from projdist.plots.figures import field_against
 from projdist.surfaces import surface_of
 
 

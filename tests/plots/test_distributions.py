@@ -5,8 +5,7 @@ import pytest
 import shapely
 
 from projdist import plots, sample
-from projdist.plots.distributions import _front
-from projdist.plots.label_places import _outside, _overlap
+from projdist.plots.distributions import _front, _outside, _overlap
 
 
 def curve(figure: object, k: int = 0) -> tuple[np.ndarray, np.ndarray]:

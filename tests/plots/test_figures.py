@@ -16,7 +16,7 @@ from matplotlib.tri import Triangulation
 
 from projdist import plots
 from projdist.plots import pictures
-from projdist.plots.areas import _closed
+from projdist.plots.basemap import _closed
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 EUROPE = "box:-10,35,40,70"

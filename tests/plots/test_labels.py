@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from projdist import plots
-from projdist.plots.graticules import _crossings
-from projdist.plots.labels import label_isolines
+from projdist.plots.basemap import _crossings
+from projdist.plots.pictures import label_isolines
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 ROUND = np.column_stack([np.interp(np.arange(0.0, 4.01, 0.02), np.arange(5.0), column) for column in CORNERS.T])

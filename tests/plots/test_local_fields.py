@@ -6,7 +6,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from projdist import local_corrections, plots
-from projdist.plots.local_fields import LocalField, _segments
+from projdist.plots.ground_distortion import LocalField, _segments
 
 EUROPE = "box:-10,35,40,70"
 

@@ -17,7 +17,7 @@ from mosaic_sets import affine_maps, common_points
 from projdist import plots, profile
 from projdist.applications.mosaics import mosaic
 from projdist.applications.oldmaps import ControlPoints, old_map
-from projdist.plots.themes import THEMES
+from projdist.plots.style import THEMES
 
 EUROPE = "box:-10,35,40,70"
 FOUR = ["robin", "moll", "wintri", "eqearth"]

@@ -9,8 +9,7 @@ from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
 from projdist import Projection, factors, get_measure, get_region, plots
-from projdist.plots.blends import Blend, Track, blend_of, open_edges
-from projdist.plots.morphs import eased
+from projdist.plots.morphs import Blend, Track, blend_of, eased, open_edges
 
 R = 6371000.0
 

@@ -8,7 +8,7 @@ from matplotlib.patches import Circle, Ellipse
 from projdist import plots
 from projdist.matrices.distortions import angular_distortion
 from projdist.matrices.spd import factor_distance
-from projdist.plots.spaces import _draw_glyphs, _geodesic, disc_points
+from projdist.plots.shape_space import _draw_glyphs, _geodesic, disc_points
 
 SMALL = "box:0,20,40,60"
 

@@ -5,7 +5,7 @@ import pytest
 
 from projdist import plots
 from projdist.plots.colours import level_labels
-from projdist.plots.titles import shortened, title_of, with_minus
+from projdist.plots.style import shortened, title_of, with_minus
 from projdist.projections import NAMES, WORLD_MAPS, Projection
 from projdist.projections.catalogue import TITLES
 

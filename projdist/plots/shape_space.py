@@ -23,13 +23,16 @@ from projdist.matrices import areal_scale, get_measure
 from projdist.plots.basemap import draw_title, fit_titles
 from projdist.plots.colours import ColourScale, colour_scale, level_labels
 from projdist.plots.layouts import BAR, arranged, bar_axes
-from projdist.plots.looks import Look, look_for, look_of, scale_of
 from projdist.plots.pictures import draw_colourbar
-from projdist.plots.titles import title_of, titles_for
+from projdist.plots.style import Look, look_for, look_of, scale_of, title_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for, region_title
 
-__all__ = ["disc_points", "space_figure"]
+__all__ = [
+    "disc_points",
+    "space_figure",
+]
+
 
 _POINTS = 4000  # of equal area each
 _RAYS = 60  # points to which geodesics are drawn
