@@ -23,7 +23,7 @@ SLOW_EXAMPLES = {
     "projdist.designs.averaging.mean_map",
     "projdist.designs.making.design",
     "projdist.gis.accessors.FrameAccessor",
-    "projdist.gis.old_maps.old_map_layers",
+    "projdist.gis.layers.old_map_layers",
     "projdist.plots.geoaxes.add_heatmap",
     "projdist.plots.geoaxes.add_tissot",
     "projdist.plots.geoaxes.to_cartopy",

@@ -69,7 +69,7 @@ HOMES = {
         *("decisions.checking.edges", "designs.sites"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.geoaxes"),
-        *("gis.features", "gis.layers", "gis.old_maps", "gis.points", "gis.conversion", "web.outlines", "web.live"),
+        *("gis.layers", "gis.layers", "gis.layers", "gis.points", "gis.conversion", "web.outlines", "web.live"),
     },
     "matplotlib": {"plots"},
     "cartopy": {"plots.geoaxes"},

@@ -1,12 +1,17 @@
 from .arrays import factor_arrays, measure_arrays
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
-from .features import frame_of_geojson, frame_of_regions
-from .grids import GRIDS
-from .layers import LAYER_SUFFIXES, indicatrices, save_layer, save_layers
-from .libraries import check_libraries
-from .old_maps import old_map_layers
+from .layers import (
+    LAYER_SUFFIXES,
+    check_libraries,
+    frame_of_geojson,
+    frame_of_regions,
+    indicatrices,
+    old_map_layers,
+    save_layer,
+    save_layers,
+)
 from .points import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
-from .rasters import RASTER_SUFFIXES, Raster, raster, save_raster
+from .rasters import GRIDS, RASTER_SUFFIXES, Raster, raster, save_raster
 from .sheets import georeference_of, save_geotiff, save_sheet
 from .weights import weighted
 

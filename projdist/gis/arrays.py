@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from projdist.answers import Factors, factors
-from projdist.gis.libraries import needed_for
+from projdist.gis.layers import needed_for
 from projdist.gis.rasters import raster
 from projdist.matrices import Measure, get_measure
 from projdist.projections import ProjectionLike, cf_attributes

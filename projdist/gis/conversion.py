@@ -13,8 +13,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from projdist._typing import FloatArray, IntArray
-from projdist.gis.layers import save_layer, write_layer
-from projdist.gis.libraries import needed_for
+from projdist.gis.layers import needed_for, save_layer, write_layer
 from projdist.gis.points import read_data
 from projdist.gis.rasters import BESIDE, FLAVOURS, RASTER_SUFFIXES, flavour_of
 from projdist.projections import (

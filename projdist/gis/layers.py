@@ -1,26 +1,90 @@
-"""Layers of polygons: Tissot's indicatrices for GIS programs."""
+"""Layers of polygons, lines and points for GIS programs."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from projdist._typing import FloatArray
 from projdist.answers import factors
-from projdist.gis.libraries import needed_for
+from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, isolines
 from projdist.matrices import decompose
-from projdist.projections import Projection, ProjectionLike, plane_of
-from projdist.regions import RegionLike
-from projdist.support import one_line, replacing
+from projdist.projections import Plane, Projection, ProjectionLike, plane_of
+from projdist.regions import RegionLike, geojson_of, get_region
+from projdist.support import check_choice, check_instance, one_line, replacing
 from projdist.surfaces import ellipses, fit, surface_of, tissot_points
 
 if TYPE_CHECKING:
     import geopandas
+
+__all__ = [
+    "old_map_layers",
+]
+
+
+@contextlib.contextmanager
+def needed_for(thing: str) -> Iterator[None]:
+    """Imports that something needs; raises ImportError in one line that says what to install."""
+    try:
+        yield
+    except ImportError as error:
+        library = (error.name or "the extra gis").partition(".")[0]
+        raise ImportError(f"Invalid {thing}. It needs {library}: pip install 'projdist[gis]'.", name=library) from error
+
+
+def check_libraries(path: Path) -> None:
+    """Import what a file of that suffix is written with, before the work; raises ImportError in one line."""
+    suffix = path.suffix.lower()
+    with needed_for(f"output '{path}'"):
+        if suffix in (".tif", ".tiff"):
+            import rasterio  # noqa: F401 whether it is there
+
+            return
+        import geopandas  # noqa: F401
+        import pyogrio  # noqa: F401
+
+        if suffix == ".parquet":
+            import pyarrow  # noqa: F401
+
+
+# ---- features ------------------------------------------------------------------------------------
+
+
+def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:
+    """The features of GeoJSON in longitude and latitude; raises ValueError, ImportError without geopandas."""
+    with needed_for("file to check"):
+        import geopandas
+        from shapely.errors import ShapelyError
+    try:
+        document = json.loads(content)
+        features = document["features"] if document["type"] == "FeatureCollection" else [document]
+        if document["type"] not in ("FeatureCollection", "Feature"):
+            features = [{"type": "Feature", "properties": {}, "geometry": document}]
+        return geopandas.GeoDataFrame.from_features(features, crs="OGC:CRS84")
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, ShapelyError, TypeError, ValueError) as error:
+        raise ValueError("Invalid file. It must be GeoJSON: features of lines or polygons.") from error
+
+
+def frame_of_regions(rows: Sequence[Mapping[str, Any]], regions: Sequence[Any]) -> geopandas.GeoDataFrame:
+    """Rows about regions, a feature each, in longitude and latitude; ValueError for points, ImportError."""
+    with needed_for("layer of regions"):
+        import geopandas
+    features = [
+        {"type": "Feature", "properties": dict(row), "geometry": geojson_of(get_region(region))}
+        for row, region in zip(rows, regions, strict=True)
+    ]
+    return geopandas.GeoDataFrame.from_features(features, crs="OGC:CRS84")
+
+
+# ---- layers --------------------------------------------------------------------------------------
+
 
 LAYER_SUFFIXES = (".gpkg", ".geojson")
 
@@ -142,3 +206,86 @@ def _name_crs(path: Path, wkt: str) -> None:
     collection = json.loads(path.read_text(encoding="utf-8"))
     crs = {"type": "name", "properties": {"name": wkt}}
     path.write_text(json.dumps({"type": None, "crs": None} | collection | {"crs": crs}), encoding="utf-8")
+
+
+# ---- old maps ------------------------------------------------------------------------------------
+
+
+_BY = ("mdt", "affine", "helmert")
+
+
+def old_map_layers(
+    found: OldMap, *, by: str = "mdt", crs: ProjectionLike | None = None
+) -> dict[str, geopandas.GeoDataFrame]:
+    """Displacements of an old map's control points, and isolines of its distortion, as layers of lines.
+
+    Parameters
+    ----------
+    found : OldMap
+        The old map.
+    by : str
+        The rectification, "mdt", "affine" or "helmert", that the displacements and the measures are after.
+    crs : ProjectionLike, optional
+        The CRS of the control points' truth, by default the one that they know; without one the layers are in metres
+        of a plane without a name.
+
+    Returns
+    -------
+    dict
+        "displacements": lines from where the rectification brings the control points to their true places, with `id`,
+        `dx`, `dy` and `length` in metres and whether the point is an `outlier`; and "fisher", "areal_scale", "scale",
+        "rotation" (degrees clockwise): isolines with their `level`. Measures without isolines have no layer.
+
+    Raises
+    ------
+    ValueError
+        For an unknown rectification, and a map that is no CRS.
+    ImportError
+        Without geopandas.
+
+    Examples
+    --------
+    >>> import geopandas
+    >>> from projdist import ControlPoints, old_map
+    >>> points = ControlPoints([[0, 0], [1, 0], [0, 1], [1, 1]], [[0, 0], [100, 0], [0, 100], [100, 140]])
+    >>> old_map_layers(old_map(points, model="affine"))["displacements"]["length"].round(6).tolist()
+    [10.0, 10.0, 10.0, 10.0]
+    """
+    check_instance("old map", found, OldMap, "an OldMap")
+    check_choice("rectification", by, _BY)
+    plane = _plane(found.points.crs if crs is None else crs)
+    with needed_for("layer"):
+        import geopandas
+        import shapely
+    wkt = None if plane is None else plane.wkt
+    start, stop = found.rectifications[by].affine(found.points.old), found.points.new
+    dx, dy = (stop - start).T
+    columns = {"id": found.points.names, "dx": dx, "dy": dy, "length": np.hypot(dx, dy), "outlier": found.is_outlier}
+    lines = shapely.linestrings(_native(np.stack([start, stop], axis=1), plane))
+    layers = {"displacements": geopandas.GeoDataFrame(columns, geometry=lines, crs=wkt)}
+    for measure in LOCAL_MEASURES:
+        levels = isolines(found, measure, by=by)
+        merged = [
+            shapely.line_merge(shapely.multilinestrings(shapely.linestrings(_native(pieces, plane))))
+            for pieces in levels.values()
+        ]
+        if levels:
+            layers[measure] = geopandas.GeoDataFrame({"level": list(levels)}, geometry=merged, crs=wkt).explode(
+                ignore_index=True
+            )
+    return layers
+
+
+def _plane(crs: ProjectionLike | None) -> Plane | None:
+    if crs is None:
+        return None
+    projection = Projection.from_user_input(crs)
+    plane = plane_of(projection)
+    if plane is None:
+        raise ValueError(f"Invalid CRS '{projection.label}'. PROJ has no CRS of it.")
+    return plane
+
+
+def _native(places: FloatArray, plane: Plane | None) -> FloatArray:
+    """Coordinates of the CRS of places in metres."""
+    return places if plane is None else np.asarray(places @ np.linalg.inv(plane.to_metres).T)

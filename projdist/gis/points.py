@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from projdist.gis.layers import save_layer
-from projdist.gis.libraries import needed_for
+from projdist.gis.layers import needed_for, save_layer
 from projdist.projections import (
     TEXT_SUFFIXES,
     Projection,

@@ -11,7 +11,7 @@ import numpy as np
 from projdist._typing import AnyArray
 from projdist.applications.mosaics import Georeference, MeanGeoreference
 from projdist.applications.oldmaps import RectifiedScan
-from projdist.gis.libraries import needed_for
+from projdist.gis.layers import needed_for
 from projdist.gis.rasters import FLAVOURS, flavour_of
 from projdist.projections import Projection, ProjectionLike, plane_of
 from projdist.support import one_line, replacing

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.gis.libraries import needed_for
+from projdist.gis.layers import needed_for
 from projdist.projections import ground_of, tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionLike, get_region
 from projdist.support import check_raster, one_line

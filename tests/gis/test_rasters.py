@@ -10,7 +10,7 @@ from gis_files import greenwich_degrees, some_slow
 
 from projdist import Projection, ProjectionError, factors, gis, projection_names
 from projdist.gis import rasters
-from projdist.gis.grids import OnPlane, pixels
+from projdist.gis.rasters import OnPlane, pixels
 from projdist.projections import plane_of, same_map
 
 geopandas = pytest.importorskip("geopandas")
