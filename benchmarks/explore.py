@@ -13,8 +13,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from projdist.web.live.desk import Desk
-from projdist.web.live.requests import Request
+from projdist.web.live.dispatcher import Desk, Request
 
 MAPS = ("robinson", "winkel-tripel", "EPSG:3035", "+proj=aeqd +lat_0=40", "goode-homolosine", "isea")
 MOVES = 40

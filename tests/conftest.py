@@ -65,7 +65,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture
 def few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures of regions of a two-hundredth of the cells, where a test asks for what does not hang on them."""
-    monkeypatch.setattr("projdist.web.maps._NODES", 200)
+    monkeypatch.setattr("projdist.web.page._NODES", 200)
     monkeypatch.setattr("projdist.surfaces.surface._REGION_NODES", 15)
     monkeypatch.setattr("projdist.surfaces.surface._GLOBE_STEP", 4.0)
     monkeypatch.setattr("projdist.surfaces.regional._GROUND_NODES", 15)

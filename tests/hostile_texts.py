@@ -253,7 +253,7 @@ def outcomes(texts: Sequence[str], how: str, folder: Path, before: Sequence[str]
 
 def main(path: str, how: str) -> None:
     """Tell of each text, of a file in JSON, what becomes of it behind closed or open doors."""
-    from projdist.web.live.inputs import Doors, OpenDoors
+    from projdist.web.live.dispatcher import Doors, OpenDoors
 
     folder = Path(path)
     texts = json.loads((folder / "texts.json").read_text())

@@ -21,9 +21,8 @@ from pyproj.datadir import get_user_data_dir
 from pyproj.network import is_network_enabled
 
 from projdist.projections import Projection, ProjectionError
-from projdist.web.live.inputs import Doors
-from projdist.web.live.lanes import Lane
-from projdist.web.live.requests import Request
+from projdist.web.live.dispatcher import Doors, Request
+from projdist.web.live.worker import Lane
 
 ADDRESS = re.compile(r"http://127\.0\.0\.1:(\d+)/#token=([\w-]+)\n")
 

@@ -1,9 +1,7 @@
-from .live.inputs import Doors
+from .live.dispatcher import Doors
 from .live.notebook import Explorer
 from .live.server import Site, Start, check_server, open_socket, serve
-from .maps import MOST_MAPS, Maps, draw_maps
-from .menu import SHOWN_MEASURES
-from .page import Cell, Page, PageTable, page_html
+from .page import MOST_MAPS, SHOWN_MEASURES, Cell, Maps, Page, PageTable, draw_maps, page_html
 
 __all__ = [
     "MOST_MAPS",

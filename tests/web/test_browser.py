@@ -13,7 +13,7 @@ import projdist
 from projdist.matrices import MEASURES, get_measure
 from projdist.web import Cell, Page, PageTable, draw_maps, page_html
 from projdist.web.frames import four_numbers
-from projdist.web.menu import SHOWN_MEASURES
+from projdist.web.page import SHOWN_MEASURES
 
 pytestmark = pytest.mark.slow
 

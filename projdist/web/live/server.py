@@ -17,10 +17,18 @@ from typing import Any
 
 from projdist.projections import projection_names
 from projdist.regions import region_names
-from projdist.web.live.inputs import Doors
-from projdist.web.live.lanes import LIMITS, Lane
-from projdist.web.live.replies import failed
-from projdist.web.live.requests import LANES, LARGEST_FILE, LONGEST_MESSAGE, STOP, Request, RequestError, read_request
+from projdist.web.live.dispatcher import (
+    LANES,
+    LARGEST_FILE,
+    LONGEST_MESSAGE,
+    STOP,
+    Doors,
+    Request,
+    RequestError,
+    failed,
+    read_request,
+)
+from projdist.web.live.worker import LIMITS, Lane
 
 HOST = "127.0.0.1"
 MODULES = ("frames.js", "measures.js", "sheets.js", "drawing.js", "tables.js")

@@ -26,13 +26,9 @@ from projdist.projections import (
 )
 from projdist.regions import Place, RegionLike, get_region, region_for, region_names
 from projdist.support import check_choice
-from projdist.web.live.desk import Desk
-from projdist.web.live.inputs import OpenDoors
-from projdist.web.live.kernel import WORKERS, Thread, answered
-from projdist.web.live.replies import failed
-from projdist.web.live.requests import LANES, STOP, Request, RequestError, read_request
-from projdist.web.menu import SHOWN_MEASURES
-from projdist.web.modules import bundled
+from projdist.web.live.dispatcher import LANES, STOP, Desk, OpenDoors, Request, RequestError, failed, read_request
+from projdist.web.live.worker import WORKERS, Thread, answered
+from projdist.web.page import SHOWN_MEASURES, bundled
 
 __all__ = ["Explorer"]
 

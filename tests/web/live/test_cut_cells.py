@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from projdist.web.live.cut_cells import cut_cells
+from projdist.web.live.previews import cut_cells
 
 
 def disc(count: int) -> tuple[float, float]:

@@ -27,7 +27,7 @@ from projdist.projections import (
     file_named_in,
     projection_names,
 )
-from projdist.web.live.inputs import Doors
+from projdist.web.live.dispatcher import Doors
 
 TEXTS = hostile_texts()
 

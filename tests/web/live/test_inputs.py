@@ -8,9 +8,7 @@ from live_pages import header_of
 from pyproj import CRS
 
 from projdist.projections import ProjectionError
-from projdist.web.live.desk import Desk
-from projdist.web.live.inputs import Doors
-from projdist.web.live.requests import LARGEST_FILE, LONGEST_MESSAGE, Request, RequestError, read_request
+from projdist.web.live.dispatcher import LARGEST_FILE, LONGEST_MESSAGE, Desk, Doors, Request, RequestError, read_request
 
 READING = [
     *("map.prj", "/etc/passwd.wkt", "../x.json", "C:\\maps\\x.prj", "~/x.PRJ", " x.wkt "),

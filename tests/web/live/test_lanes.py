@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from live_pages import Hearing, Traps, ended, is_running, lane, wanted
 
-from projdist.web.live.lanes import Lane
-from projdist.web.live.requests import Request
-from projdist.web.live.turns import MOST_OF_PAGE
+from projdist.web.live.dispatcher import Request
+from projdist.web.live.worker import MOST_OF_PAGE, Lane
 
 _GROWTH = 16_000  # kB, of which what is allocated and freed again keeps some
 

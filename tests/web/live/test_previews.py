@@ -6,9 +6,8 @@ import shapely
 
 import projdist
 from projdist.projections import Projection, tunable, tuned
-from projdist.web.live.pictures import Pictures
+from projdist.web.live.handlers import Pictures, outline
 from projdist.web.live.previews import Previewer
-from projdist.web.live.shapes import outline
 from projdist.web.live.sketches import _wider
 
 CASES = [

@@ -18,9 +18,7 @@ from live_pages import asked, connected, header_of, page, served
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from projdist.web.live import server
-from projdist.web.live.desk import Desk
-from projdist.web.live.inputs import Doors
-from projdist.web.live.requests import LANES, LARGEST_FILE, LONGEST_MESSAGE, Request
+from projdist.web.live.dispatcher import LANES, LARGEST_FILE, LONGEST_MESSAGE, Desk, Doors, Request
 from projdist.web.live.server import Site, Start
 
 PORT = 5000

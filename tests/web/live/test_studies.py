@@ -7,7 +7,7 @@ import pytest
 
 from projdist.projections import Projection
 from projdist.regions import get_region
-from projdist.web.live.studies import checked, designed
+from projdist.web.live.handlers import checked, designed
 
 
 def test_a_design_is_told_beside_its_best_rival(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from projdist.web.live.turns import MOST_OF_ALL, MOST_OF_PAGE, Full, Turns
+from projdist.web.live.worker import MOST_OF_ALL, MOST_OF_PAGE, Full, Turns
 
 
 def filled(sizes: dict[str, int]) -> Turns[tuple[str, int]]:

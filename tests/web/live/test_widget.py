@@ -21,8 +21,8 @@ import projdist
 
 pytest.importorskip("anywidget")
 
-from projdist.web.live.kernel import WORKERS
 from projdist.web.live.widget import Explorer
+from projdist.web.live.worker import WORKERS
 
 SQUARE = shapely.box(8, 48, 12, 52)
 
@@ -299,7 +299,7 @@ def test_no_process_outlives_the_kernel(tmp_path: Path) -> None:
     script = """
 import json, threading
 import projdist
-from projdist.web.live.kernel import WORKERS
+from projdist.web.live.worker import WORKERS
 widget, came = projdist.Explorer("robinson"), threading.Event()
 widget.send = lambda content, buffers: came.set()
 widget._handle_custom_msg({"view": 1, "text": json.dumps({"id": 1, "kind": "picture", "projection": "robinson"})}, [])

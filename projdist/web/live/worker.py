@@ -1,14 +1,13 @@
-"""Processes that answer requests, so that a map that takes long, or never ends, keeps nobody waiting.
-
-A lane is a process with a queue, in which pages have their turns: one waiting request for each map of each page, the
-newest one. What takes too long is ended with its process, and another one is started.
-"""
+"""Processes that answer the requests of pages, each page in its turn."""
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import logging
+import math
 import multiprocessing
+import multiprocessing.util
 import os
 import signal
 import threading
@@ -19,14 +18,84 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from types import TracebackType
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from projdist.web.live.inputs import Doors
-from projdist.web.live.replies import failed, progressed
-from projdist.web.live.requests import LARGEST_FILE, Request
-from projdist.web.live.turns import Full, Turns
+from projdist.support import one_line
+from projdist.web.live.dispatcher import LARGEST_FILE, Desk, Doors, OpenDoors, Progress, Request, failed, progressed
 
-__all__ = ["LIMITS", "Lane", "serve_requests"]
+__all__ = [
+    "LIMITS",
+    "MOST_OF_ALL",
+    "MOST_OF_PAGE",
+    "Full",
+    "Lane",
+    "Turns",
+    "serve_requests",
+]
+
+
+MOST_OF_PAGE = 48
+"""Tasks of a page that may wait; six maps and all that is asked of them at once have twenty-four in one process."""
+
+MOST_OF_ALL = 480
+"""Tasks of all pages."""
+
+_Waiting = TypeVar("_Task")
+
+
+class Full(ValueError):
+    """There is no place for a task."""
+
+
+@dataclass
+class Turns(Generic[_Waiting]):
+    """Tasks that wait; `most_bytes` is the size of all of a page together."""
+
+    most_bytes: int
+    _lines: dict[Hashable, dict[Hashable, tuple[_Waiting, int]]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        """The number of tasks."""
+        return sum(map(len, self._lines.values()))
+
+    def put(self, page: Hashable, key: Hashable, task: _Waiting, size: int = 0) -> None:
+        """Let a task wait, in the place of one of the same key; raises Full."""
+        line = self._lines.get(page, {})
+        others = [other for name, (_, other) in line.items() if name != key]
+        if key not in line and line and (len(line) >= MOST_OF_PAGE or len(self) >= MOST_OF_ALL):
+            raise Full(
+                f"Invalid request. This page has {len(line)} others that wait, and may not have more: ask again when "
+                "some are answered."
+            )
+        if size and sum(others) + size > self.most_bytes:
+            raise Full("Invalid request. A file of this page waits already: ask again when that is answered.")
+        self._lines.setdefault(page, line)[key] = task, size
+
+    def next(self) -> _Waiting:
+        """The task whose turn it is, which waits no more; raises LookupError where none does."""
+        page = next(iter(self._lines), None)
+        if page is None:
+            raise LookupError("Nothing waits.")
+        line = self._lines.pop(page)
+        task, _ = line.pop(next(iter(line)))
+        if line:
+            self._lines[page] = line  # behind the others
+        return task
+
+    def drop(self, page: Hashable, key: Hashable) -> None:
+        """Let a task wait no more, if it does."""
+        line = self._lines.get(page, {})
+        line.pop(key, None)
+        if not line:
+            self._lines.pop(page, None)
+
+    def leave(self, page: Hashable) -> None:
+        """Let no task of a page wait."""
+        self._lines.pop(page, None)
+
+
+# ---- lanes ---------------------------------------------------------------------------------------
+
 
 LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
 """Seconds after which a process is ended."""
@@ -216,7 +285,7 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 def serve_requests(connection: Connection, doors: Doors, parent: int) -> None:
     """Answer requests until nobody asks any more."""
     _leave_with(parent)
-    from projdist.web.live.desk import Desk  # slow to load, and of no use to the page's server
+    from projdist.web.live.dispatcher import Desk  # slow to load, and of no use to the page's server
 
     desk = Desk(doors)
 
@@ -250,3 +319,90 @@ def _leave_with(parent: int) -> None:
 
     signal.signal(signal.SIGALRM, watch)
     signal.setitimer(signal.ITIMER_REAL, _WATCH, _WATCH)
+
+
+# ---- kernel --------------------------------------------------------------------------------------
+
+
+# How warnings are treated is a matter of the process, not of a thread: one answer is made after the other.
+_DESKS = threading.Lock()
+
+
+def answered(desk: Desk, request: Request, progress: Progress = lambda done, of: None) -> bytes:
+    """The reply of a desk in the kernel; whatever a function of the user's raises is told in it."""
+    replies: list[bytes] = []
+
+    def report(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
+        if isinstance(error, Exception):
+            replies.append(failed(request, one_line(f"{type(error).__name__}: {error}")))
+        return isinstance(error, Exception)
+
+    with _DESKS, contextlib.ExitStack() as stack:
+        stack.push(report)
+        replies.append(desk.answer(request, progress))
+    return replies[0]
+
+
+class Stopped(ValueError):
+    """Nobody waits for the answer any more."""
+
+
+class Thread(Lane):
+    """A lane without a process, for maps and regions that are objects of the kernel and have no text."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        super().__init__("kernel", desk.doors, math.inf)
+
+    def _start(self) -> Any:
+        """Nothing is started."""
+
+    def _done(self, task: Any) -> bytes:
+        def progress(done: int, of: int) -> None:
+            if task.dropped.is_set():
+                raise Stopped("Stopped.")
+
+        return answered(self._desk, task.request, progress)
+
+
+class Workers:
+    """Processes for the widgets of a kernel: each is started when it is needed, and ended with the last widget."""
+
+    def __init__(self) -> None:
+        self._lanes: dict[str, Lane] = {}
+        self._users: set[Hashable] = set()
+
+    def ask(self, user: Hashable, lane: str, key: Hashable, request: Request, told: Told) -> None:
+        """Have a request answered for a widget."""
+        self._users.add(user)
+        if lane not in self._lanes:
+            self._lanes[lane] = Lane(lane, OpenDoors())
+        self._lanes[lane].ask(user, key, request, told)
+
+    def drop(self, user: Hashable, lane: str, key: Hashable) -> None:
+        """Stop what is done for a widget."""
+        if lane in self._lanes:
+            self._lanes[lane].drop(user, key)
+
+    def leave(self, user: Hashable) -> None:
+        """Do nothing more for a widget."""
+        self._users.discard(user)
+        if not self._users:
+            self.close()
+        for lane in self._lanes.values():
+            lane.leave(user)
+
+    def close(self) -> None:
+        """End all processes."""
+        lanes, self._lanes = self._lanes, {}
+        for lane in lanes.values():
+            lane.close()
+
+    @property
+    def pids(self) -> list[int]:
+        """The numbers of the processes."""
+        return [lane.pid for lane in self._lanes.values() if lane.pid is not None]
+
+
+WORKERS = Workers()
+atexit.register(WORKERS.close)

@@ -3,17 +3,102 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import shapely
 
+from projdist._typing import FloatArray
 from projdist.field import sample
 from projdist.projections import Projection, ProjectionError, ProjectionLike, crs_of, crs_wkt, tunable
-from projdist.regions import Place, get_region, region_title
+from projdist.regions import Place, get_region, polygons_of, region_title
 from projdist.support import check_choice, one_line
-from projdist.web.frames import Arrays
-from projdist.web.live.shapes import feature_lines
+from projdist.surfaces import shown_part, surface_of
+from projdist.web.frames import Arrays, frame_of
+from projdist.web.page import cell_step, colour_scales
+
+_MOST = 4000  # points of a region
+_MOST_OF_FEATURE = 500
+
+
+def outline(region: Place) -> tuple[dict[str, Any], Arrays]:
+    """The border of a region, to be moved over a map, with its title and its middle; raises ValueError."""
+    if not region.area_km2 or region.bounds[2] - region.bounds[0] >= 360.0:
+        raise ValueError("Only a region that is a part of the globe can be moved over a map.")
+    rings = shapely.get_rings(shapely.get_parts(polygons_of(region)))
+    lines = [shapely.get_coordinates(ring) for ring in rings]
+    step = max(1, sum(map(len, lines)) // _MOST)
+    west, south, east, north = region.bounds
+    header = {"title": region_title(region), "middle": [0.5 * (west + east), 0.5 * (south + north)]}
+    return header, packed_lines([line[::step] for line in lines if len(line) > 2 * step])
+
+
+def feature_lines(geometries: Sequence[Any]) -> Arrays:
+    """The longest line of each geometry, with no more points than are seen."""
+    return packed_lines([_longest(geometry) for geometry in geometries])
+
+
+def _longest(geometry: Any) -> FloatArray:
+    rings = shapely.get_rings(shapely.get_parts(geometry))
+    parts = rings if rings.size else shapely.get_parts(geometry)
+    longest = max(map(shapely.get_coordinates, parts), key=len, default=np.empty((0, 2)))
+    return longest[:: max(1, len(longest) // _MOST_OF_FEATURE)]
+
+
+def packed_lines(lines: Sequence[FloatArray]) -> Arrays:
+    """Lines as points one after the other, and how many each has."""
+    return {
+        "points": np.concatenate([np.empty((0, 2)), *lines]).astype(np.float32),
+        "sizes": np.array([len(line) for line in lines], dtype=np.uint32),
+    }
+
+
+# ---- pictures ------------------------------------------------------------------------------------
+
+
+_KEPT = 24  # maps whose values take part in the colours
+
+
+@dataclass
+class Pictures:
+    """Makes pictures; keeps the Jacobians of the last ones, so that all maps of a page have one scale."""
+
+    kept: OrderedDict[tuple[str, str], tuple[FloatArray, FloatArray]] = field(default_factory=OrderedDict)
+
+    def picture(
+        self, projection: Projection, region: Place, beside: Sequence[str] = ()
+    ) -> tuple[dict[str, Any], Arrays]:
+        """The header and the arrays of a map, whose colours suit the maps `beside` it; raises ValueError."""
+        shown = shown_part(region)
+        surface = surface_of(projection, shown, cell_step(shown.bounds))
+        header, arrays, J = frame_of(surface, projection.label)
+        self._keep((projection.definition, region.name), (J, surface.weights))
+        header |= {
+            "resolved": projection.definition,
+            "name": projection.name,
+            "region_title": region_title(region),
+        }
+        return header | self.scales(region, [projection.definition, *beside]), arrays
+
+    def scales(self, region: Place, definitions: Sequence[str]) -> dict[str, Any]:
+        """The colours for the last pictures of maps of a region, as many as are kept, and of which maps they are."""
+        together = [one for one in dict.fromkeys(definitions) if (one, region.name) in self.kept]
+        values = [self.kept[definition, region.name] for definition in together]
+        scales = colour_scales([J for J, _ in values], [weights for _, weights in values])
+        return {"scales": list(scales), "together": together}
+
+    def _keep(self, key: tuple[str, str], values: tuple[FloatArray, FloatArray]) -> None:
+        self.kept[key] = values
+        self.kept.move_to_end(key)
+        while len(self.kept) > _KEPT:
+            self.kept.popitem(last=False)
+
+
+# ---- studies -------------------------------------------------------------------------------------
+
 
 Progress = Callable[[int, int], None]
 
@@ -187,8 +272,7 @@ def exported(projection: Projection, region: Place, options: Mapping[str, Any]) 
 
 
 def _page(projection: Projection, region: Place, measure: str) -> str:
-    from projdist.web.maps import draw_maps
-    from projdist.web.page import Page, page_html
+    from projdist.web.page import Page, draw_maps, page_html
 
     maps = draw_maps([projection], titles=[projection.label], region=region, measure=measure)
     copies = texts(projection, region)["texts"]

@@ -1,0 +1,345 @@
+"""Requests of a page: what they may name, where they are answered, and what the page is told."""
+
+from __future__ import annotations
+
+import functools
+import json
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.typing import NDArray
+
+from projdist.earth import Ellipsoid
+from projdist.projections import (
+    Projection,
+    ProjectionError,
+    ProjectionLike,
+    close_parameters,
+    environment_without_files,
+    file_named_in,
+    tunable,
+    tuned,
+)
+from projdist.regions import Place, get_region, is_region_text, region_of_text
+from projdist.support import Notice, did_you_mean, one_line, shown
+from projdist.web.frames import Arrays, packed
+from projdist.web.live import handlers as studies
+from projdist.web.live.handlers import Pictures, outline
+from projdist.web.live.previews import Previewer
+
+LONGEST_MESSAGE = 64 * 1024
+"""Bytes of a message; files that are dropped on the page come apart from that."""
+
+LARGEST_FILE = 20 * 1024 * 1024
+"""Bytes of a file."""
+
+STOP = "stop"
+"""The kind of a message that no process answers: it ends what is done for a kind, its `options["what"]`."""
+
+LANES = {
+    "preview": "preview",
+    "picture": "picture",
+    "scales": "picture",
+    "figures": "figures",
+    "texts": "picture",
+    "outline": "picture",
+    "recommend": "long",
+    "correct": "long",
+    "design": "long",
+    "check": "long",
+    "export": "long",
+}
+"""The kinds of requests, and which process answers them: pictures must not wait for one that takes seconds."""
+
+_FIELDS = {"id", "kind", "slot", "projection", "values", "centre", "region", "beside", "options"}
+_MOST_VALUES, _MOST_BESIDE, _MOST_OPTIONS = 40, 12, 20
+_LONGEST_TEXT = 20_000
+_LARGEST = 1e300
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """A request: its number, what it is for, which map of the page, and that map with its region.
+
+    `values` are parameters that differ from those of the projection, `centre` the longitude and latitude that are
+    brought to the middle, `beside` the keys of the other maps on the page, `file` the bytes of a file.
+    """
+
+    id: int
+    kind: str
+    slot: str = ""
+    projection: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+    centre: tuple[float, float] | None = None
+    region: str = "globe"
+    beside: tuple[str, ...] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
+    file: bytes = b""
+
+
+class RequestError(ValueError):
+    """A message that is no request."""
+
+
+def read_request(text: str | bytes, file: bytes = b"") -> Request:
+    """The request of a message in JSON; raises RequestError."""
+    if len(text) > LONGEST_MESSAGE or len(file) > LARGEST_FILE:
+        raise RequestError("Invalid message. It is too long.")
+    try:
+        message = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RequestError("Invalid message. It must be JSON.") from error
+    if not isinstance(message, dict) or not set(message) <= _FIELDS:
+        raise RequestError(f"Invalid message. It must be an object with some of {', '.join(sorted(_FIELDS))}.")
+    kind = message.get("kind")
+    if not isinstance(kind, str) or kind not in (*LANES, STOP):
+        raise RequestError(f"Invalid kind '{shown(str(kind))}'. It must be one of {', '.join(LANES)}.")
+    return Request(
+        id=_whole(message.get("id")),
+        kind=kind,
+        slot=_text(message, "slot", "")[:40],
+        projection=_text(message, "projection", ""),
+        values=_values(message.get("values") or {}),
+        centre=_centre(message.get("centre")),
+        region=_text(message, "region", "globe"),
+        beside=_texts(message.get("beside") or []),
+        options=_options(message.get("options") or {}),
+        file=file,
+    )
+
+
+def _whole(value: Any) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**53:
+        raise RequestError("Invalid id. It must be a whole number.")
+    return value
+
+
+def _text(message: Mapping[str, Any], name: str, default: str) -> str:
+    value = message.get(name, default)
+    if not isinstance(value, str) or len(value) > _LONGEST_TEXT or "\0" in value:
+        raise RequestError(f"Invalid {name}. It must be a text of at most {_LONGEST_TEXT} characters.")
+    return value
+
+
+def _texts(value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list) or len(value) > _MOST_BESIDE or not all(isinstance(text, str) for text in value):
+        raise RequestError(f"Invalid beside. It must be at most {_MOST_BESIDE} texts.")
+    return tuple(value)
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not -_LARGEST <= value <= _LARGEST:
+        raise RequestError("Invalid number. Parameters and places must be finite numbers.")
+    return float(value)
+
+
+def _values(value: Any) -> dict[str, float]:
+    if not isinstance(value, dict) or len(value) > _MOST_VALUES:
+        raise RequestError("Invalid values. They must be numbers by the names of parameters.")
+    return {str(name): _number(number) for name, number in value.items()}
+
+
+def _centre(value: Any) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    if not isinstance(value, list) or len(value) != 2:
+        raise RequestError("Invalid centre. It must be a longitude and a latitude in degrees.")
+    lon, lat = map(_number, value)
+    if not (abs(lon) <= 360.0 and abs(lat) <= 90.0):
+        raise RequestError("Invalid centre. It must be a longitude and a latitude in degrees.")
+    return lon, lat
+
+
+def _options(value: Any) -> dict[str, Any]:
+    plain = isinstance(value, dict) and len(value) <= _MOST_OPTIONS
+    if not plain or not all(isinstance(one, str | int | float | bool | None) for one in value.values()):
+        raise RequestError("Invalid options. They must be texts and numbers by their names.")
+    return dict(value)
+
+
+# ---- inputs --------------------------------------------------------------------------------------
+
+
+_LONGEST = 20_000  # characters
+
+_FILES = ("file", "geodesic", "points")  # kinds of regions
+
+
+@dataclass(frozen=True)
+class Doors:
+    """The door to projections and regions; `opened` are the texts that the user gave where files may be named."""
+
+    opened: frozenset[str] = frozenset()
+
+    def projection(self, text: str) -> Projection:
+        """The projection of a text; raises ProjectionError."""
+        if text not in self.opened:
+            check_projection(text)
+        return _projection(text)
+
+    def source(self, text: str) -> ProjectionLike:
+        """What the projection of a text was given as."""
+        return text
+
+    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
+        """The region of a text, on the body of an ellipsoid; raises ValueError."""
+        return _region(text, ellipsoid) if text in self.opened else _closed_region(text, ellipsoid)
+
+    def environment(self) -> dict[str, str]:
+        """Variables for processes that work behind the door: without the user's grids, unless he named a file."""
+        return {} if any(map(_is_of_files, self.opened)) else environment_without_files()
+
+
+class OpenDoors(Doors):
+    """Doors of who may read files anyway, as in a notebook's own kernel."""
+
+    def projection(self, text: str) -> Projection:
+        """The projection of any text; raises ProjectionError."""
+        return _projection(text)
+
+    def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
+        """The region of any text, on the body of an ellipsoid; raises ValueError."""
+        return _region(text, ellipsoid)
+
+    def environment(self) -> dict[str, str]:
+        """No variables: what runs is the user's own."""
+        return {}
+
+
+def check_projection(text: str) -> None:
+    """Refuse what names a file: allowed are names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError."""
+    if len(text) > _LONGEST:
+        raise ProjectionError(f"Invalid projection '{shown(text)}'. It must have at most {_LONGEST} characters.")
+    named = file_named_in(text)
+    if named:
+        hint = did_you_mean(close_parameters(named))
+        raise ProjectionError(
+            f"Invalid projection '{shown(text)}'. {hint}On this page it must need no file, as '{shown(named)}' may: "
+            "name files on the command line, as in 'projdist explore FILE'."
+        )
+
+
+def _check_atom(kind: str, argument: str) -> None:
+    """Refuse a part of a region that names a file; raises ValueError."""
+    if kind.strip() in _FILES or (kind.strip() == "crs" and file_named_in(argument)):
+        raise ValueError(
+            f"Invalid region '{shown(f'{kind}:{argument}')}'. On this page it must need no file: name files on the "
+            "command line, as in 'projdist explore --region file:PATH'."
+        )
+
+
+@functools.lru_cache(maxsize=256)
+def _projection(text: str) -> Projection:
+    return Projection.from_user_input(text)
+
+
+@functools.lru_cache(maxsize=32)
+def _region(text: str, ellipsoid: Ellipsoid | None) -> Place:
+    return get_region(text, ellipsoid)
+
+
+@functools.lru_cache(maxsize=32)
+def _closed_region(text: str, ellipsoid: Ellipsoid | None) -> Place:
+    return region_of_text(text, _check_atom, ellipsoid)
+
+
+def _is_of_files(text: str) -> bool:
+    """Whether a projection or a region names a file."""
+    try:
+        if is_region_text(text):
+            _closed_region(text, None)
+            return False
+        return bool(file_named_in(text))
+    except ValueError:
+        return True
+
+
+# ---- replies -------------------------------------------------------------------------------------
+
+
+def reply(request: Request, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None = None) -> bytes:
+    """The reply to a request."""
+    known = {"id": request.id, "kind": request.kind, "slot": request.slot}
+    return packed(known | dict(header), arrays or {})
+
+
+def failed(request: Request, reason: str) -> bytes:
+    """A reply that tells why there is none."""
+    return reply(request, {"problem": reason})
+
+
+def progressed(request: Request, done: int, of: int) -> bytes:
+    """How far the work on a request is."""
+    return reply(request, {"progress": [done, of]})
+
+
+# ---- desk ----------------------------------------------------------------------------------------
+
+
+Progress = Callable[[int, int], None]
+Answer = tuple[dict[str, Any], Arrays]
+
+
+@dataclass
+class Desk:
+    """Answers requests; what they have in common is kept."""
+
+    doors: Doors = field(default_factory=Doors)
+    previewer: Previewer = field(default_factory=Previewer)
+    pictures: Pictures = field(default_factory=Pictures)
+
+    def answer(self, request: Request, progress: Progress = lambda done, of: None) -> bytes:
+        """The reply; what was wrong is said in it."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("always", Notice)
+            try:
+                header, arrays = self._answers(request, progress)
+            except (ValueError, ImportError) as error:
+                return failed(request, one_line(error))
+        notes = [str(one.message) for one in caught if issubclass(one.category, Notice)]
+        return reply(request, header | {"notes": [*header.get("notes", []), *notes]}, arrays)
+
+    def _answers(self, request: Request, progress: Progress) -> Answer:
+        if request.kind == "outline":
+            return outline(self.doors.region(request.region))
+        if request.kind == "recommend":
+            return studies.recommended(self.doors.region(request.region), request.options, progress), {}
+        if request.kind == "design":
+            return studies.designed(self.doors.region(request.region), request.options, progress), {}
+        if request.kind == "scales":
+            return self.pictures.scales(self.doors.region(request.region), request.beside), {}
+        projection = self.projection(request)
+        region = self.doors.region(request.region, projection.ellipsoid.ground)
+        if request.kind == "preview":
+            return self.previewer.frame(projection, region, self._middle(request))
+        if request.kind == "picture":
+            header, arrays = self.pictures.picture(projection, region, request.beside)
+            turned = bool(request.values or request.centre)
+            definition = projection.definition if turned else request.projection
+            found = studies.knobs(definition if turned else self.doors.source(definition))
+            return header | {"definition": definition, **found}, arrays
+        if request.kind == "figures":
+            return {"figures": studies.figures_of(projection, region)}, {}
+        if request.kind == "correct":
+            return studies.corrected(projection, region), {}
+        if request.kind == "check":
+            return studies.checked(projection, request.file)
+        if request.kind == "export":
+            return studies.exported(projection, region, request.options)
+        return studies.texts(projection, region), {}
+
+    def projection(self, request: Request) -> Projection:
+        """The projection of a request, with its parameters and its centre; raises ProjectionError."""
+        given = self.doors.projection(request.projection)
+        source = self.doors.source(request.projection)
+        return tuned(source, request.values, request.centre) if request.values or request.centre else given
+
+    def _middle(self, request: Request) -> tuple[float, float] | None:
+        """Longitude and latitude at the middle of a map; what is dragged there goes before parameters."""
+        if request.centre is not None:
+            return request.centre
+        middle = tunable(self.doors.source(request.projection)).centre
+        return middle and (request.values.get("lon_0", middle[0]), request.values.get("lat_0", middle[1]))
