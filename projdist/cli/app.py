@@ -1,23 +1,228 @@
-"""The command line: its commands, in the order in which its help names them."""
+"""The command line: its parser, its commands in the order of its help, and completion in shells."""
 
 from __future__ import annotations
 
+import contextlib
+import difflib
 import gc
 import io
 import logging
 import os
+import re
 import sys
 import warnings
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterable, Iterator, MutableMapping, Sequence
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from projdist import __version__
-from projdist.cli.completion import ASKED, candidates
-from projdist.cli.parser import Command, Commands
+from projdist.cli.errors import notices_said, refuse
 from projdist.support import orderly_end
+
+# What typer raises for a wrong command line. It has its own click in some versions and imports it in others.
+_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+
+_NEGATIVE = re.compile(r"-[\d.]")
+_INFINITE = re.compile(r"-inf(inity)?", re.IGNORECASE)
+
+
+@contextlib.contextmanager
+def _one_line(command: str) -> Iterator[None]:
+    """Say a usage error in one line, as every other error is said."""
+    try:
+        yield
+    except _UsageError as error:
+        message = error.format_message() if hasattr(error, "format_message") else str(error)
+        refuse(f"{message}{'' if message.endswith(('.', '?')) else '.'} See '{command} --help'.", error)
+
+
+class Commands(TyperGroup):
+    """The commands."""
+
+    def make_context(self, info_name: str | None, args: list[str], *others: Any, **extra: Any) -> Any:
+        """Parse the options before the command."""
+        with _one_line("projdist"):
+            return super().make_context(info_name, args, *others, **extra)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Parse and run the command."""
+        with _one_line("projdist"):
+            return super().invoke(ctx)
+
+
+class Command(TyperCommand):
+    """A command. Where unknown options reach the arguments, they are refused there if they are no number."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; what the library warns of is said in one line each."""
+        with notices_said():
+            return super().invoke(ctx)
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """`[OPTIONS] REGION [NAME...]`, the same whatever typer's version."""
+        arguments = [one for one in self.get_params(ctx) if one.param_type_name == "argument"]
+        return ["[OPTIONS]", *(_name(one) if one.required else f"[{_name(one)}]" for one in arguments)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Arguments and options with their help; newer versions of typer write the types of Python beside arguments."""
+        rows: dict[str, list[tuple[str, str]]] = {"argument": [], "option": []}
+        for one in self.get_params(ctx):
+            if record := one.get_help_record(ctx):
+                is_argument = one.param_type_name == "argument"
+                rows[one.param_type_name].append((_name(one), record[1]) if is_argument else record)
+        for kind, lines in rows.items():
+            if lines:
+                with formatter.section(f"{kind.title()}s"):
+                    formatter.write_dl(lines)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words behind the command."""
+        options = [name for parameter in self.params for name in parameter.opts if name.startswith("-")]
+        words = _protected(args, options)
+        with _one_line(ctx.command_path):
+            given = self.make_parser(ctx).parse_args(args=list(words))[-1]
+            rest = super().parse_args(ctx, words)
+        for parameter in self.params:
+            if given.count(parameter) > 1 and not getattr(parameter, "multiple", False):
+                refuse(f"Invalid option '{max(parameter.opts, key=len)}'. It must be given once.")
+            if parameter.param_type_name == "argument":
+                _check_arguments(ctx, ctx.params[parameter.name], options)
+        return rest
+
+
+def _name(argument: Any) -> str:
+    """What an argument is called in help."""
+    name = str(argument.metavar or argument.name.upper())
+    return name[1:-1] if name.startswith("[") else name
+
+
+def _protected(words: list[str], options: list[str]) -> list[str]:
+    """Words with a space before `-inf`, which would be the options -i, -n and -f; the value of an option is none."""
+    pairs = zip(["", *words], words, strict=False)
+    return [f" {word}" if _INFINITE.fullmatch(word) and last not in options else word for last, word in pairs]
+
+
+def _check_arguments(ctx: Any, value: str | list[str] | None, options: list[str]) -> None:
+    """Refuse arguments that look like an option."""
+    for word in [value] if isinstance(value, str) else value or []:
+        if word.startswith("-") and word != "-" and not _NEGATIVE.match(word):
+            close = difflib.get_close_matches(word.partition("=")[0], options, n=1, cutoff=0.75)
+            hint = f"Did you mean {close[0]}? " if close else ""
+            refuse(f"Invalid option '{word}'. {hint}See '{ctx.command_path} --help'.")
+
+
+# ---- completion ----------------------------------------------------------------------------------
+
+
+ASKED = "PROJDIST_COMPLETE"
+"""The variable of the environment by which a script asks for the words that may stand last on the command line."""
+
+_BASH = f"""\
+# eval "$(projdist completion bash)" in ~/.bashrc
+_projdist_completion() {{
+    local IFS=$'\\n'
+    COMPREPLY=($({ASKED}=1 "$1" "${{COMP_WORDS[@]:1:COMP_CWORD}}" 2>/dev/null))
+    if [[ ${{#COMPREPLY[@]}} == 1 && ${{COMPREPLY[0]}} == *: ]]; then
+        compopt -o nospace
+    fi
+}}
+complete -o bashdefault -o default -F _projdist_completion projdist
+"""
+_ZSH = f"""\
+#compdef projdist
+# eval "$(projdist completion zsh)" in ~/.zshrc, below compinit
+_projdist() {{
+    local -a found
+    found=("${{(@f)$({ASKED}=1 "${{words[1]}}" "${{(@)words[2,CURRENT]}}" 2>/dev/null)}}")
+    if [[ -n "${{found[1]}}" ]]; then
+        compadd -S '' -- ${{(M)found:#*:}}
+        compadd -- ${{found:#*:}}
+    else
+        _files
+    fi
+}}
+compdef _projdist projdist
+"""
+_FISH = f"""\
+# projdist completion fish > ~/.config/fish/completions/projdist.fish
+function __projdist_completion
+    set -l given (commandline -opc) (commandline -ct)
+    {ASKED}=1 $given[1] $given[2..] 2>/dev/null
+end
+complete -c projdist -a '(__projdist_completion)'
+"""
+_SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
+_REGIONS = (
+    *("globe", "land", "ocean", "box:", "cap:", "country:", "continent:", "state:", "crs:", "file:"),
+    *("geodesic:", "points:"),
+)
+_CHOICE = re.compile(r"[\w-]+(\|[\w-]+)+")
+
+
+def completion_command(
+    shell: Annotated[str, typer.Argument(metavar="bash|zsh|fish", help="The shell that the script is for.")],
+) -> None:
+    """Print the script that completes commands, options and names in a shell; its first lines tell where it goes."""
+    if shell not in _SCRIPTS:
+        refuse(f"Invalid shell '{shell}'. It must be bash, zsh or fish.")
+    sys.stdout.write(_SCRIPTS[shell])
+
+
+def candidates(commands: Any, words: Sequence[str]) -> list[str]:
+    """What the last of the words may become; nothing where that is a file, or anything."""
+    *before, last = words or [""]
+    name = next((word for word in before if not word.startswith("-")), "")
+    if not name:
+        return _beginning(last, ["--help", "--version"] if last.startswith("-") else commands.commands)
+    if name not in commands.commands:
+        return []
+    command = commands.commands[name]
+    options = {text: one for one in command.params if one.param_type_name == "option" for text in one.opts}
+    previous = options.get(before[-1]) if before else None
+    if previous is not None and not previous.is_flag:
+        return _beginning(last, _values(previous))
+    if last.startswith("-"):
+        long = [text for text in options if text.startswith("--")]
+        return _beginning(last, [*long, "--help"])
+    arguments = [one for one in command.params if one.param_type_name == "argument"]
+    place = sum(not word.startswith("-") for word in before) - 1
+    if not arguments:
+        return []
+    return _beginning(last, _values(arguments[min(place, len(arguments) - 1)]))
+
+
+def _beginning(text: str, words: Iterable[str]) -> list[str]:
+    return [word for word in dict.fromkeys(words) if word.startswith(text)]
+
+
+def _values(parameter: Any) -> Iterable[str]:
+    """The words that a parameter takes, as far as they can be listed."""
+    what = parameter.metavar or ""
+    if _CHOICE.fullmatch(what):
+        return what.split("|")
+    # Each of these loads what it lists.
+    if what.startswith("PROJECTION") or parameter.name == "against":
+        from projdist.projections import projection_names
+
+        return projection_names()
+    if what == "REGION" or parameter.name == "region":
+        return _REGIONS
+    if parameter.name == "measure":
+        from projdist.matrices import MEASURES
+
+        return MEASURES
+    if parameter.name == "criterion":
+        from projdist.field import FIGURES
+
+        return FIGURES
+    return ()
+
+
+# ---- app -----------------------------------------------------------------------------------------
+
 
 COMMANDS = {
     "info": ("info", "Show what a projection is, what it keeps, and its errors."),

@@ -7,11 +7,10 @@ from typing import Annotated
 
 import typer
 
-from projdist.cli.cells import area_text, certain
 from projdist.cli.errors import refusing
 from projdist.cli.options import FormatOption, format_of
 from projdist.cli.output import present
-from projdist.cli.report import Column, Report, Row, Table
+from projdist.cli.report import Column, Report, Row, Table, area_text, certain
 from projdist.designs import AtlasEntry, AtlasZones, atlas, atlas_names
 
 

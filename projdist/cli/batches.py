@@ -1,8 +1,10 @@
-"""What commands over many regions share: their workers, their partial file, their tables and layers."""
+"""The workers that a command is told to use."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +12,32 @@ import typer
 
 from projdist import gis
 from projdist.answers import Area, Batch, BatchResult, areas_of, batch
-from projdist.cli.errors import cannot_write, fail, refuse, refusing, tell_problems
-from projdist.cli.executors import executor_opened
-from projdist.cli.layers import LAYER_SUFFIXES, check_libraries, note
+from projdist.cli.errors import cannot_write, fail, progress_bar, refuse, refusing, tell_problems
 from projdist.cli.options import format_for, output_file, printed_or_file
 from projdist.cli.output import drawing, present, tell_written
-from projdist.cli.progress import progress_bar
+from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries, note
 from projdist.cli.report import Report, Row
-from projdist.support import check_executor, is_stream
+from projdist.support import check_executor, is_stream, open_executor
+
+
+@contextlib.contextmanager
+def executor_opened(text: str | None) -> Iterator[Executor | None]:
+    """The executor of `--executor`, None without one; raises ImportError where it needs Dask."""
+    if text is None:
+        yield None
+        return
+    check_executor(text)
+    with contextlib.ExitStack() as stack:
+        try:
+            workers = stack.enter_context(open_executor(text))
+        except OSError as error:
+            fail(f"Invalid executor '{text}'. Nothing answers there.")
+            raise typer.Exit(1) from error
+        yield workers
+
+
+# ---- batches -------------------------------------------------------------------------------------
+
 
 OWN: str | None = "processes"
 """The executor where none is asked for."""

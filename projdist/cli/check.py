@@ -12,9 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from projdist import gis
-from projdist.cli.cells import area_text
-from projdist.cli.errors import fail, refuse, refusing
-from projdist.cli.layers import LAYER_SUFFIXES, check_libraries
+from projdist.cli.errors import fail, progress_bar, refuse, refusing
 from projdist.cli.options import (
     PAGE_SUFFIX,
     OverwriteOption,
@@ -27,8 +25,8 @@ from projdist.cli.options import (
     whole_number,
 )
 from projdist.cli.output import drawing, present
-from projdist.cli.progress import progress_bar
-from projdist.cli.report import Column, Mapped, Report, Table
+from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries
+from projdist.cli.report import Column, Mapped, Report, Table, area_text
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
 from projdist.regions import Box, Place
 

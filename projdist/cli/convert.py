@@ -7,11 +7,10 @@ from typing import Annotated
 import typer
 
 from projdist import gis
-from projdist.cli.errors import refuse
-from projdist.cli.layers import check_libraries, note
+from projdist.cli.errors import refuse, working
 from projdist.cli.options import OverwriteOption, choice, file_of_kind, number, output_option
 from projdist.cli.output import drawing, tell_written
-from projdist.cli.progress import working
+from projdist.cli.pictures import check_libraries, note
 
 _RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
 _SUFFIXES = (".gpkg", ".geojson", ".fgb", ".shp", ".parquet", ".tif", ".tiff")

@@ -10,7 +10,6 @@ import typer
 
 from projdist import plots
 from projdist.answers import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
-from projdist.cli.cells import covers, first_digit, rounded, size_text
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
@@ -28,7 +27,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import drawing, present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Copy, Mapped, Report, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Table, covers, first_digit, rounded, size_text
 from projdist.field import Spread
 from projdist.projections import Projection
 from projdist.regions import Place

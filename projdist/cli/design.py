@@ -10,8 +10,7 @@ import numpy as np
 import typer
 
 from projdist import plots
-from projdist.cli.cells import certain, per_cent, rounded, size_text
-from projdist.cli.errors import refuse, refusing
+from projdist.cli.errors import refuse, refusing, words_told
 from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
     DatumOption,
@@ -28,8 +27,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.progress import words_told
-from projdist.cli.report import Column, Copy, Mapped, Report, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Table, certain, per_cent, rounded, size_text
 from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
 from projdist.field import Extreme
 

@@ -1,16 +1,24 @@
-"""The command `factors`."""
+"""The command `factors`: at points of the command line, of standard input, and of people's files."""
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import math
+import re
 import sys
-from typing import Annotated
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
 
+import numpy as np
 import typer
 
+from projdist import gis
 from projdist.answers import factors
 from projdist.cli.errors import refuse, refusing, tell_problems
-from projdist.cli.factor_report import factors_report
-from projdist.cli.formats import TABLE
+from projdist.cli.formats import CSV, TABLE
 from projdist.cli.options import (
     FileFormatOption,
     MeasuresOption,
@@ -21,10 +29,328 @@ from projdist.cli.options import (
     output_option,
     printed_or_file,
 )
-from projdist.cli.output import present
-from projdist.cli.points import read_points
-from projdist.cli.tables import TABLE_SUFFIXES, is_table_file, measure_file, write_table
-from projdist.projections import Projection
+from projdist.cli.output import drawing, present, tell_written
+from projdist.cli.pictures import check_libraries
+from projdist.cli.report import Column, Report, Table, fixed, label_of
+from projdist.projections import (
+    MISSING,
+    TEXT_SUFFIXES,
+    Projection,
+    check_degrees,
+    check_new_names,
+    coordinate_columns,
+    read_point_table,
+    tell_of_missing,
+)
+from projdist.support import cells_of, has_decimal_comma, is_number, is_stream, plain, separator_of, with_decimal_points
+
+_DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
+_MOST_DECIMALS = 8
+
+
+def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
+    """Factors at points; the header is for CSV without points."""
+    rows = found["results"]
+    columns = [Column(name, show=functools.partial(_cell, name)) for name in (rows[0] if rows else ())]
+    keys = 2 if [column.key for column in columns[:2]] == ["lon", "lat"] else 1
+    return Report(
+        title=_title(found["projection"], found["name"], found["definition"]) if rows else "No point could be read.",
+        tables=[Table(rows, columns, keys=keys)] if rows else [],
+        data=lambda: found,
+        header=header,
+    )
+
+
+def _title(given: str, name: str, definition: str) -> str:
+    """A projection as it was given, with what that means, which names the figure of the Earth: `krovak (+proj=...)`."""
+    label, meant = label_of(given, name), label_of(definition, name)
+    return label if label == meant else f"{label} ({meant})"
+
+
+def _cell(name: str, value: Any) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if name in ("lon", "lat"):
+        return f"{value:.10g}"
+    if abs(value) >= 1e6 and name not in ("x", "y"):
+        return f"{value:.9g}"
+    return fixed(value, _DECIMALS.get(name, _MOST_DECIMALS))
+
+
+# ---- points --------------------------------------------------------------------------------------
+
+
+class _Point(NamedTuple):
+    lon: float
+    lat: float
+
+
+@dataclass
+class Points:
+    """Longitudes and latitudes in degrees, the text that came with each, and what could not be read."""
+
+    lon: list[float] = field(default_factory=list)
+    lat: list[float] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+
+    def add(self, point: _Point, text: str = "") -> None:
+        """Append a point."""
+        self.lon.append(point.lon)
+        self.lat.append(point.lat)
+        self.text.append(text)
+
+
+def read_points(words: Sequence[str], lines: Iterable[str]) -> Points:
+    """Points of LON LAT or LON,LAT words, or, where the only word is `-`, of the lines.
+
+    Degrees may have minutes and seconds, and the letters N, S, E, W, which tell what is a latitude. A line
+    that cannot be read is a problem, not an error: the others go on. Raises ValueError for words that are no
+    points, and where there are no points at all.
+    """
+    points = Points()
+    words = [word.strip() for word in words]
+    if words == ["-"]:
+        _read_lines(points, lines)
+        tell_of_missing(np.array(points.lon), np.array(points.lat))
+        if not points.lon and not points.problems:
+            raise ValueError("Invalid standard input. It must have lines of 'lon lat [text]'; there were none.")
+        return points
+    parts = [part for word in words for part in _pair(word) or [word] if part]
+    if len(parts) % 2:
+        raise ValueError(
+            f"Invalid coordinates '{_quoted(' '.join(words))}'. They must be pairs of LON LAT, or - for stdin."
+        )
+    for one, other in zip(parts[::2], parts[1::2], strict=True):
+        point = _point(one, other)
+        if math.isnan(point.lon) or math.isnan(point.lat):
+            name, word = ("longitude", one) if math.isnan(point.lon) else ("latitude", other)
+            raise ValueError(f"Invalid {name} '{word}'. It must be a number of degrees.")
+        points.add(point)
+    return points
+
+
+def _pair(word: str) -> list[str]:
+    """The two of a pair in one word, as `10,50` or `"50N 10E"`; none if it is not of two."""
+    parts = re.split(r"\s*,\s*|\s+", word)
+    return parts if len(parts) == 2 else []
+
+
+def _read_lines(points: Points, lines: Iterable[str]) -> None:
+    """The points of lines, the first of which may be a header."""
+    header: _Header | None = None
+    first = True
+    for number, line in enumerate(lines, start=1):
+        text = line.lstrip("\ufeff").strip()
+        if not text or text.startswith("#"):
+            continue
+        try:
+            if first:
+                first, header = False, _header(text)
+                if header is not None:
+                    continue
+            _read_line(points, text, header)
+        except ValueError as error:
+            points.problems.append(f"line {number}: {error}")
+
+
+class _Header(NamedTuple):
+    """The numbers of the columns of longitudes and latitudes, and what stands between columns; None for blanks."""
+
+    columns: tuple[int, int]
+    separator: str | None
+
+
+def _header(text: str) -> _Header | None:
+    """What a first line names, if it names columns."""
+    separator = separator_of(text)
+    columns = coordinate_columns(_cells(text, separator))
+    return None if columns is None else _Header(columns, separator)
+
+
+def _cells(text: str, separator: str | None) -> list[str]:
+    """The cells of a line, with decimal points in place of commas where these do not stand between them."""
+    try:
+        row = cells_of(text, separator)
+    except ValueError as error:
+        raise ValueError(f"Invalid point '{_quoted(text)}'. It has {error}.") from error
+    return [cell.strip() for cell in with_decimal_points([(1, row)])[0][1]]
+
+
+def _is_blank_separated(line: str, header: _Header) -> bool:
+    """Whether numbers stand in the columns of coordinates if blanks part these."""
+    words = line.split()
+    return len(words) > max(header.columns) and all(
+        is_number(words[place]) or has_decimal_comma(words[place]) for place in header.columns
+    )
+
+
+def _read_line(points: Points, line: str, header: _Header | None) -> None:
+    """Add the point of a line; raises ValueError."""
+    if header is not None:
+        cells = _cells(line, header.separator or (None if _is_blank_separated(line, header) else separator_of(line)))
+        if len(cells) <= max(header.columns):
+            raise ValueError(f"Invalid point '{_quoted(line)}'. It has no cell for each of lon and lat.")
+        label = " ".join(cell for place, cell in enumerate(cells) if place not in header.columns)
+        points.add(_point(*("nan" if cells[place] in MISSING else cells[place] for place in header.columns)), label)
+        return
+    separator = separator_of(line)
+    if separator in (";", "\t"):
+        cells = _cells(line, separator)
+        if len(cells) > 1 and (is_number(cells[1]) or not has_decimal_comma(line.partition(separator)[0])):
+            line = " ; ".join(cells)
+    elif separator is None and all(map(has_decimal_comma, line.split())):
+        raise ValueError(
+            f"Invalid point '{_quoted(line)}'. A semicolon must stand between numbers with decimal commas."
+        )
+    words = re.split(r"\s*[,;]\s*|\s+", line, maxsplit=2)
+    if len(words) < 2:
+        raise ValueError(f"Invalid point '{_quoted(line)}'. It must be 'lon lat [text]'.")
+    rest = re.split(r"\s*[,;]\s*|\s+", words[2]) if len(words) > 2 else []
+    if len(rest) == 1 and _angle(words[0]) is None and None not in (_angle(words[1]), _angle(rest[0])):
+        points.add(_point(words[1], rest[0]), words[0])  # its name comes first
+    else:
+        points.add(_point(words[0], words[1]), words[2] if len(words) > 2 else "")
+
+
+_FIGURE = r"(\d+(?:\.\d*)?|\.\d+)"
+_ANGLE = re.compile(rf"([+-]?){_FIGURE}(?:[d°](?:{_FIGURE}['′]?)?(?:{_FIGURE}(?:\"|″|''))?)?([nsew]?)", re.IGNORECASE)
+
+
+def _angle(word: str) -> tuple[float, str] | None:
+    """Degrees, and the letter behind them; None for a word that is no angle."""
+    with contextlib.suppress(ValueError):
+        return float(word), ""
+    match = _ANGLE.fullmatch(word)
+    if match is None or any(float(part or 0) >= 60 for part in match.group(3, 4)):
+        return None
+    value = float(match[2]) + float(match[3] or 0) / 60 + float(match[4] or 0) / 3600
+    letter = match[5].upper()
+    turned = (match[1] == "-") != (letter in ("S", "W"))
+    return (-value if turned else value), letter
+
+
+def _point(one: str, other: str) -> _Point:
+    """A point of longitude and latitude, or the other way round where letters say so; NaN is nowhere."""
+    east, north = _angle(one), _angle(other)
+    text = _quoted(f"{one} {other}")
+    if east is None or north is None:
+        raise ValueError(f"Invalid point '{text}'. Longitude and latitude must be numbers of degrees.")
+    if east[1] in ("N", "S") or north[1] in ("E", "W"):
+        east, north, one, other = north, east, other, one
+    if east[1] in ("N", "S") or north[1] in ("E", "W"):
+        raise ValueError(f"Invalid point '{text}'. One must be a longitude and one a latitude.")
+    point = _Point(east[0], north[0])
+    if math.isinf(point.lon) or abs(point.lon) > 720:
+        raise ValueError(f"Invalid longitude '{one}'. It must be a number of degrees within -720 and 720.")
+    if abs(point.lat) > 90:
+        raise ValueError(f"Invalid latitude '{other}'. It must lie within -90 and 90 degrees.")
+    return point
+
+
+def _quoted(text: str) -> str:
+    """Text for a message, not too long."""
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+# ---- tables --------------------------------------------------------------------------------------
+
+
+TABLE_SUFFIXES = (".parquet", ".gpkg", ".geojson")
+_SUFFIXES = (".csv", *TABLE_SUFFIXES)
+
+
+def is_table_file(path: Path) -> bool:
+    """Whether a file, by its suffix, can hold nothing that is printed."""
+    return path.suffix.lower() in TABLE_SUFFIXES and not is_stream(path)
+
+
+def measure_file(
+    projection: Projection,
+    given: str,
+    at: str,
+    measures: Sequence[str],
+    prefix: str,
+    form: str,
+    path: Path | None,
+    overwrite: bool,
+) -> None:
+    """Add columns to the points of a file, and print or write all of them."""
+    if path is not None and not is_stream(path):
+        if path.suffix.lower() not in _SUFFIXES:
+            refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
+        if form != TABLE:
+            refuse(f"Invalid format '{form}' for '{path}'. Its suffix tells the format.")
+        form = CSV
+    with refusing():
+        if at.lower().endswith(TEXT_SUFFIXES) and (path is None or not is_table_file(path)):
+            header, rows = _measured_text(projection, at, measures, prefix, form)
+        else:
+            frame = _measured_frame(projection, at, measures, prefix, path)
+            if path is not None and is_table_file(path):
+                _write_frame(projection, frame, path, overwrite)
+                return
+            header, rows = _rows(projection, frame)
+    named = {"projection": given, "name": projection.name, "definition": projection.definition}
+    present(factors_report(named | {"results": rows}, header), form, path, overwrite)
+
+
+def _measured_text(
+    projection: Projection, at: str, measures: Sequence[str], prefix: str, form: str
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """The header and the rows of a table of text with columns added; its own stay text, with decimal points."""
+    read = read_point_table(Path(at), f"Invalid points file '{at}'.")
+    header, rows = read.header, [row for _, row in read.rows]
+    lon, lat = check_degrees(*([row[column] for row in rows] for column in (read.lon, read.lat)))
+    columns = {
+        prefix + name: values for name, values in factors(projection, lon, lat, measures=measures).columns().items()
+    }
+    check_new_names(header, columns)
+    added = zip(*(values.tolist() for values in columns.values()), strict=True)
+    table = [
+        dict(zip([*header, *columns], [*row, *map(plain, values)], strict=True))
+        for row, values in zip(rows, added, strict=True)
+    ]
+    if form != CSV:
+        for row, east, north in zip(table, lon.tolist(), lat.tolist(), strict=True):
+            row.update({header[read.lon]: east, header[read.lat]: north})
+    return [*header, *columns], table
+
+
+def _measured_frame(projection: Projection, at: str, measures: Sequence[str], prefix: str, path: Path | None) -> Any:
+    """The points of a file as a frame with columns added."""
+    if path is not None and is_table_file(path):
+        check_libraries(path)
+    return factors(projection, gis.read_points(at), measures=measures, prefix=prefix)
+
+
+def _rows(projection: Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
+    """A frame's columns and rows without geometries, for printing."""
+    table = gis.plain_table(projection, frame)
+    rows = [{name: _table_cell(value) for name, value in row.items()} for row in table.to_dict("records")]
+    return [str(name) for name in table.columns], rows
+
+
+def _table_cell(value: Any) -> Any:
+    """A number, text or nothing."""
+    if isinstance(value, str | int | float | np.generic | None):
+        return plain(value)
+    return str(value)
+
+
+def write_table(projection: Projection, rows: Sequence[Mapping[str, Any]], path: Path, overwrite: bool) -> None:
+    """Rows with `lon` and `lat` as a file for GIS programs."""
+    check_libraries(path)
+    _write_frame(projection, gis.frame_of(rows), path, overwrite)
+
+
+def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool) -> None:
+    with drawing(path):
+        gis.save_points(projection, frame, path, overwrite=overwrite)
+    tell_written(path)
+
+
+# ---- factors -------------------------------------------------------------------------------------
 
 
 def factors_command(

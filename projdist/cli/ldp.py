@@ -12,8 +12,7 @@ import numpy as np
 import typer
 
 from projdist import plots
-from projdist.cli.cells import size_text
-from projdist.cli.errors import refuse, refusing
+from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.formats import CSV, HTML, JSON, TABLE
 from projdist.cli.options import (
     PAGE_SUFFIX,
@@ -28,8 +27,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.progress import working
-from projdist.cli.report import Column, Copy, Mapped, Report, Row, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Row, Table, size_text
 from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
 from projdist.projections import ProjectionLike, number_text
 from projdist.regions import Box, PointSet

@@ -1,19 +1,90 @@
-"""The command `list`."""
+"""The commands `find`, `list` and `tables`."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Sequence
+from typing import Annotated, Any
 
 import typer
 
-from projdist.answers import INDICES
-from projdist.cli.options import FormatOption, choice, format_of
+from projdist.answers import INDICES, TABLES, tables
+from projdist.cli.errors import fail, refusing, working
+from projdist.cli.options import (
+    FileFormatOption,
+    FormatOption,
+    OutputOption,
+    OverwriteOption,
+    choice,
+    format_for,
+    format_of,
+    printed_or_file,
+    whole_number,
+)
 from projdist.cli.output import present
-from projdist.cli.report import listing
+from projdist.cli.report import Column, Mapped, Report, Row, Table, first_digit, fixed, listing
 from projdist.field import FIGURES
 from projdist.matrices import MEASURES
 from projdist.numerics import CRITERIA
-from projdist.projections import NAMES, WORLD_MAPS, needed_parameters, projection_names
+from projdist.projections import NAMES, WORLD_MAPS, CrsSearch, find_crs, needed_parameters, projection_names
+from projdist.support import shown
+
+_LONGEST = 48  # characters of the name of an area
+_MOST = 100_000
+
+
+def find_command(
+    words: Annotated[
+        list[str],
+        typer.Argument(metavar="WORDS...", help="In any order, of names, areas of use, methods; or a code."),
+    ],
+    authority: Annotated[
+        str, typer.Option(metavar="NAMES", help="Only of EPSG, ESRI, IGNF or IAU_2015, with commas.")
+    ] = "",
+    deprecated: Annotated[bool, typer.Option("--deprecated", help="Deprecated ones, too.")] = False,
+    limit: Annotated[str, typer.Option(metavar="NUMBER", help="How many to print.")] = "10",
+    format: FormatOption = "table",
+) -> None:
+    """Find projected CRSs and named maps by words, the likeliest first."""
+    form, most = format_of(format), whole_number("limit", limit, 1, _MOST)
+    chosen = [name for name in authority.split(",") if name.strip()]
+    with refusing():
+        found = find_crs(" ".join(words), authorities=chosen, deprecated=deprecated, limit=most)
+    if not found.results:
+        fail(f"Nothing is found for '{shown(found.text)}'. {found.advice}")
+        raise typer.Exit(1)
+    present(_find_report(found), form)
+
+
+def _find_report(found: CrsSearch) -> Report:
+    rows = found.rows()
+    more = found.total - len(rows)
+    return Report(
+        tables=[
+            Table(
+                rows,
+                [
+                    Column("code", left=True),
+                    Column("name", of=_name, left=True),
+                    Column("area_name", "area of use", of=_area, left=True),
+                ],
+            )
+        ],
+        notes=[f"{more:,} more: --limit {found.total} shows all."] if more else [],
+        data=found.to_dict,
+        rows=lambda: rows,
+    )
+
+
+def _name(row: Row) -> str:
+    return f"{row['name']} (deprecated)" if row["deprecated"] else str(row["name"])
+
+
+def _area(row: Row) -> str:
+    text = str(row["area_name"]).rstrip(".") or "-"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3].rstrip()}..."
+
+
+# ---- lists ---------------------------------------------------------------------------------------
 
 
 def list_command(
@@ -89,3 +160,76 @@ _LISTS = {
     "criteria": _criterion_rows,
     "indices": _index_rows,
 }
+
+
+# ---- published -----------------------------------------------------------------------------------
+
+
+def tables_command(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help=f"{', '.join(TABLES)}; without it, the list of them.")
+    ] = None,
+    format: FileFormatOption = None,
+    output: OutputOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
+    path = printed_or_file(output, overwrite)
+    form = format_for(format, path)
+    with refusing(), working("Computing"):
+        report = listing(_names()) if name is None else _tables_report(tables(name).to_dict())
+    present(report, form, path, overwrite)
+
+
+def _names() -> list[Row]:
+    return [{"name": table, "source": source} for table, source in TABLES.items()]
+
+
+def _tables_report(found: dict[str, Any]) -> Report:
+    rows = found["results"]
+    explanations = {row["convention"]: row["explanation"] for row in rows if row["convention"]}
+    places = [] if rows[0]["lat"] is None else [Column(key, show="{:.9g}".format) for key in ("lon", "lat")]
+    others = [
+        Column("value_by_convention", "otherwise", of=lambda row: _shown("value_by_convention", row)),
+        Column("convention"),
+    ]
+    columns = [
+        Column("projection"),
+        *places,
+        Column("measure"),
+        Column("published", of=lambda row: f"{row['published']:.{row['decimals']}f}"),
+        Column("value", "ours", of=lambda row: _shown("value", row)),
+        Column("error", show=first_digit),
+        Column("difference", of=lambda row: _shown("difference", row, "+")),
+        Column("reproduced", "comes out", of=_verdict, left=True),
+        *(others if explanations else []),
+    ]
+    notes = [
+        "Comes out: ours agrees to half a unit of the last digit printed.",
+        *(f"{convention}: {text}" for convention, text in explanations.items()),
+        *sorted({f"Source: {row['source']} ({row['status']})." for row in rows}),
+    ]
+    return Report(
+        title=found["source"],
+        tables=[Table(rows, columns, keys=2 + len(places))],
+        notes=notes,
+        data=lambda: found,
+        maps=_maps(rows),
+    )
+
+
+def _maps(rows: Sequence[Row]) -> Mapped | None:
+    """The maps of which figures of the whole are printed."""
+    maps = {row["definition"]: row["projection"] for row in rows if row["lat"] is None}
+    return Mapped([*maps], [*maps.values()], "globe") if maps else None
+
+
+def _shown(key: str, row: Row, sign: str = "") -> str:
+    """A figure with two decimals more than were printed."""
+    return "" if row[key] is None else fixed(row[key], row["decimals"] + 2, sign)
+
+
+def _verdict(row: Row) -> str:
+    if row["reproduced"]:
+        return "yes"
+    return "otherwise" if row["explained"] else "no"

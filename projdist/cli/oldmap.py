@@ -1,4 +1,4 @@
-"""The command `oldmap`."""
+"""What the command `oldmap` writes for GIS programs: the rectified scan, and layers."""
 
 from __future__ import annotations
 
@@ -7,29 +7,172 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
-from projdist import plots
-from projdist.applications.oldmaps import MODELS, OUTLIERS, RECTIFIED_BY, OldMap, old_map, read_control_points
-from projdist.cli.cells import fixed
-from projdist.cli.errors import refuse, refusing
-from projdist.cli.layers import check_layer_options
-from projdist.cli.oldmap_files import LAYERS, SHEETS, OldMapFile
-from projdist.cli.oldmaps import refuse_for_several, refuse_twice, several_report
+from projdist import gis, plots
+from projdist._typing import FloatArray
+from projdist.applications.oldmaps import (
+    MODELS,
+    OUTLIERS,
+    RECTIFIED_BY,
+    OldMap,
+    common_ground,
+    old_map,
+    read_control_points,
+    rectify,
+)
+from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.options import (
     DpiOption,
     FormatOption,
     OverwriteOption,
     SizeOption,
     choice,
+    file_of_kind,
     format_of,
     number,
     output_option,
 )
-from projdist.cli.output import present
-from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
-from projdist.cli.progress import working
-from projdist.cli.report import Column, Report, Table
+from projdist.cli.output import drawing, present
+from projdist.cli.pictures import (
+    LookWords,
+    PictureFile,
+    check_layer_options,
+    check_libraries,
+    look_options,
+    picture_of,
+    with_looks,
+)
+from projdist.cli.report import Column, Report, Table, fixed
+from projdist.designs import mean_plane_map
+from projdist.matrices import get_measure
+from projdist.support import tell
+
+SHEETS = (".tif", ".tiff")
+LAYERS = (".gpkg",)
+
+
+class OldMapFile:
+    """Where a sheet or layers go; a wrong word ends the command with 2."""
+
+    def __init__(
+        self,
+        output: str,
+        *,
+        image: str | None,
+        by: str | None,
+        resolution: str | None,
+        overwrite: bool,
+    ) -> None:
+        self.path = file_of_kind(output, (*SHEETS, *LAYERS), overwrite)
+        self._overwrite = overwrite
+        self._is_sheet = self.path.suffix.lower() in SHEETS
+        allowed = list(RECTIFIED_BY) if self._is_sheet else [name for name in RECTIFIED_BY if name != "fit"]
+        self._by = choice("rectification", by, allowed) if by is not None else "fit" if self._is_sheet else "mdt"
+        self._resolution = None if resolution is None else number("resolution", resolution, 1e-6, 1e7, " of metres")
+        if self._is_sheet:
+            if image is None:
+                refuse(f"Invalid output '{output}'. It needs a scan: --image FILE.")
+            if self.path.exists() and Path(image).exists() and self.path.samefile(image):
+                refuse(f"Invalid output '{output}'. It is the scan.")
+            self._image = image
+        else:
+            for name, value in (("image", image), ("resolution", resolution)):
+                if value is not None:
+                    refuse(f"Invalid option '--{name}' for '{output}'. It is for pictures and rectified scans.")
+        check_libraries(self.path)
+
+    def save(self, found: OldMap) -> None:
+        """Write the file, and tell where it has no CRS; what cannot be done ends the command."""
+        with drawing(self.path), working("Drawing"):
+            if self._is_sheet:
+                sheet = rectify(found, self._image, by=self._by, resolution=self._resolution)
+                gis.save_sheet(sheet, self.path, crs=found.points.crs, overwrite=self._overwrite)
+            else:
+                gis.save_layers(gis.old_map_layers(found, by=self._by), self.path, overwrite=self._overwrite)
+        if found.points.crs is None:
+            tell(f"'{self.path}' has no CRS, but metres of a plane without a name; --crs states it.")
+
+
+# ---- oldmaps -------------------------------------------------------------------------------------
+
+
+_MEAN = "their mean"
+_ROUNDING = 1e-12  # of a mean square
+
+
+def refuse_for_several(given: Mapping[str, Any]) -> None:
+    """Refuse options of one map only."""
+    for name, value in given.items():
+        if value:
+            refuse(f"Invalid option '{name}' for several maps. It is for one.")
+
+
+def refuse_twice(given: Sequence[str]) -> None:
+    """Refuse a file that is given twice: with itself a map has everything in common."""
+    for name in given:
+        if given.count(name) > 1:
+            refuse(f"Invalid points file '{name}'. It must be given once.")
+
+
+def several_report(given: Sequence[str], maps: Sequence[OldMap], by: str) -> Report:
+    """A row for each map after its rectification, and one for the mean of all."""
+    data = _measured(given, maps, by)
+    rows = [*data["maps"], {"map": _MEAN, "distortion": data["mean"]["distortion"]}]
+    own = np.mean([row["distortion"] for row in data["maps"]])
+    return Report(
+        title=f"{len(maps)} old maps, each after its {by}",
+        tables=[Table(rows, _COLUMNS)],
+        notes=[
+            "Mean Dist_F^2: over the ground that all maps show, from the ground to a map, and from the mean to it. The "
+            "mean is the map nearest to all: what they have in common.",
+            f"In common is {100 * data['mean']['distortion'] / own:.3g} % of the maps' distortion."
+            if own > _ROUNDING
+            else "The maps have no distortion but what is rounding.",
+        ],
+        data=lambda: data,
+        rows=lambda: rows,
+    )
+
+
+def _rounded(square: float) -> str:
+    return f"{square if square > _ROUNDING else 0.0:.4g}"
+
+
+_COLUMNS = [
+    Column("map"),
+    Column("points", show="{:,}".format),
+    Column("left_out", "left out", "{:,}".format),
+    Column("distortion", "mean Dist_F^2", _rounded),
+    Column("from_mean", "from the mean", _rounded),
+]
+
+
+def _measured(given: Sequence[str], maps: Sequence[OldMap], by: str) -> dict[str, Any]:
+    """The figures of all maps, and the polynomials of their mean."""
+    ground = common_ground(maps, by=by)
+    mean = mean_plane_map(ground.x, ground.y, ground.jacobians, area=ground.area)
+    nearest = mean.jacobian(ground.x, ground.y)
+
+    def mean_square(jacobian: FloatArray) -> float:
+        return float(ground.area @ get_measure("fisher")(jacobian) ** 2)
+
+    rows = [
+        {
+            "map": name,
+            "points": len(one.points.old),
+            "left_out": len(one.points.old) - len(one.fitted.old),
+            "distortion": mean_square(field),
+            "from_mean": mean_square(nearest @ np.linalg.inv(field)),
+        }
+        for name, one, field in zip(given, maps, ground.jacobians, strict=True)
+    ]
+    return {"by": by, "maps": rows, "mean": {"distortion": mean_square(nearest)} | mean.to_dict()}
+
+
+# ---- oldmap --------------------------------------------------------------------------------------
+
 
 PANELS = ("tissot", "heatmap", "rotation", "scale", "grid")
 DRAWN_MEASURES = ("fisher", "areal_scale")

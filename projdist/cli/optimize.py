@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from projdist.cli.cells import change, covers, rounded, size_text
-from projdist.cli.errors import refusing
+from projdist.cli.errors import progress_bar, refusing
 from projdist.cli.formats import HTML, JSON, TABLE
 from projdist.cli.options import (
     OutputOption,
@@ -22,8 +21,7 @@ from projdist.cli.options import (
     region_of,
 )
 from projdist.cli.output import present
-from projdist.cli.progress import progress_bar
-from projdist.cli.report import Column, Copy, Mapped, Report, Table
+from projdist.cli.report import Column, Copy, Mapped, Report, Table, change, covers, rounded, size_text
 from projdist.decisions import FAMILIES, Optimum, optimize, recommend
 from projdist.projections import ProjectionLike, number_text
 from projdist.regions import Place

@@ -11,7 +11,6 @@ import typer
 
 from projdist import plots
 from projdist.answers import Profile, profile
-from projdist.cli.cells import fixed, label_of
 from projdist.cli.errors import refusing
 from projdist.cli.options import (
     DpiOption,
@@ -27,7 +26,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Report, Table
+from projdist.cli.report import Column, Report, Table, fixed, label_of
 from projdist.support import is_stream
 
 _DECIMALS = {"x": 3, "y": 3, "azimuth": 4, "height": 3, "omega": 6, "theta": 6, "convergence": 6}

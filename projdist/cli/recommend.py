@@ -1,18 +1,18 @@
-"""The command `recommend`."""
+"""`recommend --regions`: the best CRSs of each of many regions."""
 
 from __future__ import annotations
 
 import functools
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import typer
 
 from projdist import plots
-from projdist.cli.cells import certain, change, per_cent, rounded, size_text
-from projdist.cli.errors import fail, refuse, refusing
-from projdist.cli.executors import executor_opened
+from projdist.answers import Batch
+from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
+from projdist.cli.errors import fail, progress_bar, refuse, refusing
 from projdist.cli.options import (
     PAGE_SUFFIX,
     DpiOption,
@@ -31,8 +31,7 @@ from projdist.cli.options import (
 )
 from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
-from projdist.cli.progress import progress_bar
-from projdist.cli.report import Column, Mapped, Report, Row, Table
+from projdist.cli.report import Column, Mapped, Report, Row, Table, certain, change, per_cent, rounded, size_text
 from projdist.decisions import (
     CLOSE,
     ENGINEERING_PPM,
@@ -42,9 +41,76 @@ from projdist.decisions import (
     Candidate,
     Recommendation,
     ZoneSystem,
+    get_purpose,
     recommend,
 )
-from projdist.projections import OF_A_SPHERE
+from projdist.field import get_figure
+from projdist.projections import OF_A_SPHERE, check_authorities
+
+
+def recommend_regions(
+    regions: Sequence[str],
+    others: Mapping[str, object],
+    options: Mapping[str, Any],
+    work: RegionalWork,
+) -> None:
+    """Find the best CRSs for each region."""
+    with refusing():
+        get_purpose(options["purpose"])
+        get_figure(options["criterion"])
+        check_authorities(options["authorities"])
+    areas = regions_given(regions, others)
+    found = work.run(recommend, areas, None, options)
+    best = [_best(one.region, one.area_km2, one.rows) for one in found.results if one.answer["results"]]
+    unserved = [
+        f"{one.region}: No CRS serves it with these options." for one in found.results if not one.answer["results"]
+    ]
+    work.leave(_regions_report(found, best, options), found, best, {area.name: area for area in areas}, unserved)
+
+
+def _best(region: str, area_km2: float, rows: Sequence[Row]) -> Row:
+    return {"region": region, "area_km2": area_km2, **rows[0]}
+
+
+def _regions_report(found: Batch, best: Sequence[Row], options: Mapping[str, Any]) -> Report:
+    criterion = options["criterion"]
+    return Report(
+        title=f"{len(best)} regions, {options['purpose']}, by {criterion}" if best else "No region is served.",
+        tables=[Table(best, [*_region_columns(criterion)])] if best else [],
+        notes=[
+            "The best CRS of each region; JSON and CSV have the others, too.",
+            "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; in area: the share of the "
+            "region in the CRS's area of use.",
+            *notices_note(found),
+        ]
+        if best
+        else [],
+        data=lambda: {
+            "regions": [
+                {**one.answer, "region": {"name": one.region, "area_km2": one.area_km2}, "notices": list(one.notices)}
+                for one in found.results
+            ],
+            "failures": [one.to_dict() for one in found.failures],
+        },
+        rows=lambda: [_best(one.region, one.area_km2, [row]) for one in found.results for row in one.rows],
+        header=["region"],
+    )
+
+
+def _region_columns(criterion: str) -> Iterator[Column]:
+    yield Column("region", left=True)
+    yield Column("code")
+    yield Column("name")
+    yield Column("value", criterion, certain, error=f"{criterion}_error")
+    yield Column("max_scale_error_ppm", "ppm max", certain, error="max_scale_error_ppm_error")
+    yield Column("max_omega", "omega max", certain, error="max_omega_error")
+    yield Column("keeps", of=lambda row: row["keeps"] or "-", left=True)
+    yield Column("coverage", "covers", per_cent)
+    yield Column("share_in_area_of_use", "in area", per_cent)
+
+
+# ---- recommend -----------------------------------------------------------------------------------
+
 
 _DRAWN = 4  # maps in the picture
 _KINDS = ("conformal", "equal-area")  # purposes that have a limit of their own
@@ -112,7 +178,6 @@ def recommend_command(
     }
     if regions is not None:
         from projdist.cli.batches import RegionalWork
-        from projdist.cli.recommend_regions import recommend_regions  # as most recommendations are for one region
 
         check_plain({"--size": size, "--dpi": dpi} | look_options(look))
         work = RegionalWork(format, output, overwrite=overwrite, executor=executor, partial=partial)

@@ -13,10 +13,10 @@ import pytest
 from commands import FORMATS, HIDDEN, QUICK, parse_csv, parse_markdown, run, run_json, run_ok
 
 from projdist import factors, summarize
-from projdist.cli.cells import rounded
 from projdist.cli.compare import comparison_report
-from projdist.cli.factor_report import factors_report
+from projdist.cli.factors import factors_report
 from projdist.cli.formats import render
+from projdist.cli.report import rounded
 
 COMPARE_KEYS = [
     "projection",

@@ -13,8 +13,7 @@ import pytest
 import typer
 from commands import refused, run_ok
 
-from projdist.cli.app import COMMANDS, app
-from projdist.cli.completion import candidates
+from projdist.cli.app import COMMANDS, app, candidates
 from projdist.matrices import MEASURES
 from projdist.projections import projection_names
 

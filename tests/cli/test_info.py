@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from commands import parse_markdown, refused, run, run_json, run_ok, told
 
-from projdist.cli.sketches import _drawn, sketch_of
+from projdist.cli.info import _drawn, sketch_of
 from projdist.projections import Projection
 from projdist.regions import get_region
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from projdist import Notice
-from projdist.cli.points import read_points
+from projdist.cli.factors import read_points
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from projdist import recommend
 from projdist.cli.app import app
-from projdist.cli.progress import progress_bar, working
+from projdist.cli.errors import progress_bar, working
 from projdist.cli.recommend import _drawable
 from projdist.decisions.recommendation.candidates import INTERRUPTED, Rejected
 from projdist.decisions.recommendation.custom import Custom
@@ -244,7 +244,7 @@ def test_nobody_answers(error, code, message, monkeypatch):
         raise error
         yield
 
-    monkeypatch.setattr("projdist.cli.executors.open_executor", missing)
+    monkeypatch.setattr("projdist.cli.batches.open_executor", missing)
     assert run(ISLAND, "--executor", "dask://localhost:1") == (code, "", f"projdist: {message}\n")
 
 
@@ -348,13 +348,13 @@ def test_no_bar_of_what_takes_a_moment(monkeypatch):
 def test_words_for_what_cannot_be_counted(monkeypatch):
     """They come after a moment, and go; where there is no terminal there are none."""
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr("projdist.cli.progress._MOMENT", 0.05)
+    monkeypatch.setattr("projdist.cli.errors._MOMENT", 0.05)
     for terminal, said in ((Terminal(), True), (io.StringIO(), False)):
         monkeypatch.setattr("sys.stderr", terminal)
         with working("Drawing"):
             time.sleep(0.3)
         assert ("Drawing" in terminal.getvalue()) == said
-    monkeypatch.setattr("projdist.cli.progress._MOMENT", 60.0)
+    monkeypatch.setattr("projdist.cli.errors._MOMENT", 60.0)
     quick = Terminal()
     monkeypatch.setattr("sys.stderr", quick)
     with working("Drawing"):

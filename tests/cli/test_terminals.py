@@ -20,7 +20,7 @@ import termios
 
 from terminals import Screen, in_terminal
 
-from projdist.cli.terminal import folded, takes_escapes, width_of
+from projdist.cli.errors import folded, takes_escapes, width_of
 
 FIGURE = re.compile(r"[-+]?\d[\d.,:e+-]*\d|\d")
 TERMINALS = {60: {}, 80: {"NO_COLOR": "1"}, 120: {"TERM": "dumb"}}
