@@ -51,7 +51,7 @@ HOMES = {
     "rasterio": {"gis", "decisions.surveying.ground"},
     "distributed": {"support.executors"},
     "scipy": {
-        *("numerics.minima", "matrices.distortions", "regions.combinations"),
+        *("numerics.minima", "matrices.distortions", "regions.parts"),
         *("applications.oldmaps.field", "applications.oldmaps.field", "applications.oldmaps.rectifying"),
         "applications.oldmaps.several",
         *("applications.pointclouds.correspondences", "applications.pointclouds.affine"),

@@ -21,8 +21,6 @@ from projdist.projections import Projection, ProjectionLike
 from projdist.regions import reaches
 from projdist.support import Answer, check_degrees, check_number, plain
 
-__all__ = ["LocalCorrections", "local_corrections"]
-
 # Nodes of a cap: in azimuth the trapezoidal rule, in the area within a distance Gauss'. On caps of 2000 km of smooth
 # maps the corrections are good to 1e-6; on caps that hold a pole line, a seam or an edge to a few per cent.
 _AZIMUTHS, _RINGS = 12, 5

@@ -33,8 +33,6 @@ from projdist.projections import (
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, check_bool, check_choice, plain
 
-__all__ = ["CONSTRAINTS", "CORRECTION_CRITERIA", "Correction", "correct"]
-
 # The matrix is as good as the integrals are: the cost has no first order about it, but its gradient has.
 _TOLERANCE = 1e-10
 _POOR = 0.1  # of an error: an estimate as large leaves no digit of the matrix

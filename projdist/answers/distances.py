@@ -24,13 +24,6 @@ from projdist.projections import Projection, ProjectionLike, geodesic_lengths, g
 from projdist.regions import PointSet, RegionLike
 from projdist.support import check_choice, quoted
 
-__all__ = [
-    "distance_distortion",
-    "distance_distortions",
-    "great_circle_bending",
-]
-
-
 MapDistance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 # Points in a set, by whether it is a sphere, where distances cost a twentieth.

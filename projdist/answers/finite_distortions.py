@@ -14,24 +14,6 @@ from projdist.projections import Projection, ProjectionLike
 from projdist.regions import Box, Cap, Place, PointSet, Region, RegionLike, cells_of, region_for
 from projdist.support import Answer, check_number, check_whole_number, plain
 
-__all__ = [
-    "DEFAULT_TOLERANCE",
-    "DISTANCE_MEASURES",
-    "GOLDEN",
-    "DistanceMeasure",
-    "FiniteDistortion",
-    "Found",
-    "Points",
-    "Question",
-    "best_scale_of_distances",
-    "gott",
-    "groups",
-    "peters",
-    "scatter_over",
-    "weighted_sum",
-]
-
-
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 """The step of the sequence, modulo 1, that fills an interval most evenly."""
 _CELLS = 200  # of polygons; between a half and nine tenths of them is polygon

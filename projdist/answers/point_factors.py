@@ -16,8 +16,6 @@ from projdist.projections import Frame, Projection, ProjectionLike, add_columns,
 from projdist.regions import Box
 from projdist.support import Answer, check_degrees, plain, tell
 
-__all__ = ["Factors", "factors"]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Factors(Answer):

@@ -19,12 +19,6 @@ from projdist.projections import Projection, ProjectionLike, geodesic_courses, g
 from projdist.regions import HasGeometry, line_of
 from projdist.support import Answer, check_degrees, check_instance, check_number, check_numbers, plain, tell
 
-__all__ = [
-    "Profile",
-    "elevation_factor",
-    "profile",
-]
-
 
 def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) -> FloatArray:
     """R_G / (R_G + h), by which distances at a height h are reduced to the ellipsoid.

@@ -22,19 +22,6 @@ from projdist.projections import distance_around_edge
 from projdist.regions import GLOBE, Box, Place, PointSet
 from projdist.support import Answer, check_choice, plain
 
-__all__ = [
-    "TABLES",
-    "Printed",
-    "PublishedRow",
-    "PublishedTable",
-    "conventions",
-    "figure_of_others",
-    "index_figures",
-    "printed",
-    "tables",
-]
-
-
 TABLES: dict[str, str] = {
     "goldberg-gott": "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth",
     "gott-goldberg-vanderbei": "Gott, Goldberg & Vanderbei 2021, Flat Maps that improve on the Winkel Tripel",

@@ -18,8 +18,6 @@ from projdist.projections import Projection, ProjectionError, ProjectionLike, li
 from projdist.regions import Box, Place, PointSet, RegionLike, region_for, share_in
 from projdist.support import Answer, check_bool, plain, shown, tell
 
-__all__ = ["SORTS", "STATISTICS", "Comparison", "Failure", "MeasureSummary", "Summary", "compare", "summarize"]
-
 STATISTICS = ("mean", "rms", "median", "p95", "max", "min")
 """Of a measure over a region."""
 SORTS = (

@@ -226,19 +226,19 @@ def _values(parameter: Any) -> Iterable[str]:
 
 COMMANDS = {
     "info": ("info", "Show what a projection is, what it keeps, and its errors."),
-    "find": ("find", "Find CRSs by words of their names, areas of use, or codes."),
+    "find": ("lists", "Find CRSs by words of their names, areas of use, or codes."),
     "compare": ("compare", "Compare projections over a region by their distortion."),
     "factors": ("factors", "Scales, angles and other measures at points."),
     "profile": ("profile", "Scale, convergence and other measures along a line."),
     "tissot": ("draw", "Draw Tissot's indicatrices."),
     "heatmap": ("draw", "Draw a measure as a field of colour, or as a GeoTIFF."),
-    "morph": ("morph", "Make a film of one map that flows into another."),
+    "morph": ("draw", "Make a film of one map that flows into another."),
     "explore": ("explore", "See maps live in a browser, drag and tune them."),
     "recommend": ("recommend", "Find the best existing CRSs for a region."),
     "atlas": ("atlas", "Show the best maps of a country, measured beforehand."),
     "optimize": ("optimize", "Find the best parameters of a family of projections."),
     "design": ("design", "Make the map that distorts a region least, as a CRS."),
-    "mean-map": ("mean_map", "Find the map that is nearest to several maps."),
+    "mean-map": ("world_map", "Find the map that is nearest to several maps."),
     "ldp": ("ldp", "Design a low-distortion projection for surveying."),
     "world-map": ("world_map", "Make the map of the world that distorts a region least."),
     "check": ("check", "Check areas, lengths and bearings of data in a CRS."),
@@ -247,9 +247,9 @@ COMMANDS = {
     "mosaic": ("mosaic", "Bring overlapping images into a common frame."),
     "clouds": ("clouds", "Register point clouds or landmarks by affine maps."),
     "oldmap": ("oldmap", "Measure the distortion of an old map by control points."),
-    "tables": ("published", "Print a published table beside figures measured today."),
+    "tables": ("lists", "Print a published table beside figures measured today."),
     "list": ("lists", "List projections, measures, criteria or indices."),
-    "completion": ("completion", "Print the script for completion in bash, zsh or fish."),
+    "completion": ("app", "Print the script for completion in bash, zsh or fish."),
 }
 """The commands, the modules that have their functions, and what help says of them without loading any."""
 
@@ -317,7 +317,7 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from projdist.cli.output import emit  # loads rich
+        from projdist.cli.formats import emit  # loads rich
 
         emit(f"projdist {__version__}\n", None)
         raise typer.Exit

@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 
 from projdist.cli.errors import refusing
+from projdist.cli.formats import present
+from projdist.cli.number_format import area_text, certain
 from projdist.cli.options import FormatOption, format_of
-from projdist.cli.output import present
-from projdist.cli.report import Column, Report, Row, Table, area_text, certain
+from projdist.cli.report import Column, Report, Row, Table
 from projdist.designs import AtlasEntry, AtlasZones, atlas, atlas_names
 
 

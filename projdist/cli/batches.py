@@ -13,8 +13,8 @@ import typer
 from projdist import gis
 from projdist.answers import Area, Batch, BatchResult, areas_of, batch
 from projdist.cli.errors import cannot_write, fail, progress_bar, refuse, refusing, tell_problems
+from projdist.cli.formats import drawing, present, tell_written
 from projdist.cli.options import format_for, output_file, printed_or_file
-from projdist.cli.output import drawing, present, tell_written
 from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries, note
 from projdist.cli.report import Report, Row
 from projdist.support import check_executor, is_stream, open_executor

@@ -13,6 +13,8 @@ import typer
 
 from projdist import gis
 from projdist.cli.errors import fail, progress_bar, refuse, refusing
+from projdist.cli.formats import drawing, present
+from projdist.cli.number_format import area_text
 from projdist.cli.options import (
     PAGE_SUFFIX,
     OverwriteOption,
@@ -24,9 +26,8 @@ from projdist.cli.options import (
     output_option,
     whole_number,
 )
-from projdist.cli.output import drawing, present
 from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries
-from projdist.cli.report import Column, Mapped, Report, Table, area_text
+from projdist.cli.report import Column, Mapped, Report, Table
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
 from projdist.regions import Box, Place
 

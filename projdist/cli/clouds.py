@@ -21,8 +21,8 @@ from projdist.applications.pointclouds import (
     register,
 )
 from projdist.cli.errors import fail, refuse, refusing
+from projdist.cli.formats import drawing, present
 from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, output_option
-from projdist.cli.output import drawing, present
 from projdist.cli.report import Column, Report, Table
 from projdist.support import refuse_existing
 

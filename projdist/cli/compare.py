@@ -27,6 +27,8 @@ from projdist.answers import (
 )
 from projdist.cli.batches import RegionalWork, by_region, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
+from projdist.cli.formats import present
+from projdist.cli.number_format import WHOLE, area_text, certain, first_digit, label_of, per_cent, rounded
 from projdist.cli.options import (
     DpiOption,
     ExecutorOption,
@@ -49,22 +51,8 @@ from projdist.cli.options import (
     refuse_regional_options,
     region_given,
 )
-from projdist.cli.output import present
 from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
-from projdist.cli.report import (
-    WHOLE,
-    Column,
-    Mapped,
-    Report,
-    Row,
-    Table,
-    area_text,
-    certain,
-    first_digit,
-    label_of,
-    per_cent,
-    rounded,
-)
+from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
 from projdist.projections import Projection, ProjectionError
 

@@ -8,8 +8,8 @@ import typer
 
 from projdist import gis
 from projdist.cli.errors import refuse, working
+from projdist.cli.formats import drawing, tell_written
 from projdist.cli.options import OverwriteOption, choice, file_of_kind, number, output_option
-from projdist.cli.output import drawing, tell_written
 from projdist.cli.pictures import check_libraries, note
 
 _RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")

@@ -11,7 +11,8 @@ import typer
 from projdist import plots
 from projdist.answers import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
 from projdist.cli.errors import refuse, refusing
-from projdist.cli.formats import HTML, JSON, TABLE
+from projdist.cli.formats import HTML, JSON, TABLE, drawing, present
+from projdist.cli.number_format import covers, first_digit, rounded, size_text
 from projdist.cli.options import (
     PAGE_SUFFIX,
     DpiOption,
@@ -25,9 +26,8 @@ from projdist.cli.options import (
     region_given,
     report_format,
 )
-from projdist.cli.output import drawing, present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Copy, Mapped, Report, Table, covers, first_digit, rounded, size_text
+from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.field import Spread
 from projdist.projections import Projection
 from projdist.regions import Place

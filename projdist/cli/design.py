@@ -11,7 +11,8 @@ import typer
 
 from projdist import plots
 from projdist.cli.errors import refuse, refusing, words_told
-from projdist.cli.formats import HTML, JSON, TABLE
+from projdist.cli.formats import HTML, JSON, TABLE, present
+from projdist.cli.number_format import certain, per_cent, rounded, size_text
 from projdist.cli.options import (
     DatumOption,
     DpiOption,
@@ -25,9 +26,8 @@ from projdist.cli.options import (
     printed_or_file,
     region_of,
 )
-from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Copy, Mapped, Report, Table, certain, per_cent, rounded, size_text
+from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
 from projdist.field import Extreme
 

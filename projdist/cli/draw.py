@@ -11,6 +11,7 @@ import typer
 from projdist import plots
 from projdist.answers import compare
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
+from projdist.cli.formats import drawing, tell_written
 from projdist.cli.options import (
     ContextOption,
     DpiOption,
@@ -30,7 +31,6 @@ from projdist.cli.options import (
     step_of,
     whole_number,
 )
-from projdist.cli.output import drawing, tell_written
 from projdist.cli.pictures import (
     FILMS,
     LAYER_SUFFIXES,

@@ -13,8 +13,8 @@ import typer
 
 from projdist import web
 from projdist.cli.errors import refuse, refusing
+from projdist.cli.formats import emit
 from projdist.cli.options import RegionOption, region_given, whole_number
-from projdist.cli.output import emit
 from projdist.matrices import get_measure
 from projdist.projections import Projection
 from projdist.regions import region_for

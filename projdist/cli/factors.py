@@ -18,7 +18,8 @@ import typer
 from projdist import gis
 from projdist.answers import factors
 from projdist.cli.errors import refuse, refusing, tell_problems
-from projdist.cli.formats import CSV, TABLE
+from projdist.cli.formats import CSV, TABLE, drawing, present, tell_written
+from projdist.cli.number_format import fixed, label_of
 from projdist.cli.options import (
     FileFormatOption,
     MeasuresOption,
@@ -29,11 +30,9 @@ from projdist.cli.options import (
     output_option,
     printed_or_file,
 )
-from projdist.cli.output import drawing, present, tell_written
 from projdist.cli.pictures import check_libraries
-from projdist.cli.report import Column, Report, Table, fixed, label_of
+from projdist.cli.report import Column, Report, Table
 from projdist.projections import (
-    MISSING,
     TEXT_SUFFIXES,
     Projection,
     check_degrees,
@@ -42,7 +41,16 @@ from projdist.projections import (
     read_point_table,
     tell_of_missing,
 )
-from projdist.support import cells_of, has_decimal_comma, is_number, is_stream, plain, separator_of, with_decimal_points
+from projdist.support import (
+    MISSING,
+    cells_of,
+    has_decimal_comma,
+    is_number,
+    is_stream,
+    plain,
+    separator_of,
+    with_decimal_points,
+)
 
 _DECIMALS = {"x": 3, "y": 3, "omega": 6, "theta": 6, "convergence": 6}
 _MOST_DECIMALS = 8

@@ -13,7 +13,8 @@ import typer
 from projdist import plots
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.cli.errors import refusing, working
-from projdist.cli.formats import TABLE, room_in, takes_blocks
+from projdist.cli.formats import TABLE, present
+from projdist.cli.number_format import certain, first_digit, label_of, per_cent, rounded, size_text, with_error
 from projdist.cli.options import (
     PAGE_SUFFIX,
     DpiOption,
@@ -25,21 +26,9 @@ from projdist.cli.options import (
     output_option,
     region_given,
 )
-from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import (
-    Column,
-    Mapped,
-    Report,
-    Table,
-    certain,
-    first_digit,
-    label_of,
-    per_cent,
-    rounded,
-    size_text,
-    with_error,
-)
+from projdist.cli.report import Column, Mapped, Report, Table
+from projdist.cli.screen import room_in, takes_blocks
 from projdist.decisions import MapInfo, info
 from projdist.earth import land_within, latitude_text, longitude_text
 from projdist.matrices import get_measure

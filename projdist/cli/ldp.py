@@ -13,7 +13,8 @@ import typer
 
 from projdist import plots
 from projdist.cli.errors import refuse, refusing, working
-from projdist.cli.formats import CSV, HTML, JSON, TABLE
+from projdist.cli.formats import CSV, HTML, JSON, TABLE, present
+from projdist.cli.number_format import size_text
 from projdist.cli.options import (
     PAGE_SUFFIX,
     DpiOption,
@@ -25,9 +26,8 @@ from projdist.cli.options import (
     region_of,
     report_format,
 )
-from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Copy, Mapped, Report, Row, Table, size_text
+from projdist.cli.report import Column, Copy, Mapped, Report, Row, Table
 from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
 from projdist.projections import ProjectionLike, number_text
 from projdist.regions import Box, PointSet

@@ -9,6 +9,8 @@ import typer
 
 from projdist.answers import INDICES, TABLES, tables
 from projdist.cli.errors import fail, refusing, working
+from projdist.cli.formats import present
+from projdist.cli.number_format import first_digit, fixed
 from projdist.cli.options import (
     FileFormatOption,
     FormatOption,
@@ -20,8 +22,7 @@ from projdist.cli.options import (
     printed_or_file,
     whole_number,
 )
-from projdist.cli.output import present
-from projdist.cli.report import Column, Mapped, Report, Row, Table, first_digit, fixed, listing
+from projdist.cli.report import Column, Mapped, Report, Row, Table, listing
 from projdist.field import FIGURES
 from projdist.matrices import MEASURES
 from projdist.numerics import CRITERIA

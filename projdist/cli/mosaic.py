@@ -33,7 +33,7 @@ from projdist.applications.mosaics import (
     read_correspondences,
 )
 from projdist.cli.errors import fail, progress_bar, refuse, refusing, working
-from projdist.cli.formats import JSON, json_text
+from projdist.cli.formats import JSON, json_text, present, put
 from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, figure_of_group, picture_notes
 from projdist.cli.options import (
     DpiOption,
@@ -47,7 +47,6 @@ from projdist.cli.options import (
     output_option,
     printed_or_file,
 )
-from projdist.cli.output import present, put
 from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS

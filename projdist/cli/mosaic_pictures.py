@@ -32,8 +32,8 @@ from projdist.applications.mosaics import (
     write_world_file,
 )
 from projdist.cli.errors import fail, refuse, refusing
+from projdist.cli.formats import drawing
 from projdist.cli.options import choice, file_of_kind, output_file
-from projdist.cli.output import drawing
 from projdist.cli.pictures import PictureFile, check_libraries
 
 _GEOTIFF = (".tif", ".tiff")

@@ -23,6 +23,8 @@ from projdist.applications.oldmaps import (
     rectify,
 )
 from projdist.cli.errors import refuse, refusing, working
+from projdist.cli.formats import drawing, present
+from projdist.cli.number_format import fixed
 from projdist.cli.options import (
     DpiOption,
     FormatOption,
@@ -34,7 +36,6 @@ from projdist.cli.options import (
     number,
     output_option,
 )
-from projdist.cli.output import drawing, present
 from projdist.cli.pictures import (
     LookWords,
     PictureFile,
@@ -44,7 +45,7 @@ from projdist.cli.pictures import (
     picture_of,
     with_looks,
 )
-from projdist.cli.report import Column, Report, Table, fixed
+from projdist.cli.report import Column, Report, Table
 from projdist.designs import mean_plane_map
 from projdist.matrices import get_measure
 from projdist.support import tell

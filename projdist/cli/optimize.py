@@ -10,7 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from projdist.cli.errors import progress_bar, refusing
-from projdist.cli.formats import HTML, JSON, TABLE
+from projdist.cli.formats import HTML, JSON, TABLE, present
+from projdist.cli.number_format import change, covers, rounded, size_text
 from projdist.cli.options import (
     OutputOption,
     OverwriteOption,
@@ -20,8 +21,7 @@ from projdist.cli.options import (
     printed_or_file,
     region_of,
 )
-from projdist.cli.output import present
-from projdist.cli.report import Column, Copy, Mapped, Report, Table, change, covers, rounded, size_text
+from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.decisions import FAMILIES, Optimum, optimize, recommend
 from projdist.projections import ProjectionLike, number_text
 from projdist.regions import Place

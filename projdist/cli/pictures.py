@@ -13,8 +13,8 @@ import typer
 
 from projdist import gis, plots
 from projdist.cli.errors import refuse, refusing, working
+from projdist.cli.formats import drawing, tell_written
 from projdist.cli.options import PAGE_SUFFIX, choice, dots_of, file_of_kind, is_page, number, size_of, step_of
-from projdist.cli.output import drawing, tell_written
 from projdist.projections import Projection
 from projdist.regions import Place
 

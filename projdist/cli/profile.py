@@ -12,6 +12,8 @@ import typer
 from projdist import plots
 from projdist.answers import Profile, profile
 from projdist.cli.errors import refusing
+from projdist.cli.formats import present
+from projdist.cli.number_format import fixed, label_of
 from projdist.cli.options import (
     DpiOption,
     FileFormatOption,
@@ -24,9 +26,8 @@ from projdist.cli.options import (
     output_option,
     printed_or_file,
 )
-from projdist.cli.output import present
 from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Report, Table, fixed, label_of
+from projdist.cli.report import Column, Report, Table
 from projdist.support import is_stream
 
 _DECIMALS = {"x": 3, "y": 3, "azimuth": 4, "height": 3, "omega": 6, "theta": 6, "convergence": 6}

@@ -13,6 +13,8 @@ from projdist import plots
 from projdist.answers import Batch
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import fail, progress_bar, refuse, refusing
+from projdist.cli.formats import present
+from projdist.cli.number_format import certain, change, per_cent, rounded, size_text
 from projdist.cli.options import (
     PAGE_SUFFIX,
     DpiOption,
@@ -29,9 +31,8 @@ from projdist.cli.options import (
     region_of,
     whole_number,
 )
-from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
-from projdist.cli.report import Column, Mapped, Report, Row, Table, certain, change, per_cent, rounded, size_text
+from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.decisions import (
     CLOSE,
     ENGINEERING_PPM,

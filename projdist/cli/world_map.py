@@ -11,7 +11,8 @@ import typer
 
 from projdist import plots
 from projdist.cli.errors import cannot_write, progress_bar, refuse, refusing
-from projdist.cli.formats import JSON, TABLE
+from projdist.cli.formats import JSON, TABLE, present
+from projdist.cli.number_format import certain, covers, per_cent, size_text
 from projdist.cli.options import (
     DatumOption,
     DpiOption,
@@ -30,9 +31,8 @@ from projdist.cli.options import (
     region_given,
     region_of,
 )
-from projdist.cli.output import present
 from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
-from projdist.cli.report import Column, Copy, Report, Table, certain, covers, per_cent, size_text
+from projdist.cli.report import Column, Copy, Report, Table
 from projdist.designs import AGAINST, WORLD_SYMMETRIES, MeanMap, WorldMap, mean_map, world_map
 
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")

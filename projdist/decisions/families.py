@@ -14,18 +14,6 @@ from projdist.projections import WINKEL_PARALLEL, Projection, ProjectionError, p
 from projdist.regions import Place
 from projdist.support import suggestion
 
-__all__ = [
-    "FAMILIES",
-    "Extent",
-    "Family",
-    "cylinder_of",
-    "ellipsoid_text",
-    "extent_of",
-    "get_family",
-    "sensible_families",
-    "usual_crs",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Extent:

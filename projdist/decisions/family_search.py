@@ -22,13 +22,6 @@ from projdist.numerics import descend, descend_lattice, lattice, minimise
 from projdist.projections import Projection, ProjectionError, compose, number_text, with_parameters
 from projdist.regions import Place
 
-__all__ = [
-    "DECIMALS",
-    "Members",
-    "Rounded",
-]
-
-
 DECIMALS = 7
 """What is not rounded has so many: a centimetre."""
 

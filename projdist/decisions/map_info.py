@@ -31,17 +31,6 @@ from projdist.projections import (
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, plain
 
-__all__ = [
-    "INFO_MEASURES",
-    "INFO_TOLERANCE",
-    "PROPERTIES",
-    "MapInfo",
-    "Properties",
-    "info",
-    "properties_of",
-]
-
-
 _SHARE = 0.99  # of the region
 _LARGEST, _LEAST = 1e-5, 1e-9  # limits, as scales less 1
 _CURVED = 1e-3  # of the mean square across a region

@@ -26,8 +26,6 @@ from projdist.field import FIGURES, Figure
 from projdist.matrices import MEASURES, Measure, mdt, principal_scales
 from projdist.numerics import least_between
 
-__all__ = ["Objective"]
-
 Scales = Callable[[FloatArray, FloatArray, FloatArray], float]
 Terms = Callable[[FloatArray, FloatArray], FloatArray]
 Extremes = Callable[[FloatArray, FloatArray, bool], FloatArray]

@@ -46,17 +46,6 @@ from projdist.projections import (
 from projdist.regions import Place, RegionLike, check_on_body, get_region
 from projdist.support import Answer, check_number, check_text, listed_values, plain
 
-__all__ = [
-    "LIMITED",
-    "Baseline",
-    "Optimum",
-    "best_member",
-    "least_error",
-    "limit_of",
-    "optimize",
-]
-
-
 LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
 """The figures whose limit is known."""
 

@@ -13,15 +13,6 @@ from projdist.projections import DerivedCrs, Projection
 from projdist.regions import Place
 from projdist.support import Answer, plain
 
-__all__ = [
-    "Degree",
-    "Design",
-    "Measured",
-    "Rival",
-    "Surroundings",
-    "measured",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Degree:

@@ -30,12 +30,6 @@ from projdist.projections import (
 from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
 from projdist.support import Answer, check_text, plain
 
-__all__ = [
-    "MeanMap",
-    "Nearness",
-    "mean_map",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Nearness:

@@ -14,13 +14,6 @@ from projdist.designs.sites import Site
 from projdist.matrices import Energy
 from projdist.numerics import ComplexPolynomials, PlanePolynomials, fit_harmonic, least_squares
 
-__all__ = [
-    "conformal_map",
-    "equal_area_map",
-    "general_map",
-]
-
-
 _ENOUGH = 1e-13  # of the map's size: what is left of exp(p) at the farthest node
 _MOST = 36  # degree of the map: powers of 1e8 m are numbers yet
 _FITTED = range(8, 33, 4)  # degrees of exp(p) where its series does not end in time

@@ -56,18 +56,6 @@ from projdist.projections import (
 from projdist.regions import Cap, Place, RegionLike, check_on_body, get_region
 from projdist.support import check_choice, check_pair, check_text, quoted
 
-__all__ = [
-    "Stage",
-    "best_base",
-    "check_keeps",
-    "check_whole",
-    "design",
-    "given_base",
-    "stage_of",
-    "stages",
-]
-
-
 _KEPT = 1e-7  # of scales: what is conformal or equal-area to 0.1 ppm
 _ROUGH = 1e-3  # of the region's area: where it may not be, by rounding
 

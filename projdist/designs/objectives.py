@@ -18,18 +18,6 @@ from projdist.matrices import EXPONENT, Energy, Measure
 from projdist.regions import Place
 from projdist.support import check_choice, check_number, quoted
 
-__all__ = [
-    "CRITERIA_OF_DESIGNS",
-    "KINDS",
-    "Kind",
-    "Wish",
-    "check_degree",
-    "check_extent",
-    "check_within",
-    "get_kind",
-    "wish_of",
-]
-
 
 @dataclass(frozen=True)
 class Wish:

@@ -15,14 +15,6 @@ from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.projections import Projection
 
-__all__ = [
-    "Average",
-    "BoxPolynomials",
-    "Corrected",
-    "box_gradients",
-]
-
-
 _LIMITS = "+range=1e8 +inv_tolerance=1e-6"  # metres
 
 

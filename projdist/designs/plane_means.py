@@ -23,16 +23,6 @@ from projdist.matrices import Energy, check_weights, mdt
 from projdist.numerics import PlanePolynomials
 from projdist.support import Answer, check_numbers
 
-__all__ = [
-    "PlaneMean",
-    "Targets",
-    "check_counts",
-    "common_turn",
-    "mean_plane_map",
-    "polynomial_mean",
-]
-
-
 _ENERGY = Energy()
 
 

@@ -13,18 +13,6 @@ from projdist.field import Nodes, nodes_at
 from projdist.projections import Projection, ProjectionError
 from projdist.regions import Place, polygons_of
 
-__all__ = [
-    "SYMMETRIES",
-    "TORN",
-    "Site",
-    "central_meridian",
-    "mirrored",
-    "overlaps",
-    "site_of",
-    "smooth_at",
-]
-
-
 SYMMETRIES = ("none", "meridian", "equator", "both")
 
 _SAME = 1e-3  # metres

@@ -20,14 +20,6 @@ from projdist.support import check_degrees, check_number
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-__all__ = [
-    "Cut",
-    "CutLike",
-    "Frame",
-    "get_cut",
-]
-
-
 _HALF, _WHOLE = 180.0, 360.0
 _APART = 1e-6  # degrees between points of a cut, at least
 

@@ -25,17 +25,6 @@ from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import Place, RegionLike
 from projdist.support import Answer, check_number, check_path, check_whole_number, plain, replacing
 
-__all__ = [
-    "AGAINST",
-    "Refinement",
-    "Standing",
-    "WorldMap",
-    "pipeline_with",
-    "triangulation",
-    "world_map",
-]
-
-
 _ROUNDING = 1e-9  # of a step, and of degrees
 _BEYOND = 1e-13  # of a latitude: PROJ may miss triangles on whose edges the poles lie
 

@@ -14,13 +14,6 @@ from projdist.matrices import Energy
 from projdist.regions import Box, Place, PointSet, RegionLike, get_region
 from projdist.support import check_choice, check_number
 
-__all__ = [
-    "WORLD_SYMMETRIES",
-    "WorldWish",
-    "world_wish",
-]
-
-
 WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
 
 _DEGREE = 3

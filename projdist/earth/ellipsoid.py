@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 
-__all__ = ["SMOOTH", "Breaks", "chord_angle", "destination", "latitude_text", "longitude_text", "unit_vectors"]
-
-
 _LARGEST_GLOBE = 100.0  # metres; the least figure of a body that PROJ knows, Itokawa, has 173
 
 

@@ -16,25 +16,6 @@ from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray
 
-__all__ = [
-    "RESOLUTIONS",
-    "Border",
-    "borders",
-    "coastlines",
-    "countries_about",
-    "country",
-    "country_keys",
-    "lakes",
-    "lakes_within",
-    "land",
-    "land_within",
-    "near",
-    "shores",
-    "state_keys",
-    "state_outline",
-]
-
-
 _HALF_TURN, _TURN = 180.0, 360.0
 _HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
 # Shares of a curve's size: by how much its chords may leave it (their areas are corrected), and what need not be.

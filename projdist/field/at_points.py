@@ -22,8 +22,6 @@ from projdist.matrices import principal_scales
 from projdist.projections import Projection, ProjectionLike
 from projdist.support import check_degrees
 
-__all__ = ["Derivatives", "Quality", "derivatives", "jacobian"]
-
 
 class Quality(enum.IntEnum):
     """What is known of the derivative at a point."""

@@ -19,18 +19,6 @@ from projdist.projections import Projection, ProjectionError, own_pole_of
 from projdist.regions import Box, Place, PointSet, Region, TurnedGlobe
 from projdist.support import check_number
 
-__all__ = [
-    "AiryKavrayskiy",
-    "DenseJacobians",
-    "GeometricMedian",
-    "Samples",
-    "Spread",
-    "airy_kavrayskiy_of",
-    "dense",
-    "sample_panels",
-]
-
-
 MAX_EVALUATIONS = 1_500_000
 _MEAN_TOLERANCE = 1e-6  # measures have kinks, which cost more
 # Of second derivatives, which grow as panels shrink where J has a jump, so that splitting gains nothing.

@@ -41,15 +41,6 @@ from projdist.projections import Nature, Projection, ProjectionLike, nature_of
 from projdist.regions import Place, PointSet, RegionLike, region_for
 from projdist.support import check_numbers, tell
 
-__all__ = [
-    "Field",
-    "departure",
-    "named_measures",
-    "sample",
-    "tell_of_contradiction",
-]
-
-
 _MOST = 60  # matrices, so that it costs nothing
 # PROJ's iterations and elliptic functions leave 1e-6; the wrong ellipsoid, or a series far from home, 1e-4 and more.
 _EXACT = 1e-5

@@ -23,8 +23,6 @@ from projdist.matrices import (
 from projdist.numerics import get_criterion, mean, rms
 from projdist.support import check_choice, check_text, quoted, suggestion
 
-__all__ = ["FIGURES", "AnyFigure", "Figure", "get_figure"]
-
 # 0.1 ppm, in each unit: derivatives are good to 1e-10 and better, true differences begin at 1e-6.
 _ROUNDING = {"ppm": 0.1, "deg": float(np.degrees(1e-7))}
 _STATISTICS = ("rms", "mean", "max")

@@ -18,14 +18,6 @@ from projdist.projections import Projection
 from projdist.regions import Place, PointSet, Region, RegionLike, cells_of, get_region
 from projdist.support import check_numbers
 
-__all__ = [
-    "Nodes",
-    "field_of",
-    "nodes_at",
-    "nodes_of",
-]
-
-
 # Radians. Where the truncation of the fourth order, step^4 / 30, meets rounding, 1e-16 / step; and, where a pole that
 # is drawn as a line is near, as a part of the distance to it.
 _STEP, _POLAR_STEP, _SHORTEST = 5e-4, 0.05, 1e-8

@@ -14,8 +14,6 @@ from projdist.projections import Projection, ProjectionLike
 from projdist.regions import RegionLike, region_for
 from projdist.support import check_degrees
 
-__all__ = ["Interpolant", "interpolant"]
-
 _HELD_OUT = np.array([[-0.83, 0.31], [0.13, -0.71], [0.57, 0.89]])  # of a panel, where no node is
 _APART = 1e-11  # of J
 

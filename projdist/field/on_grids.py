@@ -10,8 +10,6 @@ from projdist.field.at_points import jacobian
 from projdist.projections import Projection, ProjectionLike
 from projdist.support import check_numbers
 
-__all__ = ["jacobian_grid"]
-
 # Central weights over one to four neighbours on each side, for the first derivative times the spacing, and
 # what they are more than those of sixth order.
 _EIGHTH = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])

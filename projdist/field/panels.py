@@ -14,19 +14,6 @@ from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, ORDER
 from projdist.projections import Projection
 from projdist.regions import Clips, Region
 
-__all__ = [
-    "First",
-    "Layout",
-    "Partial",
-    "Plan",
-    "lay",
-    "plan_of",
-    "side_points",
-    "torn_sides",
-    "with_strips",
-]
-
-
 _DEEPEST = 8  # strips of strips: each is a 38th as wide, the last one rounding
 _INSET = 1e-9  # of half a panel: a seam on the side itself does no harm
 _CHOSEN = [1, 4, 8]

@@ -13,11 +13,6 @@ from projdist.earth import Ellipsoid
 from projdist.projections import Projection, ProjectionLike
 from projdist.support import check_degrees
 
-__all__ = [
-    "hessian",
-]
-
-
 TARGET = 1e-12  # relative error at which a stencil is good enough
 # Odd differences at a kink agree with each other. The fourth difference, over step times slope, is about 1 there,
 # and at most 2e-4 on smooth maps.

@@ -11,12 +11,6 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Place, Region
 
-__all__ = [
-    "cut_length",
-    "is_interrupted",
-]
-
-
 Map = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 _BENT = 0.1  # of the link's length; neighbours 1 degree apart stay well below, but for tears and singular points

@@ -38,8 +38,6 @@ from projdist.support import (
     tell,
 )
 
-__all__ = ["CONVERTED_SUFFIXES", "RESAMPLINGS", "Conversion", "convert", "convert_frame"]
-
 RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
 """How pixels get their values."""
 

@@ -24,10 +24,6 @@ from projdist.surfaces import ellipses, fit, surface_of, tissot_points
 if TYPE_CHECKING:
     import geopandas
 
-__all__ = [
-    "old_map_layers",
-]
-
 
 @contextlib.contextmanager
 def needed_for(thing: str) -> Iterator[None]:

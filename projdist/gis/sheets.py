@@ -16,8 +16,6 @@ from projdist.gis.rasters import FLAVOURS, flavour_of
 from projdist.projections import Projection, ProjectionLike, plane_of
 from projdist.support import one_line, replacing
 
-__all__ = ["georeference_of", "save_geotiff", "save_sheet"]
-
 
 def georeference_of(path: str | os.PathLike[str]) -> Georeference | None:
     """Where GDAL says that an image lies (a GeoTIFF, or a world file beside it), None where it does not.

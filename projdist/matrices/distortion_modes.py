@@ -19,8 +19,6 @@ from projdist.matrices.mean_transformation import check_matrices, check_weights,
 from projdist.matrices.spd import logarithms
 from projdist.support import Answer, check_numbers
 
-__all__ = ["Modes", "field_modes", "modes"]
-
 _PURE = 0.1  # a ratio of two scales that is as near as that to 1, 0 or -1 is named so
 _ALONG = 7.5  # degrees, within which a direction is named
 _LEAST = 0.1  # of a mode, what is named of it in more than two dimensions

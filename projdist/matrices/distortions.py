@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from projdist._typing import FloatArray
 from projdist.support import check_numbers
 
-__all__ = ["Affine", "Decomposition", "decompose"]
-
 
 @dataclass(frozen=True, eq=False)
 class Affine:

@@ -16,8 +16,6 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
 
-__all__ = ["EXPONENT", "Energy", "Expansion"]
-
 EXPONENT = 0.125
 """The least exponent of an energy that is elliptic everywhere."""
 

@@ -21,9 +21,6 @@ from projdist.matrices.spd import (
     transposed,
 )
 
-__all__ = ["METHODS", "Mean", "Median", "damping", "gradient", "medians", "middle", "newton", "settled"]
-
-
 _NEWTON_STEPS = 100  # 3 to 5 do, from far away some 15
 _GRADIENT_STEPS = 1000  # some 15; conditions of 1e6 take 300
 # Where the Jacobi rotations of many matrices at once are faster than a LAPACK call for each.

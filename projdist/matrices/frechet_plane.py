@@ -18,8 +18,6 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.matrices.frechet import Mean, damping, settled
 from projdist.matrices.spd import EPS
 
-__all__ = ["Points", "newton", "points"]
-
 # Doubles of one array, of which a dozen are in use; BLAS starts no threads for the product of so few.
 _CHUNK = 10_000
 _MANY, _STRIDE = 8192, 8  # of so many matrices every eighth makes the start

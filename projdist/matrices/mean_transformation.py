@@ -21,8 +21,6 @@ from projdist.matrices import frechet as frechet_medians
 from projdist.matrices.spd import place
 from projdist.support import Answer, check_choice, check_numbers
 
-__all__ = ["MDT", "check_matrices", "check_weights", "field_mdt", "field_median", "mdt"]
-
 _GROUP = 1 << 15  # doubles in the sets of matrices that are worked on together
 _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
 

@@ -33,8 +33,6 @@ from projdist.matrices.distortions import (
 )
 from projdist.support import listed_values, quoted, suggestion
 
-__all__ = ["MEASURES", "Measure", "flexion", "get_measure", "skewness"]
-
 
 def flexion(J: FloatArray, H: FloatArray) -> FloatArray:
     """Goldberg and Gott's flexion |v x w| / |v|^2, the mean over all directions.

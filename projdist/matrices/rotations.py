@@ -19,8 +19,6 @@ from projdist.matrices.mean_transformation import check_matrices, check_weights,
 from projdist.matrices.spd import lq, place, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
-__all__ = ["ROTATIONS", "Rotation", "axes_shift", "mean_rotation", "turns"]
-
 # Of N orientations without any order the mean resultant length is about 1 / sqrt(N).
 _NO_ORDER = 0.1
 _HALF_TURN = 1e-8  # sine of an angle near 180 degrees below which the logarithm's plane is not known

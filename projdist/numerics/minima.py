@@ -14,17 +14,6 @@ import numpy as np
 
 from projdist._typing import FloatArray
 
-__all__ = [
-    "Minimum",
-    "descend",
-    "descend_lattice",
-    "lattice",
-    "least_between",
-    "least_largest",
-    "least_squares",
-    "minimise",
-]
-
 Terms = Callable[[FloatArray], FloatArray]
 _STARTS = 4
 _APART = 0.15  # of the box: starts nearer to each other would descend to the same place

@@ -10,9 +10,6 @@ import numpy as np
 from projdist._typing import FloatArray
 from projdist.numerics.minima import least_largest
 
-__all__ = ["ComplexPolynomials", "HarmonicFit", "PlanePolynomials", "fit_harmonic"]
-
-
 ORDER = 10
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(ORDER)
 PLANE_WEIGHTS = WEIGHTS[:, None] * WEIGHTS

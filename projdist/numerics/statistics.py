@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike
 from projdist._typing import FloatArray
 from projdist.support import quoted, suggestion
 
-__all__ = ["CRITERIA", "Estimate", "get_criterion", "quantile", "quantiles"]
-
 
 class Estimate(NamedTuple):
     """A figure and by how much it may be wrong; NaN where it is not defined, or has no bound."""

@@ -14,8 +14,6 @@ from projdist.plots.basemap import title_width
 from projdist.plots.style import USUAL, Look, LookedFigure, scale_for
 from projdist.support import check_number, check_pair, quoted
 
-__all__ = ["BAR", "FOOT", "arranged", "bar_axes", "check_dpi", "check_size"]
-
 FOOT, BAR = 0.3, 0.75  # inches below the maps, for a line of text, and for a colour bar
 _GAP, _TITLE, _EMPTY = 0.15, 0.5, 0.06
 _HEADING = 0.36  # for a heading above several maps

@@ -28,12 +28,6 @@ from projdist.plots.style import Look, look_for, look_of, scale_of, title_of, ti
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for, region_title
 
-__all__ = [
-    "disc_points",
-    "space_figure",
-]
-
-
 _POINTS = 4000  # of equal area each
 _RAYS = 60  # points to which geodesics are drawn
 _STEPS = np.linspace(0.0, 1.0, 41)

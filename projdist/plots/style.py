@@ -25,21 +25,6 @@ from matplotlib.textpath import TextPath
 from projdist.projections import Projection
 from projdist.support import check_instance, check_number, check_text, listed, quoted
 
-__all__ = [
-    "THEMES",
-    "USUAL",
-    "Look",
-    "LookedFigure",
-    "Theme",
-    "is_one_line",
-    "is_tight_of",
-    "look_for",
-    "look_of",
-    "scale_for",
-    "scale_of",
-    "text_width",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Theme:

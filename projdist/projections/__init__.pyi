@@ -20,6 +20,7 @@ from .database import (
     reasons_against,
     to_pyproj,
 )
+from .errors import GridError, ProjectionError
 from .exports import (
     AreaOfUse,
     DerivedCrs,
@@ -52,9 +53,7 @@ from .geodesy import (
     to_lonlat,
 )
 from .names import needed_parameters, projection_names
-from .operations import GridError, ProjectionError
 from .point_tables import (
-    MISSING,
     TEXT_SUFFIXES,
     Frame,
     PointTable,
@@ -80,7 +79,6 @@ from .worldmaps import WORLD_MAPS, distance_around_edge
 __all__ = [
     "AUTHORITIES",
     "CRS",
-    "MISSING",
     "NAMES",
     "OF_A_SPHERE",
     "TEXT_SUFFIXES",

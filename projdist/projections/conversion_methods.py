@@ -17,10 +17,8 @@ from importlib import resources
 from typing import Any, NamedTuple
 
 from projdist.projections.catalogue import folded
-from projdist.projections.operations import ProjectionError
+from projdist.projections.errors import ProjectionError
 from projdist.support import NEAR, did_you_mean, listed, shown, tell
-
-__all__ = ["Stated", "conversion_of", "conversion_of_names", "is_parameter", "known_method", "reconciled"]
 
 
 class Stated(NamedTuple):

@@ -14,15 +14,13 @@ from pyproj import CRS
 from projdist.earth import Ellipsoid
 from projdist.projections.catalogue import close_codes, codes_elsewhere
 from projdist.projections.conversion_methods import Stated, known_method, reconciled
+from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
 from projdist.projections.operations import (
-    ALLOWED,
     CrsOperation,
     Parts,
-    ProjectionError,
     geographic_base,
     greenwich_offset,
     own_figure,
-    proj_reason,
     tell_of_figure,
     units_per_degree,
 )

@@ -20,19 +20,6 @@ from projdist.projections.projection import Projection
 from projdist.projections.projstrings import ELLIPSOID_KEYS
 from projdist.projections.worldmaps import WORLD_MAPS
 
-__all__ = [
-    "Axis",
-    "OwnPole",
-    "Particulars",
-    "Setting",
-    "breaks_of",
-    "known_breaks",
-    "numbers_of",
-    "own_pole_of",
-    "particulars_of",
-]
-
-
 _METRES = "metre"
 # Tokens of a PROJ string that are said elsewhere, or say nothing.
 _SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *ELLIPSOID_KEYS}

@@ -14,11 +14,17 @@ import pyproj.list
 
 from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_IN_METRES, NOT_MAPS, TITLES
 from projdist.projections.database import database, year_of
-from projdist.projections.operations import ProjectionError
-from projdist.support import Answer, check_text, check_whole_number, close_words, did_you_mean, listed_values, shown
-from projdist.support import checks as hints
-
-__all__ = ["CrsHit", "CrsSearch", "find_crs"]
+from projdist.projections.errors import ProjectionError
+from projdist.support import (
+    Answer,
+    check_text,
+    check_whole_number,
+    close_words,
+    did_you_mean,
+    listed,
+    listed_values,
+    shown,
+)
 
 _AUTHORITIES = ("", "EPSG", "ESRI", "IGNF")  # in the order of hits that are as good; a bare name has none
 _MODERN = 1984  # the year of the first datum by satellites that is still in use
@@ -304,7 +310,7 @@ def _check_authorities(authorities: Iterable[str] | str) -> set[str]:
     given = {check_text("authority", name).strip().upper() for name in listed_values(authorities)}
     for name in sorted(given - set(known)):
         hint = did_you_mean(close_words(name, known))
-        raise ValueError(f"Invalid authority '{shown(name)}'. {hint}It must be {hints.listed(known, 'or')}.")
+        raise ValueError(f"Invalid authority '{shown(name)}'. {hint}It must be {listed(known, 'or')}.")
     return given
 
 
@@ -319,7 +325,7 @@ def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated
         return did_you_mean([f"'{' '.join(spelt)}'"]).strip()
     missing = [f"'{shown(word)}'" for word, near in zip(words, spelt, strict=True) if not near]
     if missing:
-        return f"No name and no area of use has {hints.listed(missing, 'or')}."
+        return f"No name and no area of use has {listed(missing, 'or')}."
     if not deprecated and any(one.deprecated and _rank(one, words, ("", "")) is not None for one in among):
         return "Deprecated ones have these words: ask for them, too."
     return "No one has all of these words: take fewer of them."

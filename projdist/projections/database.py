@@ -12,37 +12,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pyproj import CRS, proj_version_str
+from pyproj import CRS as CRS  # for other rooms
+from pyproj import proj_version_str
 from pyproj.database import get_database_metadata, query_crs_info
 from pyproj.datadir import get_data_dir
 from pyproj.enums import PJType
 
 from projdist.earth import MEAN_EARTH_RADIUS, Ellipsoid
-from projdist.projections.operations import ProjectionError, greenwich_offset
+from projdist.projections.errors import ProjectionError
+from projdist.projections.operations import greenwich_offset
 from projdist.projections.projection import Projection
 from projdist.support import check_text, close_words, did_you_mean, listed, listed_values, shown
-
-__all__ = [
-    "AUTHORITIES",
-    "CRS",
-    "FALSE_ORIGINS",
-    "UNKNOWN",
-    "Conversion",
-    "CrsRecord",
-    "DatabaseCrs",
-    "Facts",
-    "check_authorities",
-    "codes_of_same_map",
-    "crs_records",
-    "database",
-    "facts_of",
-    "load_crs",
-    "proj_version",
-    "reasons_against",
-    "to_pyproj",
-    "year_of",
-]
-
 
 _AT_ONCE = 500  # codes in a query: SQLite takes 999 values
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}

@@ -20,11 +20,10 @@ from projdist._typing import FloatArray
 from projdist.earth import WGS84, Ellipsoid
 from projdist.projections.catalogue import WINKEL_PARALLEL, close_codes
 from projdist.projections.crs import parse_crs, read_crs
+from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.operations import (
-    ALLOWED,
     CrsOperation,
     Pipeline,
-    ProjectionError,
     check_grids,
     geographic_base,
     greenwich_offset,
@@ -35,13 +34,6 @@ from projdist.projections.operations import (
 from projdist.projections.proj_parameters import prime_meridian
 from projdist.projections.projection import Projection
 from projdist.support import did_you_mean, shown
-
-__all__ = [
-    "AreaOfUse",
-    "DerivedCrs",
-    "derived_crs",
-]
-
 
 _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of parameters
 _SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres

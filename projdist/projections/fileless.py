@@ -17,14 +17,12 @@ from typing import Any
 from pyproj.database import get_authorities
 from pyproj.datadir import get_data_dir
 
+from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.names import has_words, words_of
-from projdist.projections.operations import ALLOWED, ProjectionError
 from projdist.projections.proj_parameters import ANGLES, FLAGS, NUMBERS, TEXTS, WHOLE_NUMBERS
 from projdist.projections.projstrings import ELLIPSOID_KEYS, proj_string_of_parameters
 from projdist.projections.wkt import WktNode, is_wkt, parse_wkt, with_spaces
 from projdist.support import close_words, shown
-
-__all__ = ["close_parameters", "environment_without_files", "file_named_in"]
 
 _READERS = frozenset("defmodel deformation gridshift hgridshift tinshift vgridshift xyzgridshift".split())
 """PROJ's operations that read files."""

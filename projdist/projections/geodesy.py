@@ -16,22 +16,10 @@ from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.projections.catalogue import close_codes
 from projdist.projections.crs import bounds_of, read_crs
+from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import unprojected
-from projdist.projections.operations import (
-    ProjectionError,
-    check_grids,
-    greenwich_offset,
-    has_plain_axes,
-    units_per_degree,
-)
+from projdist.projections.operations import check_grids, greenwich_offset, has_plain_axes, units_per_degree
 from projdist.support import did_you_mean, shown
-
-__all__ = [
-    "DatumShift",
-    "datum_shift",
-    "keeps_datum",
-    "kept_datum",
-]
 
 
 def crs_of(value: Any) -> CRS:

@@ -26,21 +26,12 @@ from projdist.projections.catalogue import (
     operation_titles,
 )
 from projdist.projections.crs import parse_crs
-from projdist.projections.operations import ALLOWED, Function, Parts, ProjectionError, figure_parameters, own_figure
+from projdist.projections.errors import ALLOWED, ProjectionError
+from projdist.projections.operations import Function, Parts, figure_parameters, own_figure
 from projdist.projections.proj_parameters import check_read, number_text
 from projdist.projections.projstrings import ELLIPSOID_KEYS, ellipsoid_of, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import did_you_mean, listed, shown
-
-__all__ = [
-    "WITH_LATITUDE",
-    "Turned",
-    "Words",
-    "has_words",
-    "turned_tokens",
-    "words_of",
-]
-
 
 _BEHIND = re.compile(r"\+\s*[A-Za-z]\w*\s*(?==|\+|@|$)|@")  # where a parameter or a point begins
 _NAME = re.compile(r"[^\s:/+@=][^:+@=]*")  # a code or a CRS's name has another character, but for +

@@ -1,4 +1,4 @@
-"""PROJ's operations as functions of degrees, with their datums, grids, figures of the Earth and errors."""
+"""PROJ's operations as functions of degrees, with their datums, grids and figures of the Earth."""
 
 from __future__ import annotations
 
@@ -16,33 +16,8 @@ from pyproj.enums import TransformDirection
 
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
+from projdist.projections.errors import GridError, proj_reason
 from projdist.support import tell
-
-ALLOWED = (
-    "It must be a PROJ id or a name (see 'projdist list projections'), a PROJ string, an EPSG: or ESRI: code, "
-    "WKT, PROJJSON, the path of a .prj or .wkt file, a pyproj CRS, or a function of (lon, lat)."
-)
-
-
-class ProjectionError(ValueError):
-    """What was given is not a map projection that can be measured."""
-
-
-class GridError(ProjectionError):
-    """PROJ cannot read a grid that coordinates need: what was given is right."""
-
-
-def proj_reason(error: BaseException) -> str:
-    """The core of one of PROJ's nested messages."""
-    text = " ".join(str(error).split())
-    inner = re.search(r"\(Internal Proj Error: (.*)\)$", text)
-    reason = inner[1] if inner else text
-    reason = re.sub(r"^proj_create: ", "", reason)
-    return re.sub(r"^Error \d+ \((.*?)\)(?:: (.*))?$", lambda match: match[2] or match[1], reason).rstrip(".")
-
-
-# ---- datums --------------------------------------------------------------------------------------
-
 
 _GIVES_LONGITUDE_FIRST = (["north", "east"], ["east", "north"])
 _AXES = [

@@ -19,24 +19,6 @@ from projdist.projections.projected_crs import geographic
 from projdist.projections.projection import Projection
 from projdist.support import MISSING, has_decimal_comma, number_of, numbered_rows, tell
 
-__all__ = [
-    "MISSING",
-    "TEXT_SUFFIXES",
-    "Frame",
-    "PointTable",
-    "add_columns",
-    "check_degrees",
-    "check_new_names",
-    "coordinate_columns",
-    "is_frame",
-    "is_geographic",
-    "places",
-    "read_point_table",
-    "tell_of_degrees",
-    "tell_of_frame_in_degrees",
-    "tell_of_missing",
-]
-
 TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
 """Of tables of points that are text."""
 

@@ -16,19 +16,9 @@ import pyproj.list
 from pyproj import Transformer
 
 from projdist.projections.catalogue import NOT_MAPS
-from projdist.projections.operations import ProjectionError, transform
+from projdist.projections.errors import ProjectionError
+from projdist.projections.operations import transform
 from projdist.support import close_words, did_you_mean, listed, shown, tell
-
-__all__ = [
-    "Parameter",
-    "Stated",
-    "check_value",
-    "degrees_of",
-    "longitude_key",
-    "parameters_in",
-    "prime_meridian",
-]
-
 
 ANGLES = frozenset(
     """alpha asc_lon azi gamma inc_angle lat_0 lat_1 lat_2 lat_3 lat_b lat_ts lon_0 lon_1 lon_2 lon_3 lon_wrap lonc

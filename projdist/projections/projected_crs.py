@@ -13,10 +13,10 @@ from pyproj.enums import TransformDirection
 from projdist._typing import BoolArray, FloatArray
 from projdist.earth import MEAN_EARTH_RADIUS, WGS84
 from projdist.projections.crs import parse_crs, read_crs
+from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import base_crs, same_coordinates
 from projdist.projections.operations import (
     CrsOperation,
-    ProjectionError,
     check_grids,
     geographic_base,
     greenwich_offset,

@@ -20,8 +20,9 @@ from pyproj.enums import PJType
 from projdist._typing import FloatArray
 from projdist.earth import SPHERE, Ellipsoid
 from projdist.projections.crs import parse_crs
+from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.names import parse_name
-from projdist.projections.operations import ALLOWED, CrsOperation, Function, Parts, Pipeline, ProjectionError
+from projdist.projections.operations import CrsOperation, Function, Parts, Pipeline
 from projdist.projections.projstrings import (
     is_proj_string,
     parse_proj_string,
@@ -30,13 +31,6 @@ from projdist.projections.projstrings import (
 )
 from projdist.projections.wkt import grid_mapping_in, is_wkt
 from projdist.support import shown
-
-__all__ = [
-    "Body",
-    "body_in",
-    "is_same_body",
-]
-
 
 _NAMED = re.compile(r'(?:ELLIPSOID|SPHEROID|DATUM|BASEGEOGCRS|BASEGEODCRS|GEOGCRS|GEODCRS|GEOGCS)\["([^"]*)"')
 # Figures of one body that people use differ by up to 3.4 % (the equator and the mean radius of Saturn); those of the

@@ -15,14 +15,13 @@ from pyproj import CRS, Transformer
 from projdist._typing import FloatArray
 from projdist.earth import Ellipsoid
 from projdist.projections.catalogue import NOT_IN_METRES, NOT_MAPS, close_ids, operation_titles
+from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.operations import (
     Parts,
     Pipeline,
-    ProjectionError,
     figure_parameters,
     has_own_figure,
     own_figure,
-    proj_reason,
     tell_of_figure,
     tell_of_sphere,
     transform,

@@ -14,6 +14,7 @@ import numpy as np
 import pyproj.exceptions
 
 from projdist.projections.catalogue import NAMES
+from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.exports import parameters_of, same_coordinates
 from projdist.projections.names import (
     WITH_LATITUDE,
@@ -29,7 +30,7 @@ from projdist.projections.names import (
     turned_tokens,
     words_of,
 )
-from projdist.projections.operations import CrsOperation, Pipeline, ProjectionError, proj_reason
+from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.proj_parameters import (
     Parameter,
     Stated,
@@ -44,12 +45,6 @@ from projdist.projections.projection import Projection, ProjectionLike
 from projdist.projections.projstrings import is_proj_string, operation_name
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import check_number, close_words, did_you_mean, listed, shown
-
-__all__ = [
-    "Tunable",
-    "tunable",
-    "tuned",
-]
 
 
 def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> Projection:

@@ -15,18 +15,8 @@ from pyproj import CRS
 
 from projdist.projections.catalogue import folded
 from projdist.projections.conversion_methods import Stated, conversion_of_names, is_parameter
-from projdist.projections.operations import ProjectionError
+from projdist.projections.errors import ProjectionError
 from projdist.support import quoted, shown, tell
-
-__all__ = [
-    "WktNode",
-    "check_wkt",
-    "is_wkt",
-    "parse_wkt",
-    "with_spaces",
-    "with_square_brackets",
-]
-
 
 _TOKEN = re.compile(
     r"""\s*(?:(?P<text>"(?:[^"]|"")*")|(?P<open>[\[(])|(?P<close>[\])])|(?P<comma>,)|(?P<word>[^\s"\[\](),][^"\[\](),]*))"""

@@ -1,7 +1,7 @@
 from .boxes import GLOBE, Box, TurnedGlobe, bounding_box, height_of, latitude_of
 from .caps import Cap, reaches
 from .cells import cells_of
-from .combinations import Border, combine, geojson_of, main_part, polygons_of, share_in
+from .combinations import Border, combine, geojson_of, polygons_of
 from .countries import folded, full_name, region_names
 from .files import crs_name, features_from_file, polygons_from_geojson, tell_of_geojson_in_degrees, with_gpx_heights
 from .language import (
@@ -19,6 +19,7 @@ from .language import (
     weighted_points,
 )
 from .lines import line_of
+from .parts import main_part, share_in
 from .points import PointSet
 from .polygons import Polygons
 from .region import ChartPoints, Clips, Region

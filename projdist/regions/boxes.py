@@ -13,11 +13,6 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid, unit_vectors
 from projdist.regions.region import ChartPoints, Unclipped
 
-__all__ = [
-    "TurnedGlobe",
-]
-
-
 _POLAR = 80.0
 # Latitudes where panels begin, and halves between, are 5-degree knots of Robinson's table.
 _LATITUDES = (-60.0, -40.0, 0.0, 40.0, 60.0)

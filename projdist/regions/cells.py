@@ -19,8 +19,6 @@ from projdist.regions import chains
 from projdist.regions.boxes import SLIVER, height_of, patch_chart, tightened
 from projdist.regions.region import Region
 
-__all__ = ["Cells", "cells_of"]
-
 _ENOUGH = 0.6  # of the cells that are asked for
 _GENERATIONS = 20  # of halvings: more than the digits of a single point need
 # Along an edge, or a side of a cell, of at most 40 degrees: areas to 4e-8.

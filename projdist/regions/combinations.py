@@ -1,15 +1,13 @@
-"""Combinations of regions, their borders, shares of a region in a box, and the main part of a region."""
+"""Combinations of regions, as polygons, and the borders of regions."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import shapely
 
-from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist._typing import BoolArray, FloatArray
 from projdist.earth import (
     GEOS_ARITHMETIC,
     Ellipsoid,
@@ -17,7 +15,6 @@ from projdist.earth import (
     closed_round_pole,
     cut_at_antimeridian,
     merged,
-    unit_vectors,
     unwrapped,
 )
 from projdist.projections import Body, is_same_body
@@ -125,185 +122,6 @@ def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
     else:
         ring = closed_round_pole(ring)
     return merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
-
-
-# ---- shares --------------------------------------------------------------------------------------
-
-
-_WHOLE = 1.0 - 1e-9
-
-
-def share_in(box: Box, region: Region | PointSet) -> float:
-    """The share of a region that lies in a box; of a kind of region not from here, that of its bounds."""
-    if isinstance(region, PointSet):
-        return float(region.weight[box.contains(region.lon, region.lat)].sum() / region.weight.sum())
-    around = Box.between(region.bounds, getattr(region, "ellipsoid", None))
-    share = around.shared_km2(box) / around.area_km2
-    if share == 0.0 or isinstance(region, Box):
-        return share
-    if share > _WHOLE:
-        return 1.0
-
-    from projdist.regions.polygons import Polygons
-
-    if not isinstance(region, Cap | Polygons):
-        return share
-    try:
-        return combine("&", region, box, region.name).area_km2 / region.area_km2
-    except ValueError:  # nothing is left
-        return 0.0
-
-
-# ---- parts ---------------------------------------------------------------------------------------
-
-
-MAIN_KM = 400.0
-"""Gaps that parts of a main part may have between them.
-
-In Natural Earth it keeps together what is mapped together (Indonesia has gaps of 210 km, Japan down to Okinawa 268,
-Yemen and Socotra 355, Russia and Kaliningrad 364), and parts what is not (Norway from Bear Island and Svalbard at 415,
-Malaysia's two halves, each with a datum's grid of its own, at 586, New Zealand from Chatham at 654, Alaska at 817).
-"""
-
-FAR_KM = 800.0
-"""The gap between parts that is worth a word.
-
-A conformal map that is true at one end is off by d^2 / (2 R^2), 0.8 %, at the other; the Azores, the Galapagos, Jan
-Mayen, the Andamans and the Canaries are beyond, Malaysia's halves and Fiji's Rotuma are not.
-"""
-
-# Outlines at 1 : 50 million are good to some kilometres, and edges in shorter pieces take seconds for a continent.
-_NEAREST_KM = 10.0
-_SPACING = 8.0  # points on edges in a gap: one of d is found as d sqrt(1 + 1 / 8^2) at most, 0.8 % too long
-_PAIRS = 2e6  # of points; fewer take less than scipy to load, 0.2 s
-
-
-@overload
-def main_part(region: Region, km: float = MAIN_KM) -> Region: ...
-@overload
-def main_part(region: PointSet, km: float = MAIN_KM) -> PointSet: ...
-def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointSet:
-    """The parts of a region that hang together with the largest, over gaps of at most `km`; raises ValueError.
-
-    A region that hangs together is returned as it is; so are boxes, caps and points.
-    """
-    farthest = math.pi * _radius_km(region)
-    if not _NEAREST_KM <= km <= farthest:
-        allowed = f"{_NEAREST_KM:.0f} to {farthest:.0f} km"
-        raise ValueError(f"Invalid distance '{km:g}' of a main part. It must be {allowed}.")
-    from projdist.regions.polygons import Polygons  # shapely is slow to load
-
-    if not isinstance(region, Polygons):
-        return region
-    outline = _Outline(region, km)
-    kept = outline.main(km)
-    if kept.all():
-        return region
-    suffix = "@main" if km == MAIN_KM else f"@main:{km:g}"
-    name = _suffixed(region.name, suffix)
-    return dataclasses.replace(region, geometry=outline.geometry(kept), name=name, far="")
-
-
-def all_parts(region: Region | PointSet) -> Region | PointSet:
-    """The same region, for someone who knows of its parts far away: there is no word on them."""
-    from projdist.regions.polygons import Polygons  # as above
-
-    if not isinstance(region, Polygons):
-        return region
-    return dataclasses.replace(region, far="", name=_suffixed(region.name, "@all"))
-
-
-def _suffixed(name: str, suffix: str) -> str:
-    """The text of a region with a suffix; a combination stands in brackets."""
-    combined = any(f" {operator} " in name for operator in "&+-")
-    return f"({name}){suffix}" if combined else f"{name}{suffix}"
-
-
-def told_apart(region: Polygons) -> Polygons:
-    """The region, with a sentence on its parts beyond gaps of `FAR_KM`, if there are any."""
-    if _reach_km(region) < FAR_KM:
-        return region
-    outline = _Outline(region, MAIN_KM)
-    if outline.main(FAR_KM).all():
-        return region
-    kept = outline.main(MAIN_KM)
-    away = outline.away(kept)
-    share = 100.0 * outline.areas[~kept].sum() / outline.areas.sum()
-    distances = " to ".join(dict.fromkeys(f"{distance:.0f}" for distance in (away.min(), away.max())))
-    far = f"{share:.2g} % of the area lies {distances} km from the main part"
-    return dataclasses.replace(
-        region, far=f"{region.name}: {far}; @main leaves it out, @all keeps it and says nothing."
-    )
-
-
-def _reach_km(region: Polygons) -> float:
-    """What no two points of a region can be farther apart than."""
-    west, south, east, north = region.bounds
-    return math.radians(east - west + north - south) * _radius_km(region)
-
-
-def _radius_km(region: Region | PointSet) -> float:
-    """The mean radius of the body."""
-    return region.figure.mean_radius / 1000.0
-
-
-def _nearest(points: FloatArray, asked: FloatArray, bound: float) -> FloatArray:
-    """The chord from each of the unit vectors asked for to the nearest of some points; infinity if beyond a bound."""
-    if len(points) * len(asked) > _PAIRS:
-        from scipy.spatial import KDTree  # slow to load
-
-        # A tree that may stop early is fast, too, where many points are equally far, as from the centre of a ring.
-        return np.asarray(KDTree(points).query(asked, distance_upper_bound=bound)[0])
-    squares = np.full(len(asked), np.inf)
-    for point in points:
-        np.minimum(squares, ((asked - point) ** 2).sum(axis=1), out=squares)
-    return np.where(squares <= bound**2, np.sqrt(squares), np.inf)
-
-
-class _Outline:
-    """The polygons of a region, their areas in km^2, and points on their edges as unit vectors.
-
-    Parts that the antimeridian cuts have points in common, and so hang together.
-    """
-
-    def __init__(self, region: Polygons, km: float) -> None:
-        import shapely  # slow to load
-
-        self._radius = _radius_km(region)
-        self._parts = shapely.get_parts(region.geometry)
-        dense = shapely.segmentize(self._parts, math.degrees(km / self._radius) / _SPACING)
-        lonlat, self._part = shapely.get_coordinates(dense, return_index=True)
-        self._points = unit_vectors(*lonlat.T).T
-        # By the mean latitude of each: to tell which is the largest.
-        self.areas = shapely.area(self._parts) * np.cos(np.radians(shapely.get_y(shapely.centroid(self._parts))))
-
-    def main(self, km: float) -> BoolArray:
-        """Which parts hang together with the largest."""
-        kept = np.zeros(len(self._parts), dtype=bool)
-        front: IntArray = np.array([np.argmax(self.areas)])
-        while front.size:
-            kept[front] = True
-            front = np.flatnonzero(~kept)[self._distances(front, ~kept, km) <= km]
-        return kept
-
-    def away(self, kept: BoolArray) -> FloatArray:
-        """How far in km each of the other parts is from these."""
-        return self._distances(np.flatnonzero(kept), ~kept)
-
-    def _distances(self, near: IntArray, far: BoolArray, within: float = math.inf) -> FloatArray:
-        """The least distance in km of each of some parts from others; half way round the body if beyond `within`."""
-        asked = far[self._part]
-        bound = 2.0 * math.sin(0.5 * min(within / self._radius, math.pi)) * (1.0 + 1e-9)
-        chords = _nearest(self._points[np.isin(self._part, near)], self._points[asked], bound)
-        least = np.full(len(self._parts), np.inf)
-        np.minimum.at(least, self._part[asked], 2.0 * np.arcsin(np.minimum(0.5 * chords, 1.0)))
-        return np.asarray(least[far] * self._radius)
-
-    def geometry(self, kept: BoolArray) -> Any:
-        """Some of the parts as one geometry."""
-        import shapely  # slow to load
-
-        return shapely.MultiPolygon(list(self._parts[kept]))
 
 
 # ---- border --------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import shapely
 
 from projdist.earth import WGS84, merged, natural_earth, state_keys, state_outline
-from projdist.regions.combinations import told_apart
+from projdist.regions.parts import told_apart
 from projdist.regions.polygons import Polygons
 from projdist.support import NEAR, did_you_mean
 

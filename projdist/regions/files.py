@@ -30,7 +30,7 @@ from projdist.earth import (
 )
 from projdist.projections import TEXT_SUFFIXES, crs_of, geodesics, ground_of, tell_of_degrees, to_lonlat
 from projdist.regions.chains import area_km2
-from projdist.regions.combinations import told_apart
+from projdist.regions.parts import told_apart
 from projdist.regions.points import HEIGHTS, PointSet, placed, read_csv
 from projdist.regions.polygons import Polygons
 from projdist.support import one_line, read_text, shown, tell

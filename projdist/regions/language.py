@@ -13,20 +13,13 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.earth import WGS84, Ellipsoid, latitude_text, longitude_text, natural_earth, state_keys
+from projdist.earth import WGS84, Ellipsoid, latitude_text, longitude_text
 from projdist.projections import Body, Projection, ProjectionError, area_of_use, ground_of, is_same_body
 from projdist.regions.boxes import GLOBE, Box, likelier
 from projdist.regions.caps import Cap
 from projdist.regions.points import PointSet
 from projdist.regions.region import Region
 from projdist.support import did_you_mean, quoted, shown, tell
-
-__all__ = [
-    "check_on_body",
-    "ground_of_maps",
-    "region_for",
-]
-
 
 Place = Region | PointSet
 
@@ -271,7 +264,7 @@ class _Parser:
 
     def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
         """All parts of a region, or the main one, as a suffix asks for."""
-        from projdist.regions import combinations as parts
+        from projdist.regions import parts
 
         self.kinds.add("@")
         which, km = suffix[1].lower(), suffix[2]
@@ -284,7 +277,7 @@ class _Parser:
 
 def _told_apart(region: Place) -> Place:
     """The region, with a word on parts far away."""
-    from projdist.regions.combinations import told_apart  # as above
+    from projdist.regions.parts import told_apart
     from projdist.regions.polygons import Polygons
 
     return told_apart(region) if isinstance(region, Polygons) else region
@@ -508,11 +501,15 @@ _LONGEST_TITLE = 70  # letters
 
 @functools.cache
 def _country_names() -> dict[str, str]:
+    from projdist.earth import natural_earth  # loads shapely
+
     return {row["iso_a2"]: row["name"] for row in natural_earth.country_keys() if row["iso_a2"]}
 
 
 @functools.cache
 def _state_names() -> dict[str, str]:
+    from projdist.earth import state_keys  # loads shapely
+
     return {row["postal"]: row["name"] for row in state_keys()}
 
 
@@ -537,4 +534,4 @@ def region_title(region: Place) -> str:
     text = region.name
     for pattern, word in _TITLES:
         text = pattern.sub(word, text)
-    return text if len(text) <= _LONGEST_TITLE else f"{text[: _LONGEST - 1]}…"
+    return text if len(text) <= _LONGEST_TITLE else f"{text[: _LONGEST_TITLE - 1]}…"

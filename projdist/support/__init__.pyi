@@ -1,7 +1,5 @@
 from .answers import Answer, plain
 from .checks import (
-    NEAR,
-    Notice,
     check_bool,
     check_choice,
     check_degrees,
@@ -13,16 +11,8 @@ from .checks import (
     check_raster,
     check_text,
     check_whole_number,
-    close_words,
-    did_you_mean,
-    listed,
     listed_values,
-    notices_kept,
-    one_line,
     quoted,
-    shown,
-    suggestion,
-    tell,
 )
 from .executors import (
     Processes,
@@ -37,6 +27,7 @@ from .executors import (
     without_processes,
 )
 from .files import is_stream, refuse_existing, replacing
+from .messages import NEAR, Notice, close_words, did_you_mean, listed, notices_kept, one_line, shown, suggestion, tell
 from .signals import end_if_told, orderly_end
 from .text_tables import (
     MISSING,

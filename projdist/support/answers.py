@@ -13,9 +13,6 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Answer", "html_table", "plain"]
-
-
 _MOST_ROWS, _LONGEST = 30, 40  # rows, and letters of a cell
 _BAR = "background: linear-gradient(90deg, #c2d8ec {share:.0f}%, transparent {share:.0f}%)"
 

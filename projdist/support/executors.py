@@ -18,19 +18,6 @@ from typing import Any, ParamSpec, TypeVar
 
 from projdist.support.signals import default_signals
 
-__all__ = [
-    "Processes",
-    "answering",
-    "check_executor",
-    "is_lost",
-    "is_picklable",
-    "open_executor",
-    "own_executor",
-    "places_in",
-    "run_all",
-    "without_processes",
-]
-
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 Arguments = ParamSpec("Arguments")

@@ -9,8 +9,6 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-__all__ = ["is_stream", "refuse_existing", "replacing"]
-
 # Where the system has its open streams: a file behind one of them was opened by whoever started the process.
 _BLOCK = bytes(4096)  # of disks
 _AFTER_FAILURE = 256  # blocks: SQLite gives back what it had taken before it fails

@@ -19,8 +19,6 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-__all__ = ["default_signals", "end_if_told", "orderly_end"]
-
 _SOON = 0.1  # seconds, in which what runs where exceptions are ignored has ended
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 

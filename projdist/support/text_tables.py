@@ -11,22 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from projdist.support.checks import tell
-
-__all__ = [
-    "MISSING",
-    "cells_of",
-    "comma_hint",
-    "has_decimal_comma",
-    "is_number",
-    "number_of",
-    "numbered_rows",
-    "read_text",
-    "rows_of_text",
-    "separator_of",
-    "split_rows",
-    "with_decimal_points",
-]
+from projdist.support.messages import tell
 
 NumberedRow = tuple[int, list[str]]
 

@@ -17,7 +17,6 @@ from projdist import (
     great_circle_bending,
 )
 from projdist.answers import distances
-from projdist.answers import distances as great_circles
 from projdist.answers.finite_distortions import Points, best_scale_of_distances
 from projdist.answers.published_tables import printed
 from projdist.earth.ellipsoid import chord_angle, unit_vectors
@@ -337,12 +336,12 @@ def test_geodesics_count_by_the_weights_of_both_ends():
     equator = Points(lon, np.zeros(20), np.ones(20))
     both = Points(np.append(lon, lon + 1.0), np.repeat([0.0, 60.0], 20), np.repeat([1.0, 0.0], 20))
     plate, rng = Projection.from_user_input("plate-carree"), np.random.default_rng(1)
-    found = great_circles._over_geodesics(plate, equator, both, rng)
+    found = distances._over_geodesics(plate, equator, both, rng)
     assert found.values == pytest.approx(0.0, abs=1e-12)
     assert found.coverage == pytest.approx(1.0)
-    turned = great_circles._over_geodesics(plate, both, equator, rng)
+    turned = distances._over_geodesics(plate, both, equator, rng)
     assert turned.values == pytest.approx(0.0, abs=1e-12)
-    assert great_circles._over_geodesics(plate, equator, both._replace(weight=np.ones(40)), rng).values > 0.01
+    assert distances._over_geodesics(plate, equator, both._replace(weight=np.ones(40)), rng).values > 0.01
 
 
 def test_ellipsoids_have_their_own_distances():

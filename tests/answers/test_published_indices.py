@@ -23,7 +23,6 @@ from projdist.answers.published_indices import (
     indices,
     terms,
 )
-from projdist.answers.published_indices import terms as finite
 from projdist.answers.published_indices.index import ScaledField
 from projdist.answers.published_indices.registry import score_of
 from projdist.answers.published_indices.terms import boundary_cuts
@@ -269,11 +268,11 @@ def test_errors_are_what_errors_of_parts_make():
     assert found.value == pytest.approx(math.log(15.0))
     assert found.error == pytest.approx(math.log(furthest / 15.0), rel=1e-5)
     # Canters' mean factor of Peters' index.
-    field = Known({finite.pairs: finite.Pairs(Estimate(0.5, 1e-3), Estimate(0.2, 1e-7), Estimate(0.1, 0.0))})
-    found = finite.finite_scale_factor(field, 1.0)
+    field = Known({terms.pairs: terms.Pairs(Estimate(0.5, 1e-3), Estimate(0.2, 1e-7), Estimate(0.1, 0.0))})
+    found = terms.finite_scale_factor(field, 1.0)
     assert found.value == pytest.approx(1.5)
     assert found.error == pytest.approx((1.2 + 1e-7) / (0.8 - 1e-7) - 1.5, rel=1e-5)
-    assert finite.best_for_distances(field) == pytest.approx(math.exp(0.1))
+    assert terms.best_for_distances(field) == pytest.approx(math.exp(0.1))
 
 
 def test_shares_by_hand():

@@ -9,8 +9,13 @@ import pytest
 from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved, write_csv
 from scipy.optimize import least_squares
 
-from projdist.applications.mosaics import Correspondences, parse_sizes, read_correspondences, register
-from projdist.applications.mosaics import bundle_adjustment as pairs
+from projdist.applications.mosaics import (
+    Correspondences,
+    bundle_adjustment,
+    parse_sizes,
+    read_correspondences,
+    register,
+)
 
 MAKERS = {"affine": affine_maps, "homography": homographies}
 MODELS = pytest.mark.parametrize("model", MAKERS)
@@ -194,9 +199,9 @@ def test_the_number_of_false_alarms():
     S[1, 2] = 2.0
     # Every point is off by half a pixel: all twenty at that precision.
     expected = 17 * math.comb(20, 3) * (math.pi * 0.25 / 60000.0) ** 17
-    found = pairs._false_alarms(S, x, y, 4.0, 60000.0, 3)
+    found = bundle_adjustment._false_alarms(S, x, y, 4.0, 60000.0, 3)
     assert found == pytest.approx(math.log10(expected), rel=1e-9)
-    again = pairs._false_alarms(S, np.vstack([x, x]), np.vstack([y, y]), 4.0, 60000.0, 3)
+    again = bundle_adjustment._false_alarms(S, np.vstack([x, x]), np.vstack([y, y]), 4.0, 60000.0, 3)
     assert again == pytest.approx(found, rel=1e-12)
 
 

@@ -8,8 +8,7 @@ import scipy.linalg
 from cloud_sets import EXACT, moved
 from scipy.spatial.transform import Rotation
 
-from projdist.applications.pointclouds import correspondences as icp
-from projdist.applications.pointclouds import register
+from projdist.applications.pointclouds import correspondences, register
 from projdist.applications.pointclouds.correspondences import log_false_alarms
 
 
@@ -74,10 +73,10 @@ def test_false_alarms(n):
     """They are those of the definition, counted in whole numbers, and at random there are hardly any."""
     rng = np.random.default_rng(n)
     points = rng.uniform(size=(40, n))
-    apart = icp._spacing(points)
+    apart = correspondences._spacing(points)
     distances = np.linalg.norm(points[:, None] - points, axis=2)
     assert apart == pytest.approx(np.median(np.sort(distances)[:, 1]), rel=1e-12)
-    assert icp._spacing(np.repeat(points, 3, axis=0)) == pytest.approx(apart, rel=1e-12)
+    assert correspondences._spacing(np.repeat(points, 3, axis=0)) == pytest.approx(apart, rel=1e-12)
     near = np.sort(rng.uniform(size=40)) ** 2 * apart
     alarms = [
         (39 - n) * math.comb(40, k) * (1 - 2 ** -((near[k - 1] / apart) ** n)) ** (k - n - 1) for k in range(n + 2, 41)
@@ -91,7 +90,9 @@ def test_false_alarms(n):
     for _ in range(300):
         cloud, other = rng.uniform(size=(2, 40, n))
         by_chance.append(
-            log_false_alarms(np.linalg.norm(cloud[:, None] - other, axis=2).min(axis=0), icp._spacing(other), n)
+            log_false_alarms(
+                np.linalg.norm(cloud[:, None] - other, axis=2).min(axis=0), correspondences._spacing(other), n
+            )
         )
     # Less than a false alarm in a hundred, on average, is to be met in about three of 300.
     assert np.sum(np.array(by_chance) < np.log(0.01)) <= 10
@@ -111,7 +112,7 @@ def test_partners_are_mutual_and_near():
     """Of two points that are near one of the other cloud the nearer has it, and what is far off has nobody."""
     cloud = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [500.0, 0.0]])
     template = np.array([[0.1, 0.0], [0.3, 0.0], [10.2, 0.0], [20.1, 0.0], [90.0, 0.0]])
-    assert icp._partners(cloud, template).tolist() == [0, -1, 1, 2, -1]
+    assert correspondences._partners(cloud, template).tolist() == [0, -1, 1, 2, -1]
 
 
 def test_turns_in_space():
@@ -119,7 +120,7 @@ def test_turns_in_space():
 
     A ball of the angle a has (a - sin a) / pi of all rotations: 1 of 1000 for 15.3 degrees, of which the mean is 3/4.
     """
-    turns = icp._turns(3)
+    turns = correspondences._turns(3)
     np.testing.assert_allclose(turns @ turns.swapaxes(1, 2), np.broadcast_to(np.eye(3), turns.shape), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(turns), 1.0, rtol=1e-12)
     any_turn = Rotation.random(2000, np.random.default_rng(1)).as_matrix()

@@ -16,7 +16,7 @@ from projdist import factors, summarize
 from projdist.cli.compare import comparison_report
 from projdist.cli.factors import factors_report
 from projdist.cli.formats import render
-from projdist.cli.report import rounded
+from projdist.cli.number_format import rounded
 
 COMPARE_KEYS = [
     "projection",

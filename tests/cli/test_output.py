@@ -14,7 +14,7 @@ from commands import FORMATS, QUICK, parse_csv, parse_html, parse_markdown, refu
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
-from projdist.cli.report import certain, rounded
+from projdist.cli.number_format import certain, rounded
 
 
 def process(*words: str, **options: object) -> subprocess.CompletedProcess:

@@ -3,7 +3,7 @@
 import pytest
 
 from projdist import FIGURES
-from projdist.decisions.recommendation import preference as twins
+from projdist.decisions.recommendation import preference
 from projdist.decisions.recommendation.candidates import Finding, Trial, probe_of, try_crs
 from projdist.decisions.recommendation.preference import Usage, by_usage, datum_root, grouped
 from projdist.projections.database import AUTHORITIES, crs_records, facts_of
@@ -101,10 +101,16 @@ def test_the_area_of_use_comes_before_all():
 
 def test_figures_that_agree():
     """To one per cent of the least of a group; the next begins another."""
-    sizes = [2.0, 1.0, 1.0 + 0.9 * twins._CLOSE, 2.0 * (1.0 + 0.9 * twins._CLOSE), 1.0 + 1.2 * twins._CLOSE]
-    found = twins._close(sizes, float)
+    sizes = [
+        2.0,
+        1.0,
+        1.0 + 0.9 * preference._CLOSE,
+        2.0 * (1.0 + 0.9 * preference._CLOSE),
+        1.0 + 1.2 * preference._CLOSE,
+    ]
+    found = preference._close(sizes, float)
     assert found == [
-        [1.0, 1.0 + 0.9 * twins._CLOSE],
-        [1.0 + 1.2 * twins._CLOSE],
-        [2.0, 2.0 * (1.0 + 0.9 * twins._CLOSE)],
+        [1.0, 1.0 + 0.9 * preference._CLOSE],
+        [1.0 + 1.2 * preference._CLOSE],
+        [2.0, 2.0 * (1.0 + 0.9 * preference._CLOSE)],
     ]

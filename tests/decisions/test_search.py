@@ -12,9 +12,8 @@ from pyproj import Proj
 import projdist
 from projdist.decisions.recommendation.preference import CLOSE, WIDE_FACTOR
 from projdist.decisions.recommendation.search import recommend
-from projdist.projections import ProjectionError
+from projdist.projections import ProjectionError, database
 from projdist.projections import database as crs_database
-from projdist.projections import database as registry
 from projdist.regions import get_region
 
 GERMANY = "box:5.9,47.3,15.0,55.1"
@@ -119,7 +118,7 @@ def test_all_reasons_against():
 
 def test_no_database_to_read(monkeypatch, tmp_path):
     """Where PROJ's database is no file, PROJ reads every CRS."""
-    monkeypatch.setattr(registry, "get_data_dir", lambda: str(tmp_path))
+    monkeypatch.setattr(database, "get_data_dir", lambda: str(tmp_path))
     crs_database._spheroids.cache_clear()
     assert crs_database.reasons_against(["ESRI:53012"]) == {}
     crs_database._spheroids.cache_clear()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from projdist.designs import fits as equal_area_maps
+from projdist.designs import fits
 from projdist.designs.fits import _independent, _sheared, equal_area_map
 from projdist.designs.sites import site_of
 from projdist.earth import WGS84
@@ -61,7 +61,7 @@ def test_minima_are_those_of_minpack(degree: int, monkeypatch: pytest.MonkeyPatc
     nodes = nodes_of(get_region("country:US & box:-125,24,-66,50"), WGS84, 500)
     base = Projection.from_user_input("+proj=aea +lat_0=37 +lon_0=-96 +lat_1=30 +lat_2=45 +ellps=WGS84")
     found = []
-    own = equal_area_maps.least_squares
+    own = fits.least_squares
 
     def both(terms, start):
         fit = optimize.least_squares(
@@ -71,6 +71,6 @@ def test_minima_are_those_of_minpack(degree: int, monkeypatch: pytest.MonkeyPatc
         found.extend([np.linalg.norm(terms(place)[0]), np.linalg.norm(fit.fun)])
         return place
 
-    monkeypatch.setattr(equal_area_maps, "least_squares", both)
+    monkeypatch.setattr(fits, "least_squares", both)
     equal_area_map(site_of(base, nodes, None), degree, 0.0)
     assert found[0] <= 1.00001 * found[1]

@@ -15,7 +15,7 @@ import shapely
 
 import projdist
 from projdist import FIGURES, Projection, ProjectionError, design, summarize
-from projdist.designs import making as bases
+from projdist.designs import fits, making
 from projdist.designs.answers import measured
 from projdist.designs.making import Stage, _inverse_error, best_of, stage_of, stages
 from projdist.designs.objectives import Wish, exponentiated, get_kind, needs_exponent, wish_of
@@ -368,7 +368,7 @@ def test_scales_beyond_all_numbers(capfd: pytest.CaptureFixture[str]) -> None:
     """Of 10^-477 beside a region, as for Europe at degree 9, nothing is fitted; no library writes into the terminal."""
     z = np.linspace(0.0, 1.0, 50) + 1j * np.linspace(0.0, 1.0, 50) ** 2
     with pytest.raises(ValueError, match="beyond all numbers"):
-        conformal_maps._fitted(np.array([0.0, -1100.0]), z, np.full(50, 0.02))
+        fits._fitted(np.array([0.0, -1100.0]), z, np.full(50, 0.02))
     assert capfd.readouterr() == ("", "")
 
 
@@ -485,10 +485,10 @@ def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -
         "omerc": "+proj=omerc +lat_0=50 +lonc=10 +alpha=40",
     }
     projections = {name: Projection.from_user_input(f"{text} +ellps=WGS84") for name, text in members.items()}
-    monkeypatch.setattr(bases, "best_member", lambda name, *_: (projections[name], {}))
+    monkeypatch.setattr(making, "best_member", lambda name, *_: (projections[name], {}))
     kind, region = get_kind("conformal"), projdist.get_region("cap:10,50,800")
     wish = wish_of(kind, "airy_kavrayskiy", 0.5, None)
-    found = bases.best_base(kind, region, wish, nodes_of(region, WGS84, 300), "none")
+    found = making.best_base(kind, region, wish, nodes_of(region, WGS84, 300), "none")
     assert found is projections["stere"]
 
 

@@ -10,8 +10,7 @@ from scipy.optimize import minimize, minimize_scalar
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.field import sample
-from projdist.field.extremes import bounds as borders
-from projdist.field.extremes import measure_at
+from projdist.field.extremes import bounds, measure_at
 from projdist.field.extremes.goals import Polynomials
 from projdist.matrices.measures import get_measure
 from projdist.numerics.polynomials import NODES
@@ -255,11 +254,11 @@ def test_places_in_bent_pieces():
     )
     assert not piece.straight.any()
     r, s = np.array([[-0.9, 0.0, 0.3, 1.0, 1.2]]), np.array([[0.7, 0.0, -1.0, 1.0, 0.1]])
-    found = borders._square(piece, np.zeros(1, int), r + 0.2 * r * s, s + 0.1 * r**2)
+    found = bounds._square(piece, np.zeros(1, int), r + 0.2 * r * s, s + 0.1 * r**2)
     np.testing.assert_allclose(found, (r, s), atol=1e-12)
     # Rectangles are the same in closed form.
     r, s = np.broadcast_arrays(NODES[:, None], NODES)
     piece = replace(piece, u=(5.0 + 2.0 * r)[None], v=(1.0 - 3.0 * s)[None])
     assert piece.straight.all()
-    found = borders._square(piece, np.zeros(1, int), np.array([[7.0, 4.0]]), np.array([[-2.0, 1.0]]))
+    found = bounds._square(piece, np.zeros(1, int), np.array([[7.0, 4.0]]), np.array([[-2.0, 1.0]]))
     np.testing.assert_allclose(found, ([[1.0, -0.5]], [[1.0, 0.0]]), atol=1e-12)

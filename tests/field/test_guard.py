@@ -18,7 +18,7 @@ from projdist.field.field import departure, tell_of_contradiction
 from projdist.matrices.distortions import log_anisotropy, log_areal_scale, orientation
 from projdist.projections import Projection, ProjectionError, nature_of
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS
-from projdist.support.checks import Notice
+from projdist.support.messages import Notice
 
 CHUNKS = 12
 HOMES = {"nzmg": (172.0, -42.0)}  # of operations that are series

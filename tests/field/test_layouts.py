@@ -5,8 +5,7 @@ import pytest
 
 from projdist.answers.summaries import summarize
 from projdist.earth import SMOOTH, SPHERE
-from projdist.field import panel_mesh
-from projdist.field import panels as layouts
+from projdist.field import panel_mesh, panels
 from projdist.field.at_points import jacobian
 from projdist.field.cubature import sample_panels
 from projdist.field.panels import Plan, plan_of
@@ -86,7 +85,7 @@ def test_jacobians_of_layouts(region):
 def test_a_plan_is_bounded(monkeypatch):
     """However many panels maps need, a plan keeps some, and regions of which there are too many are forgotten."""
     plan_of.cache_clear()
-    monkeypatch.setattr(layouts, "_MOST", 30)
+    monkeypatch.setattr(panels, "_MOST", 30)
     projection = Projection.from_user_input("+proj=stere +R=6371008.7714 +lat_0=20")
     region = Box(-180.0, -70.0, 180.0, 90.0)
     few = sample_panels(projection, region, tolerance=1e-4)
@@ -99,8 +98,8 @@ def test_a_plan_is_bounded(monkeypatch):
     for k in range(30):
         plan.first(SMOOTH._replace(parallels=(float(k),)))
         plan_of(Box(0.0, 0.0, 1.0 + k, 10.0), SPHERE)
-    assert len(plan._first) <= layouts._WAYS
-    assert plan_of.cache_info().currsize <= layouts._REGIONS
+    assert len(plan._first) <= panels._WAYS
+    assert plan_of.cache_info().currsize <= panels._REGIONS
 
 
 def test_layouts_cannot_be_changed():

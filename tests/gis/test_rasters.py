@@ -227,7 +227,7 @@ def test_a_region_outside_the_map() -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings(
-    "ignore:.*too far from where:projdist.support.checks.Notice"
+    "ignore:.*too far from where:projdist.support.messages.Notice"
 )  # New Zealand's map of the globe
 @pytest.mark.parametrize("name", {text: name for name, text in projection_names().items()}.values())
 def test_every_name_as_a_raster_and_a_layer(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

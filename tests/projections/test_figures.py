@@ -15,7 +15,7 @@ from projdist.earth.ellipsoid import Ellipsoid
 from projdist.projections import Projection, ProjectionError, pipeline_of, plane_of, projection_names
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS
 from projdist.projections.operations import has_own_figure
-from projdist.support.checks import Notice
+from projdist.support.messages import Notice
 
 LENGTHS = ("h", "h_0")  # parameters in metres, which grow with the Earth
 LON, LAT = (axis.ravel() for axis in np.meshgrid(np.linspace(-171.0, 173.0, 18), np.linspace(-83.0, 82.0, 18)))

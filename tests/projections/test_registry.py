@@ -2,7 +2,7 @@
 
 import pytest
 
-from projdist.projections import database as registry
+from projdist.projections import database
 from projdist.projections.database import facts_of, year_of
 
 
@@ -66,5 +66,5 @@ def test_many_codes_and_none():
 
 def test_no_database(monkeypatch, tmp_path):
     """Where PROJ's database is no file nothing is known."""
-    monkeypatch.setattr(registry, "get_data_dir", lambda: str(tmp_path))
+    monkeypatch.setattr(database, "get_data_dir", lambda: str(tmp_path))
     assert facts_of(["EPSG:2056"]) == {}

@@ -4,8 +4,7 @@ import numpy as np
 import pyproj
 import pytest
 
-from projdist.projections import codes_of_same_map
-from projdist.projections import database as same_conversions
+from projdist.projections import codes_of_same_map, database
 
 GRID = np.meshgrid(np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 5))
 
@@ -59,4 +58,4 @@ def test_no_database(monkeypatch, tmp_path) -> None:
 @pytest.mark.parametrize(("value", "degrees"), [(52.3, 52.5), (-2.2033, -2.3425), (22.18432, 22.312)])
 def test_sexagesimal_degrees(value: float, degrees: float) -> None:
     """DDD.MMSSsss, as EPSG has it under 9110."""
-    assert same_conversions._degrees(value) == pytest.approx(degrees, abs=1e-12)
+    assert database._degrees(value) == pytest.approx(degrees, abs=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from projdist.regions import GLOBE, Box, Cap, PointSet, get_region
-from projdist.regions.combinations import share_in
+from projdist.regions.parts import share_in
 
 EUROPE = Box(-35.58, 24.6, 44.83, 84.73)
 PACIFIC = Box(150, -60, -120, 10)

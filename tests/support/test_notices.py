@@ -12,7 +12,7 @@ from PIL import Image
 
 from projdist import Notice
 from projdist.cli.errors import notices_said
-from projdist.support.checks import tell
+from projdist.support.messages import tell
 
 
 def test_a_notice_names_the_line_of_the_caller() -> None:

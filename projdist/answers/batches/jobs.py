@@ -17,8 +17,6 @@ from projdist.projections import Projection, ProjectionError, ProjectionLike, li
 from projdist.regions import RegionLike, ground_of_maps
 from projdist.support import Answer, check_executor, check_path, is_picklable, quoted
 
-__all__ = ["Batch", "BatchFailure", "BatchResult", "batch"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class BatchResult:

@@ -18,8 +18,6 @@ from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Box, Place, RegionLike, region_for
 from projdist.support import Answer, plain, quoted
 
-__all__ = ["IndexSummary", "IndexValue", "indices"]
-
 _TOLERANCE = 1e-6
 _MAX_EVALUATIONS = 400_000  # a quarter as many again for each mean; those that diverge take them all
 

@@ -16,8 +16,6 @@ from projdist.numerics import Estimate
 from projdist.projections import Projection
 from projdist.regions import Place
 
-__all__ = ["Index", "ScaledField", "Scales"]
-
 T = TypeVar("T")
 Scales = Callable[[FloatArray, FloatArray], FloatArray]
 """A function of the principal scales a >= b."""

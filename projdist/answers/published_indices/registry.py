@@ -12,17 +12,6 @@ from projdist.field import FIGURES
 from projdist.numerics import Estimate
 from projdist.support import check_number, check_text, listed_values, quoted, suggestion
 
-__all__ = [
-    "GROUPS",
-    "INDICES",
-    "NORMALISERS",
-    "get_index",
-    "get_indices",
-    "goldberg_gott_score",
-    "score_of",
-]
-
-
 NORMALISERS = {"I": 0.51, "A": 0.41, "F": 0.64, "S": 0.60, "D": 0.449, "B": 0.25}
 """The plate carree's row as Goldberg & Gott (2007) print it, rounded, which the published scores are made with."""
 

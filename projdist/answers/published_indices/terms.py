@@ -18,12 +18,6 @@ from projdist.numerics import Estimate, least_between
 from projdist.projections import Projection
 from projdist.regions import GLOBE
 
-__all__ = [
-    "boundary_cuts",
-    "cut_length",
-]
-
-
 Value = Callable[[ScaledField, float], Estimate]
 
 # ---- functions of the scales ----------------------------------------------------------------

@@ -25,8 +25,6 @@ from projdist.applications.mosaics.registration import (
 from projdist.matrices import ROTATIONS, check_weights
 from projdist.support import Answer, plain
 
-__all__ = ["FRAMES", "Mosaic", "check_frame", "mosaic", "mosaics_of_groups"]
-
 FRAMES = ("mdt", "first", "last", "central", "best")
 _SEVERAL = 2.0  # times better is worth a word
 _MOST_PIXELS = 1e8  # of a canvas: 300 MB of colours

@@ -11,23 +11,6 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.applications.mosaics.homographies import ENTRIES, LEAST, MODELS, fit, homogeneous
 
-__all__ = [
-    "Chart",
-    "Link",
-    "ModelFit",
-    "Pair",
-    "Planes",
-    "Shared",
-    "adjust",
-    "adjust_in",
-    "compare_models",
-    "estimate",
-    "refined",
-    "transfer_errors",
-    "transfers",
-]
-
-
 _MOST_STEPS = 200  # 5 to 10 do
 _SETTLED = 1e-13  # of a step, in half an image: rounding
 _DAMPING, _WEAKEST, _STRONGEST = 1e-4, 1e-8, 1e8

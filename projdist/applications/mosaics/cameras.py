@@ -30,8 +30,6 @@ from projdist.applications.mosaics.registration import (
 )
 from projdist.matrices import turns
 
-__all__ = ["FOCALS", "Cameras", "check_focal", "turned_cameras"]
-
 FOCALS = ("common", "free")
 
 # Of half the longest side: fields of view from 152 to 5 degrees, in steps of 5 %.

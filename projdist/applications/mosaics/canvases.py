@@ -17,23 +17,6 @@ from projdist.applications.mosaics.images import Box, Piece, Pixels, opencv, red
 from projdist.projections import Plane
 from projdist.support import replacing
 
-__all__ = [
-    "AnyCanvas",
-    "Camera",
-    "Canvas",
-    "Georeference",
-    "MeanGeoreference",
-    "SphereCanvas",
-    "angles_of",
-    "directions_of",
-    "mean_georeference",
-    "read_world_file",
-    "sphere_canvas",
-    "world_file",
-    "write_world_file",
-]
-
-
 _BACK = 1e-6  # radii: the inverse of a map is that where the map comes back
 _LATTICE = 300  # cells a side on which the part of a map that is seen is sought, in _PASSES ever closer
 _PASSES = 3

@@ -15,8 +15,6 @@ from projdist.applications.mosaics.homographies import check_model
 from projdist.applications.mosaics.images import Picture
 from projdist.support import comma_hint, number_of, read_text, rows_of_text
 
-__all__ = ["Correspondences", "correspondences_of", "parse_sizes", "read_correspondences"]
-
 _COLUMNS = ("model", "i", "j", "xi", "yi", "xj", "yj")
 _CODES = {"0": "affine", "1": "homography", "affine": "affine", "homography": "homography"}
 # "image sizes h x w: [(565, 800), ...]", or in the other order.

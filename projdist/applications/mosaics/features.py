@@ -14,8 +14,6 @@ from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import places
 from projdist.applications.mosaics.images import Picture, opencv
 
-__all__ = ["match"]
-
 # Pixels of an image in which features are looked for, and how many, the clearest. The clearest features of a large
 # photo are leaves and grass, which no other photo has: what images have in common is found on small ones. On larger
 # ones it is then sought only where it must be.

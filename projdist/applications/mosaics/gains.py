@@ -10,15 +10,6 @@ from projdist._typing import AnyArray, FloatArray
 from projdist.applications.mosaics.canvases import AnyCanvas
 from projdist.applications.mosaics.images import Piece, Store, as_array, opencv, shift
 
-__all__ = [
-    "EXPOSURES",
-    "SMALL",
-    "Common",
-    "gains_of",
-    "raised",
-]
-
-
 EXPOSURES = ("gain", "blocks", "none")
 
 # Pixels a side of the small canvas that have one gain, and how often these are found anew: of vignettes by a third what

@@ -9,24 +9,6 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.matrices import mdt
 
-__all__ = [
-    "CHOICES",
-    "ENTRIES",
-    "LEAST",
-    "MODELS",
-    "Field",
-    "behind",
-    "check_model",
-    "corners",
-    "field_of",
-    "fit",
-    "homogeneous",
-    "jacobians",
-    "least_distorting",
-    "normalised",
-]
-
-
 MODELS = ("affine", "homography")
 CHOICES = (*MODELS, "auto")
 LEAST = {"affine": 3, "homography": 4}  # points that determine a map

@@ -1,4 +1,4 @@
-"""Images as files have them: upright, with 8 or 16 bits a colour, and what of them is transparent; and pieces of them."""
+"""Images as files have them: upright, with 8 or 16 bits a colour, what of them is transparent, and pieces of them."""
 
 from __future__ import annotations
 
@@ -18,31 +18,6 @@ from projdist.applications.mosaics.homographies import corners, jacobians
 
 if TYPE_CHECKING:
     from PIL import Image
-
-__all__ = [
-    "DEEPEST",
-    "Box",
-    "Deep",
-    "Levels",
-    "Picture",
-    "Piece",
-    "Pixels",
-    "Store",
-    "array_of",
-    "as_array",
-    "check_pixels",
-    "common_box",
-    "common_levels",
-    "is_deep",
-    "nothing_of",
-    "open_image",
-    "open_pictures",
-    "opencv",
-    "read_deep",
-    "reduced",
-    "shift",
-    "warped",
-]
 
 
 def opencv() -> Any:

@@ -15,8 +15,6 @@ from projdist.applications.mosaics.registration import alone, left_out_note
 from projdist.projections import Plane, Projection, ProjectionLike, plane_of
 from projdist.support import Answer, plain
 
-__all__ = ["MappedPanorama", "Panorama", "map_of_sphere", "panorama", "panoramas_of_groups"]
-
 _MOST_PIXELS = 1e8  # of a canvas
 _ARC = 40  # edges of an outline for each side of an image
 # Horizontals of cameras that turned about more than one axis by some degrees tell the vertical.

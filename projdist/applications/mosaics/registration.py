@@ -30,28 +30,6 @@ from projdist.applications.mosaics.homographies import (
 from projdist.matrices import Rotation, axes_shift, mdt, mean_rotation
 from projdist.support import listed
 
-__all__ = [
-    "CommonFrames",
-    "Frame",
-    "Match",
-    "Registration",
-    "alone",
-    "chained",
-    "check_tolerance",
-    "common_frames",
-    "components_of",
-    "estimated",
-    "frame_of_image",
-    "left_out_note",
-    "links_of",
-    "match_of",
-    "refuse_mirrors",
-    "register",
-    "register_groups",
-    "why_none",
-]
-
-
 _SHOWN = 10  # names in one message
 
 

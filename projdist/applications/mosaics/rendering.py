@@ -17,20 +17,6 @@ from projdist.applications.mosaics.gains import EXPOSURES, SMALL, Common
 from projdist.applications.mosaics.images import DEEPEST, Box, Picture, Pixels, Store, common_box, opencv
 from projdist.support import replacing
 
-__all__ = [
-    "BLENDS",
-    "DEEP_SUFFIXES",
-    "DEPTHS",
-    "PICTURE_SUFFIXES",
-    "Blender",
-    "Rendered",
-    "blender_of",
-    "covered_box",
-    "render",
-    "save_mosaic",
-]
-
-
 BLENDS = ("multiband", "feather", "none")
 
 _BANDS = 5

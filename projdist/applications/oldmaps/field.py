@@ -30,16 +30,6 @@ from projdist.matrices import (
 from projdist.numerics import quantiles
 from projdist.support import Answer, check_choice, check_instance, check_number, plain
 
-__all__ = [
-    "OUTLIERS",
-    "OldMap",
-    "Rectification",
-    "hull_nodes",
-    "isolines",
-    "old_map",
-]
-
-
 OUTLIERS = ("drop", "keep")
 """What becomes of wrong points: they are left out of the fit, or stay in it."""
 

@@ -18,19 +18,6 @@ from projdist.applications.oldmaps.points import ControlPoints
 from projdist.matrices import Affine
 from projdist.support import check_choice, check_number
 
-__all__ = [
-    "FALSE_ALARM",
-    "MODELS",
-    "Fit",
-    "SplineModes",
-    "affine_fit",
-    "fit",
-    "helmert_fit",
-    "normalised",
-    "wrong_points",
-]
-
-
 _CHUNK = 1 << 20  # doubles of the terms at some places at a time
 _SMALLEST = 1e-13  # of the largest eigenvalue of a spline: smaller ones are rounding
 _LEAST_REST = 1e-9  # of degrees of freedom

@@ -26,8 +26,6 @@ from projdist.projections import (
 )
 from projdist.support import check_path, comma_hint, is_number, number_of, read_text, rows_of_text, tell
 
-__all__ = ["ControlPoints", "read_control_points"]
-
 # Beside our own names those of QGIS, whose `mapX` is the truth, and of ArcGIS; without blanks and underscores.
 _COLUMNS = {
     "id": ("id", "name", "no", "nr", "point", "label", "link"),

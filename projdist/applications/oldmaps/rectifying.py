@@ -13,15 +13,6 @@ from projdist.applications.oldmaps.field import OldMap
 from projdist.matrices import Affine
 from projdist.support import check_choice, check_instance, check_number, check_path
 
-__all__ = [
-    "RECTIFIED_BY",
-    "RectifiedScan",
-    "old_places",
-    "rectify",
-    "scan_extent",
-]
-
-
 _STEPS, _CONVERGED = 30, 1e-8  # of Newton's method; of the extent of the old map's points
 
 

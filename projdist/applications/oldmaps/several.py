@@ -14,8 +14,6 @@ from projdist.applications.oldmaps.rectifying import old_places
 from projdist.projections import Projection, plane_of
 from projdist.support import check_choice, check_instance
 
-__all__ = ["CommonGround", "common_ground"]
-
 _SAME_PLACE = 0.01  # metres: zones in feet have their origins rounded to 0.1 mm
 _ROWS = 50  # of places, and places in a row
 _BY = ("mdt", "affine", "helmert")

@@ -20,23 +20,6 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.matrices import Affine
 from projdist.support import listed
 
-__all__ = [
-    "FALSE_ALARM",
-    "FITS",
-    "AffineFit",
-    "Suspects",
-    "Whitened",
-    "affine_fit",
-    "check_fit",
-    "checked_weights",
-    "fit_whitened",
-    "pair_weights",
-    "rank",
-    "whitened",
-    "wrong_partners",
-]
-
-
 _FLAT = 1e-12  # of the greatest extent: an extent below it is rounding
 _ROUNDING = 8.0 * float(np.finfo(float).eps)  # of the coordinates themselves, which may lie far from their origin
 

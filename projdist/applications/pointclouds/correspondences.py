@@ -13,15 +13,6 @@ from projdist.applications.pointclouds.groupwise import consensus, kept_clouds
 from projdist.matrices import Affine
 from projdist.support import listed
 
-__all__ = [
-    "CORRESPONDENCES",
-    "WeightedCloud",
-    "arranged",
-    "log_false_alarms",
-    "nearest_points",
-]
-
-
 _EXACT = 1e-6  # of the spacing: what is nearer is no better proof
 _SHARES = -700.0, 5.0  # logarithms of the volumes around points: what is less or more rounds to chances of 0 or 1
 

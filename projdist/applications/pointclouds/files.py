@@ -37,16 +37,6 @@ from projdist.support import (
     with_decimal_points,
 )
 
-__all__ = [
-    "SUFFIXES",
-    "CloudFile",
-    "WeightsFile",
-    "column_weights",
-    "read_cloud",
-    "read_weights",
-]
-
-
 _IDS = ("id", "name", "label", "point")
 _NAMED = 5  # rows in a notice
 _AXES, _NORMALS = ("x", "y", "z"), ("nx", "ny", "nz")

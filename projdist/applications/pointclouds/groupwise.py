@@ -17,21 +17,6 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.applications.pointclouds.affine import AffineFit, fit_whitened, pair_weights, rank, whitened
 from projdist.matrices import Rotation, mean_rotation, principal_scales
 
-__all__ = [
-    "Group",
-    "Kept",
-    "consensus",
-    "dist_squares",
-    "into_cloud",
-    "into_mdt",
-    "kept_clouds",
-    "onto_first",
-    "placed",
-    "squared_residuals",
-    "upright",
-]
-
-
 _STEPS = 300  # 3 to 30 do, but for chains of thirty clouds with noise of a tenth of their spread
 _SETTLED, _SETTLED_ENOUGH = 1e-14, 1e-10  # of the spread of the mean: where steps stop, and what still is an answer
 _ROUNDING = 1e-10  # of a squared length of 1

@@ -15,8 +15,6 @@ import numpy as np
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.support import has_decimal_comma, number_of
 
-__all__ = ["CloudError", "Records", "read_pcd", "read_ply"]
-
 _TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},

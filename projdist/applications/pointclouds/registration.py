@@ -27,8 +27,6 @@ from projdist.applications.pointclouds.groupwise import (
 from projdist.matrices import Affine, Modes, mdt, modes
 from projdist.support import Answer, check_bool, listed
 
-__all__ = ["FRAMES", "LeftOut", "Registration", "WrongPoint", "register"]
-
 FRAMES = ("first", "last", "central", "best", "mdt")
 _SHRUNK = 0.01  # of the volume; what is less nobody sees
 _NOISY = 0.5  # of a cloud's variance along an axis: less that agrees with the others is no measurement of it

@@ -13,19 +13,6 @@ from projdist._typing import AnyArray, BoolArray, FloatArray, IntArray
 from projdist.earth import Ellipsoid, planar, unwrapped
 from projdist.projections import Projection
 
-__all__ = [
-    "MISSING",
-    "NOT_FINITE",
-    "NO_DEGREES",
-    "POINTS",
-    "REPAIRED",
-    "Measured",
-    "Outlines",
-    "measure_chains",
-    "outlines",
-]
-
-
 MISSING = "no geometry"
 NOT_FINITE = "coordinates that are no numbers"
 NO_DEGREES = "coordinates that are no longitudes and latitudes in degrees"

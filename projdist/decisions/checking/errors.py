@@ -29,8 +29,6 @@ from projdist.projections import (
 from projdist.regions import Box, bounding_box
 from projdist.support import Answer, listed, plain
 
-__all__ = ["FAIL_ON", "OUTSIDE", "TORN", "Check", "Totals", "check"]
-
 FAIL_ON = ("worst", "overall")
 """What an error is compared with a limit of: every feature, or the totals."""
 

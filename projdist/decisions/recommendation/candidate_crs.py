@@ -17,23 +17,6 @@ from projdist.projections import UNKNOWN, CrsRecord, Facts, facts_of
 from projdist.regions import Region, main_part
 from projdist.support import close_words, did_you_mean
 
-__all__ = [
-    "HOLDS",
-    "HOLDS_NEARLY",
-    "USA",
-    "CountryPart",
-    "Pool",
-    "home_of",
-    "is_at_sea",
-    "key_of",
-    "named",
-    "of_datum",
-    "outline_of",
-    "part_of",
-    "words_in",
-]
-
-
 _MOST = 0.5  # of what is any country's: then the region is that country's
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
 _AT_SEA = re.compile(r"^(?!.*onshore).*offshore", re.IGNORECASE)

@@ -31,23 +31,6 @@ from projdist.numerics import Estimate, mean
 from projdist.projections import Conversion, DatabaseCrs, Projection, ProjectionError, load_crs
 from projdist.regions import Region
 
-__all__ = [
-    "INTERRUPTED",
-    "Area",
-    "Distortion",
-    "Finding",
-    "Full",
-    "Lattice",
-    "Probe",
-    "Rejected",
-    "Trial",
-    "measure",
-    "probe_of",
-    "settle",
-    "try_crs",
-]
-
-
 Area = tuple[float, float, float, float]
 
 _INNER = 150  # nodes: enough for a few per cent of an integral, at 0.3 ms a projection

@@ -28,14 +28,6 @@ from projdist.projections import (
 from projdist.regions import Place, Region, bounding_box
 from projdist.support import quoted, tell
 
-__all__ = [
-    "TURNED",
-    "Site",
-    "estimate_crs",
-    "site",
-]
-
-
 TURNED = 3.0
 """Degrees between grid north and true north: within 3 degrees of a zone's meridian there are no more anywhere."""
 

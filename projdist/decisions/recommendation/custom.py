@@ -20,8 +20,6 @@ from projdist.projections import ProjectionError
 from projdist.regions import Region
 from projdist.support import plain
 
-__all__ = ["Custom", "Design", "design", "families_for"]
-
 _FAMILIES = {
     "equal-area": ("laea", "aea", "cea"),
     "conformal": ("lcc", "tmerc", "omerc", "stere", "merc"),

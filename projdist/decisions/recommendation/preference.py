@@ -14,28 +14,6 @@ from projdist.decisions.recommendation.candidates import Finding
 from projdist.projections import AUTHORITIES, CrsRecord
 from projdist.support import close_words, did_you_mean, listed, quoted
 
-__all__ = [
-    "CLOSE",
-    "PLAIN",
-    "PURPOSES",
-    "WIDE_FACTOR",
-    "Key",
-    "Standing",
-    "Usage",
-    "by_usage",
-    "datum_root",
-    "get_purpose",
-    "grouped",
-    "in_force",
-    "is_close",
-    "is_own",
-    "is_wide",
-    "preferred",
-    "suits",
-    "tiers",
-]
-
-
 PURPOSES = ("any", *PROPERTIES, "compromise")
 
 

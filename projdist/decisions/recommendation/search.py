@@ -20,13 +20,6 @@ from projdist.projections import AUTHORITIES, check_authorities, crs_records, re
 from projdist.regions import PointSet, Region, RegionLike, get_region, main_part
 from projdist.support import Answer, check_whole_number, is_picklable, listed, own_executor, plain, quoted, run_all
 
-__all__ = [
-    "AREAS",
-    "Candidate",
-    "Recommendation",
-    "recommend",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:

@@ -18,14 +18,6 @@ from projdist.decisions.recommendation.preference import Key, Standing, is_close
 from projdist.field import FIGURES, Figure
 from projdist.support import run_all
 
-__all__ = [
-    "LEVEL",
-    "Contender",
-    "Contest",
-    "or_infinity",
-]
-
-
 LEVEL = FIGURES["airy_kavrayskiy"]
 """The figure that decides where others vanish."""
 

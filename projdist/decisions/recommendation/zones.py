@@ -31,17 +31,6 @@ from projdist.projections import CrsRecord, Facts
 from projdist.regions import Box, Region
 from projdist.support import plain, run_all
 
-__all__ = [
-    "ENGINEERING_PPM",
-    "Zone",
-    "ZoneSystem",
-    "find_zones",
-    "official_of",
-    "remark_on_own",
-    "zones_of",
-]
-
-
 ENGINEERING_PPM = 100.0
 """What a conformal map may be off by that needs no zones: 1 : 10,000, as the State Plane zones of the USA were drawn
 (J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5, 1.4)."""

@@ -17,18 +17,6 @@ from projdist.field import FIGURES, AnyFigure, Figure, get_figure
 from projdist.numerics import descend_lattice, lattice, minimise
 from projdist.projections import Projection, ProjectionError, number_text, with_parameters
 
-__all__ = [
-    "SHARE",
-    "Axis",
-    "Factors",
-    "Goal",
-    "Order",
-    "best_place",
-    "goal_of",
-    "rms_scale",
-]
-
-
 Factors = FloatArray  # combined factors with k_0 = 1
 Order = tuple[float, float]
 

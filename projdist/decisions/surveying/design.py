@@ -30,8 +30,6 @@ from projdist.projections import (
 from projdist.regions import Place, RegionLike, check_on_body, get_region
 from projdist.support import Answer, check_number, check_text, listed_values
 
-__all__ = ["LDP", "LDP_FAMILIES", "ldp"]
-
 LDP_FAMILIES = ("tmerc", "lcc", "omerc")
 
 _SHARES = (5, 10, 20, 50)  # ppm

@@ -32,16 +32,6 @@ from projdist.support import (
     one_line,
 )
 
-__all__ = [
-    "Ground",
-    "HeightStatistics",
-    "distortion_ppm",
-    "ground_of",
-    "read_heights",
-    "statistics_of",
-]
-
-
 _NODES, _SEARCHED = 4000, 400  # points of a region of one height, and about how many a search looks at
 
 

@@ -14,16 +14,6 @@ from typing import Any
 from projdist.regions import folded, full_name
 from projdist.support import Answer, close_words, did_you_mean, shown
 
-__all__ = [
-    "AtlasEntry",
-    "AtlasMap",
-    "AtlasPurpose",
-    "AtlasZones",
-    "atlas",
-    "atlas_names",
-]
-
-
 _BEST = ("existing", "custom", "made")
 
 

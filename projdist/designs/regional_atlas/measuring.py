@@ -16,13 +16,6 @@ from projdist.earth import cities
 from projdist.regions import Place, Region, combine, get_region, main_part, region_names
 from projdist.support import plain
 
-__all__ = [
-    "AtlasArea",
-    "atlas_areas",
-    "measured_entry",
-]
-
-
 _BASINS = {
     "North Atlantic": "ocean@110m & box:-75,0,-6,66",
     "South Atlantic": "ocean@110m & box:-65,-60,15,0",

@@ -19,16 +19,6 @@ from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, ORDER, PLANE_WEIGH
 from projdist.projections import Projection
 from projdist.regions import Region
 
-__all__ = [
-    "BENT",
-    "NOBODY",
-    "Chosen",
-    "State",
-    "exact",
-    "fields_at",
-    "measured",
-]
-
 
 class Extreme(NamedTuple):
     """A largest or smallest value and its place; infinite where the measure grows without bound towards it.

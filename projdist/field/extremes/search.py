@@ -27,11 +27,6 @@ from projdist.numerics import ORDER
 from projdist.projections import Projection
 from projdist.regions import Region
 
-__all__ = [
-    "unbounded",
-]
-
-
 _BROAD = 3e-3  # of the largest panel's area
 # Ever nearer to the maximum, in shares of the way to the middle of the nearest broad panel. Not nearer than
 # this: the last thousandths of a degree before a singular point often are not defined, so that it is not found itself.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from projdist.web.live.widget import Explorer
+    from projdist.web.live.widget import Explorer as Explorer
 else:
     try:
         from projdist.web.live.widget import Explorer
@@ -20,6 +20,3 @@ else:
             def __init__(self, *projections: Any, **options: Any) -> None:
                 text = "The explorer in notebooks needs anywidget: pip install 'projdist[explore]'."
                 raise ImportError(text, name=_missing)
-
-
-__all__ = ["Explorer"]

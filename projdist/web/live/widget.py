@@ -30,8 +30,6 @@ from projdist.web.live.dispatcher import LANES, STOP, Desk, OpenDoors, Request, 
 from projdist.web.live.worker import WORKERS, Thread, answered
 from projdist.web.page import SHOWN_MEASURES, bundled
 
-__all__ = ["Explorer"]
-
 _FIRST = "winkel-tripel"
 _MOST = 6
 _SIZE, _DPI, _COLOURS = (6.0, 4.5), 100.0, 256  # inches, dots an inch; the palette makes it a fourth of the bytes

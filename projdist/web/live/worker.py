@@ -23,24 +23,13 @@ from typing import Any, Generic, TypeVar
 from projdist.support import one_line
 from projdist.web.live.dispatcher import LARGEST_FILE, Desk, Doors, OpenDoors, Progress, Request, failed, progressed
 
-__all__ = [
-    "LIMITS",
-    "MOST_OF_ALL",
-    "MOST_OF_PAGE",
-    "Full",
-    "Lane",
-    "Turns",
-    "serve_requests",
-]
-
-
 MOST_OF_PAGE = 48
 """Tasks of a page that may wait; six maps and all that is asked of them at once have twenty-four in one process."""
 
 MOST_OF_ALL = 480
 """Tasks of all pages."""
 
-_Waiting = TypeVar("_Task")
+_Waiting = TypeVar("_Waiting")
 
 
 class Full(ValueError):
