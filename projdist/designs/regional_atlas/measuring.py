@@ -1,4 +1,4 @@
-"""An entry of the atlas, measured: one task of the batch that `docs/make_atlas.py` runs."""
+"""An entry of the atlas, measured: one task of the batch that `tools/measure_atlas.py` runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The atlas as it is shipped: `projdist/data/atlas.jsonl.gz`, which `docs/make_atlas.py` makes."""
+"""The atlas as it is shipped: `projdist/data/atlas.jsonl.gz`, which `tools/measure_atlas.py` makes."""
 
 from __future__ import annotations
 

@@ -1,17 +1,14 @@
-"""Make the maps of made_to_measure_worlds.md, its table and its pictures: `python docs/make_made_to_measure_worlds.py`.
+"""Make the maps of made_to_measure_worlds.md, its table and its pictures: `python tools/draw_made_worlds.py`.
 
 It takes about two minutes.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from small_pictures import write_png
+from docs_files import IMAGES, write_png
 
 from projdist import Projection, plots, summarize, world_map
 
-IMAGES = Path(__file__).parent / "images"
 OTHERS = (
     *("winkel-tripel", "gott-wagner", "wagner-9", "kavrayskiy-7", "winkel-2", "natural-earth", "natural-earth-2"),
     *("robinson", "aitoff", "wagner-7", "hammer", "equal-earth", "mollweide", "plate-carree"),

@@ -1,15 +1,16 @@
-"""Draw the pictures of regions and write regional_maps.md: `python docs/make_regional_maps.py [NAME...]`."""
+"""Draw the pictures of regions and write regional_maps.md: `python tools/draw_regions.py [NAME...]`."""
 
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import NamedTuple
+
+from docs_files import DOCS
+from docs_files import IMAGES as ALL_IMAGES
 
 from projdist import plots
 
-DOCS = Path(__file__).parent
-IMAGES = DOCS / "images" / "regions"
+IMAGES = ALL_IMAGES / "regions"
 SIZE, DPI = (5.2, 5.2), 110  # inches, and dots in one
 
 

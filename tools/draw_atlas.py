@@ -1,6 +1,6 @@
 """Make docs/atlas: the data of the atlas as CSV, Parquet and GeoPackage, its pages of ten places, and their pictures.
 
-`python docs/make_atlas_pages.py [--all]`; with --all the pictures of all places, in a quarter of an hour.
+`python tools/draw_atlas.py [--all]`; with --all the pictures of all places, in a quarter of an hour.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from projdist import AtlasEntry, get_region, gis, plots
 from projdist.regions import polygons_of
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
 FOLDER, IMAGES = DOCS / "atlas", DOCS / "images" / "atlas"
 SIZE, DPI = (7.6, 3.8), 110  # inches, and dots in one
 DIGITS = 6

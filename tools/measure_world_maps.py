@@ -8,18 +8,16 @@ from __future__ import annotations
 import itertools
 import math
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
 import numpy as np
+from docs_files import DOCS, DPI, write_png
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from small_pictures import DPI, write_png
 
 from projdist import indices, projection_names, summarize
 from projdist.projections import needed_parameters
 
-DOCS = Path(__file__).parent
 PICTURE = DOCS / "images" / "world_maps.png"
 
 # Maps of parts of the world, of the cube's sides, or of a hemisphere, whatever PROJ makes of the rest.

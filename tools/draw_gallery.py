@@ -1,4 +1,4 @@
-"""Draw the pictures of the gallery, and write gallery.md: `python docs/make_gallery.py [NAME...]`.
+"""Draw the pictures of the gallery, and write gallery.md: `python tools/draw_gallery.py [NAME...]`.
 
 Names of entries draw only their pictures; gallery.md is always written whole.
 """
@@ -10,9 +10,9 @@ import time
 from typing import NamedTuple
 
 import numpy as np
+from docs_files import DOCS, DPI, IMAGES, write_png
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from small_pictures import DOCS, DPI, IMAGES, write_png
 
 from projdist import Summary, get_region, plots, summarize
 

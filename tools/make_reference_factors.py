@@ -1,6 +1,6 @@
 """Make docs/reference_factors: certified factors at five points of the area of use of every projected CRS.
 
-`python docs/make_reference_factors.py`, which takes some minutes. The points are the middle of the area of use of the
+`python tools/make_reference_factors.py`, which takes some minutes. The points are the middle of the area of use of the
 CRS and those a quarter of its width and height from the sides, to four decimals of a degree.
 """
 
@@ -18,7 +18,7 @@ from pyproj.enums import PJType
 
 import projdist
 
-FOLDER = Path(__file__).parent / "reference_factors"
+FOLDER = Path(__file__).parents[1] / "docs" / "reference_factors"
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
 SHARES = ((0.5, 0.5), (0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75))
 FIGURES = ("h", "k", "s", "a", "b", "omega", "theta", "convergence")

@@ -1,4 +1,4 @@
-"""PNGs of the documentation: where they are, how fine, and with a palette, so that they are small."""
+"""The documentation's folders, and its PNGs with a palette, so that they are small."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from PIL import Image
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
 IMAGES = DOCS / "images"
 DPI = 150
 
