@@ -67,11 +67,11 @@ reference-factors: $(VENV)/installed-test
 # An hour and a half on two cores; it goes on where it was stopped.
 atlas: $(VENV)/installed-test
 	$(BIN)/python tools/measure_atlas.py
-	$(BIN)/python tools/draw_atlas.py
+	$(BIN)/python tools/atlas_pages.py
 
-# The pages, pictures and tables of the atlas from its data.
+# The page and the pictures of the atlas from its data.
 atlas-pages: $(VENV)/installed-test
-	$(BIN)/python tools/draw_atlas.py
+	$(BIN)/python tools/atlas_pages.py
 
 benchmarks: $(VENV)/installed-test
 	$(BIN)/python benchmarks/run.py

@@ -21,7 +21,7 @@ extensions = [
     "numpydoc",
     "myst_nb",
 ]
-exclude_patterns = ["_build", "atlas"]  # what the forge shows of the atlas; made/atlas has all of it
+exclude_patterns = ["_build", "atlas.md"]  # made/atlas has the same page, with one of each place
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 myst_enable_extensions = ["attrs_inline"]
 myst_heading_anchors = 3

@@ -1,4 +1,5 @@
 from .arrays import factor_arrays, measure_arrays
+from .atlas_files import ATLAS_SUFFIXES, atlas_frame, save_atlas
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
 from .features import frame_of_geojson, frame_of_regions
 from .grids import GRIDS
@@ -11,6 +12,7 @@ from .sheets import georeference_of, save_geotiff, save_sheet
 from .weights import weighted
 
 __all__ = [
+    "ATLAS_SUFFIXES",
     "CONVERTED_SUFFIXES",
     "GRIDS",
     "LAYER_SUFFIXES",
@@ -19,6 +21,7 @@ __all__ = [
     "TABLE_SUFFIXES",
     "Conversion",
     "Raster",
+    "atlas_frame",
     "check_libraries",
     "convert",
     "convert_frame",
@@ -34,6 +37,7 @@ __all__ = [
     "raster",
     "read_data",
     "read_points",
+    "save_atlas",
     "save_geotiff",
     "save_layer",
     "save_layers",
