@@ -1,7 +1,7 @@
 """The pages and pictures of the atlas: `python tools/atlas_pages.py [--all]`.
 
-It writes docs/atlas.md and the pictures of ten places, with --all those of all places, in a quarter of an hour. The
-site has a page of each place, which `make docs` writes.
+It writes docs/atlas.md, a part of docs/gallery.md and the pictures of ten places; with --all the pictures of all
+places, in a quarter of an hour. The site has a page of each place, which `make docs` writes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 import geopandas
 import matplotlib.pyplot as plt
 import shapely
-from docs_files import DOCS, IMAGES
+from docs_files import DOCS, IMAGES, write_part
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
@@ -337,10 +337,21 @@ def place_figure(entry: AtlasEntry) -> Figure:
     return plots.heatmap_figure(list(maps.values()), region=entry.region, titles=list(maps), size=SIZE, dpi=DPI)
 
 
+def gallery_part() -> str:
+    """The pictures of ten places."""
+    lines = []
+    for name in TEN:
+        entry = entries()[name]
+        picture = f"![{_caption(entry)}](images/atlas/{slug(entry)}.png)"
+        lines += [f"**{entry.title}**: `projdist atlas {_quoted(name)}`", "", picture, ""]
+    return "\n".join(lines)
+
+
 def main(chosen: Collection[str]) -> None:
     folder = IMAGES / "atlas"
     folder.mkdir(exist_ok=True)
     (DOCS / "atlas.md").write_text(overview_page("images/atlas", lambda _: None), encoding="utf-8")
+    write_part("atlas", gallery_part())
     plots.save(world_figure(), folder / "world.png")
     for name in chosen:
         entry = entries()[name]
