@@ -55,23 +55,23 @@ notebooks-check: $(VENV)/installed-notebook
 	$(BIN)/python notebooks/run.py --check
 
 gallery: $(VENV)/installed
-	$(BIN)/python docs/make_gallery.py
-	$(BIN)/python docs/make_guide_pictures.py
+	$(BIN)/python tools/draw_gallery.py
+	$(BIN)/python tools/draw_guides.py
 
 world-maps: $(VENV)/installed
-	$(BIN)/python docs/make_world_maps.py
+	$(BIN)/python tools/measure_world_maps.py
 
 reference-factors: $(VENV)/installed-test
-	$(BIN)/python docs/make_reference_factors.py
+	$(BIN)/python tools/make_reference_factors.py
 
 # An hour and a half on two cores; it goes on where it was stopped.
 atlas: $(VENV)/installed-test
-	$(BIN)/python docs/make_atlas.py
-	$(BIN)/python docs/make_atlas_pages.py
+	$(BIN)/python tools/measure_atlas.py
+	$(BIN)/python tools/atlas_pages.py
 
-# The pages, pictures and tables of the atlas from its data.
+# The page and the pictures of the atlas from its data.
 atlas-pages: $(VENV)/installed-test
-	$(BIN)/python docs/make_atlas_pages.py
+	$(BIN)/python tools/atlas_pages.py
 
 benchmarks: $(VENV)/installed-test
 	$(BIN)/python benchmarks/run.py

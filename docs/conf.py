@@ -4,9 +4,9 @@ import os
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
 
-import site_sources
+import site_pages
 
 import projdist
 
@@ -21,7 +21,7 @@ extensions = [
     "numpydoc",
     "myst_nb",
 ]
-exclude_patterns = ["_build", "atlas"]  # what the forge shows of the atlas; made/atlas has all of it
+exclude_patterns = ["_build", "atlas.md"]  # made/atlas has the same page, with one of each place
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 myst_enable_extensions = ["attrs_inline"]
 myst_heading_anchors = 3
@@ -57,5 +57,5 @@ html_theme_options = {
 
 def setup(app):
     """Write the pages that are made from the program itself before any is read."""
-    app.connect("config-inited", lambda app, _: site_sources.write(Path(app.srcdir)))
-    app.connect("source-read", site_sources.relink)
+    app.connect("config-inited", lambda app, _: site_pages.write(Path(app.srcdir)))
+    app.connect("source-read", site_pages.relink)

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from projdist.cli.errors import refusing
-from projdist.cli.formats import present
+from projdist import gis
+from projdist.cli.errors import refuse, refusing
+from projdist.cli.formats import TABLE, drawing, present, tell_written
 from projdist.cli.number_format import area_text, certain
-from projdist.cli.options import FormatOption, format_of
+from projdist.cli.options import OverwriteOption, ReportFormatOption, file_of_kind, format_of
 from projdist.cli.report import Column, Report, Row, Table
 from projdist.designs import AtlasEntry, AtlasZones, atlas, atlas_names
 
@@ -20,16 +21,34 @@ def atlas_command(
         str | None,
         typer.Argument(metavar="PLACE", help="A country, state, continent, ocean or UTM zone: NZ, state:CA, Europe."),
     ] = None,
-    format: FormatOption = "table",
+    format: ReportFormatOption = None,
+    export: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the data instead of printing, of the place or of all: .csv or .parquet (a row for each map of "
+            "each purpose) or .gpkg (the outline of each place).",
+        ),
+    ] = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Show the best maps of a place, measured beforehand; without a place, list the places."""
-    form = format_of(format)
-    if place is None:
-        present(_overview([atlas(name) for name in atlas_names()]), form)
-        return
+    form = TABLE if format is None else format_of(format)
+    if export is not None and format is not None:
+        refuse(f"Invalid format '{format}' for '{export}'. Its suffix tells the format.")
     with refusing():
-        entry = atlas(place)
-    present(_report(entry), form)
+        entries = [atlas(name) for name in (atlas_names() if place is None else [place])]
+    if export is not None:
+        _write(entries, export, overwrite)
+        return
+    present(_overview(entries) if place is None else _report(entries[0]), form)
+
+
+def _write(entries: Sequence[AtlasEntry], export: str, overwrite: bool) -> None:
+    path = file_of_kind(export, gis.ATLAS_SUFFIXES, overwrite)
+    with drawing(path):
+        gis.save_atlas(entries, path, overwrite=overwrite)
+    tell_written(path)
 
 
 # ---- one place ------------------------------------------------------------------------------

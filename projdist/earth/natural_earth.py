@@ -167,7 +167,7 @@ class Topology(NamedTuple):
 
 @functools.cache
 def topology(name: str) -> Topology:
-    """The topology of a file of the package's data, by its name: TopoJSON, or packed by docs/make_countries.py."""
+    """The topology of a file of the package's data, by its name: TopoJSON, or packed by tools/make_outlines.py."""
     file = importlib.resources.files("projdist") / "data" / name
     if name.endswith(".npz"):
         return _unpacked(file.read_bytes())

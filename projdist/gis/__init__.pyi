@@ -1,4 +1,5 @@
 from .arrays import factor_arrays, measure_arrays
+from .atlas_files import ATLAS_SUFFIXES, atlas_frame, save_atlas
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
 from .layers import (
     LAYER_SUFFIXES,
@@ -16,6 +17,7 @@ from .sheets import georeference_of, save_geotiff, save_sheet
 from .weights import weighted
 
 __all__ = [
+    "ATLAS_SUFFIXES",
     "CONVERTED_SUFFIXES",
     "GRIDS",
     "LAYER_SUFFIXES",
@@ -24,6 +26,7 @@ __all__ = [
     "TABLE_SUFFIXES",
     "Conversion",
     "Raster",
+    "atlas_frame",
     "check_libraries",
     "convert",
     "convert_frame",
@@ -39,6 +42,7 @@ __all__ = [
     "raster",
     "read_data",
     "read_points",
+    "save_atlas",
     "save_geotiff",
     "save_layer",
     "save_layers",

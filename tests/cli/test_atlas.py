@@ -1,11 +1,22 @@
 """The command `atlas`."""
 
+import gzip
+import importlib.resources
+import json
 import re
+import sys
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
-from commands import parse_csv, parse_markdown, refused, run_json, run_ok
+from commands import parse_csv, parse_markdown, refusal, refused, run_json, run_ok
 
 from projdist import atlas, atlas_names
+
+ERROR = "airy_kavrayskiy"
+# The area of an outline whose parallels are chords: the error of the largest steps, which are those of UTM zones.
+OF_CHORDS = 2e-3
 
 
 def test_a_table() -> None:
@@ -47,3 +58,100 @@ USAGE = {
 @pytest.mark.parametrize("line", USAGE)
 def test_wrong_words(line: str) -> None:
     assert re.search(USAGE[line], refused(*line.split()))
+
+
+# ---- export ---------------------------------------------------------------------------------
+
+
+def shipped() -> list[dict[str, Any]]:
+    """The entries of the file in the package, as they stand there."""
+    file = importlib.resources.files("projdist") / "data" / "atlas.jsonl.gz"
+    return [json.loads(line) for line in gzip.decompress(file.read_bytes()).splitlines()[1:]]
+
+
+def maps_of(entry: dict[str, Any]) -> list[tuple[str, str, str, float]]:
+    """The title, the purpose, the map and its error of each row that an entry should have."""
+    rows = [] if entry["official"] is None else [("", entry["official"]["code"], entry["official"])]
+    for purpose, best in entry["purposes"].items():
+        maps = [one for one in (best["existing"], best["custom"], best["made"]) if one and "error" not in one]
+        rows += [(purpose, one.get("code") or one["proj"], one) for one in maps]
+    errors = ((purpose, name, np.nan if one[ERROR] is None else one[ERROR]) for purpose, name, one in rows)
+    return [(entry["title"], *row) for row in errors]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_exported_tables(suffix: str, tmp_path: Path) -> None:
+    """Read by pandas, they have the rows and the figures of the package's file."""
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    path = tmp_path / f"atlas{suffix}"
+    assert run_ok("atlas", "--export", str(path)) == f"Wrote: {path}\n"
+    frame = pandas.read_csv(path, keep_default_na=True) if suffix == ".csv" else pandas.read_parquet(path)
+    truth = [row for entry in shipped() for row in maps_of(entry)]
+    titles, purposes, names, errors = zip(*truth, strict=True)
+    assert tuple(frame.region) == titles
+    assert tuple(frame.purpose.fillna("")) == purposes
+    assert tuple(frame.projection) == names
+    np.testing.assert_array_equal(frame[ERROR], errors)
+    areas = {entry["title"]: entry["area_km2"] for entry in shipped() if entry["kind"] == "country"}
+    countries = frame[frame.kind == "country"]
+    np.testing.assert_array_equal(countries.area_km2, countries.region.map(areas))
+
+
+def test_exported_outlines(tmp_path: Path) -> None:
+    """Read by geopandas, they have a feature for each place, in whose outline its area is."""
+    geopandas = pytest.importorskip("geopandas")
+    pytest.importorskip("pyogrio")
+    path = tmp_path / "atlas.gpkg"
+    run_ok("atlas", "--export", str(path))
+    frame, truth = geopandas.read_file(path, layer="atlas"), shipped()
+    assert frame.place.tolist() == [entry["title"] for entry in truth]
+    official = [np.nan if entry["official"] is None else entry["official"][ERROR] for entry in truth]
+    np.testing.assert_array_equal(frame.official_error.astype(float), np.array(official, dtype=float))
+    areas = frame.geometry.to_crs("+proj=cea +ellps=WGS84").area / 1e6
+    np.testing.assert_allclose(areas, [entry["area_km2"] for entry in truth], rtol=OF_CHORDS)
+
+
+def test_one_place_is_exported(tmp_path: Path) -> None:
+    path = tmp_path / "nz.csv"
+    run_ok("atlas", "NZ", "--export", str(path))
+    (entry,) = (entry for entry in shipped() if entry["region"] == "country:New Zealand@main")
+    rows = parse_csv(path.read_text(encoding="utf-8"))
+    assert [(row["region"], row["purpose"], row["projection"]) for row in rows] == [row[:3] for row in maps_of(entry)]
+
+
+def test_csv_needs_no_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for library in ("pandas", "geopandas", "pyogrio", "pyarrow"):
+        monkeypatch.setitem(sys.modules, library, None)
+    run_ok("atlas", "Malta", "--export", str(tmp_path / "malta.csv"))
+
+
+@pytest.mark.parametrize(
+    ("name", "library"), [("a.gpkg", "geopandas"), ("a.gpkg", "pyogrio"), ("a.parquet", "pyarrow")]
+)
+def test_a_missing_library(name: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line that says what to install; nothing is written."""
+    pytest.importorskip("pyogrio")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, library, None)
+    message = f"Invalid output '{name}'. It needs {library}: pip install 'projdist[gis]'."
+    assert refusal("atlas", "Malta", "--export", name) == message
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_files_that_are_not_exported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other suffixes and formats, folders that are not there, and files that are."""
+    monkeypatch.chdir(tmp_path)
+    Path("old.csv").write_text("old")
+    for words, message in {
+        "--export a.xls": "Invalid output 'a.xls'. Its suffix must be .csv, .parquet or .gpkg.",
+        "--export a": "Invalid output 'a'. Its suffix must be .csv, .parquet or .gpkg.",
+        "--export no/a.csv": "Invalid output 'no/a.csv'. There is no directory 'no'.",
+        "--export old.csv": "Invalid output 'old.csv'. It exists; --overwrite replaces it.",
+        "--export a.csv -f json": "Invalid format 'json' for 'a.csv'. Its suffix tells the format.",
+    }.items():
+        assert refusal("atlas", "Malta", *words.split()) == message
+    assert [path.name for path in tmp_path.iterdir()] == ["old.csv"]
+    assert Path("old.csv").read_text() == "old"
+    run_ok("atlas", "Malta", "--export", "old.csv", "--overwrite")
+    assert Path("old.csv").read_text().startswith("region,kind,")

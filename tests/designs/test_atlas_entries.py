@@ -5,7 +5,6 @@ import importlib.resources
 import json
 import zlib
 from collections.abc import Iterator
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,7 +19,6 @@ from projdist.designs import atlas, atlas_areas, atlas_names
 from projdist.designs.regional_atlas.measuring import _scale_error
 from projdist.regions import get_region
 
-DOCS = Path(__file__).parents[2] / "docs" / "atlas"
 NAMES = atlas_names()
 A, E2 = 6378137.0, 0.0066943799901413165  # of WGS 84
 
@@ -283,35 +281,3 @@ def is_wide(code: str) -> bool:
     width = (area.east - area.west) % 360.0 or 360.0
     height = np.sin(np.radians(area.north)) - np.sin(np.radians(area.south))
     return width / 360.0 * height / 2.0 > 5.0 / 510.0
-
-
-# ---- the files of the documentation ---------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["atlas.csv.gz", "atlas.parquet"])
-def test_tables_of_the_documentation(name: str) -> None:
-    """A row for each map of each purpose, as entries have them, to six digits."""
-    pandas = pytest.importorskip("pandas")
-    pytest.importorskip("pyarrow")
-    path = DOCS / name
-    if not path.exists():
-        pytest.skip("the documentation is not there")
-    frame = pandas.read_csv(path) if name.endswith(".gz") else pandas.read_parquet(path)
-    rows = [row for name in NAMES for row in atlas(name).rows()]
-    assert list(frame.columns) == list(rows[0])
-    assert frame.projection.tolist() == [row["projection"] for row in rows]
-    for column in ("airy_kavrayskiy", "max_scale_error_ppm", "saves", "area_km2"):
-        values = np.array([np.nan if row[column] is None else row[column] for row in rows])
-        np.testing.assert_allclose(frame[column].to_numpy(), values, rtol=1e-5)
-
-
-def test_outlines_of_the_documentation() -> None:
-    """A row for each place, in whose outline its area is."""
-    geopandas = pytest.importorskip("geopandas")
-    path = DOCS / "atlas.gpkg"
-    if not path.exists():
-        pytest.skip("the documentation is not there")
-    frame = geopandas.read_file(path)
-    assert frame.place.tolist() == [atlas(name).title for name in NAMES]
-    areas = frame.geometry.to_crs("+proj=cea +ellps=WGS84").area / 1e6
-    np.testing.assert_allclose(areas, frame.area_km2, rtol=2e-3)  # parallels are not densified

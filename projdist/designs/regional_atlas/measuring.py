@@ -1,4 +1,4 @@
-"""The regions of the atlas, as texts in the language of regions."""
+"""The regions of the atlas, and an entry of it, measured: one task of the batch of `tools/measure_atlas.py`."""
 
 from __future__ import annotations
 

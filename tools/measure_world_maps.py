@@ -1,4 +1,4 @@
-"""Measure all world maps of PROJ and of projdist, and write world_maps.md and its picture: `make world-maps`.
+"""Measure all world maps, and write their part of docs/gallery.md with its picture: `make world-maps`.
 
 It takes some minutes on two cores.
 """
@@ -8,19 +8,17 @@ from __future__ import annotations
 import itertools
 import math
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
 import numpy as np
+from docs_files import DPI, IMAGES, write_part, write_png
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from small_pictures import DPI, write_png
 
 from projdist import indices, projection_names, summarize
 from projdist.projections import needed_parameters
 
-DOCS = Path(__file__).parent
-PICTURE = DOCS / "images" / "world_maps.png"
+PICTURE = IMAGES / "world_maps.png"
 
 # Maps of parts of the world, of the cube's sides, or of a hemisphere, whatever PROJ makes of the rest.
 PARTS = frozenset(
@@ -296,36 +294,34 @@ def crossing(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.nda
 
 # ---- the page -------------------------------------------------------------------------------
 
-HEAD = """# All world maps, measured
-
-Made by `make world-maps`: the maps of the whole world that PROJ has without parameters or with those of textbooks, and
-those of `projdist.worldmaps`, on the sphere, by what the literature measures maps by. `projdist list indices` tells
-where each figure is from and how it is normalised, `projdist list projections` what each name stands for.
-
-{count} maps. Left out are maps that are others turned (transverse Mercator, Cassini), maps of a hemisphere or of a part
-of the world, and maps that need parameters.
+HEAD = """
+{count} maps on the sphere: the maps of the whole world that PROJ has without parameters or with those of textbooks,
+and those of `projdist.worldmaps`. Left out are maps that are others turned (transverse Mercator, Cassini), maps of a
+hemisphere or of a part of the world, and maps that need parameters. `projdist list indices` has the source and the
+normalisation of each figure, `projdist list projections` what each name stands for.
 
 ![Areas against shapes of {count} world maps](images/world_maps.png)
 
-Each figure has its error: in brackets, in units of the last digit; without brackets it is below half of that digit.
-D, DI and bend have standard errors, of four million pairs of points (bend: of 65,000), which the error of the score
-contains; all others are estimates of the cubature, on the safe side. A dash: the figure diverges, or its error is as
-large as itself. Figures are at the nominal scale but for "AK scaled" and "AK affine".
+The error of a figure is in brackets, in units of the last digit; without brackets it is below half of that digit. D,
+DI and bend have standard errors, of four million pairs of points (bend: of 65,000), and the error of the score
+contains them. All others are estimates of the cubature, on the safe side. A dash means that the figure diverges, or
+that its error is as large as itself. Figures are at the nominal scale but for "AK scaled" and "AK affine".
 
-## Scales, areas, angles, bending, distances, cuts
+### Scales, areas, angles, bending, distances, cuts
 
-AK is the Airy-Kavrayskiy error, the root mean square of sqrt(ln² a + ln² b): as it is, after the best scale, by which
-the rows are sorted, and after the best linear map. I, A, F, S, D, B are the indices of Goldberg & Gott; the score sums
-up their squares over those of the plate carrée. Smaller is better.
+AK is the Airy-Kavrayskiy error, the root mean square of sqrt(ln² a + ln² b): as it is, after the best scale (by which
+the rows are sorted), and after the best linear map. I, A, F, S, D and B are the indices of Goldberg and Gott; the
+score is the sum of their squares, each over that of the plate carrée. Smaller is better.
 
 """
 
 SECOND_HEAD = """
-## Other indices
+### Other indices
 
-Dab, Dar, Dan are Canters & Decleir's mean errors of scales and areas and mean angular distortion in degrees; Q is
-Capek's share of the area, in per cent, with little distortion (more is better); |ln a/b| Kunimune's mean; DI Peters'
-index of distances; bend is how far great circles are from straight lines, in lengths of these. The order is the same.
+Dab, Dar and Dan are Canters and Decleir's mean errors of scales and areas and mean angular distortion in degrees. Q
+is Capek's share of the area, in per cent, with little distortion (more is better). |ln a/b| is Kunimune's mean, DI
+Peters' index of distances, and bend says how far great circles are from straight lines, in lengths of these. The
+order is the same.
 
 """
 
@@ -339,7 +335,7 @@ def main() -> None:
     PICTURE.parent.mkdir(exist_ok=True)
     write_png(draw(maps), PICTURE, "turbo")
     page = HEAD.format(count=len(maps)) + table(maps, FIRST) + SECOND_HEAD + table(maps, SECOND)
-    (DOCS / "world_maps.md").write_text(page, encoding="utf-8")
+    write_part("all world maps", page)
     print(f"{len(maps)} maps")
 
 

@@ -1,7 +1,7 @@
 """Measure the atlas: one batch job, and `projdist/data/atlas.jsonl.gz` of its results.
 
-`python docs/make_atlas.py [EXECUTOR]`, as `processes:8` or `dask://HOST:8786`; half a minute a region and core.
-Results are kept in docs/atlas/results.jsonl as they come; the job goes on from there, also after Ctrl-C. With `--only
+`python tools/measure_atlas.py [EXECUTOR]`, as `processes:8` or `dask://HOST:8786`; half a minute a region and core.
+Results are kept in tools/made/results.jsonl as they come; the job goes on from there, also after Ctrl-C. With `--only
 TITLE ...` these entries are measured anew, and the others stay as they are.
 """
 
@@ -20,7 +20,7 @@ from projdist.answers import Area
 from projdist.designs import AtlasArea, atlas_areas, measured_entry
 from projdist.projections import proj_version
 
-PARTIAL = Path(__file__).parent / "atlas" / "results.jsonl"
+PARTIAL = Path(__file__).parent / "made" / "results.jsonl"
 AGAIN = PARTIAL.with_name("again.jsonl")
 RESULT = Path(projdist.__file__).parent / "data" / "atlas.jsonl.gz"
 VERSIONS = {"projdist": projdist.__version__, "PROJ": proj_version()}

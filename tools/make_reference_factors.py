@@ -1,6 +1,6 @@
-"""Make docs/reference_factors: certified factors at five points of the area of use of every projected CRS.
+"""Make docs/reference_factors.csv.gz: certified factors at five points of the area of use of every projected CRS.
 
-`python docs/make_reference_factors.py`, which takes some minutes. The points are the middle of the area of use of the
+`python tools/make_reference_factors.py`, which takes some minutes. The points are the middle of the area of use of the
 CRS and those a quarter of its width and height from the sides, to four decimals of a degree.
 """
 
@@ -18,7 +18,7 @@ from pyproj.enums import PJType
 
 import projdist
 
-FOLDER = Path(__file__).parent / "reference_factors"
+FILE = Path(__file__).parents[1] / "docs" / "reference_factors.csv.gz"
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
 SHARES = ((0.5, 0.5), (0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75))
 FIGURES = ("h", "k", "s", "a", "b", "omega", "theta", "convergence")
@@ -67,15 +67,7 @@ def table() -> pd.DataFrame:
 def main() -> None:
     frame = table()
     versions = {"proj": pyproj.proj_version_str, "epsg": pyproj.database.get_database_metadata("EPSG.VERSION")}
-    frame.attrs = versions | {"projdist": projdist.__version__}
-    numbers = [name for name in frame if frame[name].dtype.kind == "f"]
-    texts = [name for name in frame if name not in numbers]
-    frame.to_parquet(
-        FOLDER / "factors.parquet", compression="zstd", index=False, use_dictionary=texts, use_byte_stream_split=numbers
-    )
-    frame.to_csv(
-        FOLDER / "factors.csv.gz", index=False, float_format=f"%.{DIGITS}g", compression={"method": "gzip", "mtime": 0}
-    )
+    frame.to_csv(FILE, index=False, float_format=f"%.{DIGITS}g", compression={"method": "gzip", "mtime": 0})
     print(f"{frame.crs.nunique()} CRSs, {len(frame)} points, PROJ {versions['proj']}, EPSG {versions['epsg']}")
     print(frame.quality.value_counts().to_string())
     print(f"largest error where ok: {frame.error[frame.quality == 'ok'].max():.1e}")

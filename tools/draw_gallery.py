@@ -1,6 +1,7 @@
-"""Draw the pictures of the gallery, and write gallery.md: `python docs/make_gallery.py [NAME...]`.
+"""Draw the pictures of the gallery and write their parts of docs/gallery.md: `python tools/draw_gallery.py [NAME...]`.
 
-Names of entries draw only their pictures; gallery.md is always written whole.
+Names of maps or regions, as `robinson` or `fiji`, draw only their pictures, `made` only the world maps made to measure,
+which take two minutes. The parts of the page are always written whole.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ import time
 from typing import NamedTuple
 
 import numpy as np
+from docs_files import DPI, IMAGES, write_part, write_png
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from small_pictures import DOCS, DPI, IMAGES, write_png
 
-from projdist import Summary, get_region, plots, summarize
+from projdist import Projection, Summary, get_region, plots, summarize, world_map
+
+# ---- maps with their indicatrices -----------------------------------------------------------
 
 PANEL = 3.9  # inches: the greatest width and height of a map
 SPHERE = "+R=6371008.7714"
@@ -239,7 +242,7 @@ ENTRIES = (
 )
 
 
-def draw(entry: Entry) -> tuple[Figure, str]:
+def entry_figure(entry: Entry) -> tuple[Figure, str]:
     """Tissot's indicatrices beside a heat map, both of one size; and the name of the colours."""
     region = None if entry.region == "globe" else get_region(entry.region)
     figure = Figure(figsize=(2 * PANEL + 0.2, PANEL + 1.0), dpi=DPI, layout="constrained")
@@ -260,23 +263,15 @@ def shape_of(ax: Axes) -> np.ndarray:
     return np.ptp([ax.get_xlim(), ax.get_ylim()], axis=1)
 
 
-HEAD = """# Gallery
-
-Made by `make gallery`. Left: Tissot's indicatrices, the images of equal small circles on the ground. Right: a measure
-that suits the map. Below each name, the Airy–Kavrayskiy error, the root mean square of the Fisher distortion
-sqrt(ln² a + ln² b) by area: of the map as it is, after the best uniform scale, and after the best linear map.
-"""
-
-
 def describe(entry: Entry, summary: Summary) -> str:
-    """The section of a map in gallery.md."""
+    """The section of a map."""
     raw, scaled, affine = (
         f"{value:.3g}" if value < 0.01 else f"{value:.4f}"
         for value in (summary.airy_kavrayskiy, summary.airy_kavrayskiy_scaled, summary.airy_kavrayskiy_affine)
     )
     covered = "" if summary.coverage > 0.999 else f" ({summary.coverage:.0%} of it is on the map)"
     return f"""
-## {entry.title}
+### {entry.title}
 
 {entry.text}
 
@@ -286,17 +281,144 @@ def describe(entry: Entry, summary: Summary) -> str:
 """
 
 
+# ---- countries, islands and cities ----------------------------------------------------------
+
+REGION_SIZE, REGION_DPI = (5.2, 5.2), 110  # inches, and dots in one
+
+
+class Picture(NamedTuple):
+    """A region on a map that is in use there."""
+
+    slug: str
+    title: str
+    projection: str
+    region: str
+    measure: str | None = None  # None: Tissot's indicatrices
+
+
+GROUPS = {
+    "Across the antimeridian": (
+        Picture("new-zealand", "New Zealand", "EPSG:2193", "country:NZ", "areal_scale"),
+        Picture("fiji", "Fiji", "EPSG:3460", "country:FJ", "areal_scale"),
+        Picture("united-states", "United States", "EPSG:6350", "country:US", "omega"),
+        Picture("russia", "Russia", "EPSG:3576", "country:RU", "omega"),
+        Picture("kiribati", "Kiribati", "EPSG:3832", "country:KI@all"),
+    ),
+    "About the poles": (
+        Picture("antarctica", "Antarctica", "EPSG:3031", "country:AQ", "areal_scale"),
+        Picture("greenland", "Greenland", "EPSG:3413", "country:GL", "areal_scale"),
+        Picture("svalbard", "Svalbard", "EPSG:25833", "country:NO & box:5,74,40,82", "areal_scale"),
+    ),
+    "Islands": (
+        Picture("iceland", "Iceland", "EPSG:3057", "country:IS", "areal_scale"),
+        Picture("malta", "Malta", "EPSG:32633", "box:14.1,35.75,14.65,36.12", "areal_scale"),
+        Picture("mauritius", "Mauritius", "EPSG:3337", "country:MU@main"),
+    ),
+    "Cities": (
+        Picture("paris", "Paris", "EPSG:2154", "cap:2.35,48.855,30", "areal_scale"),
+        Picture("san-francisco", "San Francisco", "EPSG:26910", "cap:-122.35,37.75,50", "areal_scale"),
+        Picture("hong-kong", "Hong Kong", "EPSG:2326", "box:113.8,22.13,114.45,22.6", "areal_scale"),
+        Picture("oslo", "Oslo", "EPSG:25832", "cap:10.75,59.9,40"),
+        Picture("cape-town", "Cape Town", "EPSG:2048", "cap:18.5,-33.95,50", "areal_scale"),
+    ),
+    "Countries": (
+        Picture("germany", "Germany", "EPSG:25832", "country:DE", "areal_scale"),
+        Picture("switzerland", "Switzerland", "EPSG:2056", "country:CH", "areal_scale"),
+        Picture("france", "France", "EPSG:2154", "country:FR", "areal_scale"),
+        Picture("chile", "Chile", "EPSG:32719", "country:CL", "areal_scale"),
+        Picture("brazil", "Brazil", "EPSG:5880", "country:BR", "omega"),
+        Picture("indonesia", "Indonesia", "EPSG:23834", "country:ID"),
+        Picture("japan", "Japan", "+proj=laea +lat_0=37 +lon_0=138 +ellps=GRS80", "country:JP", "omega"),
+        Picture("south-africa", "South Africa", "ESRI:102024", "country:ZA", "omega"),
+        Picture("italy", "Italy", "EPSG:6875", "country:IT", "areal_scale"),
+    ),
+}
+
+
+def draw_region(picture: Picture) -> None:
+    """Write the picture of a region."""
+    options = {"region": picture.region, "size": REGION_SIZE, "dpi": REGION_DPI}
+    if picture.measure is None:
+        figure = plots.tissot_figure(picture.projection, **options)
+    else:
+        figure = plots.heatmap_figure(picture.projection, measure=picture.measure, **options)
+    plots.save(figure, IMAGES / "regions" / f"{picture.slug}.png")  # of all colours: a palette makes bands
+
+
+def regions_part() -> str:
+    """The pictures of regions, each with the command that draws it."""
+    lines = []
+    for group, pictures in GROUPS.items():
+        lines += [f"### {group}", ""]
+        for picture in pictures:
+            command = "heatmap" if picture.measure else "tissot"
+            measure = f" -m {picture.measure}" if picture.measure else ""
+            words = f"{command} {quoted(picture.projection)} -r {quoted(picture.region)}{measure}"
+            lines += [f"**{picture.title}**: `projdist {words}`", ""]
+            lines += [f"![{picture.title}](images/regions/{picture.slug}.png)", ""]
+    return "\n".join(lines)
+
+
+def quoted(text: str) -> str:
+    """A word of a command line."""
+    return f'"{text}"' if " " in text else text
+
+
+# ---- world maps made to measure -------------------------------------------------------------
+
+OTHERS = (
+    *("winkel-tripel", "gott-wagner", "wagner-9", "kavrayskiy-7", "winkel-2", "natural-earth", "natural-earth-2"),
+    *("robinson", "aitoff", "wagner-7", "hammer", "equal-earth", "mollweide", "plate-carree"),
+)
+LEVELS = {"world": [0.2, 0.4, 0.6, 0.8, 1.0], "land-pacific": [0.5, 1.0, 2.0], "land-seas": [0.5, 1.0, 2.0]}
+PACIFIC, SEAS = [(-180, -70), (-172, 37)], [(-155, 35), (-89, -58)]
+
+
+def draw_made() -> None:
+    """Draw the world maps made to measure, and print the table of docs/made_to_measure_worlds.md."""
+    made = {
+        "world": ("World", world_map(against=[])),
+        "land": ("Land, elsewhere .1", world_map("land", elsewhere=0.1, against=[])),
+        "land-180": ("Land, elsewhere .02", world_map("land", against=[])),
+        "land-pacific": ("Land, cut through the Pacific", world_map("land", cut=PACIFIC, against=[])),
+        "land-seas": ("Land, cut through the southern seas", world_map("land", cut=SEAS, against=[])),
+    }
+    rows = [(f"**{title}**", found.over_globe, over(found.projection, "land")) for title, found in made.values()]
+    rows += [(name, over(name, "globe"), over(name, "land")) for name in OTHERS]
+    for name, globe, land in rows:
+        print(f"| {name} | {globe:.4f} | {land:.4f} |")
+    for key in ("world", "land-pacific", "land-seas"):
+        title, found = made[key]
+        figure = plots.heatmap_figure(found.projection, titles=[title], size=(11.0, 7.2), levels=LEVELS[key])
+        write_png(figure, IMAGES / f"made-{key}.png")
+
+
+def over(projection: str | Projection, region: str) -> float:
+    """The Airy-Kavrayskiy error at the best scale."""
+    return summarize(projection, region, tolerance=1e-5).airy_kavrayskiy_scaled
+
+
+# ---- all of it ------------------------------------------------------------------------------
+
+
 def main(names: list[str]) -> None:
-    IMAGES.mkdir(exist_ok=True)
+    (IMAGES / "regions").mkdir(exist_ok=True)
     sections = []
     for entry in ENTRIES:
         start = time.perf_counter()
         sections.append(describe(entry, summarize(entry.projection, entry.region, tolerance=1e-6)))
         if not names or entry.slug in names:
-            figure, cmap = draw(entry)
+            figure, cmap = entry_figure(entry)
             write_png(figure, IMAGES / f"{entry.slug}.png", cmap)
             print(f"    {time.perf_counter() - start:.1f} s")
-    (DOCS / "gallery.md").write_text(HEAD + "".join(sections), encoding="utf-8")
+    write_part("maps", "".join(sections))
+    for picture in (picture for pictures in GROUPS.values() for picture in pictures):
+        if not names or picture.slug in names:
+            print(picture.slug, flush=True)
+            draw_region(picture)
+    write_part("regions", regions_part())
+    if not names or "made" in names:
+        draw_made()
 
 
 if __name__ == "__main__":

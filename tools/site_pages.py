@@ -55,7 +55,7 @@ def write(folder: Path) -> None:
 def relink(_: object, name: str, source: list[str]) -> None:
     """Links to what lies beside the documentation go to its copy in the site."""
     source[0] = source[0].replace("](../notebooks/", "](made/notebooks/")
-    source[0] = source[0].replace("](atlas/README.md)", "](made/atlas/index.md)")
+    source[0] = source[0].replace("](atlas.md)", "](made/atlas/index.md)")
 
 
 def groups() -> Iterator[tuple[str, list[str]]]:

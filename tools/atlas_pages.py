@@ -1,25 +1,42 @@
-"""The pages of the atlas, in Markdown: one of all places, and one of each."""
+"""The pages and pictures of the atlas: `python tools/atlas_pages.py [--all]`.
+
+It writes docs/atlas.md, a part of docs/gallery.md and the pictures of ten places; with --all the pictures of all
+places, in a quarter of an hour. The site has a page of each place, which `make docs` writes.
+"""
 
 from __future__ import annotations
 
+import argparse
 import functools
 import re
 import statistics
+import sys
 import textwrap
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
+import geopandas
+import matplotlib.pyplot as plt
+import shapely
+from docs_files import DOCS, IMAGES, write_part
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import projdist
-from projdist import AtlasEntry
+from projdist import AtlasEntry, gis, plots
 from projdist.cli.app import app
 
 TEN = (
     *("continent:Africa", "country:Brazil", "country:Chile", "country:France", "country:Germany", "country:Indonesia"),
     *("country:Japan", "country:New Zealand", "country:Norway", "state:Texas"),
 )
-"""The places whose pages and pictures are kept beside the documentation."""
+"""The places whose pictures are kept beside the documentation."""
+
+SIZE, DPI = (7.6, 3.8), 110  # inches, and dots in one
+WORLD = "+proj=eqearth"
+STEPS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # times the error of the best map
+NONE, SEA = "#c9c9c9", "#f0f4f8"
 
 _AS_GOOD, _FACTOR = 0.05, 2.0
 _SMALL, _LARGE = 1_000, 50_000  # square kilometres of a country that is worth a name
@@ -120,7 +137,7 @@ def overview_page(images: str, link: Callable[[str], str | None]) -> str:
         "",
         "```sh",
         "projdist atlas NZ",
-        "projdist atlas --format csv > atlas.csv",
+        "projdist atlas --export atlas.gpkg",
         "```",
         "",
         "```python",
@@ -249,12 +266,13 @@ def _about(versions: Mapping[str, str]) -> Iterator[str]:
     """The schema and the licence of the data."""
     yield from ("## The data", "")
     yield from _wrapped(
-        "`docs/atlas/` has `atlas.csv.gz` and `atlas.parquet`, a row for each map of each purpose, and `atlas.gpkg`, "
-        f"the outlines with a row for each place. Measured with projdist {versions['projdist']} and "
-        f"{versions['PROJ']}; `make atlas` measures all anew, in an hour and a half on two cores. The figures may be "
-        "used by anybody for anything (CC0 1.0). Names of CRSs are those of EPSG's dataset, whose terms of use are at "
-        "epsg.org, and of Esri's; outlines are Natural Earth's and, of states, the US Census Bureau's, both in the "
-        "public domain."
+        "The data come with the program. `projdist atlas --export atlas.csv` (or `.parquet`) writes a row for each map "
+        "of each purpose, `projdist atlas --export atlas.gpkg` the outline of each place with a row of figures; "
+        "`projdist atlas NZ --export nz.csv` writes the data of one place. All of it was measured with projdist "
+        f"{versions['projdist']} and {versions['PROJ']}; `make atlas` measures it again, in an hour and a half on two "
+        "cores. Anybody may use the figures for anything (CC0 1.0). Names of CRSs are those of EPSG's dataset, whose "
+        "terms of use are at epsg.org, and of Esri's; outlines are Natural Earth's and, of states, the US Census "
+        "Bureau's, both in the public domain."
     )
     yield from ("", "| column | what it is |", "| --- | --- |")
     yield from (f"| {names} | {text} |" for names, text in _COLUMNS)
@@ -283,3 +301,65 @@ _COLUMNS = (
     ("`saves`", "the share of the error saved against the official CRS, else the best existing one; below 0 it costs"),
 )
 """The rows of the data, in the order of the columns."""
+
+
+# ---- pictures -------------------------------------------------------------------------------
+
+
+def world_figure() -> Figure:
+    """How many times the error of the best map the official CRSs of countries have."""
+    frame = gis.atlas_frame([*entries().values()])
+    frame = frame[frame.kind.isin(["country", "part"])]
+    ratio = frame.official_error / frame.made_error
+    moved = gis.convert_frame(frame.assign(ratio=ratio)[["ratio", "geometry"]], WORLD, densify=50.0)
+    figure = Figure(figsize=(9.0, 5.0), dpi=DPI, layout="constrained")
+    axes = figure.add_subplot()
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    globe = geopandas.GeoDataFrame(geometry=[shapely.box(-180.0, -90.0, 180.0, 90.0)], crs=frame.crs)
+    gis.convert_frame(globe, WORLD, densify=50.0).plot(ax=axes, color=SEA, edgecolor="black", linewidth=0.5)
+    colours = plt.get_cmap("viridis_r", len(STEPS))
+    norm = BoundaryNorm(STEPS, colours.N, extend="max")
+    known = moved[moved.ratio.notna()]
+    moved[moved.ratio.isna()].plot(ax=axes, color=NONE, edgecolor="white", linewidth=0.2)
+    known.plot(ax=axes, column="ratio", cmap=colours, norm=norm, edgecolor="white", linewidth=0.2)
+    bar = figure.colorbar(
+        plt.cm.ScalarMappable(norm, colours), ax=axes, orientation="horizontal", shrink=0.6, aspect=40
+    )
+    bar.set_label("error of the official CRS over that of the best map (gray: no single official CRS)")
+    bar.set_ticks(STEPS, labels=[f"{step:g}" for step in STEPS])
+    return figure
+
+
+def place_figure(entry: AtlasEntry) -> Figure:
+    """The distortion of a place on the official CRS and on the best map."""
+    maps = pictured(entry)
+    return plots.heatmap_figure(list(maps.values()), region=entry.region, titles=list(maps), size=SIZE, dpi=DPI)
+
+
+def gallery_part() -> str:
+    """The pictures of ten places."""
+    lines = []
+    for name in TEN:
+        entry = entries()[name]
+        picture = f"![{_caption(entry)}](images/atlas/{slug(entry)}.png)"
+        lines += [f"**{entry.title}**: `projdist atlas {_quoted(name)}`", "", picture, ""]
+    return "\n".join(lines)
+
+
+def main(chosen: Collection[str]) -> None:
+    folder = IMAGES / "atlas"
+    folder.mkdir(exist_ok=True)
+    (DOCS / "atlas.md").write_text(overview_page("images/atlas", lambda _: None), encoding="utf-8")
+    write_part("atlas", gallery_part())
+    plots.save(world_figure(), folder / "world.png")
+    for name in chosen:
+        entry = entries()[name]
+        sys.stderr.write(f"{entry.title}\n")
+        plots.save(place_figure(entry), folder / f"{slug(entry)}.png")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--all", action="store_true", help="the pictures of all places")
+    main(list(entries()) if parser.parse_args().all else TEN)

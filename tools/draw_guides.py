@@ -1,4 +1,4 @@
-"""Draw the pictures of the README and of the guides: `python docs/make_guide_pictures.py [NAME...]`.
+"""Draw the pictures of the README and of the guides: `python tools/draw_guides.py [NAME...]`.
 
 Names are readme, correction, regions, recommendation, ldp, profile, comparisons and mean; all of them if none.
 """
@@ -8,11 +8,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
+from docs_files import DPI, IMAGES, write_png
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from small_pictures import DPI, IMAGES, write_png
 
 from projdist import compare, correct, ldp, mean_map, plots, profile, recommend
 

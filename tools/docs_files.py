@@ -1,4 +1,4 @@
-"""PNGs of the documentation: where they are, how fine, and with a palette, so that they are small."""
+"""What the generators share: the folders of the documentation, small PNGs, and the parts of the gallery's page."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from PIL import Image
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
 IMAGES = DOCS / "images"
+GALLERY = DOCS / "gallery.md"
 DPI = 150
 
 
@@ -29,3 +30,14 @@ def write_png(figure: Figure, path: Path, cmap: str = "viridis_r", colours: int 
     indexed.putpalette(values.ravel().tolist())
     indexed.save(path, optimize=True)
     print(f"{path.relative_to(DOCS)}: {picture.width} x {picture.height}, {path.stat().st_size / 1000:.0f} kB")
+
+
+def write_part(name: str, text: str) -> None:
+    """Replace a part of the gallery's page, which stands between two comments."""
+    begin, end = f"<!-- begin: {name} -->\n", f"<!-- end: {name} -->\n"
+    page = GALLERY.read_text(encoding="utf-8")
+    head, found, rest = page.partition(begin)
+    _, closed, tail = rest.partition(end)
+    if not found or not closed:
+        raise ValueError(f"{GALLERY} has no part '{name}'.")
+    GALLERY.write_text(f"{head}{begin}\n{text.strip()}\n\n{end}{tail}", encoding="utf-8")
