@@ -1,69 +1,29 @@
-# A map, a region
-from .projections import (
-    CrsHit,
-    CrsSearch,
-    Projection,
-    ProjectionError,
-    ProjectionLike,
-    find_crs,
-    projection_names,
-    worldmaps,
-)
+# Maps and regions
+from .projections import Projection, ProjectionError, ProjectionLike, find_crs, projection_names, worldmaps
 from .earth import Ellipsoid, SPHERE, WGS84
 from .regions import Box, Cap, GLOBE, PointSet, Region, RegionLike, get_region
 
-# Its Jacobian, and what is measured of it
+# Jacobians, measures and figures
 from .field import (
     FIGURES,
     Figure,
     get_figure,
-    AiryKavrayskiy,
-    Derivatives,
-    Extreme,
     Field,
-    Quality,
     derivatives,
     field_of,
     hessian,
-    Interpolant,
     interpolant,
     jacobian,
     jacobian_grid,
     sample,
 )
-from .matrices import (
-    MDT,
-    MEASURES,
-    Measure,
-    Modes,
-    Rotation,
-    axes_shift,
-    get_measure,
-    mdt,
-    mean_rotation,
-    modes,
-    principal_scales,
-    spd,
-)
+from .matrices import MDT, MEASURES, Measure, axes_shift, get_measure, mdt, mean_rotation, modes, principal_scales, spd
 from .numerics import CRITERIA, Estimate, get_criterion
 
 # What a map does
 from .answers import (
-    Comparison,
-    Correction,
     DISTANCE_MEASURES,
-    Factors,
-    Failure,
-    FiniteDistortion,
     INDICES,
-    IndexSummary,
-    IndexValue,
-    LocalCorrections,
-    MeasureSummary,
-    Profile,
-    PublishedRow,
-    PublishedTable,
-    Summary,
     compare,
     correct,
     distance_distortion,
@@ -79,47 +39,28 @@ from .answers import (
 )
 
 # Which map to take
-from .decisions import (
-    Baseline,
-    Candidate,
-    Check,
-    HeightStatistics,
-    LDP,
-    MapInfo,
-    Optimum,
-    Recommendation,
-    Rounded,
-    Totals,
-    check,
-    distortion_ppm,
-    estimate_crs,
-    info,
-    ldp,
-    optimize,
-    read_heights,
-    recommend,
-)
+from .decisions import check, distortion_ppm, estimate_crs, info, ldp, optimize, read_heights, recommend
 
 # Maps made to measure
-from .designs import Design, MeanMap, PlaneMean, WorldMap, design, mean_map, mean_plane_map, world_map
+from .designs import design, mean_map, mean_plane_map, world_map
 
-# The best maps of places, measured beforehand
-from .designs import AtlasEntry, AtlasMap, AtlasPurpose, AtlasZones, atlas, atlas_names
+# Atlas: the best maps of places
+from .designs import atlas, atlas_names
 
-# Many regions at once
-from .answers import Batch, BatchFailure, BatchResult, batch
+# Batches of regions
+from .answers import batch
 
-# The same mean elsewhere
+# Mosaics, point clouds, old maps
 from .applications import mosaics, oldmaps, pointclouds
-from .applications.oldmaps import ControlPoints, OldMap, old_map, read_control_points
+from .applications.oldmaps import old_map, read_control_points
 
-# What is told
+# Messages and notices
 from .support import Notice
 
-# Pictures, and files of GIS programs
+# Pictures and files for GIS programs
 from . import gis, plots
 
-# Maps that turn under the hand, in notebooks
+# Interactive maps in notebooks
 from .web import Explorer
 
 __version__: str
@@ -130,70 +71,25 @@ __all__ = [
     "FIGURES",
     "GLOBE",
     "INDICES",
-    "LDP",
     "MDT",
     "MEASURES",
     "SPHERE",
     "WGS84",
-    "AiryKavrayskiy",
-    "AtlasEntry",
-    "AtlasMap",
-    "AtlasPurpose",
-    "AtlasZones",
-    "Baseline",
-    "Batch",
-    "BatchFailure",
-    "BatchResult",
     "Box",
-    "Candidate",
     "Cap",
-    "Check",
-    "Comparison",
-    "ControlPoints",
-    "Correction",
-    "CrsHit",
-    "CrsSearch",
-    "Derivatives",
-    "Design",
     "Ellipsoid",
     "Estimate",
     "Explorer",
-    "Extreme",
-    "Factors",
-    "Failure",
     "Field",
     "Figure",
-    "FiniteDistortion",
-    "HeightStatistics",
-    "IndexSummary",
-    "IndexValue",
-    "Interpolant",
-    "LocalCorrections",
-    "MapInfo",
-    "MeanMap",
     "Measure",
-    "MeasureSummary",
-    "Modes",
     "Notice",
-    "OldMap",
-    "Optimum",
-    "PlaneMean",
     "PointSet",
-    "Profile",
     "Projection",
     "ProjectionError",
     "ProjectionLike",
-    "PublishedRow",
-    "PublishedTable",
-    "Quality",
-    "Recommendation",
     "Region",
     "RegionLike",
-    "Rotation",
-    "Rounded",
-    "Summary",
-    "Totals",
-    "WorldMap",
     "atlas",
     "atlas_names",
     "axes_shift",

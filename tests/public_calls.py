@@ -9,26 +9,29 @@ from batch_functions import name_of
 from matplotlib.figure import Figure
 
 import projdist
+from projdist.answers import Profile
+from projdist.applications.oldmaps import ControlPoints, OldMap
+from projdist.decisions import LDP
 
 CAP = projdist.Cap(10, 50, 200)
 SQUARE = shapely.box(8, 48, 12, 52)
 
 
 @functools.cache
-def low_distortion() -> projdist.LDP:
+def low_distortion() -> LDP:
     """A low-distortion projection of a small box, for the pictures of one."""
     return projdist.ldp("box:8,48,8.2,48.2", height=500, families=["tmerc"])
 
 
 @functools.cache
-def old_map() -> projdist.OldMap:
+def old_map() -> OldMap:
     """An old map of six points that is a plate carrée."""
     new = np.array([[8.0, 48.0], [9.0, 48.0], [9.0, 49.0], [8.0, 49.0], [8.5, 48.2], [8.2, 48.7]])
-    return projdist.old_map(projdist.ControlPoints(new * 100.0, new))
+    return projdist.old_map(ControlPoints(new * 100.0, new))
 
 
 @functools.cache
-def short_profile() -> projdist.Profile:
+def short_profile() -> Profile:
     """A line of one edge."""
     return projdist.profile("robin", [(10, 50), (11, 51)])
 

@@ -13,6 +13,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import projdist
+from projdist import answers
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = Path(projdist.__file__).parent
@@ -62,7 +63,13 @@ def test_what_the_issue_promises_in_python() -> None:
     assert list(inspect.signature(projdist.summarize).parameters)[:2] == ["projection", "region"]
     assert inspect.signature(projdist.summarize).parameters["tolerance"].kind is inspect.Parameter.KEYWORD_ONLY
     assert list(inspect.signature(projdist.compare).parameters)[:2] == ["projections", "region"]
-    for result in (projdist.Factors, projdist.Summary, projdist.Comparison, projdist.Failure, projdist.MeasureSummary):
+    for result in (
+        answers.Factors,
+        answers.Summary,
+        answers.Comparison,
+        answers.Failure,
+        answers.MeasureSummary,
+    ):
         assert callable(getattr(result, "to_dict", None)), result
 
 

@@ -24,8 +24,9 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import projdist
-from projdist import AtlasEntry, gis, plots
+from projdist import gis, plots
 from projdist.cli.app import app
+from projdist.designs import AtlasEntry
 
 TEN = (
     *("continent:Africa", "country:Brazil", "country:Chile", "country:France", "country:Germany", "country:Indonesia"),

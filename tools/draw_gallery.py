@@ -15,7 +15,8 @@ from docs_files import DPI, IMAGES, write_part, write_png
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from projdist import Projection, Summary, get_region, plots, summarize, world_map
+from projdist import Projection, get_region, plots, summarize, world_map
+from projdist.answers import Summary
 
 # ---- maps with their indicatrices -----------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import shutil
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 
 import projdist
 from projdist.cli.app import COMMANDS, app
+from projdist.support import Answer
 
 ROOT = Path(__file__).parents[1]
 LISTS = {
@@ -30,6 +32,8 @@ MODULES = {
     "oldmaps": "Old maps",
     "worldmaps": "World maps that PROJ has not",
 }
+RESULTS = ("projections", "matrices", "answers", "decisions", "designs")
+"""Rooms whose functions return types of their own."""
 
 
 def write(folder: Path) -> None:
@@ -85,6 +89,11 @@ def _python_pages() -> Iterator[tuple[str, str]]:
         found = getattr(projdist, module)
         names = [name for name in found.__all__ if not hasattr(projdist, name) and _has_page(getattr(found, name))]
         pages[_slug(title)] = _python_page(title, found.__name__, names)
+    for room in RESULTS:
+        found = importlib.import_module(f"projdist.{room}")
+        names = [name for name in found.__all__ if _is_result(getattr(found, name)) and not hasattr(projdist, name)]
+        title = f"Results of projdist.{room}"
+        pages[_slug(title)] = _python_page(title, found.__name__, names)
     listed = "\n".join(f"   {name}" for name in pages)
     pages["index"] = f"{_headed('Python')}.. toctree::\n   :maxdepth: 2\n\n{listed}\n"
     yield from pages.items()
@@ -94,6 +103,10 @@ def _python_page(title: str, module: str, names: list[str]) -> str:
     """A page that lists names, each with a page of its own."""
     listed = "\n".join(f"   {name}" for name in sorted(set(names), key=str.lower))
     return f"{_headed(title)}.. currentmodule:: {module}\n\n.. autosummary::\n   :toctree: names\n\n{listed}\n"
+
+
+def _is_result(value: object) -> bool:
+    return isinstance(value, type) and issubclass(value, Answer)
 
 
 def _has_page(value: object) -> bool:

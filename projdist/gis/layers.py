@@ -242,7 +242,8 @@ def old_map_layers(
     Examples
     --------
     >>> import geopandas
-    >>> from projdist import ControlPoints, old_map
+    >>> from projdist.applications.oldmaps import ControlPoints
+    >>> from projdist import old_map
     >>> points = ControlPoints([[0, 0], [1, 0], [0, 1], [1, 1]], [[0, 0], [100, 0], [0, 100], [100, 140]])
     >>> old_map_layers(old_map(points, model="affine"))["displacements"]["length"].round(6).tolist()
     [10.0, 10.0, 10.0, 10.0]

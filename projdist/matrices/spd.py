@@ -10,6 +10,23 @@ from numpy.typing import ArrayLike
 from projdist._typing import BoolArray, FloatArray
 from projdist.matrices.distortions import principal_scales
 
+__all__ = [
+    "distance",
+    "exp",
+    "factor_distance",
+    "from_lower",
+    "geodesic",
+    "log",
+    "lower_factor",
+    "lower_metric",
+    "lq",
+    "metric",
+    "place",
+    "symmetric_exp",
+    "to_lower",
+    "transposed",
+]
+
 _ASYMMETRY = 1e-8  # of the largest entry: more is no rounding
 
 

@@ -10,7 +10,8 @@ import shapely
 from numpy.testing import assert_allclose
 from pyproj import Geod, Proj
 
-from projdist import SPHERE, WGS84, Notice, Profile, factors, profile
+from projdist import SPHERE, WGS84, Notice, factors, profile
+from projdist.answers import Profile
 from projdist.answers.profiles import _round_step
 
 R = SPHERE.a

@@ -7,8 +7,9 @@ import pytest
 from pyproj import CRS
 from typer.testing import CliRunner
 
-from projdist import Design, Projection, design, summarize
+from projdist import Projection, design, summarize
 from projdist.cli.app import app
+from projdist.designs import Design
 
 SWISS = ("country:CH", "--degree", "2", "--base", "EPSG:2056", "--against", "EPSG:21781")
 

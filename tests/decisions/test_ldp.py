@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
 
-from projdist import LDP, PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
+from projdist import PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
+from projdist.decisions import LDP
 from projdist.decisions.families import extent_of
 from projdist.decisions.surveying import LDP_FAMILIES
 from projdist.decisions.surveying.axes import Axis, _scanned, goal_of

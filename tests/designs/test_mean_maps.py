@@ -9,7 +9,8 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 
 import projdist
-from projdist import MeanMap, Projection, ProjectionError, mdt, mean_map, mean_plane_map, summarize
+from projdist import Projection, ProjectionError, mdt, mean_map, mean_plane_map, summarize
+from projdist.designs import MeanMap
 from projdist.designs.plane_maps import BoxPolynomials, box_gradients
 from projdist.designs.plane_means import Targets
 from projdist.field import nodes_of

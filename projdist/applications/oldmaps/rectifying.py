@@ -155,7 +155,8 @@ def rectify(
     >>> import pathlib, tempfile
     >>> import numpy as np
     >>> from PIL import Image
-    >>> from projdist import ControlPoints, old_map
+    >>> from projdist.applications.oldmaps import ControlPoints
+    >>> from projdist import old_map
     >>> points = ControlPoints([[0, 0], [8, 0], [0, 4], [8, 4]], [[0, 40], [80, 40], [0, 0], [80, 0]])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "scan.png")

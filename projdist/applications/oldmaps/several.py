@@ -64,7 +64,8 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
     Two sheets of which one grows to the east and one to the north; their mean grows half as fast to both.
 
     >>> import numpy as np
-    >>> from projdist import ControlPoints, mean_plane_map, old_map
+    >>> from projdist.applications.oldmaps import ControlPoints
+    >>> from projdist import mean_plane_map, old_map
     >>> x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9))
     >>> true = np.stack([x.ravel(), y.ravel()], axis=-1)
     >>> east, north = (np.stack(m, axis=-1) for m in ((np.exp(0.4 * true[:, 0]), true[:, 1]),
