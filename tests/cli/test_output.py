@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import FORMATS, QUICK, parse_csv, parse_html, parse_markdown, refused, run, run_ok
+from gis_files import some_slow
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
@@ -26,7 +27,9 @@ def process(*words: str, **options: object) -> subprocess.CompletedProcess:
 # ---- what libraries say -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["HOME", "MPLCONFIGDIR", "XDG_CONFIG_HOME"])
+@pytest.mark.parametrize(
+    "name", some_slow(["HOME", "MPLCONFIGDIR", "XDG_CONFIG_HOME"], {"MPLCONFIGDIR", "XDG_CONFIG_HOME"})
+)
 def test_a_home_that_cannot_be_written(name: str, tmp_path: Path) -> None:
     """Matplotlib takes another folder for its settings and fonts, and what it says of that stays with it."""
     (tmp_path / "file").write_text("")

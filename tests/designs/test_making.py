@@ -220,12 +220,17 @@ def test_round_a_pole_that_the_base_does_not_show() -> None:
 
 
 @pytest.mark.parametrize(
-    ("region", "across"),
-    [("country:CH", False), ("country:FJ", True), ("cap:0,90,800", False), ("box:170,-20,-170,-10", True)],
+    ("region", "base", "across"),
+    [
+        ("country:CH", "EPSG:2056", False),
+        ("country:FJ", "+proj=merc +lon_0=180 +ellps=WGS84", True),
+        ("cap:0,90,800", "+proj=stere +lat_0=90 +ellps=WGS84", False),
+        ("box:170,-20,-170,-10", "+proj=merc +lon_0=180 +ellps=WGS84", True),
+    ],
 )
-def test_the_area_of_use(region: str, across: bool) -> None:
+def test_the_area_of_use(region: str, base: str, across: bool) -> None:
     """Every form states the region's box with a margin of 15 % of its radius, across the antimeridian if need be."""
-    found = design(region, kind="conformal", degree=2, against=())
+    found = design(region, kind="conformal", degree=2, base=base, against=())
     west, south, east, north = get_region(region).bounds
     area = pyproj.CRS.from_wkt(found.wkt).area_of_use
     assert area is not None

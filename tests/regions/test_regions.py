@@ -144,13 +144,14 @@ def test_the_largest_cap_is_the_globe(lon, lat):
     assert Cap(lon, lat, HALF_TURN / 2, SPHERE).area_km2 + opposite.area_km2 == pytest.approx(globe, rel=1e-12)
 
 
+# Nodes a side of the lattice.
+@pytest.mark.parametrize("count", [401, pytest.param(801, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("lat", "radius_km", "half"), [(0, 19_980, 80.0), (0, 20_000, 40.0), (30, 19_990, 50.0), (60, 20_003, 8.0)]
 )
-def test_what_the_largest_caps_leave_out(lat, radius_km, half):
+def test_what_the_largest_caps_leave_out(lat, radius_km, half, count):
     """About the antipode, where geodesics of equal length meet: by GeographicLib's distances on a lattice about it."""
     cap = Cap(10, lat, radius_km)
-    count = 801  # nodes a side, within `half` kilometres
     north, east = np.meshgrid(*2 * [np.linspace(-half, half, count)], indexing="ij")
     to_lat = -lat + np.degrees(north / 6371.0)
     to_lon = 190.0 + np.degrees(east / 6371.0 / math.cos(math.radians(lat)))
