@@ -14,6 +14,7 @@ import pyproj
 import pytest
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
+from tables import each
 
 from projdist.decisions import CLOSE, WIDE_FACTOR
 from projdist.designs import atlas, atlas_areas, atlas_names
@@ -43,7 +44,7 @@ def test_every_place_once() -> None:
     assert len(set(NAMES)) == len(NAMES)
 
 
-@pytest.mark.parametrize(
+@each(
     ("asked", "title", "kind"),
     [
         ("NZ", "New Zealand", "country"),
@@ -91,7 +92,7 @@ CUT_CONES = {"Southern Ocean"}  # about a pole a cone that is cut within the pla
 SIX_DIGITS = 1.0 + 2e-4  # of the maps' parameters; extremes are good to more
 
 
-@pytest.mark.parametrize("name", NAMES)
+@each("name", NAMES)
 def test_an_entry_is_sound(name: str) -> None:
     """What must hold of all figures, whatever they are."""
     entry = atlas(name)
@@ -219,7 +220,7 @@ def test_custom_maps_around_poles_are_whole(name: str) -> None:
                 assert purpose.custom.airy_kavrayskiy > 0.95 * purpose.limit
 
 
-@pytest.mark.parametrize("name", NAMES)
+@each("name", NAMES)
 def test_made_maps_are_better(name: str) -> None:
     """By the Airy-Kavrayskiy error than any of the families; what is cut may have less."""
     for purpose in atlas(name).purposes.values():

@@ -12,6 +12,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
+from tables import each
 
 import projdist
 from projdist import FIGURES, Projection, ProjectionError, design, summarize
@@ -560,7 +561,7 @@ def test_points_with_weights() -> None:
     assert found.airy_kavrayskiy == pytest.approx(over.airy_kavrayskiy, rel=0.02)  # of 300 points
 
 
-@pytest.mark.parametrize(
+@each(
     ("region", "words", "message"),
     [
         ("country:CH", {"kind": "nice"}, "Invalid kind 'nice'"),

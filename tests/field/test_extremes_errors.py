@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
+from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
@@ -47,7 +48,7 @@ def test_a_side_against_a_ridge_inside():
         assert 0.0 < found.min_error < 1e-9
 
 
-@pytest.mark.parametrize(
+@each(
     ("projection", "region", "measure", "statistic", "truth"),
     [
         ("mercator", "box:0,30,10,60", "k", "max", 2.0),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from projection_points import message
 from pyproj import CRS, Transformer
+from tables import each
 
 from projdist.projections import Projection, ProjectionError
 from projdist.projections.crs import parse_crs, read_crs
@@ -201,7 +202,7 @@ def assert_one_map(method, spelling):
         np.testing.assert_allclose(make(text)(LON, LAT_POINTS), truth(method), rtol=0, atol=ROUNDING, err_msg=method)
 
 
-@pytest.mark.parametrize("spelling", SPELLINGS)
+@each("spelling", SPELLINGS)
 def test_one_map_by_every_spelling(spelling):
     """Parameters as any program calls them make the map of the PROJ string, without a word: of every eighth method."""
     for method in [*METHODS][[*SPELLINGS].index(spelling) :: len(SPELLINGS)]:
@@ -237,7 +238,7 @@ def test_units_of_parameters_by_other_names():
     np.testing.assert_allclose(make(text)(LON, LAT_POINTS), truth("Transverse Mercator"), rtol=0, atol=ROUNDING)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@each("method", METHODS)
 def test_a_missing_parameter_is_named(method):
     """Without one that its method needs a CRS is refused; without a scale it is told of one of 1."""
     for kind in kinds_of(method)[:-2]:
@@ -250,7 +251,7 @@ def test_a_missing_parameter_is_named(method):
             assert GDAL[kind].lower() in message(wkt1(method, parameters)).lower()
 
 
-@pytest.mark.parametrize("method", METHODS)
+@each("method", METHODS)
 def test_a_misspelt_parameter_is_named(method):
     """One letter wrong: a line has the word that was written, whether the map can be made or not."""
     for kind in kinds_of(method):
@@ -440,8 +441,8 @@ def test_a_second_value_is_told(name):
     make(wkt1("Transverse_Mercator", names | {"longitude of natural origin": 9.0}))
 
 
-@pytest.mark.parametrize("method", ["Lambert_Conformal_Conic", "Lambert_Conformal_Conic_1SP"])
-@pytest.mark.parametrize("origin", [0.0, 40.0, 45.0])
+@each("method", ["Lambert_Conformal_Conic", "Lambert_Conformal_Conic_1SP"])
+@each("origin", [0.0, 40.0, 45.0])
 def test_one_parallel_and_another_latitude_of_origin(method, origin):
     """Esri's conic touches at its parallel, whatever its latitude of origin, which PROJ would take for it."""
     names = {

@@ -18,6 +18,7 @@ from pyproj import CRS
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
 from pyproj.exceptions import CRSError
+from tables import each
 
 from projdist.projections import (
     AreaOfUse,
@@ -52,8 +53,8 @@ def test_no_hostile_text_opens_a_file(tmp_path: Path) -> None:
     assert_nothing_is_opened(TEXTS[::20], tmp_path)
 
 
-@pytest.mark.parametrize("key", ["proj", "+proj", "+o_proj"])
-@pytest.mark.parametrize("reader", ["defmodel", "gridshift", "hgridshift", "vgridshift", "xyzgridshift", "tinshift"])
+@each("key", ["proj", "+proj", "+o_proj"])
+@each("reader", ["defmodel", "gridshift", "hgridshift", "vgridshift", "xyzgridshift", "tinshift"])
 def test_operations_that_read_files_are_named(key: str, reader: str) -> None:
     """Also as the map that ob_tran turns, and whatever else they state."""
     before = "+proj=ob_tran +o_lat_p=40 " if key == "+o_proj" else ""
@@ -89,7 +90,7 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
     assert bool(asked) == (how == "open"), asked[:5]
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         *("{" * 9000, "[" * 9000, "PROJCS[" * 2000, "PROJCS(" * 2000 + ")" * 2000, "(" * 9000, '{"a":' * 3000),
@@ -113,7 +114,6 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
             "[]",
         ),
     ],
-    ids=lambda text: f"{len(text)}-{ascii(text)[:12]}",
 )
 def test_monsters_are_refused(text: str) -> None:
     """In one line that is no longer than others, as projections and as regions."""

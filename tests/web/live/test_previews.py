@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from tables import each
 
 import projdist
 from projdist.projections import Projection, tunable, tuned
@@ -62,7 +63,7 @@ def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None
     assert within.mean() > _OFTEN
 
 
-@pytest.mark.parametrize(("given", "region"), [*CASES[:5], *FURTHER])
+@each(("given", "region"), [*CASES[:5], *FURTHER])
 def test_the_figure_is_about_right(given: str, region: str) -> None:
     """To a tenth, where the whole region is shown."""
     header, _ = Previewer().frame(Projection.from_user_input(given), region, tunable(given).centre)
