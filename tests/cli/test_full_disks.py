@@ -33,7 +33,13 @@ COMMANDS = {
     "check": (["check", "DATA.gpkg", "--crs", "EPSG:3857", "--no-recommend"], (".gpkg", ".geojson", ".html")),
 }
 CASES = [name + suffix for name, (_, suffixes) in COMMANDS.items() for suffix in suffixes]
-SLOW = {"picture.svg", "picture.pdf", "compare.html", "tissot.geojson"}  # others are pictures, pages, layers, too
+SLOW = {
+    "picture.svg",
+    "picture.pdf",
+    "compare.html",
+    "tissot.geojson",
+    "morph.gif",
+}  # others are pictures, pages, layers, too
 
 
 @pytest.fixture(scope="module")

@@ -238,7 +238,7 @@ def square_file(path, crs, places):
     return f"file:{path}"
 
 
-@pytest.mark.parametrize("kind", [OGRAPHIC, OCENTRIC])
+@pytest.mark.parametrize("kind", [OGRAPHIC, pytest.param(OCENTRIC, marks=pytest.mark.slow)])
 def test_files_are_of_their_body(tmp_path, kind):
     """A file in a CRS of Mars is a region of Mars, at geodetic latitudes: of the area of GeographicLib's polygon."""
     code = codes("lcc")[kind]

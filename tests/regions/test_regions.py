@@ -145,7 +145,7 @@ def test_the_largest_cap_is_the_globe(lon, lat):
 
 
 # Nodes a side of the lattice.
-@pytest.mark.parametrize("count", [401, pytest.param(801, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [301, pytest.param(801, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("lat", "radius_km", "half"), [(0, 19_980, 80.0), (0, 20_000, 40.0), (30, 19_990, 50.0), (60, 20_003, 8.0)]
 )
