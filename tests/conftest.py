@@ -5,6 +5,7 @@ import gc
 import importlib.util
 import os
 import signal
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -33,6 +34,10 @@ SLOW_EXAMPLES = {
 
 # Tests run in as many processes as there are cores: BLAS's threads would only wait for each other. Before numpy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# Tests start many processes, each of which would compile projdist anew, and so would each of pytest's own.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # The same examples every time, and no deadline: a busy machine is no failure.
 settings.register_profile("projdist", derandomize=True, deadline=None, max_examples=25)

@@ -5,6 +5,7 @@ import numpy as np
 import pyproj
 import pytest
 from public_calls import CAP, SQUARE, axes
+from tables import each
 
 import projdist
 from projdist import plots
@@ -24,7 +25,7 @@ def test_a_geometry_is_a_region() -> None:
     assert area == pytest.approx(projdist.Box(8, 48, 12, 52).area_km2, rel=1e-8)  # as areas of polygons are
 
 
-@pytest.mark.parametrize(
+@each(
     "one",
     [
         "robin",
@@ -34,7 +35,6 @@ def test_a_geometry_is_a_region() -> None:
         {"proj": "moll"},
         projdist.Projection.from_user_input("moll"),
     ],
-    ids=["name", "CRS", "code", "pair", "dictionary", "function"],
 )
 def test_a_single_projection_is_one(one: object) -> None:
     """And not its letters: the result is that of a list with it alone."""
@@ -69,7 +69,7 @@ def test_a_colour_map_of_matplotlib_goes_wherever_a_name_does() -> None:
     np.testing.assert_array_equal(by_name(np.linspace(0, 1, 9)), by_map(np.linspace(0, 1, 9)))
 
 
-@pytest.mark.parametrize(
+@each(
     ("call", "message"),
     [
         (lambda: projdist.summarize("robin", True), r"^Invalid region 'True'\. It must be globe, "),

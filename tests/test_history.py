@@ -6,6 +6,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from tables import each
 
 ROOT = Path(__file__).parents[1]
 
@@ -33,7 +34,7 @@ def test_an_entry_is_the_median_and_its_standard_error(history: ModuleType) -> N
     assert history.entry_of("abc", "2026-01-01", "globe", "moll", [3.0] * 7).spread == 0.0
 
 
-@pytest.mark.parametrize(
+@each(
     ("now", "spread", "is_slower"),
     [(1.05, 0.0, False), (1.2, 0.001, True), (1.2, 0.1, False), (0.5, 0.0, False), (1.11, 0.0, True), (3.0, 0.2, True)],
 )

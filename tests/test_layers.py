@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tables import each
 
 import projdist
 
@@ -177,7 +178,7 @@ def test_no_cycles() -> None:
     assert set(graphlib.TopologicalSorter(graph).static_order()) >= set(INSIDE)
 
 
-@pytest.mark.parametrize("face", ["", *sorted(name for name in MODULES if MODULES[name].name == "__init__.py")[1:]])
+@each("face", ["", *sorted(name for name in MODULES if MODULES[name].name == "__init__.py")[1:]])
 def test_no_module_bears_the_name_of_an_exported_function(face: str) -> None:
     """`import projdist.recommend` would give the function where the module was meant."""
     package = importlib.import_module(f"projdist.{face}".rstrip("."))
@@ -186,7 +187,7 @@ def test_no_module_bears_the_name_of_an_exported_function(face: str) -> None:
     assert modules & set(exported) == set()
 
 
-@pytest.mark.parametrize("library", HOMES)
+@each("library", HOMES)
 def test_a_library_has_one_home(library: str) -> None:
     """pyproj, matplotlib, shapely, scipy and the command line's toolkit are imported where they live, and are."""
     users = {name for name in MODULES if library in {text.split(".")[0] for text in imports(name)}}

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
+from tables import each
 
 import projdist
 from projdist import answers
@@ -162,7 +163,7 @@ def test_docstrings() -> None:
     assert {name: count for name, count in lines.items() if not 1 <= count <= LONGEST_DOCSTRING} == {}
 
 
-@pytest.mark.parametrize("name", [name for name in public_definitions() if not is_class(name)])
+@each("name", [name for name in public_definitions() if not is_class(name)])
 def test_sections_of_numpydoc(name: str) -> None:
     """Each names its parameters, what it returns and raises, and where it is from, and has an example."""
     function = getattr(projdist, name)
@@ -178,7 +179,7 @@ def test_sections_of_numpydoc(name: str) -> None:
     assert ">>>" in sections["Examples"]
 
 
-@pytest.mark.parametrize("name", [name for name in public_definitions() if is_class(name)])
+@each("name", [name for name in public_definitions() if is_class(name)])
 def test_public_methods_have_docstrings(name: str) -> None:
     """So does each public method and property."""
     cls = getattr(projdist, name)

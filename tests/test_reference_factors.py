@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pyproj import CRS
 from pyproj.database import query_crs_info
+from tables import each
 
 import projdist
 
@@ -93,7 +94,7 @@ def test_it_is_measured_so_today(table: "pd.DataFrame", part: int) -> None:
 BLOCKS: Callable[[str], list[str]] = re.compile(r"```python\n(>>>.*?)```", re.DOTALL).findall
 
 
-@pytest.mark.parametrize("number", range(len(BLOCKS((DOCS / "others.md").read_text(encoding="utf-8")))))
+@each("number", range(len(BLOCKS((DOCS / "others.md").read_text(encoding="utf-8")))))
 def test_lines_of_the_page_print_what_it_says(number: int) -> None:
     text = BLOCKS((DOCS / "others.md").read_text(encoding="utf-8"))[number]
     example = doctest.DocTestParser().get_doctest(text, {}, f"others {number}", None, None)

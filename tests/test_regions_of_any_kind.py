@@ -10,6 +10,7 @@ import pytest
 import shapely
 from matplotlib.figure import Figure
 from PIL import Image
+from tables import each
 
 import projdist
 
@@ -157,7 +158,7 @@ def limits(figure: Figure) -> list[float]:
     return [*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_all_kinds_are_one_region(kind: str) -> None:
     """Of one area, as far as areas of polygons are good, and with one outline."""
     found = projdist.get_region(KINDS[kind])

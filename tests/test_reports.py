@@ -78,7 +78,7 @@ def test_control_points(name):
 def test_degrees_in_metres():
     """Data and regions say that they look like degrees."""
     path = REPORTS / "degrees_in_3857.geojson"
-    for words in (["check", path], ["compare", "EPSG:3857", "-r", f"file:{path}"]):
+    for words in (["check", path, "--no-recommend"], ["compare", "EPSG:3857", "-r", f"file:{path}"]):
         _, told = answer(*words)
         assert "look like degrees" in told
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -101,7 +102,7 @@ def words_of(text: str) -> Words:
     points = [piece for piece in pieces if piece.startswith("@")]
     added = tuple(re.sub(r"\s*=\s*", "=", piece[1:].strip()) for piece in pieces if piece.startswith("+"))
     found = Words(text[: starts[0]].strip() if starts else text, added, None)
-    twice = [key for key in found.keys if found.keys.count(key) > 1] or points[1:]
+    twice = [key for key, count in Counter(found.keys).items() if count > 1] or points[1:]
     if twice:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It must have '{shown(twice[0])}' once.")
     if not points:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import Notice, compare, correct, factors, summarize
 
@@ -28,7 +29,7 @@ def test_areas_of_use_elsewhere_are_told(projection, region, text):
         assert len([one for one in notices if "area of use" in str(one.message)]) == 1
 
 
-@pytest.mark.parametrize(
+@each(
     ("projection", "region"),
     [
         ("EPSG:2154", "country:FR@main"),

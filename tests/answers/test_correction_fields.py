@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import SPHERE, correct, jacobian, local_corrections, mdt
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, destination
@@ -17,8 +18,8 @@ def symmetric_inverse(A):
     return (U / scales) @ U.T
 
 
-@pytest.mark.parametrize("name", ["mollweide", "winkel-tripel", "EPSG:3035"])
-@pytest.mark.parametrize(("radius", "good"), [(2000.0, 1e-6), (200.0, 1e-11)])
+@each("name", ["mollweide", "winkel-tripel", "EPSG:3035"])
+@each(("radius", "good"), [(2000.0, 1e-6), (200.0, 1e-11)])
 def test_caps(name, radius, good):
     """The correction about a point is that of the cap about it, by the adaptive cubature."""
     found = local_corrections(name, 10.0, 50.0, radius).matrix

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pyproj import CRS, Transformer
 from scipy.optimize import brentq
+from tables import each
 
 from projdist import PointSet, Projection, correct, sample, summarize
 from projdist.answers.corrections import CONSTRAINTS, _direction
@@ -279,7 +280,7 @@ def test_frame():
     assert frame["xx"][0] == pytest.approx(2 / math.e, abs=_EXACT)
 
 
-@pytest.mark.parametrize(
+@each(
     ("azimuth", "words"),
     [
         (0.0, "along the vertical"),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pyproj import Geod
+from tables import each
 
 from projdist import SPHERE, WGS84, Ellipsoid, PointSet, get_region
 from projdist.answers.finite_distortions import scatter_over
@@ -19,7 +20,7 @@ def draws(region, ellipsoid, count=400):
     return [scatter.draw(count, rng) for _ in range(32)]
 
 
-@pytest.mark.parametrize("region", REGIONS, ids=str)
+@each("region", REGIONS)
 def test_points_are_in_their_region(region):
     """About as many as were asked for, all inside."""
     place = get_region(region)
@@ -39,8 +40,8 @@ def area_mean(box, ellipsoid, function):
     return np.sum(w * function(lat)) / np.sum(w)
 
 
-@pytest.mark.parametrize("region", ["globe", "box:170,-60,-170,80", "box:0,60,90,90"])
-@pytest.mark.parametrize("ellipsoid", [SPHERE, WGS84], ids=["sphere", "ellipsoid"])
+@each("region", ["globe", "box:170,-60,-170,80", "box:0,60,90,90"])
+@each("ellipsoid", [SPHERE, WGS84])
 def test_means_are_by_area(region, ellipsoid):
     """The mean of the latitude's square is that by true area, so finely that sphere and ellipsoid are told apart."""
     _, south, _, north = get_region(region).bounds

@@ -9,6 +9,7 @@ import pytest
 import shapely
 from numpy.testing import assert_allclose
 from pyproj import Geod, Proj
+from tables import each
 
 from projdist import SPHERE, WGS84, Notice, factors, profile
 from projdist.answers import Profile
@@ -174,7 +175,7 @@ def test_files_of_other_programs(tmp_path: Path) -> None:
         assert_allclose(found.combined_factor, expected.combined_factor, rtol=1e-9)
 
 
-@pytest.mark.parametrize(
+@each(
     ("line", "message"),
     [
         ([], r"^Invalid line '\[\]'\. It must have two places or more\.$"),

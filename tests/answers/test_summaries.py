@@ -8,6 +8,7 @@ import numpy as np
 import pyproj
 import pytest
 from closed_errors import PLATE_CARREE, R
+from tables import each
 
 from projdist import indices
 from projdist.answers.point_factors import factors
@@ -127,7 +128,7 @@ ANYTHING = {
 }
 
 
-@pytest.mark.parametrize("kind", ANYTHING)
+@each("kind", ANYTHING)
 def test_any_projection(kind):
     """Whatever names the plate carree has its error; `given` is the text, or else the definition."""
     value, given = ANYTHING[kind]

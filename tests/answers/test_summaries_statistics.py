@@ -6,6 +6,7 @@ import math
 import pytest
 import scipy.integrate
 from closed_errors import HALF_PI, L2, R
+from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import WGS84
@@ -172,7 +173,7 @@ MAXIMA = {  # (projection, region, measure): value, and latitude and longitude w
 }
 
 
-@pytest.mark.parametrize("key", MAXIMA, ids=mean_id)
+@each("key", MAXIMA)
 def test_maxima(key):
     """Maxima are those of the closed form, at their place, on the rim of a cap; unbounded ones are infinite."""
     found = statistics(*key)

@@ -7,6 +7,7 @@ import pytest
 from mosaic_pictures import HEIGHT, WIDTH, cut, maps, relief, sampled, save
 from mosaic_sets import common_points, moved
 from PIL import Image
+from tables import each
 
 from projdist.applications.mosaics import (
     BLENDS,
@@ -178,8 +179,8 @@ def test_feathers_fall_to_the_rims_of_pieces():
     assert mask.all()
 
 
-@pytest.mark.parametrize("shape", [(5, 7), (399, 403), (1001, 1203)])
-@pytest.mark.parametrize("holes", [[], [(0, 0)], [(-1, -1)], [(0, -1), (-1, 0)]])
+@each("shape", [(5, 7), (399, 403), (1001, 1203)])
+@each("holes", [[], [(0, 0)], [(-1, -1)], [(0, -1), (-1, 0)]])
 def test_the_box_reaches_the_last_pixels(shape, holes):
     """A box is grown to what is not covered or to the picture's sides, also where cells do not divide them."""
     covered = np.ones(shape, bool)

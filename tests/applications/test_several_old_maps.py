@@ -12,9 +12,9 @@ SPLINE = 5e-3  # of Jacobians, by interpolation between 17 x 17 points; 1e-3 in 
 SLOPES = (0.4, 0.3j, -0.1 + 0.3j)
 
 
-def conformal(slope, ground=(0.0, 1.0), change=((1.0, 0.0), (0.0, 1.0))):
+def conformal(slope, ground=(0.0, 1.0), change=((1.0, 0.0), (0.0, 1.0)), side=17):
     """A sheet of which exp(slope w) is the scale and turn at w = x + i y in truth; then a change of its plane."""
-    x, y = np.stack(np.meshgrid(np.linspace(*ground, 17), np.linspace(0.0, 1.0, 17)), axis=-1).reshape(-1, 2).T
+    x, y = np.stack(np.meshgrid(np.linspace(*ground, side), np.linspace(0.0, 1.0, side)), axis=-1).reshape(-1, 2).T
     z = (np.exp(slope * (x + 1j * y)) - 1.0) / slope
     old = np.stack([z.real, z.imag], axis=-1) @ np.array(change).T
     return old_map(ControlPoints(old, 1000.0 * np.stack([x, y], axis=-1)), smoothing=0.0)
@@ -73,7 +73,7 @@ def test_common_ground():
 
 def test_planes_that_are_not_the_same():
     """Sheets whose control points state different planes have no ground to compare on; other units do not matter."""
-    sheet = conformal(0.4)
+    sheet = conformal(0.4, side=5)
 
     def stating(crs):
         moved = ControlPoints(

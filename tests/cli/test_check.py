@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from shapely import LineString, Point, box
+from tables import each
 from typer.testing import CliRunner
 
 import projdist
@@ -94,7 +95,7 @@ def test_files(file, data):
     assert "1.00028" in out
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "code"),
     [
         (["--fail-above", "1%"], 0),
@@ -284,7 +285,7 @@ def test_the_recommended_crs_is_checked(form, frame):
     assert "UTM zone 32N" in render(check_report(other, "data", 1), form).partition("ETRS89 / UTM zone 32N")[2]
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "code", "message"),
     [
         (["data.geojson"], 2, "Invalid CRS 'WGS 84' of the data to check."),

@@ -11,6 +11,7 @@ import numpy as np
 import pyproj
 import pytest
 from commands import FORMATS, HIDDEN, QUICK, parse_csv, parse_markdown, run, run_json, run_ok
+from tables import each
 
 from projdist import factors, summarize
 from projdist.cli.compare import comparison_report
@@ -72,7 +73,7 @@ def test_compare_region_of_json() -> None:
     assert found["area_km2"] == pytest.approx(510065621.724 / 8, abs=1e-3)
 
 
-@pytest.mark.parametrize(
+@each(
     ("region", "name"),
     [
         ("globe", "globe"),
@@ -82,7 +83,7 @@ def test_compare_region_of_json() -> None:
         ("cap:-10,-50,1e3", "cap:-10,-50,1000"),
     ],
 )
-@pytest.mark.parametrize("option", ["--region", "-r"])
+@each("option", ["--region", "-r"])
 def test_compare_regions(region: str, name: str, option: str) -> None:
     """Negative numbers in regions need no `--`."""
     assert run_json("compare", option, region, "moll", *QUICK)["region"]["name"] == name

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 from commands import refused, run_ok
+from tables import each
 
 from projdist.cli.app import COMMANDS, app, candidates
 from projdist.matrices import MEASURES
@@ -45,7 +46,7 @@ VALUES = {
 }
 
 
-@pytest.mark.parametrize("line", VALUES)
+@each("line", VALUES)
 def test_values(line: str) -> None:
     """Of options and arguments whose words can be listed."""
     assert candidates(ROOT, [*line.split(), ""]) == VALUES[line]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from pyproj import CRS
+from tables import each
 from typer.testing import CliRunner
 
 from projdist import Projection, design, summarize
@@ -92,7 +93,7 @@ def test_the_best_existing_crs_is_the_usual_rival() -> None:
     assert [(one["kind"], one["name"]) for one in json.loads(out)["rivals"]][1] == ("best existing", "EPSG:2056")
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         (("--kind", "nice"), "Invalid kind 'nice'. It must be one of any, conformal, equal-area."),

@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
+from tables import each
 from typer.main import get_command
 
 from projdist.cli.app import app
@@ -24,7 +24,7 @@ def commands(text: str) -> Iterator[list[str]]:
         yield shlex.split(line, comments=True)[1:]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@each("page", PAGES)
 def test_commands_are_those_that_there_are(page: Path) -> None:
     group = get_command(app)
     for words in commands(page.read_text(encoding="utf-8")):

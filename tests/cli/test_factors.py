@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from commands import FORMATS, HIDDEN, parse_csv, parse_markdown, refused, run, run_json, run_ok
+from tables import each
 
 from projdist import factors
 
@@ -51,7 +52,7 @@ def test_factors_json_has_null_where_undefined() -> None:
     assert {row[name] for name in FACTORS_KEYS if name not in ("lon", "lat", "quality")} == {None}
 
 
-@pytest.mark.parametrize(
+@each(
     "words",
     [
         ["robin", "-10", "-20"],
@@ -63,7 +64,6 @@ def test_factors_json_has_null_where_undefined() -> None:
         ["--", "robin", "-10", "-20"],
         ["robin", " -10", "-20 "],
     ],
-    ids=" ".join,
 )
 def test_factors_negative_numbers(words: list[str]) -> None:
     """Negative numbers are numbers, with or without `--`, wherever options stand."""

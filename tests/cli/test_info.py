@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import parse_markdown, refused, run, run_json, run_ok, told
+from tables import each
 
 from projdist.cli.info import _drawn, sketch_of
 from projdist.projections import Projection
@@ -61,7 +62,7 @@ def test_no_promise_is_taken_for_a_measurement() -> None:
     assert "is not conformal here" in result.stderr
 
 
-@pytest.mark.parametrize("words", ["", "nosuch", "EPSG:4326", "EPSG:3035 EPSG:3034", "robin -o x.tif", "robin --dpi 9"])
+@each("words", ["", "nosuch", "EPSG:4326", "EPSG:3035 EPSG:3034", "robin -o x.tif", "robin --dpi 9"])
 def test_wrong_words(words: str) -> None:
     """One line, and no answer."""
     result = run("info", *words.split())

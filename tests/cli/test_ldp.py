@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.text import Text
 from pyproj import CRS
+from tables import each
 from typer.testing import CliRunner
 
 from projdist import plots
@@ -188,7 +189,7 @@ def test_simpler_maps(level: LDP) -> None:
     assert mine.notes == ()
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         ([], "Invalid heights. There must be either --heights FILE or --height METRES."),

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from pyproj import CRS
+from tables import each
 from typer.testing import CliRunner
 
 from projdist import optimize, recommend, summarize
@@ -159,7 +160,7 @@ def test_templates() -> None:
     assert "lon_0 is at the end of its range." in out
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         (["lcc", "box:1"], "Invalid region 'box:1'"),

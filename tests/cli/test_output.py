@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import FORMATS, QUICK, parse_csv, parse_html, parse_markdown, refused, run, run_ok
+from gis_files import some_slow
+from tables import each
 
 from projdist import CRITERIA, MEASURES, projection_names
 from projdist.answers.published_indices import INDICES
@@ -26,7 +28,9 @@ def process(*words: str, **options: object) -> subprocess.CompletedProcess:
 # ---- what libraries say -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["HOME", "MPLCONFIGDIR", "XDG_CONFIG_HOME"])
+@pytest.mark.parametrize(
+    "name", some_slow(["HOME", "MPLCONFIGDIR", "XDG_CONFIG_HOME"], {"MPLCONFIGDIR", "XDG_CONFIG_HOME"})
+)
 def test_a_home_that_cannot_be_written(name: str, tmp_path: Path) -> None:
     """Matplotlib takes another folder for its settings and fonts, and what it says of that stays with it."""
     (tmp_path / "file").write_text("")
@@ -118,7 +122,7 @@ def test_output_to_a_device() -> None:
 # ---- list -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("what", "names"),
     [
         ("projections", [*projection_names()]),
@@ -126,9 +130,8 @@ def test_output_to_a_device() -> None:
         ("criteria", [*CRITERIA, "pNN", *INDICES]),
         ("indices", [*INDICES]),
     ],
-    ids=["projections", "measures", "criteria", "indices"],
 )
-@pytest.mark.parametrize("form", FORMATS)
+@each("form", FORMATS)
 def test_list(what: str, names: list[str], form: str) -> None:
     """All that there is, in every format, each with something said of it."""
     text = run_ok("list", what, "--format", form)
@@ -271,9 +274,9 @@ TEXT_SUFFIXES = {
 }
 
 
-@pytest.mark.parametrize("words", TEXT_SUFFIXES)
-@pytest.mark.parametrize("form", [[], ["-f", "json"]])
-@pytest.mark.parametrize("name", ["x.xlsx", "x.json.gz", "x.htm"])
+@each("words", TEXT_SUFFIXES)
+@each("form", [[], ["-f", "json"]])
+@each("name", ["x.xlsx", "x.json.gz", "x.htm"])
 def test_other_suffixes_are_refused(words: str, form: list[str], name: str) -> None:
     """Before any work, in one line that says what is allowed; optimize has no CSV."""
     for given in [name, "x.csv"] if ".csv" not in TEXT_SUFFIXES[words] else [name]:
@@ -288,7 +291,7 @@ def test_logs_and_files_without_a_suffix_hold_tables(tmp_path: Path) -> None:
         assert (tmp_path / name).read_text(encoding="utf-8") == run_ok("factors", "eqc", "10", "50")
 
 
-@pytest.mark.parametrize(
+@each(
     ("value", "error", "text"),
     [
         (None, None, "-"),

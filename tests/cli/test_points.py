@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import Notice
 from projdist.cli.factors import read_points
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "points"),
     [
         ("10 50", [(10, 50)]),
@@ -38,7 +39,7 @@ def test_a_pair_may_be_one_word(word: str) -> None:
     assert (found.lon, found.lat) == ([10], [50])
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         ("10N 50N", r"^Invalid point '10N 50N'\. One must be a longitude and one a latitude\.$"),
@@ -55,7 +56,7 @@ def test_words_that_are_no_points(words: str, message: str) -> None:
         read_points(words.split(), [])
 
 
-@pytest.mark.parametrize(
+@each(
     ("lines", "texts"),
     [
         (["lon lat name", "10 50 A", "20 60 B"], ["A", "B"]),

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from tables import each
 from typer.testing import CliRunner
 
 from projdist import recommend
@@ -280,7 +281,7 @@ def test_picture(tmp_path):
     assert picture[..., :3].std() > 0.05
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         (["nowhere"], "Invalid region 'nowhere'."),

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from commands import refused, run, run_ok
+from tables import each
 
 from projdist import __version__
 
@@ -202,7 +203,7 @@ USAGE = {
 }
 
 
-@pytest.mark.parametrize("words", USAGE)
+@each("words", USAGE)
 def test_usage_errors(words: str) -> None:
     """One line that names what was wrong and what is allowed, nothing on stdout, exit code 2."""
     assert re.search(USAGE[words], refused(*words.split(" ")))
@@ -251,8 +252,8 @@ def test_version() -> None:
     assert run_ok("--version", "compare", "robin") == f"projdist {__version__}\n"
 
 
-@pytest.mark.parametrize("command", [[], *([command] for command in COMMANDS)], ids=["projdist", *COMMANDS])
-@pytest.mark.parametrize("option", ["--help", "-h"])
+@each("command", [[], *([command] for command in COMMANDS)])
+@each("option", ["--help", "-h"])
 def test_help(command: list[str], option: str) -> None:
     """Every command has help with its usage, and tells what to write, not Python's types."""
     text = run_ok(*command, option)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyproj import Transformer
+from tables import each
 from typer.testing import CliRunner
 
 from projdist import world_map
@@ -62,7 +63,7 @@ def test_files(tmp_path: Path) -> None:
     assert (code, "It exists" in err) == (2, True)
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         (("--cut", "1,2"), "Invalid cut '1,2'. It must be a longitude, or two or more points as '-170,40 -70,-62'."),

@@ -16,6 +16,7 @@ from shapely import (
     Polygon,
     box,
 )
+from tables import each
 
 import projdist
 from projdist.decisions.checking.edges import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
@@ -131,7 +132,7 @@ def test_antimeridian():
     assert world.undrawn() == [0, 2]
 
 
-@pytest.mark.parametrize("west", [-710, -370, -10, 350, 355, 540, 690])
+@each("west", [-710, -370, -10, 350, 355, 540, 690])
 def test_longitudes_from_anywhere(west):
     """Data of 0 to 360 degrees and of more turns have the areas that geodesics between near points of the box have."""
     east, south, north = west + 20, 40, 50
@@ -242,8 +243,8 @@ def test_data_on_the_edge_of_the_map():
     assert found.features["area_km2"] == pytest.approx(truth, rel=1e-6)  # chords of 0.05 degrees
 
 
-@pytest.mark.parametrize("crs", ["EPSG:25832", "EPSG:3035", "EPSG:2056", "EPSG:3857", "ESRI:54009", "ESRI:54030"])
-@pytest.mark.parametrize("side", [10.0, 1000.0])
+@each("crs", ["EPSG:25832", "EPSG:3035", "EPSG:2056", "EPSG:3857", "ESRI:54009", "ESRI:54030"])
+@each("side", [10.0, 1000.0])
 def test_small_squares(crs, side):
     """A building has the scales of its place: the rounding of inverses, up to millimetres, does no harm."""
     x, y = pyproj.Transformer.from_crs(pyproj.CRS(crs).geodetic_crs, crs, always_xy=True).transform(8.5, 47.4)
@@ -255,9 +256,7 @@ def test_small_squares(crs, side):
     assert 1 / (1 + found.length_error) == pytest.approx(np.linalg.norm(inverse, axis=0).mean(), rel=1e-7)
 
 
-@pytest.mark.parametrize(
-    "crs", ["EPSG:2053", "EPSG:5513", "EPSG:27572", "EPSG:2263", "EPSG:3031", "EPSG:2065", "EPSG:5653", "EPSG:7415"]
-)
+@each("crs", ["EPSG:2053", "EPSG:5513", "EPSG:27572", "EPSG:2263", "EPSG:3031", "EPSG:2065", "EPSG:5653", "EPSG:7415"])
 def test_unusual_crs(crs):
     """Axes to south or west, other meridians, feet, poles, heights: the areal scale and convergence of the place."""
     stated = pyproj.CRS(crs)
@@ -497,7 +496,7 @@ def test_no_crs_is_recommended_on_other_bodies():
     assert found.notes[-1] == "No CRS is recommended: that is done for the Earth only."
 
 
-@pytest.mark.parametrize(
+@each(
     ("data", "options", "message"),
     [
         (frame(box(0, 0, 1, 1)), {}, r"^Invalid CRS 'WGS 84' of the data to check. It has longitudes and latitudes"),

@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from pyproj import CRS, Proj
 from pyproj.database import query_crs_info
+from tables import each
 
 from projdist import PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
 from projdist.decisions import LDP
@@ -387,7 +388,7 @@ def test_every_third_published_system(code: int, criterion: str, rise: float) ->
 # ---- what is refused -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "message"),
     [
         ({}, "Invalid heights. There must be either"),

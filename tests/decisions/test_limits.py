@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from tables import each
 
 from projdist import get_region, optimize, recommend, summarize
 from projdist.decisions import least_error
@@ -30,8 +31,8 @@ def limit(region: RegionLike, purpose: str = "any", ellipsoid: Ellipsoid = SPHER
     return least_error(get_region(region, ellipsoid), purpose, ellipsoid)
 
 
-@pytest.mark.parametrize("lat", [20.0, -90.0])
-@pytest.mark.parametrize("angle", CAPS)
+@each("lat", [20.0, -90.0])
+@each("angle", CAPS)
 def test_caps(angle: float, lat: float) -> None:
     """Of conformal maps the limit is the stereographic one's error; of all, that over sqrt(2)."""
     conformal = STEREOGRAPHIC[angle] * CAPS[angle]

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from pyproj import CRS
 from pyproj.database import query_crs_info
+from tables import each
 
 from projdist.decisions.recommendation.candidates import Lattice
 from projdist.decisions.recommendation.search import recommend
@@ -36,7 +37,7 @@ def test_fifty_countries_of_all_continents():
     assert {row["purpose"] for row in SYSTEMS} == {"conformal", "equal-area"}
 
 
-@pytest.mark.parametrize("row", SYSTEMS, ids=title)
+@each("row", SYSTEMS)
 def test_codes(row, names):
     """Every code is in the database, not deprecated, and on a datum that is named; the region can be read."""
     datums = row["datum"].split("; ")

@@ -1,6 +1,6 @@
 """Whose areas of use are, and whose land a region is."""
 
-import pytest
+from tables import each
 
 from projdist.decisions.recommendation.candidate_crs import _NOBODYS_KM2, home_of, named
 from projdist.decisions.recommendation.candidates import Lattice
@@ -33,13 +33,13 @@ NAMED = [
 ]
 
 
-@pytest.mark.parametrize(("extents", "countries"), NAMED, ids=[" ".join(extents)[:30] for extents, _ in NAMED])
+@each(("extents", "countries"), NAMED)
 def test_named(extents, countries):
     """Countries by whole words, on land, the first of a name that goes on; nobody by what is for the world."""
     assert named(extents) == countries
 
 
-@pytest.mark.parametrize(
+@each(
     ("region", "home"),
     [
         ("country:KE", "Kenya"),

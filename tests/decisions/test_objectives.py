@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import FIGURES, Figure, get_figure, sample
 from projdist.decisions.objectives import Objective
@@ -28,7 +29,7 @@ def squares(J: np.ndarray) -> np.ndarray:
     return (np.linalg.det(J) - 1.0) ** 2
 
 
-@pytest.mark.parametrize("criterion", [*FIGURES, squares])
+@each("criterion", [*FIGURES, squares])
 def test_the_best_scale_is_best(criterion: object) -> None:
     """No scale near the closed-form one is better, and on either side the objective grows."""
     objective, J = Objective(get_figure(criterion)), matrices(A, B)
@@ -46,7 +47,7 @@ def test_the_best_scale_is_best(criterion: object) -> None:
     assert around[3:] == sorted(around[3:])
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@each("name", FIGURES)
 def test_other_names_have_the_same_scale(name: str) -> None:
     """A figure of a user that is one of ours is searched as ours is; one that is not is not, whatever it is called."""
     ours, J = FIGURES[name], matrices(A, B)
@@ -56,7 +57,7 @@ def test_other_names_have_the_same_scale(name: str) -> None:
     assert Objective(other).scale(J, W) == Objective(get_figure(squares)).scale(J, W)
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@each("name", FIGURES)
 def test_figures_are_those_of_the_cubature(name: str) -> None:
     """The nodes and the adaptive cubature agree on a smooth map; maxima on the nodes' edges."""
     objective = Objective(FIGURES[name])
@@ -67,8 +68,8 @@ def test_figures_are_those_of_the_cubature(name: str) -> None:
     assert found == pytest.approx(field.figure(name).value, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", [name for name, one in FIGURES.items() if one.is_maximum])
-@pytest.mark.parametrize("free", [False, True])
+@each("name", [name for name, one in FIGURES.items() if one.is_maximum])
+@each("free", [False, True])
 def test_extremes_order_maps_as_the_figure_does(name: str, free: bool) -> None:
     """Of many maps the one with the least sum of extremes has the least figure, as it is or at its best scale."""
     objective = Objective(FIGURES[name])

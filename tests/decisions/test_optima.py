@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from pyproj import CRS
+from tables import each
 
 from projdist import FIGURES, Figure, Projection, ProjectionError, optimize, principal_scales, summarize
 from projdist.decisions import optimization
@@ -47,8 +48,8 @@ def test_a_scale_that_the_method_does_not_know() -> None:
     assert found.value < optimize("aeqd", SQUARE).value
 
 
-@pytest.mark.parametrize("south", [-60.0, 20.0])
-@pytest.mark.parametrize("west", [-180.0, -178.5, -7.0, 0.0, 172.0, 178.5, 181.0, 357.0, -185.0])
+@each("south", [-60.0, 20.0])
+@each("west", [-180.0, -178.5, -7.0, 0.0, 172.0, 178.5, 181.0, 357.0, -185.0])
 def test_usual_crs(west: float, south: float) -> None:
     """The UTM zone of a region has the region's middle in its area of use, on either side of the antimeridian."""
     extent = extent_of(Box(west, south, west + 2.0, south + 2.0))
@@ -66,9 +67,9 @@ def test_usual_crs_of_the_poles(south: float, code: str) -> None:
     assert usual_crs(extent_of(Box(10.0, south, 20.0, south + 2.0))) == ("UPS", code)
 
 
-@pytest.mark.parametrize("name", ["laea", "omerc"])
-@pytest.mark.parametrize("lat", [-110.0, -90.0, -45.0, 45.0, 90.0, 100.0])
-@pytest.mark.parametrize("lon", [-190.0, -170.0, 20.0, 180.0])
+@each("name", ["laea", "omerc"])
+@each("lat", [-110.0, -90.0, -45.0, 45.0, 90.0, 100.0])
+@each("lon", [-190.0, -170.0, 20.0, 180.0])
 def test_centres_beyond_a_pole(name: str, lat: float, lon: float) -> None:
     """A centre that is beyond a pole is the same point of the globe in its usual coordinates."""
     longitude = "lonc" if name == "omerc" else "lon_0"
@@ -267,7 +268,7 @@ def test_no_bound() -> None:
 # ---- what is refused --------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("family", "options", "message"),
     [
         ("lccc", {}, "Invalid family 'lccc'. Did you mean lcc"),
@@ -298,7 +299,7 @@ def test_maps_that_do_not_show_the_region() -> None:
         optimize("+proj=ortho +lat_0=0 +lon_0={170..190} +R=6371000", "box:-5,-5,5,5")
 
 
-@pytest.mark.parametrize(
+@each(
     ("family", "region", "rule"),
     [
         ("lcc", "box:5,47,15,59", {"lat_1": 49.0, "lat_2": 57.0}),  # a sixth of 12 degrees from either end
@@ -329,7 +330,7 @@ def test_families_state_their_limits() -> None:
             assert free == family.scale or family.limits[free][0] < family.limits[free][1]
 
 
-@pytest.mark.parametrize(
+@each(
     ("region", "families"),
     [
         ("globe", {"wintri", "eqc", "cea", "merc"}),

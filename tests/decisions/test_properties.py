@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import SPHERE, Cap
 from projdist._typing import FloatArray
@@ -106,8 +107,8 @@ METHODS = {
 }
 
 
-@pytest.mark.parametrize("km", [1.0, 10.0, 100.0, 500.0])
-@pytest.mark.parametrize("given", METHODS)
+@each("km", [1.0, 10.0, 100.0, 500.0])
+@each("given", METHODS)
 def test_regions_of_any_size(given: str, km: float) -> None:
     """A town's maps keep what they keep of a country, though all are nearly true in it."""
     probe = probe_of(Cap(8.2, 46.8, km))

@@ -1,6 +1,6 @@
 """CRSs of the same map: that they are found to be the same, and which of them is named first."""
 
-import pytest
+from tables import each
 
 from projdist import FIGURES
 from projdist.decisions.recommendation import preference
@@ -32,7 +32,7 @@ KNOWN = [
 RECORDS = {record.code: record for record in crs_records(AUTHORITIES)}
 
 
-@pytest.mark.parametrize(("region", "known", "others"), KNOWN, ids=[known for _, known, _ in KNOWN])
+@each(("region", "known", "others"), KNOWN)
 def test_the_known_name_comes_first(region, known, others):
     """Whatever the order in which they are found."""
     codes = [*others.split(), known]
@@ -56,7 +56,7 @@ IN_FORCE = [
 ]
 
 
-@pytest.mark.parametrize(("region", "known", "others"), IN_FORCE, ids=[known for _, known, _ in IN_FORCE])
+@each(("region", "known", "others"), IN_FORCE)
 def test_the_datum_in_force_comes_first(region, known, others):
     """Where the registry tells of what year datums are; realisations of one are as old as each other."""
     codes = [*others.split(), known]
@@ -74,7 +74,7 @@ def test_a_national_crs_comes_before_others():
     assert [one.code for one in by_usage(group, RECORDS, usages)] == ["EPSG:21037", "EPSG:32737"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("datum", "root"),
     [
         ("NAD83(2011)", "NAD83"),

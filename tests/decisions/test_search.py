@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 from pyproj import Proj
+from tables import each
 
 import projdist
 from projdist.decisions.recommendation.preference import CLOSE, WIDE_FACTOR
@@ -164,7 +165,7 @@ def test_datum():
         recommend(ISLAND, datum="ETSR89", authorities=["EPSG"])
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "message"),
     [
         ({"criterion": "airy_"}, r"^Invalid criterion 'airy_'. Did you mean airy_kavrayskiy, .*\? It must be"),

@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+from tables import each
 
 from projdist.decisions.recommendation.candidate_crs import named
 from projdist.decisions.recommendation.preference import (
@@ -52,7 +53,7 @@ def test_figures_that_vanish_are_told_apart_by_levels():
     assert not is_close((1e-9, 1.0), (0.0, 1.0), 0.1)
 
 
-@pytest.mark.parametrize(
+@each(
     ("standings", "order"),
     [
         ([OTHER, OWN], [1, 0]),
@@ -83,7 +84,7 @@ def test_wide():
     assert record(170, -20, -170, -10).extent_km2 == pytest.approx(record(-10, -20, 10, -10).extent_km2)
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "home", "own"),
     [
         ("EPSG:25832", "Germany", True),
@@ -103,7 +104,7 @@ def test_own(code, home, own):
     assert is_own(record, named(facts_of([code])[code].extents), home) == own
 
 
-@pytest.mark.parametrize(
+@each(
     ("key", "least", "expected"),
     [
         ((1099.0, 9.0), (1000.0, 1.0), True),

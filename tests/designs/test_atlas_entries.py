@@ -13,6 +13,7 @@ import pyproj
 import pytest
 from pyproj.database import query_crs_info
 from pyproj.enums import PJType
+from tables import each
 
 from projdist.decisions import CLOSE, WIDE_FACTOR
 from projdist.designs import atlas, atlas_areas, atlas_names
@@ -41,7 +42,7 @@ def test_every_place_once() -> None:
     assert len(set(NAMES)) == len(NAMES)
 
 
-@pytest.mark.parametrize(
+@each(
     ("asked", "title", "kind"),
     [
         ("NZ", "New Zealand", "country"),
@@ -89,7 +90,7 @@ CUT_CONES = {"Southern Ocean"}  # about a pole a cone that is cut within the pla
 SIX_DIGITS = 1.0 + 2e-4  # of the maps' parameters; extremes are good to more
 
 
-@pytest.mark.parametrize("name", NAMES)
+@each("name", NAMES)
 def test_an_entry_is_sound(name: str) -> None:
     """What must hold of all figures, whatever they are."""
     entry = atlas(name)
@@ -217,7 +218,7 @@ def test_custom_maps_around_poles_are_whole(name: str) -> None:
                 assert purpose.custom.airy_kavrayskiy > 0.95 * purpose.limit
 
 
-@pytest.mark.parametrize("name", NAMES)
+@each("name", NAMES)
 def test_made_maps_are_better(name: str) -> None:
     """By the Airy-Kavrayskiy error than any of the families; what is cut may have less."""
     for purpose in atlas(name).purposes.values():

@@ -7,6 +7,7 @@ import numpy as np
 import pyproj
 import pytest
 from numpy.polynomial.legendre import leggauss
+from tables import each
 
 import projdist
 from projdist import Projection, ProjectionError, mdt, mean_map, mean_plane_map, summarize
@@ -305,7 +306,7 @@ def test_the_start_does_not_matter(winkel: MeanMap) -> None:
     np.testing.assert_allclose(found, found[0], rtol=1e-12)
 
 
-@pytest.mark.parametrize(
+@each(
     ("call", "words"),
     [
         (lambda: mean_map([]), "one map or more"),

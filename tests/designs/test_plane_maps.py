@@ -1,8 +1,8 @@
 """Maps of the plane: what numpy computes is what PROJ runs, and Jacobians are the derivatives."""
 
 import numpy as np
-import pytest
 from pyproj import Transformer
+from tables import each
 
 from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap, Polynomials, Shears
 
@@ -33,8 +33,8 @@ def equal_area() -> Shears:
 MAPS = {"general": general(), "conformal": conformal(), "equal_area": equal_area()}
 
 
-@pytest.mark.parametrize("moved", [False, True])
-@pytest.mark.parametrize("name", MAPS)
+@each("moved", [False, True])
+@each("name", MAPS)
 def test_proj_runs_it(name: str, moved: bool) -> None:
     """Forward to rounding, and back."""
     plane_map: PlaneMap = MAPS[name].moved(0.9 * np.exp(0.3j), 1e6 - 2e5j) if moved else MAPS[name]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyproj import Transformer
+from tables import each
 
 import projdist
 from projdist.designs import WorldMap, world_map
@@ -264,7 +265,7 @@ def test_answers() -> None:
     assert np.array_equal(again(LON, LAT), found.projection(LON, LAT))
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "message"),
     [
         ({"cut": "x"}, "Invalid cut 'x'. It must be a number"),

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyproj import Geod
+from tables import each
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
 
@@ -29,7 +30,7 @@ def test_wgs84_radii_at_pole_and_equator():
     assert WGS84.radii(90.0)[0] == pytest.approx(6399593.6258, abs=5e-5)
 
 
-@pytest.mark.parametrize("lat", [-80.0, -37.0, 0.5, 20.0, 45.0, 71.0, 89.0])
+@each("lat", [-80.0, -37.0, 0.5, 20.0, 45.0, 71.0, 89.0])
 def test_radii_against_geodesic_lengths(lat):
     """M and N cos(lat) are metres per radian along the meridian and the parallel, as pyproj measures them."""
     geod = Geod(a=WGS84.a, f=WGS84.f)
@@ -57,8 +58,8 @@ def test_mean_radius():
     assert not WGS84.is_sphere
 
 
-@pytest.mark.parametrize("f", [0.0, 1e-12, 1e-6, 1 / 298.257223563, 0.1, 0.4])
-@pytest.mark.parametrize("lat", [-90.0, -33.0, 1e-3, 45.0, 89.5])
+@each("f", [0.0, 1e-12, 1e-6, 1 / 298.257223563, 0.1, 0.4])
+@each("lat", [-90.0, -33.0, 1e-3, 45.0, 89.5])
 def test_area_below_is_the_integral_of_m_n_cos(f, lat):
     """`area_below` is the integral of M N cos(lat), by mpmath's quadrature."""
     ellipsoid = Ellipsoid(6378137.0, f)

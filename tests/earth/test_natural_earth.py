@@ -4,6 +4,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
+from tables import each
 
 from projdist.earth.natural_earth import (
     RESOLUTIONS,
@@ -102,7 +103,7 @@ COUNTRIES = {
 }
 
 
-@pytest.mark.parametrize("key", COUNTRIES)
+@each("key", COUNTRIES)
 def test_areas_of_countries_at_the_finest_scale(key: str) -> None:
     """To 1.5 %, lakes and leased places included."""
     area = country(key, "10m")
@@ -208,7 +209,7 @@ def test_lakes_within_windows_are_that_part_of_all_lakes(window: tuple[float, fl
     assert shapely.symmetric_difference(found, shapely.intersection(lakes("50m"), box_of(*window))).area < 1e-10
 
 
-@pytest.mark.parametrize("name", LAKES)
+@each("name", LAKES)
 def test_areas_of_lakes(name: str) -> None:
     """To 3 %, as the data is smoothed."""
     lon, lat, known = LAKES[name]
@@ -265,10 +266,9 @@ def test_finer_borders_are_longer(pair: tuple[str, str]) -> None:
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("key", "number"),
     [("276", 9), ("643", 14), ("076", 10), ("710", 6), ("120", 6), ("840", 2), ("624", 2), ("036", 0), ("352", 0)],
-    ids="Germany Russia Brazil South-Africa Cameroon US Guinea-Bissau Australia Iceland".split(),
 )
 def test_number_of_neighbours(key: str, number: int) -> None:
     """By land, Kaliningrad and French Guiana included."""

@@ -5,6 +5,7 @@ import pyproj
 import pytest
 import shapely
 from scipy.spatial import cKDTree
+from tables import each
 
 from projdist.earth import cities, natural_earth
 
@@ -48,7 +49,7 @@ def country_of(code: str) -> shapely.MultiPolygon | None:
     return natural_earth.country(keys.get(PART_OF.get(code, code), ""))
 
 
-@pytest.mark.parametrize("key", KNOWN, ids=lambda key: key[0])
+@each("key", KNOWN)
 def test_known_capitals(key: tuple[str, str]) -> None:
     """They are where they are known to be, and capitals."""
     all_cities = cities()

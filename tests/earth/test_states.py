@@ -1,6 +1,6 @@
 """The table of the states of the USA, and their outlines."""
 
-import pytest
+from tables import each
 
 from projdist.earth import state_keys, state_outline
 from projdist.earth.natural_earth import topology
@@ -15,7 +15,7 @@ def test_table_and_outlines_are_one_to_one() -> None:
     assert len({row["postal"] for row in rows}) == len({row["name"] for row in rows}) == len(rows) == 56
 
 
-@pytest.mark.parametrize("fips", [row["fips"] for row in state_keys()])
+@each("fips", [row["fips"] for row in state_keys()])
 def test_outlines_are_valid(fips: str) -> None:
     """Also those of which rounding has made rings cross themselves; none has a part without an area."""
     outline = state_outline(fips)

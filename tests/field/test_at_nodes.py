@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from tables import each
 
 from projdist import GLOBE, SPHERE, WGS84, Box, Cap, PointSet, Projection, get_region, jacobian
 from projdist.field.given_fields import nodes_at, nodes_of
@@ -15,8 +16,8 @@ MAPS = [
 ]
 
 
-@pytest.mark.parametrize("name", REGIONS)
-@pytest.mark.parametrize("count", [40, 300, 3000])
+@each("name", REGIONS)
+@each("count", [40, 300, 3000])
 def test_nodes_are_in_their_region(name: str, count: int) -> None:
     """As many as were asked for, by a factor of three; with weights that sum to 1, also with edges."""
     region = get_region(name)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from jacobians import ACCURACY, FORMS, R, arc_distance, make, polar_equal_area, random_points, value
+from tables import each
 
 from projdist.earth.ellipsoid import SPHERE, WGS84, Ellipsoid
 from projdist.field.at_points import Quality, derivatives, jacobian
@@ -64,8 +65,8 @@ def test_the_ellipsoidal_polar_equal_area_map():
         np.testing.assert_allclose(principal_scales(J), np.stack([k, h], axis=-1), rtol=1e-7)
 
 
-@pytest.mark.parametrize("earth", ELLIPSOIDS)
-@pytest.mark.parametrize("name", FORMS)
+@each("earth", ELLIPSOIDS)
+@each("name", FORMS)
 def test_directions_of_closed_forms(name, earth):
     """h goes with the meridian and k with the parallel, which cross at right angles."""
     stated, ellipsoid = ELLIPSOIDS[earth]
@@ -219,7 +220,7 @@ CONFORMAL_NEAR_HOME = {
 }
 
 
-@pytest.mark.parametrize("definition", CONFORMAL)
+@each("definition", CONFORMAL)
 def test_conformal_maps_have_no_angular_distortion(definition):
     """omega of a conformal map is below 1e-6 degrees over the world."""
     lon, lat = random_points(4000, limit=85.0)
@@ -229,7 +230,7 @@ def test_conformal_maps_have_no_angular_distortion(definition):
     assert omega.max() <= 1e-6
 
 
-@pytest.mark.parametrize("code", CONFORMAL_NEAR_HOME)
+@each("code", CONFORMAL_NEAR_HOME)
 def test_conformal_grids_have_no_angular_distortion(code):
     """omega of a national conformal grid is below 1e-6 degrees in its country."""
     lon, lat, size = CONFORMAL_NEAR_HOME[code]
@@ -248,7 +249,7 @@ EQUAL_AREA |= dict.fromkeys(
 )
 
 
-@pytest.mark.parametrize("name", EQUAL_AREA)
+@each("name", EQUAL_AREA)
 def test_equal_area_maps_have_areal_scale_one(name):
     """s of an equal-area map is 1 up to 85 degrees; equal earth's polynomial is equal-area too."""
     lon, lat = random_points(3000, limit=85.0)

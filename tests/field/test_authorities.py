@@ -8,6 +8,7 @@ import pyproj.list
 import pytest
 from jacobians import ACCURACY, UNDEFINED, R, make, value
 from pyproj import CRS, Proj
+from tables import each
 
 from projdist.earth.ellipsoid import WGS84
 from projdist.field.at_points import Quality, derivatives, jacobian
@@ -234,7 +235,7 @@ def test_every_projection_of_proj_on_a_world_grid(name):
 CENTRES = {"gstmerc": (0, -21), "sch": (10, 30), "ups": (0, 85), "lcca": (0, 45), "omerc": (10, 30), "tpers": (0, 2)}
 
 
-@pytest.mark.parametrize("name", sorted(set(WORLD) - set(LOCAL)))
+@each("name", sorted(set(WORLD) - set(LOCAL)))
 def test_every_projection_of_proj_at_its_centre(name):
     """Near its centre every map of the world is smooth, and has scales between a quarter and four."""
     lon, lat = CENTRES.get(name, (7, 12))

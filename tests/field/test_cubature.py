@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cubature_cases import SMOOTH, TOLERANCES, TORN, summary_of, triple, truth_of
+from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.field.cubature import sample_panels
@@ -35,14 +36,14 @@ def cases_with_tolerances():
     return params
 
 
-@pytest.mark.parametrize(("case", "tolerance"), cases_with_tolerances())
+@each(("case", "tolerance"), cases_with_tolerances())
 def test_errors_are_within_their_estimate(case, tolerance):
     """The raw, scaled and affine errors differ from the truth by no more than three times the error estimate."""
     found = summary_of(case.id, tolerance)
     np.testing.assert_allclose(triple(found), truth_of(case.id), rtol=0, atol=3 * found.error_estimate + ROUNDING)
 
 
-@pytest.mark.parametrize(("case", "tolerance"), cases_with_tolerances())
+@each(("case", "tolerance"), cases_with_tolerances())
 def test_estimates_meet_the_tolerance(case, tolerance):
     """The estimate is the tolerance at most, or PROJ's floor; twice for the affine error, which is not steered by."""
     found = summary_of(case.id, tolerance)

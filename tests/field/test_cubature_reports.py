@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from closed_errors import R
 from cubature_cases import ASPECTS, TOLERANCES, summary_of, triple, truth_of
+from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import WGS84
@@ -29,7 +30,7 @@ KNOWN = {  # (raw, scaled, affine) in closed form, None where none is known
 }
 
 
-@pytest.mark.parametrize("case_id", KNOWN)
+@each("case_id", KNOWN)
 def test_the_quadrature_of_these_tests(case_id):
     """The truths of this module agree with closed forms and with figures worked out elsewhere to ten digits."""
     for value, known in zip(truth_of(case_id), KNOWN[case_id], strict=True):
@@ -201,8 +202,8 @@ def test_the_size_of_the_globe_does_not_matter(radius):
 # ---- seams between the last nodes and a side --------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["moll", "eqearth", "wintri"])
-@pytest.mark.parametrize("meridian", [1e-5, 0.3, -1.5, 2.34, 179.9])
+@each("name", ["moll", "eqearth", "wintri"])
+@each("meridian", [1e-5, 0.3, -1.5, 2.34, 179.9])
 def test_seams_beside_the_first_panels(name: str, meridian: float) -> None:
     """The figure of the globe does not depend on the central meridian, wherever the seam then is."""
     truth = summarize(f"+proj={name} +R=6371008.7714")

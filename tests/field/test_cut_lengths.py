@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.field.tears import cut_length, is_interrupted
@@ -30,7 +31,7 @@ CUTS = [
 ]
 
 
-@pytest.mark.parametrize(("projection", "most", "least"), CUTS)
+@each(("projection", "most", "least"), CUTS)
 def test_cuts_of_the_globe(projection, most, least):
     """One meridian for whole maps, in any aspect; azimuthal ones are torn in a point only."""
     assert least * HALF * (1 - 1e-4) <= length(projection, "globe") <= most * HALF * (1 + 1e-4)

@@ -6,6 +6,7 @@ import numpy as np
 import pyproj
 import pytest
 from scipy.special import erf
+from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, WGS84
@@ -196,8 +197,8 @@ def test_between_the_standard_parallels():
     assert found.lat == pytest.approx(math.degrees(phi_0), abs=0.01)
 
 
-@pytest.mark.parametrize("width", [0.5, 0.05, 0.01])
-@pytest.mark.parametrize("lat", [-71.3, 0.2, 33.3])
+@each("width", [0.5, 0.05, 0.01])
+@each("lat", [-71.3, 0.2, 33.3])
 def test_peaks_within(lat, width):
     """A cylindrical map that stretches by a fifth along a belt, some degrees or half a degree wide, peaks there."""
     centre = math.radians(lat)
@@ -221,7 +222,7 @@ def test_nothing_to_find():
 # ---- at singular points -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("projection", "measure"),
     [
         ("plate-carree", "k"),
@@ -233,7 +234,6 @@ def test_nothing_to_find():
         ("mollweide", "fisher"),
         ("equal-earth", "a"),
     ],
-    ids=lambda value: value,
 )
 def test_unbounded(projection, measure):
     """A measure that grows without bound towards the poles has the maximum infinity, near a pole."""
@@ -352,8 +352,8 @@ def test_unbounded_below():
     assert found.measures["s"].min >= 0.0
 
 
-@pytest.mark.parametrize("region", ["country:MV", "country:PW", "country:MH"])
-@pytest.mark.parametrize("projection", ["merc", "+proj=laea +lat_0=3.7 +lon_0=100"])
+@each("region", ["country:MV", "country:PW", "country:MH"])
+@each("projection", ["merc", "+proj=laea +lat_0=3.7 +lon_0=100"])
 def test_islands_between_the_nodes(region, projection):
     """The extremes of scales that grow to one side are on a coast, also where no node falls on an island."""
     place = get_region(region)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import shapely
 from scipy import integrate
+from tables import each
 
 import projdist
 from projdist import GLOBE, PointSet, Projection, field_of, sample, summarize
@@ -148,7 +149,7 @@ def test_a_function_that_gives_the_jacobian():
     assert 0.0 < 2.0 - largest.value < largest.error < 0.01
 
 
-@pytest.mark.parametrize(
+@each(
     ("call", "message"),
     [
         (lambda: field_of(np.eye(2)), r"^Invalid shape \(2, 2\) of Jacobians"),

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import FIGURES, Figure, field_of, get_figure, get_measure, sample
 
@@ -70,7 +71,7 @@ TRUTHS = {
 }
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@each("name", FIGURES)
 def test_closed_forms(field, name):
     """Each figure of the plate carree, all of whose matrices commute, is an integral over latitude."""
     found, truth = field.figure(name), TRUTHS[name]()
@@ -79,7 +80,7 @@ def test_closed_forms(field, name):
     assert abs(found.value - truth) <= found.error + 1e-12 * truth
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@each("name", FIGURES)
 def test_at_nodes(name):
     """Of Jacobians with weights: here at the nodes of a fine rule, with the ends for largest values."""
     node, weight = np.polynomial.legendre.leggauss(200)
@@ -114,7 +115,7 @@ def test_wrong_figures():
         Figure(name="mine", measure="omega", statistic="rms", version="scaled")
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@each("name", FIGURES)
 def test_each_is_defined(name):
     """With a description, a source, a measure, and that measure's unit."""
     figure = FIGURES[name]

@@ -11,6 +11,7 @@ import pyproj.list
 import pytest
 from pyproj import CRS, Transformer
 from pyproj.database import query_crs_info
+from tables import each
 
 from projdist import factors, summarize
 from projdist.field.at_points import Quality, derivatives
@@ -124,7 +125,7 @@ def natures():
     return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 
-@pytest.mark.parametrize("row", [row for row in natures() if row["kind"] == "operation"], ids=lambda row: row["name"])
+@each("row", [row for row in natures() if row["kind"] == "operation"])
 def test_operations_of_the_list(row):
     """Each operation of the list is one of PROJ's, and what the list says, on a sphere or on ellipsoids, too."""
     name = row["name"]

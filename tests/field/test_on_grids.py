@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import jacobian, jacobian_grid
 from projdist.earth.ellipsoid import WGS84
@@ -31,8 +32,8 @@ def test_points_of_a_raster(projection: str) -> None:
     np.testing.assert_allclose(found, truth, rtol=0, atol=1e-7)
 
 
-@pytest.mark.parametrize("first", [-80.0, -79.3])
-@pytest.mark.parametrize("step", [5.0, 2.0, 1.0, 0.5])
+@each("first", [-80.0, -79.3])
+@each("step", [5.0, 2.0, 1.0, 0.5])
 def test_kinks_between_and_on_the_points(step: float, first: float) -> None:
     """Robinson's map has other polynomials every five degrees: two orders agree beside these by accident."""
     lon, lat = np.arange(0.0, 12 * step, step), np.arange(first, 80.0, step)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from jacobians import ACCURACY, FORMS, R, arc_distance, make, value
+from tables import each
 
 from projdist.earth.ellipsoid import SPHERE, WGS84
 from projdist.field.at_points import Quality, derivatives
@@ -71,8 +72,8 @@ def assert_honest(projection, lon, lat, truth):
     return many
 
 
-@pytest.mark.parametrize(("earth", "ellipsoid"), [(f"+R={R}", SPHERE), ("+ellps=WGS84", WGS84)])
-@pytest.mark.parametrize("name", FORMS)
+@each(("earth", "ellipsoid"), [pytest.param(f"+R={R}", SPHERE, marks=pytest.mark.slow), ("+ellps=WGS84", WGS84)])
+@each("name", FORMS)
 def test_scales_of_closed_forms_at_many_points(name, earth, ellipsoid):
     """a and b of 50,000 points up to 60 degrees are the closed form's to 1e-11 of a, and the quality is OK."""
     definition, form = FORMS[name]
@@ -189,8 +190,8 @@ def bump(lon, lat, width):
     return rest**6, -12.0 * u * rest**5 / width, -12.0 * v * rest**5 / width
 
 
-@pytest.mark.parametrize("width", [20.0, 3.0, 0.4, 0.05])
-@pytest.mark.parametrize("height", [1e5, 1.0, 1e-3])
+@each("width", [20.0, *(pytest.param(width, marks=pytest.mark.slow) for width in (3.0, 0.4)), 0.05])
+@each("height", [1e5, 1.0, 1e-3])
 def test_a_hill_within_a_panel(width, height):
     """A hill that no node of a panel may see is seen by the points that are on it."""
     lon, lat = scattered()

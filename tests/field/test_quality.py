@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from jacobians import ACCURACY, FORMS, UNDEFINED, R, eccentricity, m_of, make, random_points, t_of, value
+from tables import each
 
 from projdist.earth.ellipsoid import WGS84
 from projdist.field.at_points import Derivatives, Quality, derivatives, jacobian
@@ -14,7 +15,7 @@ from projdist.projections import Projection
 # ---- the result and its flags -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3), (2, 1, 4), (0,), (0, 3)])
+@each("shape", [(), (1,), (5,), (2, 3), (2, 1, 4), (0,), (0, 3)])
 def test_shapes(shape):
     """lon and lat of any shape give x, y, quality and error of that shape, and J with two more axes."""
     result = derivatives(make("robin"), np.full(shape, 12.0), np.full(shape, 47.0))
@@ -198,7 +199,7 @@ REGULAR_POLES = {
 }
 
 
-@pytest.mark.parametrize("definition", REGULAR_POLES)
+@each("definition", REGULAR_POLES)
 def test_regular_poles(definition):
     """Where the map is smooth at a pole, the pole is a point like others: J is that of the closed form, quality OK."""
     lat, k = REGULAR_POLES[definition]
@@ -231,8 +232,8 @@ def test_poles_of_oblique_equal_area_and_equidistant_maps():
     )
 
 
-@pytest.mark.parametrize("gap", [1e-1, 1.1e-2, 1e-2, 9e-3, 1e-4, 1e-7, 1e-10, 1e-13])
-@pytest.mark.parametrize("definition", ["+proj=stere +lat_0=90 +R=6371000", "+proj=laea +lat_0=40 +R=6371000"])
+@each("gap", [1e-1, 1.1e-2, 1e-2, 9e-3, 1e-4, 1e-7, 1e-10, 1e-13])
+@each("definition", ["+proj=stere +lat_0=90 +R=6371000", "+proj=laea +lat_0=40 +R=6371000"])
 def test_on_the_way_to_a_regular_pole(definition, gap):
     """From a tenth of a degree to 1e-13 degrees from the pole J goes to its value at the pole."""
     projection = make(definition)
@@ -305,8 +306,8 @@ def test_seams_of_goode(lon, lat, west, east):
     np.testing.assert_allclose(result.jacobian, own, atol=1e-9)
 
 
-@pytest.mark.parametrize("gap", [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
-@pytest.mark.parametrize(("lon", "lat", "west", "east"), GOODE)
+@each("gap", [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
+@each(("lon", "lat", "west", "east"), GOODE)
 def test_near_seams_of_goode(lon, lat, west, east, gap):
     """A point beside a seam, however near, has the J of its own lobe and never the quotient across the cut."""
     result = derivatives(make("igh"), [lon - gap, lon + gap], lat)
@@ -377,8 +378,8 @@ def test_kinks_are_one_sided():
     assert min(abs(result.jacobian[1, 1] - 2), abs(result.jacobian[1, 1] - 1)) < 1e-10
 
 
-@pytest.mark.parametrize("lon", [-120.0, 40.0, 90.0])
-@pytest.mark.parametrize("name", ["eck1", "eck2", "putp3p", "collg"])
+@each("lon", [-120.0, 40.0, 90.0])
+@each("name", ["eck1", "eck2", "putp3p", "collg"])
 def test_the_equator_of_maps_with_a_kink_there(name, lon):
     """On an equator where the meridians break J is a limit from one side, not the mean of the two."""
     projection = make(name)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from jacobians import R, arc_distance, make, random_points, value
+from tables import each
 
 from projdist.field.at_points import jacobian
 from projdist.field.stencils import hessian
@@ -22,7 +23,7 @@ def test_hessian_of_the_plate_carree():
     assert (np.abs(H - truth) * np.cos(phi)[:, None, None, None] ** 3).max() <= 1e-8
 
 
-@pytest.mark.parametrize("c", [-80.0, -30.0, 1.0, 20.0, 60.0, 90.0])
+@each("c", [-80.0, -30.0, 1.0, 20.0, 60.0, 90.0])
 def test_hessian_of_the_stereographic(c):
     """At the distance c north of the centre, across and along the radius: r = 2 tan(c / 2) in polar coordinates."""
     lat, c = c, math.radians(c)

@@ -69,7 +69,7 @@ def test_points_there_and_back(suffix: str, made: Path, points: Path, tmp_path: 
 
 @pytest.mark.parametrize("suffix", some_slow([".gpkg", ".fgb", ".shp", ".geojson"], {".fgb", ".shp", ".geojson"}))
 def test_files_in_it_are_data_like_others(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
-    """As GDAL's WKT 1 of the CRS is read as it was: by factors, check, and the accessors of geopandas."""
+    """As GDAL's WKT 1 of the CRS is read as it was: by factors and check."""
     new = gis.convert(points, made, tmp_path / f"new{suffix}").path
     frame = geopandas.read_file(new).sort_values("name")
     there = factors(str(made), LON, LAT)
@@ -81,7 +81,14 @@ def test_files_in_it_are_data_like_others(suffix: str, made: Path, points: Path,
     by_wkt2 = geopandas.read_file(drawn).set_crs(crs_of(made.read_text()), allow_override=True)
     found, wanted = (check(data, purpose=None).overall.area_error for data in (gis.read_data(drawn), by_wkt2))
     assert found == pytest.approx(wanted, abs=SCALES)
-    assert estimate_crs(frame).is_projected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", [".gpkg", ".fgb", ".shp", ".geojson"])
+def test_crss_for_files_in_it(suffix: str, made: Path, points: Path, tmp_path: Path) -> None:
+    """Their CRS is read as it was."""
+    new = gis.convert(points, made, tmp_path / f"new{suffix}").path
+    assert estimate_crs(geopandas.read_file(new)).is_projected
 
 
 @pytest.mark.slow

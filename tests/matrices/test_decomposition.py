@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist.matrices.distortions import decompose
 
@@ -12,8 +13,8 @@ def turn(clockwise):
     return np.array([[c, s], [-s, c]])
 
 
-@pytest.mark.parametrize("azimuth", [0.0, 30.0, 90.0, 135.0, 179.0])
-@pytest.mark.parametrize("rotation", [0.0, 25.0, -160.0])
+@each("azimuth", [0.0, 30.0, 90.0, 135.0, 179.0])
+@each("rotation", [0.0, 25.0, -160.0])
 def test_stretch(azimuth, rotation):
     """A stretch along an azimuth, a scale and a turn after it are told apart."""
     stretch = turn(azimuth) @ np.diag([1.0, 1.5]) @ turn(azimuth).T

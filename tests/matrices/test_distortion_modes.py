@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from matrix_samples import graded, random_matrices, random_orthogonal, transposed
+from tables import each
 
 from projdist import mdt, modes, sample, summarize
 from projdist.matrices.spd import factor_distance
@@ -75,7 +76,7 @@ def test_seen_from_elsewhere():
     assert (found.rms**2).sum() == pytest.approx(np.mean(np.sum(np.log(scales) ** 2, axis=1)), rel=1e-12)
 
 
-@pytest.mark.parametrize(
+@each(
     ("E", "words"),
     [
         (np.eye(2), "size"),

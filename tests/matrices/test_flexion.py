@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from measured_matrices import MATRICES, MIRROR, SECOND_ORDER, rotation, value
+from tables import each
 
 RNG = np.random.default_rng(20240229)
 
@@ -55,8 +56,8 @@ def gnomonic(c):
     return azimuthal(math.tan, lambda c: 1 / math.cos(c) ** 2, lambda c: 2 * math.sin(c) / math.cos(c) ** 3, c)
 
 
-@pytest.mark.parametrize("lat", [-1.4, -0.5, 1e-6, 0.3, 1.0, 1.5])
-@pytest.mark.parametrize("name", SECOND_ORDER)
+@each("lat", [-1.4, -0.5, 1e-6, 0.3, 1.0, 1.5])
+@each("name", SECOND_ORDER)
 def test_mercator_flexion_and_skewness(name, lat):
     """Both are (2 / pi) |grad ln k| for a conformal map: (2 / pi) |tan lat|, whose mean is Goldberg & Gott's 0.64."""
     J, H = mercator(lat)
@@ -64,8 +65,8 @@ def test_mercator_flexion_and_skewness(name, lat):
     assert value(name, J, H) == pytest.approx(2 / math.pi * abs(math.tan(lat)), rel=1e-12)
 
 
-@pytest.mark.parametrize("c", [1e-3, 0.5, 1.0, 2.0, 3.0])
-@pytest.mark.parametrize("name", SECOND_ORDER)
+@each("c", [1e-3, 0.5, 1.0, 2.0, 3.0])
+@each("name", SECOND_ORDER)
 def test_stereographic_flexion_and_skewness(name, c):
     """At the distance c from the centre both are (2 / pi) tan(c / 2), the gradient of ln k = -2 ln cos(c / 2)."""
     J, H = stereographic(c)
@@ -139,8 +140,8 @@ def test_second_order_measures_of_degenerate_input(name):
     assert np.isnan(value(name, np.zeros((2, 2)), H))
 
 
-@pytest.mark.parametrize("name", SECOND_ORDER)
-@pytest.mark.parametrize("shape", [(), (4,), (2, 3)])
+@each("name", SECOND_ORDER)
+@each("shape", [(), (4,), (2, 3)])
 def test_second_order_values_have_the_shape_of_the_batch(name, shape):
     """Matrices (..., 2, 2) and second derivatives (..., 2, 2, 2) give values (...)."""
     J, H = mercator(0.5)

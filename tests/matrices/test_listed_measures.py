@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from measured_matrices import MATRICES, POINTWISE, SECOND_ORDER, jacobians, value
+from tables import each
 
 from projdist.matrices.distortions import log_scales
 from projdist.matrices.measures import ALIASES, MEASURES, Measure, get_measure
@@ -27,7 +28,7 @@ SYMBOLS = {
 }
 
 
-@pytest.mark.parametrize(("symbol", "name"), SYMBOLS.items())
+@each(("symbol", "name"), SYMBOLS.items())
 def test_symbols_and_aliases(symbol, name):
     """The textbooks' symbols find the measures that pyproj's Factors names."""
     assert get_measure(symbol) is MEASURES[name]
@@ -45,7 +46,7 @@ def test_registry_is_consistent():
     assert not set(ALIASES) & set(MEASURES)
 
 
-@pytest.mark.parametrize("name", [name for name in POINTWISE if MEASURES[name].kind == "magnitude"])
+@each("name", [name for name in POINTWISE if MEASURES[name].kind == "magnitude"])
 def test_magnitudes_are_not_negative(name):
     """A measure of the kind "magnitude" is never below 0."""
     assert (value(name, MATRICES) >= 0).all()
@@ -96,13 +97,13 @@ def message(wrong):
     return str(error.value)
 
 
-@pytest.mark.parametrize("text", TYPOS)
+@each("text", TYPOS)
 def test_unknown_measures_are_told_close_names(text):
     """What was nearly typed, begun, or written otherwise is suggested, and where the others are listed."""
     assert message(text) == f"Invalid measure '{text}'. Did you mean {TYPOS[text]}? {ALLOWED}"
 
 
-@pytest.mark.parametrize("text", ["", "qqq", "hh", "nonsense", "mercator", "of"])
+@each("text", ["", "qqq", "hh", "nonsense", "mercator", "of"])
 def test_nonsense_has_no_hint(text):
     """What is like no name has none suggested."""
     assert message(text) == f"Invalid measure '{text}'. {ALLOWED}"
@@ -114,7 +115,7 @@ def test_what_is_no_measure_at_all_is_refused(wrong):
     assert message(wrong) == f"Invalid measure '{wrong}'. {ALLOWED}"
 
 
-@pytest.mark.parametrize("name", ["fisher", "h", "k", "s", "a", "b", "omega"])
+@each("name", ["fisher", "h", "k", "s", "a", "b", "omega"])
 def test_the_measures_of_the_message_exist(name):
     """The measures that an error message names are measures."""
     assert get_measure(name).name in MEASURES

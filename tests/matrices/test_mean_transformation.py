@@ -17,6 +17,7 @@ from matrix_samples import (
     random_orthogonal,
     transposed,
 )
+from tables import each
 
 from projdist.matrices import frechet as means
 from projdist.matrices import frechet_plane as hyperbolic
@@ -189,8 +190,8 @@ def test_any_unit(scale):
     np.testing.assert_allclose(mdt(scale * A).T, scale * mdt(A).T, rtol=1e-9)
 
 
-@pytest.mark.parametrize("n", [2, 3])
-@pytest.mark.parametrize("method", ["newton", "gradient", "mpm"])
+@each("n", [2, 3])
+@each("method", ["newton", "gradient", "mpm"])
 def test_uniqueness(method, n):
     """Every start, tens of units of distance apart, leads to the same mean: the cost is convex along geodesics."""
     rng = np.random.default_rng(n)
@@ -244,8 +245,8 @@ def test_two_matrices_have_the_midpoint(seed, n):
     np.testing.assert_allclose(T @ T.T, geometric_mean(*A @ transposed(A)), rtol=1e-8, atol=1e-9)
 
 
-@pytest.mark.parametrize("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
-@pytest.mark.parametrize(("n", "count"), [(1, 40), (2, 40), (3, 40), (3, 300), (4, 300), (5, 40), (8, 40)])
+@each("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
+@each(("n", "count"), [(1, 40), (2, 40), (3, 40), (3, 300), (4, 300), (5, 40), (8, 40)])
 def test_exact_means_of_any_scale(n, count, condition):
     """A mean G G^T whose rows differ by 1e12 in size (cond(A) 1e12, cond(A A^T) 1e24) is found to a distance of 1e-13.
 
@@ -258,8 +259,8 @@ def test_exact_means_of_any_scale(n, count, condition):
     assert found.cost == pytest.approx(truth, rel=1e-12)
 
 
-@pytest.mark.parametrize("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
-@pytest.mark.parametrize("n", [2, 3, 5])
+@each("condition", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
+@each("n", [2, 3, 5])
 def test_exact_means_in_any_position(n, condition):
     """For cond(A A^T) = 1e12, whatever the axes, T is within a distance of 1e-10 from the truth, which mpmath rounds.
 
@@ -284,8 +285,8 @@ def test_far_apart_matrices():
     np.testing.assert_allclose(karcher(mdt(A).T, A), 0.0, atol=1e-8)
 
 
-@pytest.mark.parametrize("method", EXACT)
-@pytest.mark.parametrize(("n", "spread"), [(2, 5.0), (3, 4.0), (6, 2.5)])
+@each("method", EXACT)
+@each(("n", "spread"), [(2, 5.0), (3, 4.0), (6, 2.5)])
 def test_no_spread_makes_it_diverge(n, spread, method):
     """Matrices of conditions to 1e8, for which the gradient method with step 1 diverges, have their mean found.
 

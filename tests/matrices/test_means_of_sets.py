@@ -19,6 +19,7 @@ from matrix_samples import (
     random_orthogonal,
     transposed,
 )
+from tables import each
 
 from projdist.matrices import frechet as means
 from projdist.matrices.distortions import principal_scales
@@ -137,10 +138,8 @@ def log_cholesky(A, w):
     return L @ L.T
 
 
-@pytest.mark.parametrize("n", [2, 3, 6])
-@pytest.mark.parametrize(
-    "definition", [arithmetic, log_euclidean, log_cholesky], ids=lambda function: function.__name__
-)
+@each("n", [2, 3, 6])
+@each("definition", [arithmetic, log_euclidean, log_cholesky])
 def test_other_means_are_what_they_say(definition, n):
     """Each named mean has the Cholesky factor of its definition, costs what that costs, and more than the MDT."""
     rng = np.random.default_rng(n)
@@ -153,8 +152,8 @@ def test_other_means_are_what_they_say(definition, n):
     assert found.iterations == 0
 
 
-@pytest.mark.parametrize("method", EXACT)
-@pytest.mark.parametrize("n", [1, 2, 3, 6])
+@each("method", EXACT)
+@each("n", [1, 2, 3, 6])
 def test_exact_methods(method, n):
     """Newton's method and the gradient find the same mean, to rounding."""
     G = graded(n, 50.0)
@@ -244,8 +243,8 @@ def test_shapes_are_checked(shape):
         mdt(np.ones(shape))
 
 
-@pytest.mark.parametrize("n", [2, 3])
-@pytest.mark.parametrize("wrong", ["dependent", "zero", "nan", "infinite"])
+@each("n", [2, 3])
+@each("wrong", ["dependent", "zero", "nan", "infinite"])
 def test_matrices_are_checked(wrong, n):
     """The first singular or undefined matrix is named by its index, in a set and in a set of sets."""
     bad = {

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from measured_matrices import MATRICES, MIRROR, POINTWISE, SECOND_ORDER, jacobians, rotation, value
+from tables import each
 
 from projdist.matrices.distortions import principal_scales
 
@@ -107,15 +108,15 @@ def test_every_measure_is_in_one_class_of_invariance():
     assert set(SECOND_ORDER) == {"flexion", "skewness"}
 
 
-@pytest.mark.parametrize("name", POINTWISE)
-@pytest.mark.parametrize("shape", [(), (4,), (2, 0), (2, 3, 4)])
+@each("name", POINTWISE)
+@each("shape", [(), (4,), (2, 0), (2, 3, 4)])
 def test_values_have_the_shape_of_the_batch(name, shape):
     """Matrices (..., 2, 2) give values (...)."""
     result = value(name, np.broadcast_to([[1.1, 0.2], [0.3, 0.9]], (*shape, 2, 2)))
     assert np.shape(result) == shape
 
 
-@pytest.mark.parametrize("name", POINTWISE)
+@each("name", POINTWISE)
 def test_undefined_matrices_give_nan(name):
     """NaN in, NaN out; the neighbours keep their values."""
     J = np.stack([MATRICES[0], np.full((2, 2), np.nan), MATRICES[1]])
@@ -124,7 +125,7 @@ def test_undefined_matrices_give_nan(name):
     np.testing.assert_array_equal(result[[0, 2]], value(name, J[[0, 2]]))
 
 
-@pytest.mark.parametrize("name", OF_SCALES)
+@each("name", OF_SCALES)
 def test_measures_of_scales_ignore_rotations_and_mirrors(name):
     """Rotating or mirroring the map or the Earth does not change a measure of the principal scales."""
     angles = RNG.uniform(0, 2 * np.pi, (2, len(MATRICES)))
@@ -142,7 +143,7 @@ def test_measures_of_the_graticule_ignore_rotations_of_the_map(name):
         np.testing.assert_allclose(value(name, J), value(name, MATRICES), rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["airy", "jordan", "scale_error_ppm", "areal_error_ppm", *LOGARITHMIC])
+@each("name", ["airy", "jordan", "scale_error_ppm", "areal_error_ppm", *LOGARITHMIC])
 def test_an_isometry_has_no_distortion(name):
     """Every measure of distortion is 0 for a rotation; only rounding of the rotation itself is left."""
     # log(0) of the anisotropy is no issue: a / b is 1.
@@ -157,7 +158,7 @@ def test_logarithms_of_singular_matrices_are_nan(name):
         assert np.isnan(value(name, J))
 
 
-@pytest.mark.parametrize("name", POINTWISE)
+@each("name", POINTWISE)
 def test_no_measure_is_infinite_or_warns_at_singular_matrices(name):
     """A singular matrix, even the zero matrix, gives a number or NaN without a warning."""
     J = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 1.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], np.zeros((2, 2))])
@@ -273,7 +274,7 @@ def test_largest_scale_error(J):
     assert value("areal_error_ppm", J) == pytest.approx(1e6 * abs(a * b - 1), rel=1e-9, abs=1e-5)
 
 
-@pytest.mark.parametrize("angle", [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0])
+@each("angle", [-170.0, -90.0, -20.0, 0.0, 1.6786477, 45.0, 179.0])
 def test_convergence_of_a_turned_map(angle):
     """A map turned anticlockwise by an angle has its grid north that much clockwise of true north."""
     # True north points up and to the left on the sheet, so grid north (up) is to its right: clockwise.
@@ -290,7 +291,7 @@ def test_orientation():
 JORDAN = [(1 + 1e-9, 1 - 2e-9), (1 + 1e-5, 1.0), (1.1, 0.95), (1.575, 1.0), (1.577, 1.0), (3.0, 0.2), (50.0, 1e-3)]
 
 
-@pytest.mark.parametrize(("a", "b"), JORDAN)
+@each(("a", "b"), JORDAN)
 def test_jordan_against_quadrature(a, b):
     """Jordan's term is sqrt(mean over azimuths of (scale - 1)^2), by mpmath's quadrature, also for scales near 1."""
     with mpmath.workdps(40):
@@ -306,8 +307,8 @@ def test_jordan_against_quadrature(a, b):
     assert result == pytest.approx(truth, rel=1e-13 + 8 * EPS / truth)
 
 
-@pytest.mark.parametrize("a", [637.1556165, 322.91080479, 121.62964773, 1.0])
-@pytest.mark.parametrize("b", [9.23705556e-14, 5.68434189e-14, 2.84217094e-14, 0.0])
+@each("a", [637.1556165, 322.91080479, 121.62964773, 1.0])
+@each("b", [9.23705556e-14, 5.68434189e-14, 2.84217094e-14, 0.0])
 def test_jordan_of_nearly_singular_maps(a, b):
     """The mean of (a |cos z| - 1)^2 is a^2 / 2 - 4 a / pi + 1; rounding makes no ellipse flatter than a line."""
     expected = math.sqrt(a * a / 2 - 4 * a / math.pi + 1)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from tables import each
 
 import projdist
 from projdist.numerics.statistics import CRITERIA, get_criterion, quantile, quantiles
@@ -25,20 +26,20 @@ KNOWN = {
 }
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@each("name", KNOWN)
 def test_known_values(name):
     """Each criterion of four weighted numbers is what comes out by hand."""
     assert get_criterion(name)(VALUES, WEIGHTS) == pytest.approx(KNOWN[name], rel=1e-14)
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@each("name", CRITERIA)
 def test_the_unit_of_weight_does_not_matter(name):
     """Weights in m2 and in km2 give the same."""
     criterion = get_criterion(name)
     assert criterion(VALUES, 1e12 * WEIGHTS) == pytest.approx(criterion(VALUES, WEIGHTS), rel=1e-13)
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@each("name", CRITERIA)
 def test_shape_and_order_do_not_matter(name):
     """Fields of panels count as one list, in any order."""
     criterion = get_criterion(name)
@@ -46,7 +47,7 @@ def test_shape_and_order_do_not_matter(name):
     assert criterion(field, weights) == pytest.approx(criterion(VALUES[::-1], WEIGHTS[::-1]), rel=1e-14)
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@each("name", CRITERIA)
 def test_undefined_values_do_not_count(name):
     """NaN, and what has no weight, changes nothing; of nothing but NaN every criterion is NaN."""
     criterion = get_criterion(name)
@@ -55,7 +56,7 @@ def test_undefined_values_do_not_count(name):
     assert math.isnan(criterion(np.array([np.nan]), np.array([1.0])))
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@each("name", CRITERIA)
 def test_a_constant(name):
     """Of a constant every criterion is the constant, and its standard deviation is zero."""
     assert get_criterion(name)(np.full(7, 2.5), np.arange(1.0, 8.0)) == pytest.approx(0.0 if name == "std" else 2.5)
@@ -122,7 +123,7 @@ ALLOWED = (
 )
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "hint"),
     [
         ("maen", "Did you mean mean? "),
@@ -137,7 +138,6 @@ ALLOWED = (
         (None, ""),
         (["mean"], ""),
     ],
-    ids=str,
 )
 def test_what_is_no_criterion(name, hint):
     """An unknown name, and what is neither a name nor a function, is refused with close matches and all that is."""
@@ -146,7 +146,7 @@ def test_what_is_no_criterion(name, hint):
     assert str(caught.value) == f"Invalid criterion '{name}'. {hint}{ALLOWED}"
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@each("name", CRITERIA)
 def test_weights_match_values(name):
     """There is one weight for each value."""
     with pytest.raises(ValueError, match=r"^Invalid weights of size 2\. There must be one for each of 3 values\.$"):

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from tables import each
 
 from projdist import plots
 from projdist.matrices import get_measure
@@ -17,7 +18,7 @@ EUROPE = "box:-10,35,40,70"
 JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins two maps
 
 
-@pytest.mark.parametrize(
+@each(
     ("levels", "shown"),
     [
         ([5.0, 8.0, 10.0, 12.0, 15.0], {10.0}),
@@ -26,7 +27,7 @@ JOINT = 40.0 + 44.0 / 60.0 + 11.98 / 3600.0  # degrees: where Goode joins two ma
         ([10.0, 10.01, 10.02, 80.0], {10.0, 80.0}),
     ],
 )
-@pytest.mark.parametrize("inches", [1.0, 2.0, 5.0])
+@each("inches", [1.0, 2.0, 5.0])
 def test_ticks_do_not_collide(levels: list[float], shown: set[float], inches: float) -> None:
     """As many labels as have room stand below a bar, whatever the levels; their boxes are apart."""
     scale = colour_scale(get_measure("omega"), [np.linspace(0.0, 90.0, 99)], [np.ones(99)], levels=levels)

@@ -5,6 +5,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import plots
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
@@ -40,7 +41,7 @@ def test_unbounded_measure_does_not_wash_out() -> None:
     assert scale.extend == "max"
 
 
-@pytest.mark.parametrize(
+@each(
     ("measure", "values", "limits"),
     [
         ("fisher", (0.2, 1.0), (0.0, 1.0)),
@@ -66,8 +67,8 @@ def test_limits_are_what_is_used(measure: str, values: tuple[float, float], limi
     assert scale_of(measure, *values).limits == pytest.approx(limits)
 
 
-@pytest.mark.parametrize(("measure", "neutral"), [("s", 1.0), ("convergence", 0.0)])
-@pytest.mark.parametrize("reach", [(-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0), (-0.3, 1.0)])
+@each(("measure", "neutral"), [("s", 1.0), ("convergence", 0.0)])
+@each("reach", [(-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0), (-0.3, 1.0)])
 def test_neutral_colour_and_symmetry(measure: str, neutral: float, reach: tuple[float, float]) -> None:
     """However much of a diverging map is used, 1 or 0 has its middle, and equal distances have their colours."""
     low, high = (np.exp(reach) if neutral else np.array(reach)).tolist()
@@ -113,7 +114,7 @@ def test_descending_levels_are_drawn() -> None:
     np.testing.assert_array_equal(isolines[0].levels, [1.5, 2.0, 3.0])
 
 
-@pytest.mark.parametrize("levels", [0, -1, 101, 10**9, 2.5, np.nan, [1.0, np.nan], [np.inf], range(101), "5"])
+@each("levels", [0, -1, 101, 10**9, 2.5, np.nan, [1.0, np.nan], [np.inf], range(101), "5"])
 def test_levels_that_are_none(levels: Any) -> None:
     """A number of levels is 1 to 100, and values are finite; else one sentence says so."""
     with pytest.raises(ValueError, match=r"Invalid levels '.*'. They must be a number of isolines, 1 to 100, or"):

@@ -13,6 +13,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from mosaic_sets import affine_maps, common_points
+from tables import each
 
 from projdist import plots, profile
 from projdist.applications.mosaics import mosaic
@@ -229,7 +230,7 @@ def test_cities_and_scale_bars_follow_the_letters() -> None:
         assert len(sizes) > 3
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "said"),
     [
         (("compare", "robin", "--theme", "dark"), "Invalid option --theme. It needs a picture to draw: --plot"),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import plots
 from projdist.plots.colours import level_labels
@@ -35,7 +36,7 @@ def test_every_entry_of_the_catalogue_has_a_title() -> None:
     assert all("-2" not in title and title[0].isupper() for title in TITLES.values())
 
 
-@pytest.mark.parametrize("given", PRINTED)
+@each("given", PRINTED)
 def test_titles(given: str) -> None:
     """A picture has the title that people write."""
     assert title_of(Projection.from_user_input(given)) == PRINTED[given]
@@ -48,7 +49,7 @@ def test_long_titles() -> None:
     assert len(title) <= 64
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "printed"),
     [
         ("-0.5", "−0.5"),

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from projection_points import LAT, LON, R, assert_same, make, mercator, message
+from tables import each
 
 import projdist
 from projdist.answers import summarize
@@ -78,8 +79,8 @@ def test_the_point_is_at_the_centre(name, centre) -> None:
     np.testing.assert_allclose(here, normal, atol=2e-9)
 
 
-@pytest.mark.parametrize("pole", [90, -90])
-@pytest.mark.parametrize("name", ["mollweide", "lambert-azimuthal", "gott-elliptical", "winkel-tripel", "mercator"])
+@each("pole", [90, -90])
+@each("name", ["mollweide", "lambert-azimuthal", "gott-elliptical", "winkel-tripel", "mercator"])
 def test_a_pole_at_the_centre(name, pole) -> None:
     """The meridian of its longitude goes straight down from the north pole, and straight up from the south pole."""
     map_ = make(f"{name}@{pole},20")
@@ -151,7 +152,7 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("text", REFUSED)
+@each("text", REFUSED)
 def test_what_is_refused(text) -> None:
     """One line says what is wrong and what is allowed."""
     said = message(text)

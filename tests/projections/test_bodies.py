@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pyproj import CRS, Geod, Transformer
 from pyproj.database import query_crs_info
+from tables import each
 
 from projdist.answers.point_factors import factors
 from projdist.answers.summaries import compare
@@ -74,8 +75,8 @@ def meridian_arc(lat):
     return float(A * (1 - E2) * math.radians(lat) / 2.0 * np.sum(weights / (1 - E2 * np.sin(phi) ** 2) ** 1.5))
 
 
-@pytest.mark.parametrize("code", codes("lcc"))
-@pytest.mark.parametrize(("lon", "lat"), [(30.0, 10.0), (-75.0, 10.0), (0.0, 40.0), (120.0, -20.0)])
+@each("code", codes("lcc"))
+@each(("lon", "lat"), [(30.0, 10.0), (-75.0, 10.0), (0.0, 40.0), (120.0, -20.0)])
 def test_the_conformal_cone_of_mars(code, lon, lat):
     """Both have the closed form's k at geodetic latitudes, no angular deformation, and east to the right."""
     found = factors(code, lon, lat)
@@ -237,7 +238,7 @@ def square_file(path, crs, places):
     return f"file:{path}"
 
 
-@pytest.mark.parametrize("kind", [OGRAPHIC, OCENTRIC])
+@pytest.mark.parametrize("kind", [OGRAPHIC, pytest.param(OCENTRIC, marks=pytest.mark.slow)])
 def test_files_are_of_their_body(tmp_path, kind):
     """A file in a CRS of Mars is a region of Mars, at geodetic latitudes: of the area of GeographicLib's polygon."""
     code = codes("lcc")[kind]

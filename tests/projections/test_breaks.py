@@ -5,6 +5,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth import SMOOTH
@@ -24,7 +25,7 @@ def roughness(projection, lon, lat, along):
     return np.abs(np.diff(np.stack(projection(lon, lat)), n=4, axis=-1)).max()
 
 
-@pytest.mark.parametrize("name", OPERATIONS)
+@each("name", OPERATIONS)
 def test_maps_are_rough_there(name):
     """Across each break the differences of x and y are far larger than a tenth of a degree beside it."""
     projection = Projection.from_user_input(f"+proj={name} +R=6371008.7714")
@@ -39,7 +40,7 @@ def test_maps_are_rough_there(name):
             assert at > 5.0 * beside or lon == -180.0
 
 
-@pytest.mark.parametrize("name", [*OPERATIONS, "moll +lon_0=77"])
+@each("name", [*OPERATIONS, "moll +lon_0=77"])
 def test_figures_are_the_same_without(name):
     """As a function, of which nothing is known, the map has the same error, and takes more evaluations."""
     known = Projection.from_user_input(f"+proj={name} +R=6371008.7714")

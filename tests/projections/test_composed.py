@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 from pyproj import CRS, Transformer
+from tables import each
 
 from projdist.projections import Projection, ProjectionError, compose, parameters_of, pipeline_of, wkt_of
 
@@ -21,7 +22,7 @@ def truth(base):
     return M @ np.array(Projection.from_user_input(base)(LON, LAT))
 
 
-@pytest.mark.parametrize("base", [*BASES, "+proj=utm +zone=32 +ellps=GRS80 +units=us-ft"])
+@each("base", [*BASES, "+proj=utm +zone=32 +ellps=GRS80 +units=us-ft"])
 def test_pipelines(base):
     """pyproj runs the pipeline, both ways, with the coordinates of the product."""
     projection = Projection.from_user_input(base)
@@ -33,7 +34,7 @@ def test_pipelines(base):
     np.testing.assert_allclose(back, [LON, LAT], rtol=0, atol=1e-7)  # PROJ's own iterations
 
 
-@pytest.mark.parametrize("base", BASES)
+@each("base", BASES)
 def test_wkt(base):
     """The derived projected CRS is read back by pyproj and gives the same coordinates."""
     wkt, reason = wkt_of(Projection.from_user_input(base), M, 'A "quoted" name')
@@ -54,7 +55,7 @@ def test_no_wkt(base):
     assert reason
 
 
-@pytest.mark.parametrize(
+@each(
     ("base", "stretch", "changed"),
     [
         ("plate-carree", (0.8, 1.0), "+lat_ts=36.869897"),

@@ -1,6 +1,7 @@
 """Search of CRSs by words, against what EPSG and the mapping agencies call them."""
 
 import pytest
+from tables import each
 
 from projdist.projections import find_crs
 
@@ -37,7 +38,7 @@ MEANT = {
 }
 
 
-@pytest.mark.parametrize("text", MEANT)
+@each("text", MEANT)
 def test_what_is_meant_comes_first(text: str) -> None:
     assert find_crs(text, limit=1).results[0].code == MEANT[text]
 

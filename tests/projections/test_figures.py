@@ -9,6 +9,7 @@ import pyproj.list
 import pytest
 from pyproj import CRS, Geod, Proj, Transformer
 from pyproj.exceptions import ProjError
+from tables import each
 
 from projdist.answers.point_factors import factors
 from projdist.earth.ellipsoid import Ellipsoid
@@ -84,7 +85,7 @@ def ruler(text, geod, lon, lat, azimuth):
     return math.hypot(to_x - x, to_y - y) / 2000.0
 
 
-@pytest.mark.parametrize("text", HOMES)
+@each("text", HOMES)
 def test_scales_are_those_of_a_ruler(text):
     """A ruler along geodesics of the figure that PROJ uses finds the scales; 2 km are curved by 1e-8."""
     geod, lon, lat = HOMES[text]
@@ -157,7 +158,7 @@ OWN = [
 ]
 
 
-@pytest.mark.parametrize(("given", "definition", "notice"), OWN)
+@each(("given", "definition", "notice"), OWN)
 def test_a_figure_that_is_passed_over_is_told(given, definition, notice):
     """Who states another figure is told of PROJ's own, which the definition has; the coordinates are the same."""
     with pytest.warns(Notice, match=notice):
@@ -175,7 +176,7 @@ QUIET = [
 ]
 
 
-@pytest.mark.parametrize("given", QUIET)
+@each("given", QUIET)
 def test_who_states_no_other_figure_is_told_nothing(given):
     """No notice where the figure is PROJ's default, the own one, or a sphere of nearly that size."""
     with warnings.catch_warnings():

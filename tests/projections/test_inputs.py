@@ -8,6 +8,7 @@ import pyproj.list
 import pytest
 from projection_points import LAT, LON, SAME, R, assert_same, make, mercator, message
 from pyproj import CRS, Transformer
+from tables import each
 
 from projdist.earth.ellipsoid import SPHERE, WGS84
 from projdist.projections import (
@@ -59,7 +60,7 @@ def inputs():
     }
 
 
-@pytest.mark.parametrize("kind", inputs())
+@each("kind", inputs())
 def test_every_kind_of_input_gives_the_same_map(kind):
     """A code, WKT, PROJJSON, PROJ string, CRS .. of EPSG:3035 are the map of pyproj's transformation from ETRS89."""
     projection = make(inputs()[kind])
@@ -151,7 +152,7 @@ EQUATOR_AND_POLE = {
 }
 
 
-@pytest.mark.parametrize("name", EQUATOR_AND_POLE)
+@each("name", EQUATOR_AND_POLE)
 def test_friendly_names_have_the_textbook_size(name):
     """x at 90 degrees east on the equator and y of the north pole are the textbook's, on the sphere of mean radius."""
     projection = make(name)
@@ -173,7 +174,7 @@ def test_there_are_many_friendly_names():
         np.testing.assert_array_equal(np.isfinite(x), np.isfinite(y))
 
 
-@pytest.mark.parametrize(
+@each(
     ("one", "other"),
     [
         ("Winkel Tripel", "wintri"),
@@ -229,7 +230,7 @@ def test_needed_parameters_are_those_that_proj_asks_for():
     assert set(NEEDED_PARAMETERS) <= set(projection_names()) - set(NAMES)
 
 
-@pytest.mark.parametrize("name", NEEDED_PARAMETERS)
+@each("name", NEEDED_PARAMETERS)
 def test_each_needed_parameter_is_needed(name):
     """Without any one of them PROJ refuses the example, or it is another map; the message has them all, and it."""
     definition = projection_names()[name]
@@ -331,7 +332,7 @@ WRONG_FUNCTIONS = {
 }
 
 
-@pytest.mark.parametrize("kind", WRONG_FUNCTIONS)
+@each("kind", WRONG_FUNCTIONS)
 def test_what_functions_return_is_checked(kind):
     """A function that does not return x and y of the shape of its arguments is refused by name."""
     projection = Projection.from_function(WRONG_FUNCTIONS[kind], name="mine")

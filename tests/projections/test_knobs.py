@@ -10,6 +10,7 @@ import pyproj.list
 import pytest
 from projection_points import make
 from pyproj import Transformer
+from tables import each
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS
 from projdist.projections import ProjectionError, projection_names, tunable, tuned
@@ -82,7 +83,7 @@ def mostly_slow(cases):
     return [pytest.param(case, marks=[pytest.mark.slow] if k % 8 else []) for k, case in enumerate(cases)]
 
 
-@pytest.mark.parametrize("text", mostly_slow(MAPS))
+@each("text", mostly_slow(MAPS))
 def test_ranges(text) -> None:
     """PROJ has a map at the ends and in the middle, and each parameter changes it, not only its place in the plane."""
     for parameter in tunable(text).parameters:
@@ -97,7 +98,7 @@ def test_ranges(text) -> None:
         assert not all(is_shift(one, other) for one in maps for other in maps)
 
 
-@pytest.mark.parametrize("text", mostly_slow(MAPS))
+@each("text", mostly_slow(MAPS))
 def test_defaults(text) -> None:
     """The value of each parameter is the one that PROJ takes where none is stated."""
     found, truth = tunable(text), coordinates(make(text))
@@ -108,7 +109,7 @@ def test_defaults(text) -> None:
         )
 
 
-@pytest.mark.parametrize("text", mostly_slow(MAPS))
+@each("text", mostly_slow(MAPS))
 def test_definitions_are_read_back(text) -> None:
     """What was made of a value is the map of its definition."""
     for parameter in tunable(text).parameters:
@@ -121,7 +122,7 @@ def test_definitions_are_read_back(text) -> None:
 BESIDE = {"x_0", "y_0", "z_0", "k", "R", "R_lat_a", "R_lat_g", "a", "b", "e", "es", "f", "rf", "lon_wrap", "h_0", "t_0"}
 
 
-@pytest.mark.parametrize("name", mostly_slow(OPERATIONS))
+@each("name", mostly_slow(OPERATIONS))
 def test_no_parameter_is_missing(name) -> None:
     """What PROJ reads of an operation, and what changes more than a map's place, is in the table."""
     rest = [f"+proj={name}", *NEEDED_PARAMETERS.get(name, "").split()]
@@ -148,7 +149,7 @@ def made(rest, key, value) -> Transformer | None:
     return found if f"{key}={value}" in found.definition.split() else None
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "degrees"),
     [
         ("10.5", 10.5),

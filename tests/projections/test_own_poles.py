@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.projections import Projection, own_pole_of
@@ -21,7 +22,7 @@ def in_its_chart(text):
     return projection(points.lon, points.lat)
 
 
-@pytest.mark.parametrize("name", ["laea", "aeqd", "stere", "ortho", "gnom", "airy", "nsper +h=1e7"])
+@each("name", ["laea", "aeqd", "stere", "ortho", "gnom", "airy", "nsper +h=1e7"])
 def test_circles_about_the_centre_of_azimuthal_maps(name):
     """What is as far from the centre on the Earth is as far on the map."""
     x, y = in_its_chart(f"+proj={name} +lon_0=40 +lat_0=-35")
@@ -64,7 +65,7 @@ def test_figures_over_the_globe_are_the_same_without(text):
     assert found.evaluations < truth.evaluations
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         *("moll", "EPSG:3035", "+proj=laea +lat_0=90", "+proj=laea +R=1 +pm=paris"),

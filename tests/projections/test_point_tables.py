@@ -4,6 +4,7 @@ import numpy as np
 import pyproj
 import pytest
 from shapely import MultiPoint, Point, Polygon
+from tables import each
 
 from projdist import Notice, Projection, ProjectionError, factors
 from projdist.projections import geographic, graticule_of, plane_of, source_of
@@ -56,8 +57,8 @@ def test_a_map_without_a_datum_takes_longitudes_and_latitudes_as_they_are() -> N
     np.testing.assert_allclose([lon[0], lat[0]], [2.33720833 + 9.0, 45.0], atol=1e-4)
 
 
-@pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("km", 1000.0), ("us-ft", 1200.0 / 3937.0)])
-@pytest.mark.parametrize("beyond", [1e-5, 1e-3])
+@each(("unit", "metres"), [("m", 1.0), ("km", 1000.0), ("us-ft", 1200.0 / 3937.0)])
+@each("beyond", [1e-5, 1e-3])
 def test_points_on_the_edge_of_their_map(unit: str, metres: float, beyond: float) -> None:
     """Beyond Mollweide's edge, 2 sqrt(2) R, by rounding they are 6 mm inside of where they lie; by a metre nowhere."""
     crs = f"+proj=moll +R=6371000 +units={unit} +type=crs"
@@ -89,7 +90,7 @@ def test_empty_geometries_have_no_figures(missing):
     assert found.quality.tolist() == ["ok", "outside", "ok"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("frame", "message"),
     [
         (geo("EPSG:4326", MultiPoint([(1, 2)])), "Invalid point in row 1. The geometry is a MultiPoint; it must"),
@@ -175,7 +176,7 @@ def test_degrees_that_are_stated_to_be_metres(crs, points, told) -> None:
         factors("EPSG:3857", geo(crs, *map(Point, points)))
 
 
-@pytest.mark.parametrize(
+@each(
     ("crs", "x", "y"),
     [
         ("EPSG:4326", 11, 48),

@@ -12,6 +12,7 @@ import pyproj.list
 import pytest
 from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError, ProjError
+from tables import each
 
 from projdist import Notice, Projection, ProjectionError
 from projdist.projections import projection_names
@@ -22,7 +23,7 @@ from projdist.projections.proj_parameters import ANGLES, FLAGS, NUMBERS, WHOLE_N
 SAME = 1e-14
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "+proj=merc +lat_ts=abc",
@@ -52,7 +53,7 @@ def test_values_that_are_no_numbers_are_refused(text: object) -> None:
         Projection.from_user_input(text)
 
 
-@pytest.mark.parametrize(
+@each(
     ("written", "degrees"),
     [
         ("10", 10.0),
@@ -75,7 +76,7 @@ def test_angles_may_be_written_as_proj_reads_them(written: str, degrees: float) 
     np.testing.assert_allclose(x, math.radians(60.0 - degrees), rtol=0, atol=SAME)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "message"),
     [
         ("+proj=merc +R=1 +lon0=10", r"^PROJ makes no use of '\+lon0=10' with merc\. Did you mean lon_0\?$"),
@@ -106,7 +107,7 @@ def test_parameters_that_change_nothing_are_told_of(text: str, message: str) -> 
     assert len(told) == 1
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "+proj=merc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +a=6378137 +b=6378137 +nadgrids=@null +wktext +no_defs",

@@ -8,6 +8,7 @@ import pyproj.list
 import pytest
 from projection_points import EUROPE, assert_same, make, message
 from pyproj import CRS, Transformer
+from tables import each
 
 from projdist.projections import (
     Projection,
@@ -75,7 +76,7 @@ ERRORS = {
 OBJECTS = {"None": None, "a float": 1.5, "a list": [], "an object": object(), "bytes": b"robin", "a bool": True}
 
 
-@pytest.mark.parametrize("value", ERRORS)
+@each("value", ERRORS)
 def test_errors_say_what_was_given_and_what_is_allowed(value):
     """Text that names no map is refused in one line with the text, the reason and what would do."""
     text = message(value)
@@ -86,7 +87,7 @@ def test_errors_say_what_was_given_and_what_is_allowed(value):
     assert text.count("(") == text.count(")"), text
 
 
-@pytest.mark.parametrize("kind", OBJECTS)
+@each("kind", OBJECTS)
 def test_objects_that_are_no_maps(kind):
     """None, numbers and other objects are refused in one line, with all that is allowed."""
     text = message(OBJECTS[kind])
@@ -121,7 +122,7 @@ TYPOS = {
 }
 
 
-@pytest.mark.parametrize("text", TYPOS)
+@each("text", TYPOS)
 def test_typos_of_names_have_a_hint(text):
     """What was nearly typed, begun, or said in the words of PROJ's description is suggested, and nothing else."""
     assert f". Did you mean {TYPOS[text]}? It must be" in message(text)
@@ -131,7 +132,7 @@ NONSENSE = """nosuch bad foo bar foobar hello test nothing asdf qwerty xyz proje
     random computer anything x 42 99999 EPSG:99999 ESPG:99999 nosuch:3035 dymaxion""".split()
 
 
-@pytest.mark.parametrize("text", NONSENSE)
+@each("text", NONSENSE)
 def test_nonsense_has_no_hint(text):
     """What is like no name has none suggested, and a code that does not exist no other code."""
     assert "Did you mean" not in message(text)
@@ -185,7 +186,7 @@ def test_esri_wkt_of_compound_crss():
 IMPOSSIBLE = ["EPSG:32600", "EPSG:32700", "EPSG:2218", "EPSG:2985", "EPSG:2963", "EPSG:3144", "ESRI:53025"]
 
 
-@pytest.mark.parametrize("code", IMPOSSIBLE)
+@each("code", IMPOSSIBLE)
 def test_crss_that_proj_cannot_compute(code):
     """A projected CRS for which PROJ has no operation is refused when it is made, in one line, not when it is used."""
     text = message(code)

@@ -1,6 +1,7 @@
 """What the registry says of CRSs, against its own documents."""
 
 import pytest
+from tables import each
 
 from projdist.projections import database
 from projdist.projections.database import facts_of, year_of
@@ -21,7 +22,7 @@ def test_years_of_datums(code, since):
     assert facts_of([code])[code].since in since
 
 
-@pytest.mark.parametrize(
+@each(
     ("date", "year"), [("1995-03-07", 1995), ("2011", 2011), ("March 2011", 2011), ("unknown", 0), ("", 0), (None, 0)]
 )
 def test_years_of_dates(date, year):

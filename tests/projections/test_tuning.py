@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from projection_points import R, assert_same, make
 from pyproj import CRS
+from tables import each
 
 from projdist.field import jacobian
 from projdist.projections import Projection, ProjectionError, tunable, tuned
 
 
-@pytest.mark.parametrize(
+@each(
     ("given", "values", "centre", "truth"),
     [
         ("robinson", {"lon_0": 150}, None, f"+proj=robin +lon_0=150 +R={R}"),
@@ -47,8 +48,8 @@ wagner-7 van-der-grinten-3 miller mercator gall-peters behrmann gott-wagner wagn
 azimuthal-equidistant stereographic""".split()
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("centre", [(-100.0, 45.0), (151.0, -33.0), (260.0, 0.0), (30.0, 90.0)])
+@each("name", NAMES)
+@each("centre", [(-100.0, 45.0), (151.0, -33.0), (260.0, 0.0), (30.0, 90.0)])
 def test_a_turned_map_distorts_at_its_centre_as_the_normal_one_does(name, centre) -> None:
     """A map of the sphere that is turned with it has the same Jacobian at its centre, wherever that is dragged."""
     assert tunable(name).drags == "both"
@@ -69,7 +70,7 @@ def test_maps_of_an_ellipsoid_move_around_it(name) -> None:
     assert moved.definition == f"+proj={name} +lon_0=20 +ellps=WGS84"
 
 
-@pytest.mark.parametrize(
+@each(
     "name",
     [
         "bertin",
@@ -110,7 +111,7 @@ def test_scales_by_their_older_word() -> None:
     assert " +k=" not in tuned("EPSG:27700", {"k_0": 1.0}).definition
 
 
-@pytest.mark.parametrize(
+@each(
     ("given", "values", "centre", "said"),
     [
         ("robinson", {"lat_1": 3.0}, None, "Invalid parameter 'lat_1' of 'robinson'. It must be lon_0."),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from projection_points import EUROPE, SAME, assert_same, make
 from pyproj import CRS, Geod, Transformer
+from tables import each
 
 from projdist import Notice
 from projdist.earth.ellipsoid import WGS84, Ellipsoid
@@ -26,7 +27,7 @@ UNITS = {
 }
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@each("unit", UNITS)
 def test_units_of_proj_strings(unit):
     """Whatever the unit of the string, coordinates are metres; false eastings too, which PROJ states in metres."""
     bare = "+proj=tmerc +lat_0=40 +lon_0=-74 +k=0.9999 +x_0=300000 +ellps=GRS80"
@@ -50,7 +51,7 @@ def test_units_of_pipelines():
     assert_same(make(text), make("+proj=merc +ellps=WGS84"), *EUROPE)
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         *(
@@ -63,7 +64,6 @@ def test_units_of_pipelines():
         ),
         *(f"+proj={'m' * 300}", f"EPSG:{'1' * 300}", f"{'a' * 300}.prj", f"+proj=merc +q={'1' * 3000} +lat_ts=x"),
     ],
-    ids=range(10),
 )
 def test_strange_text_is_one_short_line(text):
     """However long or deep it is, and in whatever shape."""
@@ -72,7 +72,7 @@ def test_strange_text_is_one_short_line(text):
     assert len(str(error.value)) < 500
 
 
-@pytest.mark.parametrize("code", [2263, 6421, 2225, 3361, 27700, 2157, 3167])
+@each("code", [2263, 6421, 2225, 3361, 27700, 2157, 3167])
 def test_units_of_crss(code):
     """The local scale of a CRS in feet, chains or metres is near 1 metre per metre, by pyproj's geodesics."""
     crs = CRS.from_epsg(code)
@@ -178,9 +178,7 @@ def orientation(projection, lon, lat):
     return np.sign((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]))
 
 
-@pytest.mark.parametrize(
-    "code", [2193, 31466, 2053, 5514, 5513, 2065, 3031, 32661, 5041, 32761, 5042, 3032, 3995, 27572, 2180, 3110]
-)
+@each("code", [2193, 31466, 2053, 5514, 5513, 2065, 3031, 32661, 5041, 32761, 5042, 3032, 3995, 27572, 2180, 3110])
 def test_no_crs_is_mirrored(code):
     """Whatever the order and the directions of the axes, east is clockwise of north."""
     crs = CRS.from_epsg(code)
@@ -276,7 +274,7 @@ ELLIPSOIDS = {
 }
 
 
-@pytest.mark.parametrize("text", ELLIPSOIDS)
+@each("text", ELLIPSOIDS)
 def test_ellipsoids_of_proj_strings(text):
     """The ellipsoid is what the string states, in any of PROJ's ways to state one, alone and in a pipeline."""
     a, rf = ELLIPSOIDS[text]
@@ -286,7 +284,7 @@ def test_ellipsoids_of_proj_strings(text):
         assert pytest.approx(1 / rf, rel=1e-11) == ellipsoid.f
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "radius"),
     [
         ("+R=1", 1.0),
@@ -321,7 +319,7 @@ SHIFTS = {
 }
 
 
-@pytest.mark.parametrize("text", SHIFTS)
+@each("text", SHIFTS)
 def test_datum_shifts_are_no_part_of_the_map(text):
     """+datum, +towgs84 and grids move nothing: the map is that of the bare ellipsoid."""
     for projection in ("+proj=tmerc +lon_0=9", "+proj=robin"):

@@ -8,6 +8,7 @@ import pyproj.list
 import pytest
 from projection_points import EUROPE, assert_same, make, mercator
 from pyproj import CRS
+from tables import each
 
 from projdist.projections import ProjectionError
 
@@ -22,7 +23,7 @@ def label(value):
 SOME = ["moll", "+proj=utm +zone=33 +ellps=intl +units=us-ft", "EPSG:3035", "EPSG:27572", "EPSG:2065", mercator]
 
 
-@pytest.mark.parametrize("value", SOME, ids=label)
+@each("value", SOME)
 def test_pickling(value):
     """A projection survives pickling, before and after its first use, and is then equal and the same map."""
     projection = make(value)
@@ -33,7 +34,7 @@ def test_pickling(value):
         assert_same(copy, projection, *EUROPE, atol=0)
 
 
-@pytest.mark.parametrize("value", SOME, ids=label)
+@each("value", SOME)
 def test_equality_and_hashing(value):
     """Two projections of one definition are equal and one key of a dict; of another definition they are not."""
     projection = make(value)
@@ -98,7 +99,7 @@ def test_arrays_in_any_layout():
 WORLD = ["moll", "robin", "eqc", "sinu", "laea", "+proj=utm +zone=32", "ESRI:54009", "EPSG:3857", "EPSG:27572"]
 
 
-@pytest.mark.parametrize("value", WORLD)
+@each("value", WORLD)
 def test_longitudes_beyond_180(value):
     """0..360 and -180..180 are the same longitudes."""
     projection = make(value)
@@ -109,7 +110,7 @@ def test_longitudes_beyond_180(value):
     np.testing.assert_allclose(projection(lon - 360, lat), (x, y), rtol=1e-13, atol=1e-6)
 
 
-@pytest.mark.parametrize("value", [*WORLD, "merc", "stere", "gnom", "igh", "EPSG:2065", "EPSG:7415"])
+@each("value", [*WORLD, "merc", "stere", "gnom", "igh", "EPSG:2065", "EPSG:7415"])
 def test_undefined_points_are_nan(value):
     """NaN and infinite coordinates and latitudes beyond the poles are NaN, and spoil no other point."""
     projection = make(value)
@@ -174,7 +175,7 @@ def test_the_name_is_of_the_operation_that_runs():
 # ---- names of CRSs ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "code"),
     [
         ("WGS 84 / UTM zone 33N", "EPSG:32633"),

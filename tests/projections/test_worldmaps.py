@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist import SPHERE, Box, Projection, ProjectionError, distance_distortion, factors
 from projdist.field.cubature import sample_panels
@@ -25,7 +26,7 @@ def make(text):
 # ---- doors ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", WORLD_MAPS)
+@each("name", WORLD_MAPS)
 def test_names_are_projections(name):
     """In any spelling, and as functions; the definition gives the map back; poles and all longitudes are on it."""
     projection = make(name)

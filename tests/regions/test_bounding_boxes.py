@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tables import each
 
 from projdist.regions import Box, bounding_box
 
@@ -13,7 +14,7 @@ INTERVALS = st.lists(
 ROUNDING = 1e-9  # of a degree, of sums up to 720
 
 
-@pytest.mark.parametrize(
+@each(
     ("west", "east", "box"),
     [
         ([5.0, 8.0], [6.0, 15.0], (5.0, 15.0)),

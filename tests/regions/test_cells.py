@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from tables import each
 
 from projdist.earth import GEOS_ARITHMETIC, SPHERE, WGS84
 from projdist.regions import boxes, cells_of, get_region
@@ -39,8 +40,8 @@ def test_cells_are_what_geos_clips(name: str) -> None:
             assert cells.v[i] == pytest.approx(np.degrees(np.arcsin(truth.centroid.y)), abs=away)
 
 
-@pytest.mark.parametrize("count", [50, 2000])
-@pytest.mark.parametrize("name", ["country:CA", "country:FJ", "country:AQ", "country:CL", "land@110m", "ocean@110m"])
+@each("count", [50, 2000])
+@each("name", ["country:CA", "country:FJ", "country:AQ", "country:CL", "land@110m", "ocean@110m"])
 def test_areas_add_up(name: str, count: int) -> None:
     """To the region's area, nothing lost at poles and the antimeridian; and there are about as many as asked for."""
     region = get_region(name)

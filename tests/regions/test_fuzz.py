@@ -13,6 +13,7 @@ import pytest
 import shapely
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tables import each
 from typer.testing import CliRunner
 
 from projdist import Notice, get_region
@@ -112,7 +113,7 @@ LONG = {
 }
 
 
-@pytest.mark.parametrize("kind", LONG)
+@each("kind", LONG)
 def test_long_texts(kind: str) -> None:
     """What is long is refused in one line, within the second."""
     start = time.perf_counter()
@@ -386,7 +387,7 @@ def test_boxes_that_cross_by_mistake(given_box: str, wide: int, meant: str) -> N
     assert (result.exit_code, result.stderr) == (0, f"projdist: {text}\n")
 
 
-@pytest.mark.parametrize(
+@each(
     "box",
     [
         "177,-20,-178,-12",

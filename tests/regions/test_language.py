@@ -3,6 +3,7 @@
 import pyproj
 import pytest
 from region_texts import area, refused
+from tables import each
 
 from projdist.earth import natural_earth as geodata
 from projdist.regions import GLOBE, Box, Cap, get_region
@@ -110,7 +111,7 @@ def test_combined_in_python():
 # ---- refusals -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "start"),
     [
         (

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from tables import each
 from typer.testing import CliRunner
 
 from projdist.cli.app import app
@@ -27,7 +28,7 @@ MAIN = {
 }
 
 
-@pytest.mark.parametrize("code", MAIN)
+@each("code", MAIN)
 def test_main_parts_of_countries(code: str) -> None:
     """The mainland and the islands that are mapped with it, without what lies overseas."""
     whole, main = get_region(f"country:{code}"), get_region(f"country:{code}@main")
@@ -93,7 +94,7 @@ def test_what_has_no_parts() -> None:
         assert region.far == ""
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "country:FR@main",
@@ -137,7 +138,7 @@ def test_the_word_on_parts_far_away() -> None:
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "told"),
     [
         ("country:FR", True),
@@ -155,7 +156,7 @@ def test_when_there_is_a_word(text: str, told: bool) -> None:
     assert bool(get_region(text).far) == told
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "message"),
     [
         ("country:FR@main:x", "Invalid distance 'x' of a main part. It must be a number of kilometres."),

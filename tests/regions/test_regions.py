@@ -7,6 +7,7 @@ import pyproj
 import pytest
 import scipy.integrate
 import scipy.optimize
+from tables import each
 
 from projdist import summarize
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS, SPHERE, WGS84, Ellipsoid
@@ -91,14 +92,13 @@ def circle(cap, count):
     return np.asarray(lon), np.asarray(lat)
 
 
-@pytest.mark.parametrize(
+@each(
     "cap",
     [
         *(Cap(20, 50, 3000), Cap(-175, -30, 4000), Cap(0, 0, 10), Cap(-60, 75, 4000), Cap(0, 0, 1000)),
         *(Cap(10, 20, 16000), Cap(10, 50, 19900), Cap(3, -89.9, 20), Cap(-60, 35, 40_000, SATURN)),
         *(Cap(7, 20, 140_000, SATURN), Cap(0, 0, 1000, Ellipsoid(3396190.0, 1 / 169.894447))),
     ],
-    ids=lambda c: f"{c.name} {c.figure.f:.3g}",
 )
 def test_area_of_a_cap(cap):
     """The area of GeographicLib's polygon of geodesics through 3000 points at the radius, and through half as many."""
@@ -144,13 +144,14 @@ def test_the_largest_cap_is_the_globe(lon, lat):
     assert Cap(lon, lat, HALF_TURN / 2, SPHERE).area_km2 + opposite.area_km2 == pytest.approx(globe, rel=1e-12)
 
 
+# Nodes a side of the lattice.
+@pytest.mark.parametrize("count", [301, pytest.param(801, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("lat", "radius_km", "half"), [(0, 19_980, 80.0), (0, 20_000, 40.0), (30, 19_990, 50.0), (60, 20_003, 8.0)]
 )
-def test_what_the_largest_caps_leave_out(lat, radius_km, half):
+def test_what_the_largest_caps_leave_out(lat, radius_km, half, count):
     """About the antipode, where geodesics of equal length meet: by GeographicLib's distances on a lattice about it."""
     cap = Cap(10, lat, radius_km)
-    count = 801  # nodes a side, within `half` kilometres
     north, east = np.meshgrid(*2 * [np.linspace(-half, half, count)], indexing="ij")
     to_lat = -lat + np.degrees(north / 6371.0)
     to_lon = 190.0 + np.degrees(east / 6371.0 / math.cos(math.radians(lat)))
@@ -177,7 +178,7 @@ def test_boxes_add_up():
 # ---- extent ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("region", "bounds"),
     [
         (GLOBE, (-180, -90, 180, 90)),
@@ -188,7 +189,6 @@ def test_boxes_add_up():
         (Cap(0, 0, HALF_TURN / 6, SPHERE), (-30, -30, 30, 30)),
         (Cap(100, -80, HALF_TURN / 9, SPHERE), (-80, -90, 280, -60)),
     ],
-    ids=["globe", "box", "antimeridian", "0-360", "polar cap", "equatorial cap", "cap over a pole"],
 )
 def test_bounds(region, bounds):
     """Bounds are west, south, east, north with west < east; all longitudes where a cap holds a pole."""
@@ -250,7 +250,7 @@ def test_contains_by_distance_or_sides(region):
     assert truth.any()
 
 
-@pytest.mark.parametrize("cap", [one for one in REGIONS.values() if isinstance(one, Cap)], ids=lambda c: c.name)
+@each("cap", [one for one in REGIONS.values() if isinstance(one, Cap)])
 def test_the_rim_of_a_cap(cap):
     """Its points are at the radius, to a micrometre on Earth; those farther are not in the cap, nearer ones are."""
     metre = cap.figure.a / 6.4e6
@@ -352,7 +352,7 @@ TEXTS = {
 }
 
 
-@pytest.mark.parametrize("text", TEXTS)
+@each("text", TEXTS)
 def test_texts(text):
     """A text names a region, with blanks and capitals as they come."""
     assert get_region(text) == TEXTS[text]
@@ -417,7 +417,7 @@ WRONG |= {
 }
 
 
-@pytest.mark.parametrize("text", WRONG)
+@each("text", WRONG)
 def test_wrong_texts(text):
     """What is no region is refused, with what it must be."""
     with pytest.raises(ValueError) as caught:  # noqa: PT011 the whole text is compared

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist.regions import GLOBE, Box, Cap, PointSet, get_region
 from projdist.regions.parts import share_in
@@ -10,7 +11,7 @@ EUROPE = Box(-35.58, 24.6, 44.83, 84.73)
 PACIFIC = Box(150, -60, -120, 10)
 
 
-@pytest.mark.parametrize(
+@each(
     ("box", "region", "share"),
     [
         (Box(0, 0, 90, 90), GLOBE, 1 / 8),

@@ -6,6 +6,7 @@ import numpy as np
 import pyproj
 import pytest
 import shapely
+from tables import each
 
 from projdist.earth import lakes, natural_earth, state_keys
 from projdist.regions import Polygons, get_region
@@ -41,7 +42,7 @@ def state(code: str) -> Polygons:
     return region
 
 
-@pytest.mark.parametrize("code", INLAND)
+@each("code", INLAND)
 def test_areas_of_inland_states(code: str) -> None:
     """Land and water are what was published."""
     assert state(code).area_km2 == pytest.approx(TOTAL[code], rel=INLAND_TOLERANCE)
@@ -112,7 +113,7 @@ STATEWIDE = {
 EXTENT = 0.1  # degrees: there are waters to three nautical miles, 0.06, in some of them, and they are rounded
 
 
-@pytest.mark.parametrize("code", STATEWIDE)
+@each("code", STATEWIDE)
 def test_bounds_in_the_registry(code: str) -> None:
     """States lie where CRSs of theirs are for; Alaska runs on over the antimeridian."""
     west, south, east, north = pyproj.CRS(STATEWIDE[code]).area_of_use.bounds
@@ -162,7 +163,7 @@ def test_every_state_can_be_named() -> None:
             assert get_region(f"state:{row[key]}").name == f"state:{row['postal']}"
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "message"),
     [
         (

@@ -1,12 +1,12 @@
 """Regions in words that people read."""
 
-import pytest
+from tables import each
 
 from projdist.earth import latitude_text, longitude_text
 from projdist.regions import get_region, region_title
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "title"),
     [
         ("country:DE", "Germany (DE)"),
@@ -28,7 +28,7 @@ def test_titles(text: str, title: str) -> None:
     assert region_title(get_region(text)) == title
 
 
-@pytest.mark.parametrize(
+@each(
     ("value", "text"),
     [
         (10.0, "10°E"),

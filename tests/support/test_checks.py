@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from tables import each
 
 from projdist.support.checks import check_number, check_numbers, check_pair, check_path, check_whole_number
 
 
-@pytest.mark.parametrize(
+@each(
     ("check", "value", "message"),
     [
         (check_number, "1", "Invalid thing '1'. It must be a number."),

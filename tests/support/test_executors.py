@@ -20,6 +20,7 @@ from types import SimpleNamespace
 import pytest
 from batch_functions import kill_itself
 from dask_clusters import dask_cluster
+from tables import each
 
 from projdist.decisions.recommendation.search import recommend
 from projdist.support.executors import Processes, check_executor, is_lost, open_executor, own_executor, run_all
@@ -119,7 +120,7 @@ def test_errors_of_tasks_are_raised():
         run_all(pool, square, ["x"])
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         *("dask", "dask://", "dask://host", "tcp://host:8786", "dask://host:port"),

@@ -12,7 +12,7 @@ import typer
 from commands import refusal
 from full_disks import room_for
 
-from projdist.cli import output
+from projdist.cli import formats as output
 from projdist.support.files import is_stream, replacing
 
 

@@ -1,6 +1,7 @@
 """Tables of text: what separates their cells, and decimal commas."""
 
 import pytest
+from tables import each
 
 from projdist import Notice
 from projdist.support import rows_of_text, separator_of
@@ -8,7 +9,7 @@ from projdist.support import rows_of_text, separator_of
 WRONG = "Invalid file."
 
 
-@pytest.mark.parametrize(
+@each(
     ("line", "separator"),
     [
         ("1.5,2.5", ","),

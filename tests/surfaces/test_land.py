@@ -14,9 +14,10 @@ SIZE = 5e6  # metres, of maps of a continent: what their curves are smooth to
 @pytest.mark.parametrize(
     ("projection", "region"),
     [
-        ("EPSG:3035", "box:-10,35,40,70"),  # the picture shows the pole, and closes round it
+        # The picture shows the pole, and closes round it.
+        pytest.param("EPSG:3035", "box:-10,35,40,70", marks=pytest.mark.slow),
         ("EPSG:3035", "country:DE"),
-        ("EPSG:6931", "cap:0,90,2000"),  # cut at the antimeridian
+        pytest.param("EPSG:6931", "cap:0,90,2000", marks=pytest.mark.slow),  # cut at the antimeridian
         ("EPSG:3577", "country:AU"),  # islands only
         ("ESRI:102025", "box:40,30,60,50"),  # about the Caspian Sea, a hole
     ],

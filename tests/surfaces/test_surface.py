@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from tables import each
 
 from projdist.earth.ellipsoid import MEAN_EARTH_RADIUS as R
 from projdist.earth.natural_earth import coastlines
@@ -27,10 +28,8 @@ def surface_of(projection: object, region: RegionLike | None = None, step: float
     return build_surface(domain_of(Projection.from_user_input(projection), region), step)
 
 
-@pytest.mark.parametrize(
-    ("projection", "lon", "lat"), [("igh", -20.0, -40.0), ("igh", -40.0, 30.0), ("moll", 180.0, 10.0)]
-)
-@pytest.mark.parametrize("side", [-5e-6, 5e-6])
+@each(("projection", "lon", "lat"), [("igh", -20.0, -40.0), ("igh", -40.0, 30.0), ("moll", 180.0, 10.0)])
+@each("side", [-5e-6, 5e-6])
 def test_rough_scales_beside_a_seam(projection: str, lon: float, lat: float, side: float) -> None:
     """Half a metre from a seam they are those of the point's own side, where the sixth-order stencils find them."""
     place, the_map = (np.array([lon + side]), np.array([lat])), Projection.from_user_input(projection)
@@ -227,7 +226,7 @@ def test_graticule_step_as_given() -> None:
         graticule_steps(GLOBE.bounds, 0)
 
 
-@pytest.mark.parametrize(
+@each(
     "box",
     [
         Box(9.0, 53.0, 12.0, 56.0),
@@ -272,7 +271,7 @@ def test_finer_coast_for_parts_of_the_world() -> None:
     assert coast_resolution(surface_of("robin", Cap(10.0, 54.0, 1.0))) == "10m"
 
 
-@pytest.mark.parametrize(
+@each(
     ("region", "resolution"),
     [
         ("country:SG", "50m"),

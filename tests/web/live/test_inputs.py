@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from live_pages import header_of
 from pyproj import CRS
+from tables import each
 
 from projdist.projections import ProjectionError
 from projdist.web.live.dispatcher import LARGEST_FILE, LONGEST_MESSAGE, Desk, Doors, Request, RequestError, read_request
@@ -44,22 +45,20 @@ OPEN = [
 ]
 
 
-@pytest.mark.parametrize("text", READING)
+@each("text", READING)
 def test_projections_that_need_files_are_refused(text: str) -> None:
     """Before anything reads them."""
     with pytest.raises(ProjectionError, match="must need no file"):
         Doors().projection(text)
 
 
-@pytest.mark.parametrize("text", OPEN)
+@each("text", OPEN)
 def test_other_projections_are_open(text: str) -> None:
     """Names, strings, codes."""
     assert Doors().projection(text).name
 
 
-@pytest.mark.parametrize(
-    "text", ["file:x.geojson", "land & file:x", "(geodesic:x)", "points:a.csv", "FILE:x", "file :x", "crs:x.prj"]
-)
+@each("text", ["file:x.geojson", "land & file:x", "(geodesic:x)", "points:a.csv", "FILE:x", "file :x", "crs:x.prj"])
 def test_regions_that_need_files_are_refused(text: str) -> None:
     """In any place of an expression."""
     with pytest.raises(ValueError, match="must need no file"):
@@ -96,7 +95,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize("changed", BAD, ids=lambda changed: str(changed)[:40])
+@each("changed", BAD)
 def test_other_messages_are_refused(changed: dict[str, object]) -> None:
     """In one line."""
     with pytest.raises(RequestError) as caught:
@@ -104,9 +103,7 @@ def test_other_messages_are_refused(changed: dict[str, object]) -> None:
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "text", ["", "no", "[]", "3", "{" * 50_000, '{"id": NaN}', "x" * (LONGEST_MESSAGE + 1)], ids=str.__len__
-)
+@each("text", ["", "no", "[]", "3", "{" * 50_000, '{"id": NaN}', "x" * (LONGEST_MESSAGE + 1)])
 def test_what_is_no_request_is_refused(text: str) -> None:
     """And so is a file that is too large."""
     with pytest.raises(RequestError):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from tables import each
 
 import projdist
 from projdist.projections import Projection, tunable, tuned
@@ -61,7 +62,10 @@ def test_derivatives_are_about_those_of_the_map(given: str, region: str) -> None
     assert within.mean() > _OFTEN
 
 
-@pytest.mark.parametrize(("given", "region"), [*CASES[:5], *FURTHER])
+@each(
+    ("given", "region"),
+    [*CASES[:5], *FURTHER[:1], *(pytest.param(*one, marks=pytest.mark.slow) for one in FURTHER[1:])],
+)
 def test_the_figure_is_about_right(given: str, region: str) -> None:
     """To a tenth, where the whole region is shown."""
     header, _ = Previewer().frame(Projection.from_user_input(given), region, tunable(given).centre)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Iterator
 from typing import Any
 
 import pytest
+from tables import each
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
@@ -110,7 +111,7 @@ FOREIGN_HOSTS = [
 ]
 
 
-@pytest.mark.parametrize("host", [*FOREIGN_HOSTS, "user@127.0.0.1:5000", "127.0.0.1:5000, x", "0.0.0.0:5000"])
+@each("host", [*FOREIGN_HOSTS, "user@127.0.0.1:5000", "127.0.0.1:5000, x", "0.0.0.0:5000"])
 def test_other_hosts_are_refused(site: Site, host: str) -> None:
     """As those of a name that was bound to this machine's address, also on the socket; and so are two."""
     assert answer(site, host=host)[0] == 400
@@ -128,7 +129,7 @@ ORIGINS = [
 ]
 
 
-@pytest.mark.parametrize("origin", ORIGINS)
+@each("origin", ORIGINS)
 def test_other_origins_are_refused(site: Site, origin: str) -> None:
     """On the socket, and for the page."""
     assert answer(site, "/socket", kind="websocket", origin=origin)[0] == 403
@@ -158,7 +159,7 @@ def test_addresses_at_port_80_have_none() -> None:
     assert sent == [200, 200, 400, 0]
 
 
-@pytest.mark.parametrize(
+@each(
     ("path", "method", "host", "status"),
     [
         *(("/", "GET", OWN, 200), ("/static/start.js", "GET", OWN, 200), ("/static/none.js", "GET", OWN, 404)),
@@ -181,7 +182,7 @@ def test_every_reply_has_the_headers_of_safety(site: Site, path: str, method: st
     assert not {"set-cookie", "access-control-allow-origin", "server"} & set(headers)
 
 
-@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
+@each("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
 def test_pages_are_read_only(site: Site, method: str) -> None:
     """By GET and HEAD."""
     assert answer(site, "/", method)[0] == answer(site, "/static/start.js", method)[0] == 405
@@ -198,7 +199,7 @@ OUTSIDE = [
 ]
 
 
-@pytest.mark.parametrize("name", [*OUTSIDE, "live/start.js", "", "."])
+@each("name", [*OUTSIDE, "live/start.js", "", "."])
 def test_no_other_file_is_read(site: Site, name: str) -> None:
     """Than those of the page."""
     assert answer(site, f"/static/{name}")[0] == 404
@@ -252,9 +253,7 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(
-    "first", [*WRONG, '{"token": "righ"}', '{"token": "\\ud800"}', "[" * 9000, b'{"token": "right"}']
-)
+@each("first", [*WRONG, '{"token": "righ"}', '{"token": "\\ud800"}', "[" * 9000, b'{"token": "right"}'])
 def test_a_wrong_token_ends_a_connection(port: int, first: str | bytes) -> None:
     """And requests before it."""
     with connected(port) as socket:
