@@ -20,7 +20,7 @@ SLOW_EXAMPLES = {
     "projdist.answers.corrections.correct",
     "projdist.decisions.recommendation.crs_for_data.estimate_crs",
     "projdist.decisions.recommendation.search.recommend",
-    "projdist.decisions.surveying.design.ldp",
+    "projdist.decisions.low_distortion.ldp",
     "projdist.designs.averaging.mean_map",
     "projdist.designs.making.design",
     "projdist.gis.accessors.FrameAccessor",

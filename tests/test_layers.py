@@ -49,7 +49,7 @@ HOMES = {
     "pyogrio": {"gis"},
     "xarray": {"gis"},
     "pyarrow": {"gis"},
-    "rasterio": {"gis", "decisions.surveying.ground"},
+    "rasterio": {"gis", "decisions.ground"},
     "distributed": {"support.executors"},
     "scipy": {
         *("numerics.minima", "matrices.distortions", "regions.parts"),
@@ -67,7 +67,7 @@ HOMES = {
     },
     "shapely": {
         *("earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "earth.natural_earth", "regions"),
-        *("decisions.checking.edges", "designs.sites"),
+        *("decisions.data_edges", "designs.sites"),
         *("surfaces.surface", "surfaces.domain", "surfaces.land", "surfaces.land", "surfaces.regional"),
         *("plots.basemap", "plots.geoaxes"),
         *("gis.layers", "gis.layers", "gis.layers", "gis.points", "gis.conversion", "web.outlines", "web.live"),

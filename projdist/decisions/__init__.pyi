@@ -1,6 +1,8 @@
-from .checking.errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
+from .data_errors import FAIL_ON, OUTSIDE, TORN, Check, Totals, check
 from .families import FAMILIES, Extent, ellipsoid_text, extent_of, sensible_families
 from .family_search import Rounded
+from .ground import HeightStatistics, distortion_ppm, read_heights
+from .low_distortion import LDP, LDP_FAMILIES, ldp
 from .map_info import INFO_MEASURES, MapInfo, info
 from .objectives import Objective
 from .optimization import LIMITED, Baseline, Optimum, best_member, least_error, optimize
@@ -10,14 +12,6 @@ from .recommendation.custom import Custom
 from .recommendation.preference import CLOSE, PURPOSES, WIDE_FACTOR, get_purpose, suits
 from .recommendation.search import Candidate, Recommendation, recommend
 from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
-from .surveying import (
-    LDP,
-    LDP_FAMILIES,
-    HeightStatistics,
-    distortion_ppm,
-    ldp,
-    read_heights,
-)
 
 __all__ = [
     "CLOSE",

@@ -17,9 +17,9 @@ from typer.testing import CliRunner
 
 from projdist import plots
 from projdist.cli.app import app
-from projdist.decisions.surveying import LDP, distortion_ppm, ldp
-from projdist.decisions.surveying.axes import goal_of
-from projdist.decisions.surveying.ground import statistics_of
+from projdist.decisions import LDP, distortion_ppm, ldp
+from projdist.decisions.ground import statistics_of
+from projdist.decisions.low_distortion import goal_of
 from projdist.plots.ground_distortion import prepare_ground
 
 SEA = "box:-40,30,-39.5,30.4"  # no land takes no time

@@ -19,8 +19,8 @@ from shapely import (
 from tables import each
 
 import projdist
-from projdist.decisions.checking.edges import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
-from projdist.decisions.checking.errors import OUTSIDE, TORN
+from projdist.decisions.data_edges import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
+from projdist.decisions.data_errors import OUTSIDE, TORN
 from projdist.decisions.recommendation.crs_for_data import Site
 
 geopandas = pytest.importorskip("geopandas")
@@ -466,7 +466,7 @@ def recommended_for(monkeypatch, answer, shapes, **options):
         asked.update(words, region=region, lon=lon, lat=lat, crs=crs)
         return answer
 
-    monkeypatch.setattr(sys.modules["projdist.decisions.checking.errors"], "site", site)
+    monkeypatch.setattr(sys.modules["projdist.decisions.data_errors"], "site", site)
     return projdist.check(shapes, "EPSG:3832", **options), asked
 
 

@@ -12,12 +12,10 @@ from pyproj.database import query_crs_info
 from tables import each
 
 from projdist import PointSet, Projection, distortion_ppm, elevation_factor, factors, ldp
-from projdist.decisions import LDP
+from projdist.decisions import LDP, LDP_FAMILIES
 from projdist.decisions.families import extent_of
-from projdist.decisions.surveying import LDP_FAMILIES
-from projdist.decisions.surveying.axes import Axis, _scanned, goal_of
-from projdist.decisions.surveying.design import _Design
-from projdist.decisions.surveying.ground import ground_of, statistics_of
+from projdist.decisions.ground import ground_of, statistics_of
+from projdist.decisions.low_distortion import Axis, _Design, _scanned, goal_of
 from projdist.earth.ellipsoid import WGS84, Ellipsoid
 from projdist.field import AnyFigure
 from projdist.regions import get_region

@@ -12,7 +12,7 @@ from projdist import Notice, check, read_heights
 from projdist.applications.mosaics import read_correspondences
 from projdist.applications.oldmaps import old_map, read_control_points
 from projdist.applications.pointclouds import read_cloud
-from projdist.decisions.checking.edges import REPAIRED
+from projdist.decisions.data_edges import REPAIRED
 from projdist.gis import read_data, read_points
 from projdist.regions.points import read_csv
 

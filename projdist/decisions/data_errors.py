@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
-from projdist.decisions.checking.edges import measure_chains
+from projdist.decisions.data_edges import measure_chains
 from projdist.decisions.recommendation.crs_for_data import site
 from projdist.decisions.recommendation.preference import get_purpose
 from projdist.earth import MEAN_EARTH_RADIUS
@@ -201,7 +201,7 @@ def check(
     >>> round(check(line, "EPSG:32632", purpose=None).overall.length_error, 9)
     -0.0004
     """
-    from projdist.decisions.checking.edges import outlines  # shapely is slow to load
+    from projdist.decisions.data_edges import outlines  # shapely is slow to load
 
     if not is_geographic(data):
         raise ValueError(f"Invalid data of type '{type(data).__name__}'. They must be a GeoDataFrame or GeoSeries.")

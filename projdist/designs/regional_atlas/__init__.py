@@ -1,1 +1,0 @@
-"""The atlas: the best maps of countries, states, continents, oceans and zones, measured beforehand."""
