@@ -19,8 +19,8 @@ from scipy.optimize import least_squares as scipys
 from projdist import get_region, summarize
 from projdist.designs import fits as equal_area_maps
 from projdist.designs.making import best_base, design, stage_of
-from projdist.designs.objectives import Wish, get_kind, wish_of
-from projdist.designs.sites import Site, site_of
+from projdist.designs.objectives import DesignObjective, design_objective, get_kind
+from projdist.designs.sites import BaseNodes, base_nodes_of
 from projdist.earth import WGS84
 from projdist.field import nodes_of
 from projdist.projections import Projection
@@ -60,7 +60,7 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
     print(f"| --- | --- |{' --- |' * (len(DEGREES) + 1)}")
     for region in regions:
         wanted = get_kind(kind)
-        base, site, wish = prepared(kind, criterion, region)
+        base, nodes, objective = prepared(kind, criterion, region)
         cells, value = [], np.nan
         for degree in DEGREES:
             made = design(
@@ -70,7 +70,7 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
             if kind != "equal-area" and criterion == "airy_kavrayskiy":
                 member = summarize(base, region).airy_kavrayskiy_scaled
             cells.append(
-                f"{value:.5g} ({seconds(functools.partial(stage_of, site, wanted, wish, degree, (0.0,))):.2g})"
+                f"{value:.5g} ({seconds(functools.partial(stage_of, nodes, wanted, objective, degree, (0.0,))):.2g})"
             )
         print(
             f"| {region} | {member:.5g} | {' | '.join(cells)} | {100.0 * (1.0 - value / member):.0f} % |",
@@ -78,18 +78,18 @@ def table(kind: str, criterion: str, regions: tuple[str, ...]) -> None:
         )
 
 
-def prepared(kind: str, criterion: str, region: str) -> tuple[Projection, Site, Wish]:
+def prepared(kind: str, criterion: str, region: str) -> tuple[Projection, BaseNodes, DesignObjective]:
     """What a fit starts from: the best base, the region's nodes on it, and what is wished for."""
     nodes = nodes_of(get_region(region), WGS84, 3000, edges=True)
-    wish = wish_of(get_kind(kind), criterion, 0.5, None)
-    base = best_base(get_kind(kind), get_region(region), wish, nodes, "none")
-    return base, site_of(base, nodes, None), wish
+    objective = design_objective(get_kind(kind), criterion, 0.5, None)
+    base = best_base(get_kind(kind), get_region(region), objective, nodes, "none")
+    return base, base_nodes_of(base, nodes, None), objective
 
 
 def fit_of(kind: str, criterion: str, region: str, degree: int) -> Callable[[], object]:
     """A fit alone, as `check.py` takes its time."""
-    _, site, wish = prepared(kind, criterion, region)
-    return functools.partial(stage_of, site, get_kind(kind), wish, degree, (0.0,))
+    _, base_nodes, objective = prepared(kind, criterion, region)
+    return functools.partial(stage_of, base_nodes, get_kind(kind), objective, degree, (0.0,))
 
 
 def against_scipy(regions: tuple[str, ...]) -> None:

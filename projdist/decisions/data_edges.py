@@ -157,7 +157,7 @@ _SUMS = ("map_length", "length", "map_area", "area", "bearing_square")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
+class ChainFigures:
     """Figures of chains of edges on the map and on the ground, each of shape (n,), in metres and m^2.
 
     Areas are signed, and of chains that close. `bearing_square` is the integral along the ground of the
@@ -175,12 +175,12 @@ class Measured:
     bearing_most: FloatArray
 
 
-def measure_chains(projection: Projection, place: Place, edges: FloatArray, chain: IntArray) -> Measured:
+def measure_chains(projection: Projection, place: Place, edges: FloatArray, chain: IntArray) -> ChainFigures:
     """The figures of chains 0, 1, ... of edges (m, 4), u, v of begin and end; `chain` (m,) ascends."""
     count = int(chain[-1]) + 1 if len(chain) else 0
     never = np.zeros(count, dtype=bool)
     figures: dict[str, FloatArray] = {name: np.zeros(count) for name in (*_SUMS, "bearing_most")}
-    result = Measured(outside=never, torn=never.copy(), **figures)
+    result = ChainFigures(outside=never, torn=never.copy(), **figures)
     if not count:
         return result
     lon, lat = place(edges[:, 0], edges[:, 1])
@@ -191,7 +191,7 @@ def measure_chains(projection: Projection, place: Place, edges: FloatArray, chai
     return result
 
 
-def _measure_block(result: Measured, frame: _Frame, edges: FloatArray, chain: IntArray) -> None:
+def _measure_block(result: ChainFigures, frame: _Frame, edges: FloatArray, chain: IntArray) -> None:
     """Add the figures of some edges, halving those that are not smooth."""
     for left in reversed(range(_HALVINGS)):
         curves = frame.curves(edges, chain)
@@ -208,7 +208,7 @@ def _measure_block(result: Measured, frame: _Frame, edges: FloatArray, chain: In
         chain = np.tile(chain[halved], 2)
 
 
-def _add(result: Measured, curves: _Curves, chain: IntArray, chosen: BoolArray) -> None:
+def _add(result: ChainFigures, curves: _Curves, chain: IntArray, chosen: BoolArray) -> None:
     owner = chain[chosen]
     for name in _SUMS:
         values = getattr(curves, name)[chosen]
@@ -221,7 +221,7 @@ def _add(result: Measured, curves: _Curves, chain: IntArray, chosen: BoolArray) 
 
 @dataclass(frozen=True, kw_only=True)
 class _Curves:
-    """Figures of edges, each of shape (n,), as those of `Measured`, and how well they are known."""
+    """Figures of edges, each of shape (n,), as those of `ChainFigures`, and how well they are known."""
 
     map_length: FloatArray
     length: FloatArray

@@ -15,7 +15,7 @@ import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.decisions.data_edges import measure_chains
-from projdist.decisions.recommendation.crs_for_data import site
+from projdist.decisions.recommendation.crs_for_data import crs_for_data
 from projdist.decisions.recommendation.preference import get_purpose
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.projections import (
@@ -280,7 +280,7 @@ def _recommended(
         return None, ("No CRS is recommended: that is done for the Earth only.",)
     lon, lat = source.degrees(edges[:, 0], edges[:, 1])
     known = np.isfinite(lon) & (np.abs(lat) <= 90.0)
-    found = site(crs, region, lon[known], lat[known], purpose=purpose, **options)
+    found = crs_for_data(crs, region, lon[known], lat[known], purpose=purpose, **options)
     if found is None:
         return None, (f"No CRS is recommended: none serves '{purpose}' in {region.name}.",)
     return Projection.from_user_input(found.code), tuple(f"{found.code}: {note}" for note in found.notes)

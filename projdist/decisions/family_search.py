@@ -184,20 +184,20 @@ class Members:
         left = self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])
         return float(np.quantile(np.abs(left), _MOST))
 
-    def searched(self) -> tuple[dict[str, float], float, Nodes, int]:
+    def search(self) -> tuple[dict[str, float], float, Nodes, int]:
         """The free parameters of the best member, its value at nodes, these nodes, and the evaluations it took."""
         edges = self.objective.figure.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
         first = minimise(self._at(coarse), self.low, self.high, worst=edges)
-        best, least, evaluations = self.descended(self.named(first.place), fine)
+        best, least, evaluations = self.refine(self.named(first.place), fine)
         if not self.jacobian(best, fine)[1].any():
             raise ProjectionError(
                 f"Invalid family '{self.family.name}' for {self.region.name}. It shows no part of it."
             )
         return best, least, fine, first.evaluations + evaluations
 
-    def descended(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
+    def refine(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
         """The free parameters of the best member near a start, its value at nodes, and the evaluations it took."""
         place = np.array([start[name] for name in self.variables])
         last = descend(self._at(nodes), place, self.low, self.high, worst=self.objective.figure.is_maximum)

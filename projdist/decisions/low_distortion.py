@@ -66,7 +66,7 @@ _QUICK: dict[object, tuple[Callable[[Factors, FloatArray], float], Callable[[Flo
 
 
 @dataclass(frozen=True)
-class Goal:
+class LdpGoal:
     """A figure, or None for the share of the points within a target in ppm, and what k_0 is a multiple of."""
 
     figure: Figure | None
@@ -104,17 +104,17 @@ class Goal:
         return Objective(self.figure).scale(_similar(q), weight) / self.round_k
 
 
-def goal_of(criterion: AnyFigure, target: float, round_k: float) -> Goal:
+def goal_of(criterion: AnyFigure, target: float, round_k: float) -> LdpGoal:
     """The goal of a criterion; raises ValueError for one that tells conformal maps nothing."""
     if isinstance(criterion, str) and criterion == SHARE:
-        return Goal(None, target, round_k)
+        return LdpGoal(None, target, round_k)
     figure = get_figure(criterion)
     if figure.aspect == "angles" or figure.version:
         raise ValueError(
             f"Invalid criterion '{figure.name}'. It must be share, or a figure that conformal maps have at a scale, as "
             "max_scale_error_ppm or rms_scale_error_ppm."
         )
-    return Goal(figure, target, round_k)
+    return LdpGoal(figure, target, round_k)
 
 
 def _similar(factor: FloatArray) -> FloatArray:
@@ -151,7 +151,7 @@ _SCANNED, _KEPT = 400, 8  # places of a scan of one parameter, and those that it
 _FINER = 8.0  # its next step
 
 
-class Axis:
+class LdpAxis:
     """The axis of a family over a region; places are values of `names` in degrees, multiples of `unit` in the end."""
 
     def __init__(self, family: str, extent: Extent, ellipsoid: Ellipsoid, unit: float) -> None:
@@ -210,7 +210,7 @@ class Axis:
         return scale * elevation_factor(nodes.lat, ground.height, nodes.ellipsoid)
 
 
-def best_place(axis: Axis, goal: Goal, few: Ground, ground: Ground) -> FloatArray:
+def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> FloatArray:
     """The best multiples of the axis's unit, searched on few points and in the end on all."""
 
     def value(steps: FloatArray, at: Ground) -> Order:
@@ -229,7 +229,7 @@ def best_place(axis: Axis, goal: Goal, few: Ground, ground: Ground) -> FloatArra
     return axis.unit * descend_lattice(lambda steps: value(steps, ground), best)[0]
 
 
-def _scanned(axis: Axis, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
+def _scanned(axis: LdpAxis, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
     """The best multiples of the unit in the range of one parameter, best first.
 
     A share has many tops, one a few units wide: all multiples are tried where they are few, else ever finer ones near
@@ -252,7 +252,7 @@ def _scanned(axis: Axis, value: Callable[[FloatArray], Order]) -> list[FloatArra
         places = np.add.outer(kept, stride * np.arange(-_FINER, _FINER + 1.0))
 
 
-def _descended(axis: Axis, goal: Goal, ground: Ground, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
+def _descended(axis: LdpAxis, goal: LdpGoal, ground: Ground, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
     """The ends of descents by ever smaller steps from the best of several starts, best first."""
     known: dict[tuple[float, ...], Order] = {}
 
@@ -273,7 +273,7 @@ def _descended(axis: Axis, goal: Goal, ground: Ground, value: Callable[[FloatArr
     return places
 
 
-def _starts(axis: Axis, goal: Goal, ground: Ground) -> list[FloatArray]:
+def _starts(axis: LdpAxis, goal: LdpGoal, ground: Ground) -> list[FloatArray]:
     """The place of least RMS, if that is asked for that of the least maximum, and a lattice over all of them."""
     weight = ground.nodes.weight
 
@@ -315,7 +315,7 @@ class LDP(Answer):
 
     region: Place
     family: str
-    goal: Goal
+    goal: LdpGoal
     parameters: dict[str, float]
     projection: Projection
     wkt: str | None
@@ -535,7 +535,7 @@ class _Design:
     extent: Extent
     ground: Ground
     few: Ground
-    goal: Goal
+    goal: LdpGoal
     round_axis: float
 
     def order(self, found: LDP) -> tuple[float, float]:
@@ -555,7 +555,7 @@ class _Design:
     def best(self, family: str) -> LDP:
         """The best map of a family, rounded; without WKT and what it is compared with."""
         ground, nodes = self.ground, self.ground.nodes
-        axis = Axis(family, self.extent, nodes.ellipsoid, self.round_axis)
+        axis = LdpAxis(family, self.extent, nodes.ellipsoid, self.round_axis)
         place = best_place(axis, self.goal, self.few, ground)
         values = axis.parameters(place)
         values["k_0"] = self.goal.rounded_scale(axis.factors(place, ground), nodes.weight)[0]

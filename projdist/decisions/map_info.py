@@ -110,7 +110,7 @@ _NODES = 400
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spread:
+class MeasureRange:
     """A measure over a region: its mean, least and largest value, each with its error; infinite where it diverges."""
 
     mean: Estimate
@@ -163,7 +163,7 @@ class MapInfo(Answer):
     region: Place
     coverage: float
     airy_kavrayskiy: AiryKavrayskiy
-    measures: dict[str, Spread]
+    measures: dict[str, MeasureRange]
 
     def _line(self) -> str:
         kept = " and ".join(self.keeps) or "keeps nothing"
@@ -205,7 +205,7 @@ class MapInfo(Answer):
 
     def _errors(self) -> dict[str, Any]:
         """The figures over the region."""
-        return self._figures() | {name: spread.to_dict() for name, spread in self.measures.items()}
+        return self._figures() | {name: range.to_dict() for name, range in self.measures.items()}
 
     def _figures(self) -> dict[str, Any]:
         found = self.airy_kavrayskiy
@@ -243,8 +243,8 @@ class MapInfo(Answer):
             "axes": ";".join(axis["direction"] for axis in stated["axes"]),
             "region": self.region.name,
         }
-        spreads = ((name, spread.to_dict()) for name, spread in self.measures.items())
-        measures = {f"{name}_{key}": value for name, spread in spreads for key, value in spread.items()}
+        ranges = ((name, range.to_dict()) for name, range in self.measures.items())
+        measures = {f"{name}_{key}": value for name, range in ranges for key, value in range.items()}
         return one | self._figures() | measures
 
     def _table(self) -> list[dict[str, Any]]:
@@ -308,7 +308,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
         coverage=field.coverage,
         airy_kavrayskiy=field.airy_kavrayskiy,
         measures={
-            name: Spread(mean=field.mean(name), minimum=least, maximum=largest)
+            name: MeasureRange(mean=field.mean(name), minimum=least, maximum=largest)
             for name, (least, largest) in zip(INFO_MEASURES, extremes, strict=True)
         },
     )

@@ -76,7 +76,7 @@ def least_error(region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS8
     return float(np.sqrt(mean * (2.0 if purpose in ("conformal", "equal-area") else 1.0)))
 
 
-def limit_of(figure: Figure, region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84) -> float | None:
+def lower_bound_of(figure: Figure, region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84) -> float | None:
     """The limit of a figure over a region; None where it is not known, or no more than rounding."""
     if not figure.is_airy_kavrayskiy:
         return None
@@ -317,7 +317,7 @@ def best_member(
 ) -> tuple[Projection, dict[str, float]]:
     """The best member of a family, and its free parameters; nothing more is measured. Raises ProjectionError."""
     members = _members(get_family(family, extent_of(region)), region, Objective(figure), None, ellipsoid)
-    best, _, fine, _ = _searched(members)
+    best, _, fine, _ = _search_with_exchange(members)
     chosen, scale = members.written(best, fine)
     return members.member(chosen, scale), members.shown(chosen, scale)
 
@@ -330,13 +330,13 @@ def _members(
     return Members(family, region, _DECIDES, free, ellipsoid) if members.vanishes() else members
 
 
-def _searched(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
-    """`Members.searched`; where it is a maximum that counts, with the places that its nodes lack among them.
+def _search_with_exchange(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
+    """`Members.search`; where it is a maximum that counts, with the places that its nodes lack among them.
 
     Where the best map's true maximum is more than that at the nodes, its place becomes a node, and the search goes on
     from there (E. Remez, 1934): the corners of polygons that matter are few, and not known before.
     """
-    best, least, fine, evaluations = members.searched()
+    best, least, fine, evaluations = members.search()
     for _ in range(_EXCHANGES if members.objective.figure.is_maximum else 0):
         chosen, scale = members.written(best, fine)
         field = _field(members.member(chosen, scale), members.region, members.objective, 1e-6)
@@ -345,7 +345,7 @@ def _searched(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
             break
         fine = fine.joined(worst.lon, worst.lat)
         before = least
-        best, least, more = members.descended(best, fine)
+        best, least, more = members.refine(best, fine)
         evaluations += more
         if least <= before:  # the map is torn there
             break
@@ -367,7 +367,7 @@ def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
 
 def _optimum(members: Members, objective: Objective, extent: Extent, round_to: float | None) -> Optimum:
     """The best member, and what is to be known of it; `objective` is what was asked for."""
-    best, least, fine, evaluations = _searched(members)
+    best, least, fine, evaluations = _search_with_exchange(members)
     roundings = members.roundings(best, least, fine)
     rounded = best if round_to is None else members.rounded(best, round_to, least, fine).parameters
     chosen, scale = members.written(rounded, fine)
@@ -400,7 +400,7 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
         evaluations=evaluations,
         note=None if members.objective == objective else _NOTE.format(objective.figure.name, members.family.name),
         flats=members.flats(best, least, fine),
-        limit=limit_of(objective.figure, members.region, ellipsoid=projection.ellipsoid),
+        limit=lower_bound_of(objective.figure, members.region, ellipsoid=projection.ellipsoid),
     )
 
 

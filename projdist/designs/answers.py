@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from projdist.designs.objectives import Wish
+from projdist.designs.objectives import DesignObjective
 from projdist.field import Extreme, sample
 from projdist.projections import DerivedCrs, Projection
 from projdist.regions import Place
@@ -148,7 +148,7 @@ _TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
+class MapFigures:
     """The figure that was wished for, with its error, the Airy-Kavrayskiy error, and the extreme scales."""
 
     value: float
@@ -159,23 +159,25 @@ class Measured:
     coverage: float
 
 
-def measured(projection: Projection, region: Place, wish: Wish, *, scaled: bool = False) -> Measured:
+def measure_map(
+    projection: Projection, region: Place, objective: DesignObjective, *, scaled: bool = False
+) -> MapFigures:
     """A projection over a region; `scaled` in the scale that is best for it."""
     field = sample(projection, region, measures=["a", "b"], tolerance=_TOLERANCE)
     smallest, largest = field.minimum("b"), field.maximum("a")
     found = field.airy_kavrayskiy
-    if wish.figure.is_maximum:
+    if objective.figure.is_maximum:
         error = max(smallest.error, largest.error)
         value, error = (
-            _largest(wish, largest.value, smallest.value, scaled),
-            error * (1e6 if wish.figure.unit == "ppm" else 1.0),
+            _largest(objective, largest.value, smallest.value, scaled),
+            error * (1e6 if objective.figure.unit == "ppm" else 1.0),
         )
-    elif wish.figure.name == "airy_kavrayskiy":
+    elif objective.figure.name == "airy_kavrayskiy":
         value, error = (found.scaled if scaled else found.raw), found.error
     else:
-        estimate = field.figure(wish.figure)
+        estimate = field.figure(objective.figure)
         value, error = estimate.value, estimate.error
-    return Measured(
+    return MapFigures(
         value=value,
         error=error,
         airy_kavrayskiy=found.raw,
@@ -185,9 +187,9 @@ def measured(projection: Projection, region: Place, wish: Wish, *, scaled: bool 
     )
 
 
-def _largest(wish: Wish, a: float, b: float, scaled: bool) -> float:
+def _largest(objective: DesignObjective, a: float, b: float, scaled: bool) -> float:
     """The largest error of scales from b to a; `scaled` after the best scale."""
-    in_ppm = wish.figure.unit == "ppm"
+    in_ppm = objective.figure.unit == "ppm"
     if scaled:
         factor = 2.0 / (a + b) if in_ppm else 1.0 / np.sqrt(a * b)
         a, b = factor * a, factor * b

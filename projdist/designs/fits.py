@@ -9,8 +9,8 @@ import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.designs.newton import minimise_energy
-from projdist.designs.plane_maps import ComplexPolynomial, Polynomials, Shears
-from projdist.designs.sites import Site
+from projdist.designs.plane_maps import ComplexPolynomial, PolynomialMap, Shears
+from projdist.designs.sites import BaseNodes
 from projdist.matrices import Energy
 from projdist.numerics import ComplexPolynomials, PlanePolynomials, fit_harmonic, least_squares
 
@@ -20,24 +20,24 @@ _FITTED = range(8, 33, 4)  # degrees of exp(p) where its series does not end in 
 _CLOSE = 1e-9  # of scales
 
 
-def conformal_map(site: Site, degree: int, norm: float, share: float) -> ComplexPolynomial:
+def conformal_map(nodes: BaseNodes, degree: int, norm: float, share: float) -> ComplexPolynomial:
     """The best conformal map whose ln k is a polynomial of a degree, by a norm of ln k: 2, more, or infinite.
 
     Raises ValueError for a degree that the nodes do not resolve, or beside which scales are no numbers.
     """
-    weights = site.weights(share)
-    counts = site.in_region if np.isinf(norm) else weights > 0.0
-    u, v = site.plane
+    weights = nodes.weights(share)
+    counts = nodes.in_region if np.isinf(norm) else weights > 0.0
+    u, v = nodes.plane
     z = u + 1j * v
-    log_scale = 0.5 * np.log(np.linalg.det(site.J))
+    log_scale = 0.5 * np.log(np.linalg.det(nodes.J))
     fit = fit_harmonic(z[counts], log_scale[counts], weights[counts], degree, norm)
     slopes = _series(fit.powers)
     if np.abs(slopes[-1]) > _ENOUGH * np.abs(slopes).max():
         counts = weights > 0.0
         slopes = _fitted(fit.powers, z[counts], weights[counts])
-    whole = np.concatenate([[0.0], slopes / np.arange(1, len(slopes) + 1)]) * site.size
+    whole = np.concatenate([[0.0], slopes / np.arange(1, len(slopes) + 1)]) * nodes.size
     counting = np.flatnonzero(np.abs(whole) > _ENOUGH * np.abs(whole).max())
-    return ComplexPolynomial(site.origin, site.size, whole[: counting[-1] + 1])
+    return ComplexPolynomial(nodes.origin, nodes.size, whole[: counting[-1] + 1])
 
 
 def _series(powers: Any) -> Any:
@@ -85,12 +85,12 @@ _NEAR = 1e-8  # of |mu|^2: there atanh(t) / t is its series to rounding
 _SQRT2 = float(np.sqrt(2.0))
 
 
-def equal_area_map(site: Site, degree: int, share: float) -> Shears:
+def equal_area_map(nodes: BaseNodes, degree: int, share: float) -> Shears:
     """The best map by shears of a degree; the surroundings have a share."""
-    weights = site.weights(share)
+    weights = nodes.weights(share)
     counts = weights > 0.0
-    u, v = (values[counts] for values in site.plane)
-    columns = site.J[counts, 0] + 1j * site.J[counts, 1]
+    u, v = (values[counts] for values in nodes.plane)
+    columns = nodes.J[counts, 0] + 1j * nodes.J[counts, 1]
     root = np.sqrt(weights[counts])
     angles = np.pi * np.arange(degree + 2) / (degree + 2)
     free = _independent(degree)
@@ -107,7 +107,7 @@ def equal_area_map(site: Site, degree: int, share: float) -> Shears:
 
     with np.errstate(over="ignore", invalid="ignore"):  # of steps that go too far, and are taken back
         found = coefficients(least_squares(terms, np.zeros(int(free.sum()))))
-    return Shears(site.origin, site.size, angles, np.hstack([np.zeros((angles.size, 1)), found]))
+    return Shears(nodes.origin, nodes.size, angles, np.hstack([np.zeros((angles.size, 1)), found]))
 
 
 def _independent(degree: int) -> BoolArray:
@@ -131,7 +131,7 @@ def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray,
         z, c = z + step.shift * step.back, c + step.slope * step.along * step.back
         steps.append((step, c))
     rest, sloped = _anisotropy(c)
-    later, slopes = _Later.nothing(z.size), []
+    later, slopes = _FollowingSteps.nothing(z.size), []
     for (step, moved), chosen in zip(reversed(steps), free[::-1], strict=True):
         by_y, by_slope = sloped(later.second(step.back, moved)), sloped(step.along * later.first(step.back))
         slopes.append(by_y * step.monomials[1:][chosen] + by_slope * step.by_y[chosen])
@@ -163,7 +163,7 @@ class _Step(NamedTuple):
         return cls(turn.conjugate(), monomials, by_y, own @ monomials[1:], own @ by_y, bend, (c * turn).imag)
 
 
-class _Later(NamedTuple):
+class _FollowingSteps(NamedTuple):
     """The derivatives at points of all that follows a step, as it acts on complex numbers and their conjugates.
 
     The first is P a + Q a*, the second, of a and b, is A a b + B (a b* + a* b) + C a* b*. With them the slopes by all
@@ -177,7 +177,7 @@ class _Later(NamedTuple):
     C: Any
 
     @classmethod
-    def nothing(cls, count: int) -> _Later:
+    def nothing(cls, count: int) -> _FollowingSteps:
         """Behind the last step."""
         none = np.zeros(count, dtype=complex)
         return cls(none + 1.0, none, none, none, none)
@@ -191,13 +191,13 @@ class _Later(NamedTuple):
         star_a, star_b = np.conj(a), np.conj(b)
         return self.A * a * b + self.B * (a * star_b + star_a * b) + self.C * star_a * star_b
 
-    def after(self, step: _Step) -> _Later:
+    def after(self, step: _Step) -> _FollowingSteps:
         """The same of what follows the step before: of this step and all that is later."""
         half = 0.5j * step.slope
         own, star = 1.0 - half, half * step.back**2  # the step's P and Q
         own_c, star_c = own.conj(), star.conj()
         bent = 0.25 * step.bend * self.first(step.back)
-        return _Later(
+        return _FollowingSteps(
             self.P * own + self.Q * star_c,
             self.P * star + self.Q * own_c,
             self.A * own**2 + 2.0 * self.B * own * star_c + self.C * star_c**2 - bent * step.back.conjugate() ** 2,
@@ -232,15 +232,15 @@ def _beltrami_parts(c: Any) -> tuple[Any, Any]:
 # ---- general maps --------------------------------------------------------------------------------
 
 
-def general_map(site: Site, energy: Energy, degree: int, share: float) -> Polynomials:
+def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> PolynomialMap:
     """The best polynomial map of a degree, the surroundings having a share; raises ValueError where nodes are few."""
-    weights = site.weights(share)
+    weights = nodes.weights(share)
     counts = weights > 0.0
-    u, v = (values[counts] for values in site.plane)
+    u, v = (values[counts] for values in nodes.plane)
     basis = PlanePolynomials.over(u, v, weights[counts], degree)
-    gradients = basis.gradients[:, 1:] @ site.J[counts] / site.size
+    gradients = basis.gradients[:, 1:] @ nodes.J[counts] / nodes.size
     # The base itself, of which the size is the best one.
     plain = np.stack([u, v]) * weights[counts] @ basis.values[:, 1:]
-    best = minimise_energy(energy, gradients, weights[counts], site.size * plain)
+    best = minimise_energy(energy, gradients, weights[counts], nodes.size * plain)
     coefficients = np.hstack([np.zeros((2, 1)), best.coefficients])
-    return Polynomials(site.origin, site.size, basis.powers(coefficients))
+    return PolynomialMap(nodes.origin, nodes.size, basis.powers(coefficients))

@@ -21,20 +21,20 @@ from projdist.decisions import (
     recommend,
     sensible_families,
 )
-from projdist.designs.answers import Degree, Design, Measured, Rival, Surroundings, measured
+from projdist.designs.answers import Degree, Design, MapFigures, Rival, Surroundings, measure_map
 from projdist.designs.objectives import (
+    DesignObjective,
     Kind,
-    Wish,
     check_degree,
     check_extent,
     check_within,
+    design_objective,
     exponentiated,
     get_kind,
     needs_exponent,
-    wish_of,
 )
 from projdist.designs.plane_maps import PlaneMap
-from projdist.designs.sites import SYMMETRIES, TORN, Site, central_meridian, mirrored, site_of, smooth_at
+from projdist.designs.sites import SYMMETRIES, TORN, BaseNodes, base_nodes_of, central_meridian, mirrored, smooth_at
 from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
 from projdist.field import FIGURES, Nodes, cut_length, jacobian, nodes_at, nodes_of
 from projdist.matrices import log_anisotropy, log_areal_scale, principal_scales
@@ -60,13 +60,13 @@ _KEPT = 1e-7  # of scales: what is conformal or equal-area to 0.1 ppm
 _ROUGH = 1e-3  # of the region's area: where it may not be, by rounding
 
 
-def best_base(kind: Kind, region: Place, wish: Wish, nodes: Nodes, symmetry: str) -> Projection:
+def best_base(kind: Kind, region: Place, objective: DesignObjective, nodes: Nodes, symmetry: str) -> Projection:
     """The best member of those families of a kind that suit the region; raises ProjectionError."""
     extent = extent_of(region)
     if symmetry in ("equator", "both"):
         return _equatorial(kind, extent, nodes.ellipsoid)
-    scale_matters = wish.figure.is_maximum or not kind.free_scale
-    figure = wish.figure if scale_matters else FIGURES["airy_kavrayskiy_scaled"]
+    scale_matters = objective.figure.is_maximum or not kind.free_scale
+    figure = objective.figure if scale_matters else FIGURES["airy_kavrayskiy_scaled"]
     sensible = [name for name in sensible_families(extent, nodes.ellipsoid) if name in kind.families]
     found: list[tuple[float, Projection]] = []
     for name in sensible or kind.families:
@@ -112,10 +112,10 @@ def given_base(given: ProjectionLike) -> Projection:
     return Projection.from_user_input(text)
 
 
-def check_keeps(kind: Kind, site: Site) -> None:
+def check_keeps(kind: Kind, nodes: BaseNodes) -> None:
     """Raise ProjectionError for a base that is not of the kind: made maps have what all their steps have."""
-    base = site.base
-    if not _keeps(kind, site.J, site.weight):
+    base = nodes.base
+    if not _keeps(kind, nodes.J, nodes.weight):
         own = "at scale 1" if kind.name == "equal-area" else "itself"
         raise ProjectionError(f"Invalid base '{base.label}' for {kind.name} maps. It must be {kind.name} {own}.")
 
@@ -146,7 +146,7 @@ class Stage:
     degree: int
     value: float
     share: float
-    wish: Wish
+    objective: DesignObjective
     plane_map: PlaneMap
     around: tuple[float, float, float]  # the smallest and the largest scale of the surroundings, and what of them folds
 
@@ -156,13 +156,13 @@ class Stage:
         return _is_whole(self.around)
 
 
-def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[Stage]:
+def stages(nodes: BaseNodes, kind: Kind, objective: DesignObjective, share: float | None) -> Iterator[Stage]:
     """Maps of ascending degrees until some in a row do not pay, or nodes do not tell more."""
     idle, least = 0, np.inf
     shares: tuple[float, ...] = SHARES if share is None else (share,)
     for degree in kind.degrees:
         try:
-            stage = stage_of(site, kind, wish, degree, shares)
+            stage = stage_of(nodes, kind, objective, degree, shares)
         except ValueError:
             if degree == kind.degrees[0]:
                 raise
@@ -171,7 +171,7 @@ def stages(site: Site, kind: Kind, wish: Wish, share: float | None) -> Iterator[
         idle = idle + 1 if stage.value > (1.0 - _PAYS) * least else 0
         if idle == kind.idle:
             return
-        least, wish = min(least, stage.value), stage.wish
+        least, objective = min(least, stage.value), stage.objective
         shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no less care
 
 
@@ -180,47 +180,53 @@ def best_of(found: Sequence[Stage]) -> Stage:
     return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
 
 
-def stage_of(site: Site, kind: Kind, wish: Wish, degree: int, shares: Sequence[float] = SHARES) -> Stage:
+def stage_of(
+    nodes: BaseNodes, kind: Kind, objective: DesignObjective, degree: int, shares: Sequence[float] = SHARES
+) -> Stage:
     """The map of one degree, with the first share that keeps the surroundings whole; ValueError for few nodes."""
     for share in shares:
-        plane_map, wish = _fitted(site, kind, wish, degree, share)
-        J = plane_map.at(site.x, site.y)[2] @ site.J
-        plane_map, J = _scaled(site, kind, wish, plane_map, J)
-        around = _scales_around(site, J)
-        if not site.around.any() or _is_whole(around):
+        plane_map, objective = _fitted(nodes, kind, objective, degree, share)
+        J = plane_map.at(nodes.x, nodes.y)[2] @ nodes.J
+        plane_map, J = _scaled(nodes, kind, objective, plane_map, J)
+        around = _scales_around(nodes, J)
+        if not nodes.around.any() or _is_whole(around):
             break
-    inside = site.in_region
-    value = wish.figure(J[inside], site.weight[inside])
-    return Stage(degree=degree, value=value, share=share, wish=wish, plane_map=plane_map, around=around)
+    inside = nodes.in_region
+    value = objective.figure(J[inside], nodes.weight[inside])
+    return Stage(degree=degree, value=value, share=share, objective=objective, plane_map=plane_map, around=around)
 
 
-def _fitted(site: Site, kind: Kind, wish: Wish, degree: int, share: float) -> tuple[PlaneMap, Wish]:
+def _fitted(
+    nodes: BaseNodes, kind: Kind, objective: DesignObjective, degree: int, share: float
+) -> tuple[PlaneMap, DesignObjective]:
     """The best map, with the exponentiated energy where a node leaves the range in which the plain one is elliptic."""
-    plane_map = kind.fit(site, degree, share, wish)
-    if kind.name == "any" and needs_exponent(plane_map.at(site.x, site.y)[2] @ site.J, site.weight, wish):
-        wish = exponentiated(wish)
-        plane_map = kind.fit(site, degree, share, wish)
-    return plane_map, wish
+    plane_map = kind.fit(nodes, degree, share, objective)
+    if kind.name == "any" and needs_exponent(plane_map.at(nodes.x, nodes.y)[2] @ nodes.J, nodes.weight, objective):
+        objective = exponentiated(objective)
+        plane_map = kind.fit(nodes, degree, share, objective)
+    return plane_map, objective
 
 
-def _scaled(site: Site, kind: Kind, wish: Wish, plane_map: PlaneMap, J: FloatArray) -> tuple[PlaneMap, FloatArray]:
+def _scaled(
+    nodes: BaseNodes, kind: Kind, objective: DesignObjective, plane_map: PlaneMap, J: FloatArray
+) -> tuple[PlaneMap, FloatArray]:
     """The map in the scale that is best for the region."""
     if not kind.free_scale:
         return plane_map, J
-    inside = site.in_region
-    factor = Objective(wish.figure).scale(J[inside], site.weight[inside])
+    inside = nodes.in_region
+    factor = Objective(objective.figure).scale(J[inside], nodes.weight[inside])
     return plane_map.moved(complex(factor), 0j), factor * J
 
 
-def _scales_around(site: Site, J: FloatArray) -> tuple[float, float, float]:
+def _scales_around(nodes: BaseNodes, J: FloatArray) -> tuple[float, float, float]:
     """The smallest and the largest scale of the surroundings, and the share of them that folds."""
-    beside = site.around > 0.0
+    beside = nodes.around > 0.0
     if not beside.any():
         return np.nan, np.nan, np.nan
     with np.errstate(over="ignore", invalid="ignore"):  # far outside a high degree's scales are beyond numbers
         folds = np.linalg.det(J[beside]) <= 0.0
     a, b = np.moveaxis(principal_scales(J[beside]), -1, 0)
-    return float(b.min()), float(a.max()), float(site.around[beside][folds].sum())
+    return float(b.min()), float(a.max()), float(nodes.around[beside][folds].sum())
 
 
 def _is_whole(around: tuple[float, float, float]) -> bool:
@@ -324,7 +330,7 @@ def design(
     """
     wanted = get_kind(kind)
     title = _printable(name)
-    wish = wish_of(wanted, criterion, balance, norm)
+    objective = design_objective(wanted, criterion, balance, norm)
     share = None if _is_auto(background) else check_within("background", background, 0.0, 0.5)
     check_choice("symmetry", symmetric, SYMMETRIES)
     up = None if north is None else check_pair("north", north)
@@ -339,41 +345,41 @@ def design(
     area = get_region(region, ellipsoid.ground)
     extent = check_extent(area)
     tell("nodes")
-    nodes = nodes_of(area, ellipsoid, _NODES, edges=True, all_ends=wish.figure.is_maximum)
+    nodes = nodes_of(area, ellipsoid, _NODES, edges=True, all_ends=objective.figure.is_maximum)
     tell("base")
-    start = given or best_base(wanted, area, wish, nodes, symmetric)
-    site = mirrored(site_of(start, nodes, _beside(extent, nodes)), symmetric)
+    start = given or best_base(wanted, area, objective, nodes, symmetric)
+    base_nodes = mirrored(base_nodes_of(start, nodes, _beside(extent, nodes)), symmetric)
     check_whole(start, area)
-    check_keeps(wanted, site)
+    check_keeps(wanted, base_nodes)
     tell("fit")
-    tried = _tried(site, wanted, wish, chosen, share, area)
+    tried = _tried(base_nodes, wanted, objective, chosen, share, area)
     stage = best_of(tried)
     finished = _turned(stage.plane_map, start, up or _middle(extent, start, symmetric))
     title = title or f"{area.name}, {_ADJECTIVES[wanted.name]}"
     crs = derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     tell("measure")
-    made = measured(crs.projection, area, wish)
-    rivals = tuple(_rivals(area, wanted, wish, start if base is None else None, against, made, tell))
+    made = measure_map(crs.projection, area, objective)
+    rivals = tuple(_rivals(area, wanted, objective, start if base is None else None, against, made, tell))
     return Design(
         region=area,
         kind=wanted.name,
-        criterion=wish.figure.name,
-        unit=wish.figure.unit,
+        criterion=objective.figure.name,
+        unit=objective.figure.unit,
         degree=stage.degree,
-        balance=wish.balance,
-        exponent=stage.wish.exponent,
+        balance=objective.balance,
+        exponent=stage.objective.exponent,
         base=start,
         projection=crs.projection,
         crs=crs,
         value=made.value,
         error=made.error,
         airy_kavrayskiy=made.airy_kavrayskiy,
-        limit=_limit(area, wanted, wish, ellipsoid),
+        limit=_limit(area, wanted, objective, ellipsoid),
         smallest=made.smallest,
         largest=made.largest,
         overlaps=_overlaps(crs.projection, area),
         surroundings=_around(extent, stage, ellipsoid),
-        inverse_error=_inverse_error(crs, site),
+        inverse_error=_inverse_error(crs, base_nodes),
         degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
         rivals=rivals,
         notes=tuple(_notes(stage, made)),
@@ -404,20 +410,27 @@ def _of_datum(datum: str, base: Projection | None) -> Ellipsoid:
     return ellipsoid
 
 
-def _tried(site: Site, kind: Kind, wish: Wish, degree: int | None, share: float | None, region: Place) -> list[Stage]:
+def _tried(
+    nodes: BaseNodes,
+    kind: Kind,
+    objective: DesignObjective,
+    degree: int | None,
+    share: float | None,
+    region: Place,
+) -> list[Stage]:
     """The maps of all degrees that are tried, or of the one that is asked for."""
     try:
         if degree is None:
-            return list(stages(site, kind, wish, share))
-        return [stage_of(site, kind, wish, degree, SHARES if share is None else (share,))]
+            return list(stages(nodes, kind, objective, share))
+        return [stage_of(nodes, kind, objective, degree, SHARES if share is None else (share,))]
     except ValueError as error:
         asked = "auto" if degree is None else degree
         raise ValueError(f"Invalid degree '{asked}' for region '{region.name}'. {error}") from error
 
 
-def _limit(region: Place, kind: Kind, wish: Wish, ellipsoid: Ellipsoid) -> float | None:
+def _limit(region: Place, kind: Kind, objective: DesignObjective, ellipsoid: Ellipsoid) -> float | None:
     """The least figure of a map of the kind, where one is known."""
-    if wish.figure.name not in LIMITED:
+    if objective.figure.name not in LIMITED:
         return None
     return least_error(region, kind.purpose, ellipsoid, _LIMIT_DEGREE)
 
@@ -483,46 +496,53 @@ def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -
     return plane_map.moved(turn, -turn * complex(new_x[0], new_y[0]))
 
 
-def _inverse_error(crs: DerivedCrs, site: Site) -> float:
+def _inverse_error(crs: DerivedCrs, nodes: BaseNodes) -> float:
     """By how many metres nodes of the region miss themselves, there and back."""
-    lon, lat = site.lon[site.in_region], site.lat[site.in_region]
+    lon, lat = nodes.lon[nodes.in_region], nodes.lat[nodes.in_region]
     back = crs.inverse(*crs.projection(lon, lat))
-    missed = geodesic_lengths(site.base.ellipsoid, lon, lat, *back)
+    missed = geodesic_lengths(nodes.base.ellipsoid, lon, lat, *back)
     return float(np.max(np.where(np.isfinite(missed), missed, np.inf)))
 
 
 def _rivals(
     region: Place,
     kind: Kind,
-    wish: Wish,
+    objective: DesignObjective,
     member: Projection | None,
     against: Any,
-    made: Measured,
+    made: MapFigures,
     tell: Progress,
 ) -> Iterator[Rival]:
     """The best member of the families, and the maps to compare with."""
     if member is not None:
-        yield _rival("best of the families", "", member, region, wish, made, scaled=kind.free_scale)
+        yield _rival("best of the families", "", member, region, objective, made, scaled=kind.free_scale)
     for given in listed_projections(against):
         code = given
         if given == "recommend":
             if not region.area_km2 or region.figure.is_of_another_body:
                 continue
             tell("recommend")
-            best = recommend(region, purpose=kind.purpose, criterion=wish.figure, limit=1).results
+            best = recommend(region, purpose=kind.purpose, criterion=objective.figure, limit=1).results
             if not best:
                 continue
             code = best[0].code
         words = "best existing" if given == "recommend" else "given"
         name, rival = code if isinstance(code, str) else "", Projection.from_user_input(code)
         check_on_body([rival], Body(region.figure))
-        yield _rival(words, name, rival, region, wish, made)
+        yield _rival(words, name, rival, region, objective, made)
 
 
 def _rival(
-    kind: str, name: str, projection: Projection, region: Place, wish: Wish, made: Measured, *, scaled: bool = False
+    kind: str,
+    name: str,
+    projection: Projection,
+    region: Place,
+    objective: DesignObjective,
+    made: MapFigures,
+    *,
+    scaled: bool = False,
 ) -> Rival:
-    found = measured(projection, region, wish, scaled=scaled)
+    found = measure_map(projection, region, objective, scaled=scaled)
     gain = 1.0 - made.value / found.value if found.value > 0.0 else 0.0
     return Rival(
         kind=kind,
@@ -534,9 +554,9 @@ def _rival(
     )
 
 
-def _notes(stage: Stage, made: Measured) -> Iterator[str]:
+def _notes(stage: Stage, made: MapFigures) -> Iterator[str]:
     """What is to be known of the map."""
-    if stage.wish.exponent:
+    if stage.objective.exponent:
         yield (
             "Scales leave the range in which the Airy-Kavrayskiy energy is elliptic, so that a finer map could tear: "
             "its exponentiated twin was made small."

@@ -20,7 +20,7 @@ _SUFFICIENT = 1e-4  # of what the slope promises (Armijo)
 
 
 @dataclass(frozen=True)
-class Minimum:
+class EnergyMinimum:
     """Coefficients (2, m), the mean energy, and the Newton steps that led there."""
 
     coefficients: FloatArray
@@ -28,7 +28,7 @@ class Minimum:
     steps: int
 
 
-def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, start: FloatArray) -> Minimum:
+def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, start: FloatArray) -> EnergyMinimum:
     """The coefficients C (2, m) for which the mean energy of J = C g, g (n, m, 2) at each point, is least.
 
     Far from the minimum directions of negative curvature are left out of the Hessian, near it nothing is.
@@ -48,11 +48,11 @@ def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, 
                 break
             share *= 0.5
         else:  # rounding is all that is left
-            return Minimum(C, value, step)
+            return EnergyMinimum(C, value, step)
         C, value = trial, found
         if gain <= max(_DONE * value, _NOTHING):
-            return Minimum(C, value, step + 1)
-    return Minimum(C, value, _STEPS)
+            return EnergyMinimum(C, value, step + 1)
+    return EnergyMinimum(C, value, _STEPS)
 
 
 def _jacobians(C: FloatArray, gradients: FloatArray) -> FloatArray:

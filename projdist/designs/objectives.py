@@ -12,7 +12,7 @@ from projdist._typing import FloatArray
 from projdist.decisions import Extent, extent_of
 from projdist.designs.fits import conformal_map, equal_area_map, general_map
 from projdist.designs.plane_maps import PlaneMap
-from projdist.designs.sites import Site
+from projdist.designs.sites import BaseNodes
 from projdist.field import FIGURES, Figure
 from projdist.matrices import EXPONENT, Energy, Measure
 from projdist.regions import Place
@@ -20,7 +20,7 @@ from projdist.support import check_choice, check_number, quoted
 
 
 @dataclass(frozen=True)
-class Wish:
+class DesignObjective:
     """What is made small: a figure, areas' share of the energy from 0 to 1, the norm of ln k; exponentiated or not."""
 
     figure: Figure
@@ -34,14 +34,14 @@ class Wish:
         return Energy(2.0 * self.balance, 2.0 - 2.0 * self.balance, self.exponent)
 
 
-Fit = Callable[[Site, int, float, Wish], PlaneMap]
+Fit = Callable[[BaseNodes, int, float, DesignObjective], PlaneMap]
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of map: families of PROJ to start from, degrees, and how to fit one (site, degree, surroundings, wish).
+    """A kind of map: the PROJ families to start from, the degrees to try, and the function that fits one.
 
-    After `idle` degrees in a row that do not pay finer ones are not tried.
+    The search stops after `idle` degrees in a row that gain too little.
     """
 
     name: str
@@ -53,16 +53,16 @@ class Kind:
     idle: int = 3  # of two islands only the fifth may gain, and a lot
 
 
-def _general(site: Site, degree: int, share: float, wish: Wish) -> PlaneMap:
-    return general_map(site, wish.energy, degree, share)
+def _general(nodes: BaseNodes, degree: int, share: float, objective: DesignObjective) -> PlaneMap:
+    return general_map(nodes, objective.energy, degree, share)
 
 
-def _conformal(site: Site, degree: int, share: float, wish: Wish) -> PlaneMap:
-    return conformal_map(site, degree, wish.norm, share)
+def _conformal(nodes: BaseNodes, degree: int, share: float, objective: DesignObjective) -> PlaneMap:
+    return conformal_map(nodes, degree, objective.norm, share)
 
 
-def _equal_area(site: Site, degree: int, share: float, wish: Wish) -> PlaneMap:
-    return equal_area_map(site, degree, share)
+def _equal_area(nodes: BaseNodes, degree: int, share: float, objective: DesignObjective) -> PlaneMap:
+    return equal_area_map(nodes, degree, share)
 
 
 KINDS = {
@@ -81,18 +81,18 @@ def get_kind(name: str) -> Kind:
     return KINDS[name]
 
 
-def needs_exponent(J: FloatArray, weight: FloatArray, wish: Wish) -> bool:
+def needs_exponent(J: FloatArray, weight: FloatArray, objective: DesignObjective) -> bool:
     """Whether the energy is not elliptic at a node that counts, so that a finer map could tear there."""
     counts = weight > 0.0
-    return wish.exponent == 0.0 and not bool(np.all(wish.energy.expansion(J[counts]).is_elliptic()))
+    return objective.exponent == 0.0 and not bool(np.all(objective.energy.expansion(J[counts]).is_elliptic()))
 
 
-def exponentiated(wish: Wish) -> Wish:
+def exponentiated(objective: DesignObjective) -> DesignObjective:
     """The same with the energy that is elliptic everywhere."""
-    return replace(wish, exponent=EXPONENT)
+    return replace(objective, exponent=EXPONENT)
 
 
-# ---- wishes --------------------------------------------------------------------------------------
+# ---- checks --------------------------------------------------------------------------------------
 
 
 CRITERIA_OF_DESIGNS = ("airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale")
@@ -102,7 +102,7 @@ _WIDEST = 100.0  # degrees from the middle: what reaches farther needs a map of 
 _FINEST = 20  # degree: monomials of a horner of PROJ are good to a nanometre
 
 
-def wish_of(kind: Kind, criterion: str, balance: float, norm: float | None) -> Wish:
+def design_objective(kind: Kind, criterion: str, balance: float, norm: float | None) -> DesignObjective:
     """What is made small; raises ValueError for what does not go together."""
     check_choice("criterion", criterion, CRITERIA_OF_DESIGNS)
     share = check_within("balance", balance, 0.0, 1.0, open=True)
@@ -115,8 +115,8 @@ def wish_of(kind: Kind, criterion: str, balance: float, norm: float | None) -> W
     if figure.is_maximum:
         if norm is not None:
             raise ValueError(f"Invalid norm '{norm}' with criterion {criterion}. It is for airy_kavrayskiy.")
-        return Wish(figure, share, np.inf)
-    return Wish(figure, share, 2.0 if norm is None else check_within("norm", norm, 2.0, 64.0))
+        return DesignObjective(figure, share, np.inf)
+    return DesignObjective(figure, share, 2.0 if norm is None else check_within("norm", norm, 2.0, 64.0))
 
 
 def _balanced(share: float) -> Figure:

@@ -33,7 +33,7 @@ class PlaneMap(Protocol):
 
 
 @dataclass(frozen=True)
-class Polynomials:
+class PolynomialMap:
     """x and y as polynomials of u = (x - x0) / size, v = (y - y0) / size: coefficients (2, d + 1, d + 1) of u^i v^j."""
 
     origin: complex
@@ -48,7 +48,7 @@ class Polynomials:
         J = np.stack([np.stack([polyval(u, v, c) for c in by], axis=-1) for by in (by_u, by_v)], axis=-1)
         return found[0], found[1], J / self.size
 
-    def moved(self, similarity: complex, shift: complex) -> Polynomials:
+    def moved(self, similarity: complex, shift: complex) -> PolynomialMap:
         """The map followed by a similarity."""
         c, s = similarity.real, similarity.imag
         coefficients = np.tensordot(np.array([[c, -s], [s, c]]), self.coefficients, axes=1)
@@ -211,7 +211,7 @@ class Corrected:
     """A map after another."""
 
     base: Projection
-    plane_map: Polynomials
+    plane_map: PolynomialMap
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres."""

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.designs.newton import Minimum, minimise_energy
+from projdist.designs.newton import EnergyMinimum, minimise_energy
 from projdist.designs.objectives import check_degree
-from projdist.designs.plane_maps import Polynomials
+from projdist.designs.plane_maps import PolynomialMap
 from projdist.matrices import Energy, check_weights, mdt
 from projdist.numerics import PlanePolynomials
 from projdist.support import Answer, check_numbers
@@ -54,7 +54,7 @@ class Targets:
         every = np.swapaxes(self.J, 2, 3).reshape(-1, 2, 2)
         return np.asarray(mdt(every, np.outer(self.counts, self.weight).ravel()).T.T)
 
-    def nearest(self, gradients: FloatArray, start: FloatArray) -> Minimum:
+    def nearest(self, gradients: FloatArray, start: FloatArray) -> EnergyMinimum:
         """The coefficients C (2, m) of the least total of J = C g, g (n, m, 2), from a start without folds."""
         stacked = np.concatenate([gradients @ inverse for inverse in self.inverses])
         return minimise_energy(_ENERGY, stacked, np.outer(self.counts, self.weight).ravel(), start)
@@ -90,7 +90,7 @@ class PlaneMean(Answer):
     weights: tuple[float, ...]
     total: float
     bound: float
-    plane_map: Polynomials
+    plane_map: PolynomialMap
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """The map's coordinates."""
@@ -216,7 +216,7 @@ def check_counts(weights: Any, count: int) -> FloatArray:
     return counts
 
 
-def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int) -> Polynomials:
+def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int) -> PolynomialMap:
     """The polynomials nearest to maps of a plane; raises ValueError where points do not tell them apart."""
     w = targets.weight
     origin = complex(w @ x, w @ y)
@@ -227,7 +227,7 @@ def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int)
     basis = PlanePolynomials.over(u, v, w, degree)
     plain = (targets.best_linear() @ np.stack([u, v]) * w) @ basis.values[:, 1:]
     best = targets.nearest(basis.gradients[:, 1:] / size, size * plain)
-    found = Polynomials(origin, size, basis.powers(np.hstack([np.zeros((2, 1)), best.coefficients])))
+    found = PolynomialMap(origin, size, basis.powers(np.hstack([np.zeros((2, 1)), best.coefficients])))
     turned = (found.at(x, y)[2] @ targets.inverses).reshape(-1, 2, 2)
     turn = common_turn(turned, np.outer(targets.counts, w).ravel())
     return found.moved(turn.conjugate(), 0j)

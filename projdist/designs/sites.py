@@ -22,7 +22,7 @@ TORN = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
-class Site:
+class BaseNodes:
     """Nodes with what the base makes of them.
 
     `x`, `y` (n,) in metres and Jacobians `J` (n, 2, 2) are the base's; `weight` (n,) sums to 1 over the region;
@@ -64,7 +64,7 @@ class Site:
         return (1.0 - share) * self.weight + share * self.around
 
 
-def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
+def base_nodes_of(base: Projection, nodes: Nodes, around: Nodes | None) -> BaseNodes:
     """Nodes of a region and of its surroundings on a base; raises ProjectionError for one that tears the region."""
     if around is not None:
         both = nodes_at(
@@ -86,11 +86,11 @@ def site_of(base: Projection, nodes: Nodes, around: Nodes | None) -> Site:
         )
     beside = np.where(smooth, beside, 0.0)
     share = beside / max(beside.sum(), 1e-300)
-    site = Site(base=base, lon=both.lon, lat=both.lat, weight=both.weight, around=share, x=x, y=y, J=J)
+    base_nodes = BaseNodes(base=base, lon=both.lon, lat=both.lat, weight=both.weight, around=share, x=x, y=y, J=J)
     kept = smooth & ((beside > 0.0) | (np.arange(smooth.size) < nodes.lon.size))
     return replace(
-        site,
-        **{name: getattr(site, name)[kept] for name in ("lon", "lat", "weight", "around", "x", "y", "J")},
+        base_nodes,
+        **{name: getattr(base_nodes, name)[kept] for name in ("lon", "lat", "weight", "around", "x", "y", "J")},
     )
 
 
@@ -112,26 +112,26 @@ def _places(base: Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:
     return np.where(thrown, middle, own)
 
 
-def mirrored(site: Site, symmetry: str) -> Site:
-    """A site and its mirror image, for which the best map is symmetric; raises ProjectionError for the base's."""
-    middle = central_meridian(site.base)
-    x, y = site.base(np.full(2, middle), np.array([site.lat[0], 0.0]))
+def mirrored(nodes: BaseNodes, symmetry: str) -> BaseNodes:
+    """The nodes and their mirror images, so that the best map is symmetric; ProjectionError if the base is not."""
+    middle = central_meridian(nodes.base)
+    x, y = nodes.base(np.full(2, middle), np.array([nodes.lat[0], 0.0]))
     axes = np.array([x[0], y[1]])
     for name, sign in (("meridian", np.array([-1.0, 1.0])), ("equator", np.array([1.0, -1.0]))):
         if symmetry in (name, "both"):
             shift = np.where(sign < 0.0, 2.0 * axes, 0.0)
-            _check_symmetric(site.base, name, middle, sign, shift)
-            site = replace(
-                site,
-                lon=np.tile(site.lon, 2),
-                lat=np.tile(site.lat, 2),
-                weight=np.tile(0.5 * site.weight, 2),
-                around=np.tile(0.5 * site.around, 2),
-                x=np.append(site.x, sign[0] * site.x + shift[0]),
-                y=np.append(site.y, sign[1] * site.y + shift[1]),
-                J=np.concatenate([site.J, sign[:, None] * site.J * sign]),
+            _check_symmetric(nodes.base, name, middle, sign, shift)
+            nodes = replace(
+                nodes,
+                lon=np.tile(nodes.lon, 2),
+                lat=np.tile(nodes.lat, 2),
+                weight=np.tile(0.5 * nodes.weight, 2),
+                around=np.tile(0.5 * nodes.around, 2),
+                x=np.append(nodes.x, sign[0] * nodes.x + shift[0]),
+                y=np.append(nodes.y, sign[1] * nodes.y + shift[1]),
+                J=np.concatenate([nodes.J, sign[:, None] * nodes.J * sign]),
             )
-    return site
+    return nodes
 
 
 def central_meridian(base: Projection) -> float:

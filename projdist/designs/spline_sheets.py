@@ -27,7 +27,7 @@ CutLike = float | Sequence[Sequence[float]]
 
 
 @dataclass(frozen=True)
-class Frame:
+class ObliqueFrame:
     """Longitudes and latitudes about other poles, by the formulas and the parameters of PROJ's ob_tran.
 
     The frame's north pole lies at the latitude `lat_p` on the meridian opposite to `lon_0`; `lon_p` is added to its
@@ -70,7 +70,7 @@ class Cut:
     """
 
     name: str
-    frame: Frame | None
+    frame: ObliqueFrame | None
     points: tuple[tuple[float, float], ...]
 
     @property
@@ -128,11 +128,11 @@ def _through(given: Any) -> Cut:
     if not (np.all(np.abs(lon) <= _WHOLE) and np.all(np.abs(lat) <= 90.0)):
         raise ValueError("Invalid cut. Latitudes must be within -90 and 90, longitudes within -360 and 360.")
     name = " ".join(f"{x:g},{y:g}" for x, y in points)
-    frame = Frame(float(lon[0]), -float(lat[0]), 0.0)  # the antipode of the first point is its north pole
+    frame = ObliqueFrame(float(lon[0]), -float(lat[0]), 0.0)  # the antipode of the first point is its north pole
     own_lon, own_lat = frame.of(lon[1:], lat[1:])
     if not np.all(np.diff(np.r_[-90.0, own_lat, 90.0]) > _APART):
         raise ValueError(f"Invalid cut '{name}'. Each of its points must be farther from the first than those before.")
-    frame = Frame(frame.lon_0, frame.lat_p, float(_HALF - own_lon[0]))
+    frame = ObliqueFrame(frame.lon_0, frame.lat_p, float(_HALF - own_lon[0]))
     own_lon = np.unwrap(np.r_[_HALF, _turned(own_lon[1:] + frame.lon_p)], period=_WHOLE)
     return Cut(name, frame, tuple(zip(own_lon.tolist(), own_lat.tolist(), strict=True)))
 
@@ -234,7 +234,7 @@ class SplineMap:
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class SplineSheet:
     """Splines of the sheet, and to which of the mirror images of itself it is to be equal.
 
     `across` makes the middle of the sheet an axis of symmetry, `along` the equator.

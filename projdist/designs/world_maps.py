@@ -17,8 +17,8 @@ import numpy as np
 from projdist._typing import FloatArray, IntArray
 from projdist.answers import summarize
 from projdist.designs.newton import Elements, Solution, minimise_elements
-from projdist.designs.spline_sheets import Cut, CutLike, Sheet, SplineMap
-from projdist.designs.world_spec import WorldWish, world_wish
+from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, SplineSheet
+from projdist.designs.world_spec import WorldSpec, get_world_spec
 from projdist.earth import SPHERE
 from projdist.matrices import EXPONENT, Energy
 from projdist.projections import Projection, ProjectionLike, listed_projections
@@ -312,27 +312,27 @@ def world_map(
     >>> found.airy_kavrayskiy < found.standings[0].airy_kavrayskiy
     True
     """
-    wish = world_wish(region, cut, elsewhere, until, symmetric, exponent)
-    usual = _CELLS if wish.region is None else _CELLS_FOR_PARTS
+    spec = get_world_spec(region, cut, elsewhere, until, symmetric, exponent)
+    usual = _CELLS if spec.region is None else _CELLS_FOR_PARTS
     finest = check_whole_number("number of cells", usual if cells is None else cells)
     if finest % 2 or not _FEWEST <= finest <= _MOST:
         raise ValueError(f"Invalid number of cells '{cells}'. It must be even, within {_FEWEST} and {_MOST}.")
     others = listed_projections(against)
-    function, refinements = _refined(wish, finest, progress)
-    projection = Projection(wish.name, wish.name, SPHERE, function)
-    return _measured(wish, projection, refinements, others)
+    function, refinements = _refined(spec, finest, progress)
+    projection = Projection(spec.name, spec.name, SPHERE, function)
+    return _measured(spec, projection, refinements, others)
 
 
 # ---- how it is found ------------------------------------------------------------------------
 
 
 def _refined(
-    wish: WorldWish, finest: int, progress: Callable[[int, int], object] | None
+    spec: WorldSpec, finest: int, progress: Callable[[int, int], object] | None
 ) -> tuple[SplineMap, tuple[Refinement, ...]]:
     """The best map on the finest mesh, in metres at the region's best scale; and all meshes on the way."""
-    if not wish.weights(wish.sheet(finest), 0.0).any():
+    if not spec.weights(spec.sheet(finest), 0.0).any():
         raise ValueError(
-            f"Invalid region '{wish.area.name}'. It is too small for a map of the world of {finest} cells, "
+            f"Invalid region '{spec.area.name}'. It is too small for a map of the world of {finest} cells, "
             "or is not on it."
         )
     best: SplineMap | None = None
@@ -341,13 +341,13 @@ def _refined(
     for k, cells in enumerate(sizes):
         if progress is not None:
             progress(sum(one * one for one in sizes[:k]), sum(one * one for one in sizes))
-        sheet = wish.sheet(cells)
-        elements = sheet.elements(wish.weights(sheet, wish.elsewhere))
-        solution = minimise_elements(wish.energy, elements, _start(sheet, wish.energy, elements, best))
+        sheet = spec.sheet(cells)
+        elements = sheet.elements(spec.weights(sheet, spec.elsewhere))
+        solution = minimise_elements(spec.energy, elements, _start(sheet, spec.energy, elements, best))
         best = sheet.map(solution.unknowns)
         found.append(_refinement(cells, elements, solution))
     assert best is not None
-    inside = sheet.elements(wish.weights(sheet, 0.0)).weights.ravel()
+    inside = sheet.elements(spec.weights(sheet, 0.0)).weights.ravel()
     log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(solution.unknowns))))
     return _placed(best, SPHERE.a * np.exp(-0.5 * log_area)), tuple(found)
 
@@ -360,7 +360,7 @@ def _sizes(finest: int) -> list[int]:
     return sizes
 
 
-def _start(sheet: Sheet, energy: Energy, elements: Elements, coarse: SplineMap | None) -> FloatArray:
+def _start(sheet: SplineSheet, energy: Energy, elements: Elements, coarse: SplineMap | None) -> FloatArray:
     """Unknowns of a map that does not fold at a node: the coarser mesh's best, if need be mixed with Hammer's."""
     u, v = np.meshgrid(sheet.u.middles, sheet.v.middles)
     usual = sheet.interpolated(*_hammer(u, v))
@@ -403,39 +403,39 @@ def _placed(found: SplineMap, scale: float) -> SplineMap:
 
 
 def _measured(
-    wish: WorldWish, projection: Projection, refinements: tuple[Refinement, ...], others: list[Any]
+    spec: WorldSpec, projection: Projection, refinements: tuple[Refinement, ...], others: list[Any]
 ) -> WorldMap:
     """The finished map beside others."""
-    own = summarize(projection, wish.area, tolerance=_TOLERANCE)
+    own = summarize(projection, spec.area, tolerance=_TOLERANCE)
     return WorldMap(
         projection=projection,
-        region=wish.area,
-        cut=wish.cut,
-        elsewhere=1.0 if wish.region is None else wish.elsewhere,
-        until=wish.until,
-        symmetric=wish.symmetric,
-        exponent=wish.energy.exponent,
+        region=spec.area,
+        cut=spec.cut,
+        elsewhere=1.0 if spec.region is None else spec.elsewhere,
+        until=spec.until,
+        symmetric=spec.symmetric,
+        exponent=spec.energy.exponent,
         airy_kavrayskiy=own.airy_kavrayskiy_scaled,
         error_estimate=own.error_estimate,
-        over_globe=_over_globe(projection, wish, own.airy_kavrayskiy_scaled),
+        over_globe=_over_globe(projection, spec, own.airy_kavrayskiy_scaled),
         coverage=own.coverage,
         mirrored=own.mirrored,
         refinements=refinements,
-        standings=tuple(sorted((_standing(one, wish) for one in others), key=lambda one: one.airy_kavrayskiy)),
+        standings=tuple(sorted((_standing(one, spec) for one in others), key=lambda one: one.airy_kavrayskiy)),
     )
 
 
-def _standing(given: ProjectionLike, wish: WorldWish) -> Standing:
-    found = summarize(given, wish.area, tolerance=_TOLERANCE)
+def _standing(given: ProjectionLike, spec: WorldSpec) -> Standing:
+    found = summarize(given, spec.area, tolerance=_TOLERANCE)
     figure = found.airy_kavrayskiy_scaled
-    over_globe = _over_globe(found.projection, wish, figure)
+    over_globe = _over_globe(found.projection, spec, figure)
     return Standing(found.projection.name, figure, found.error_estimate, over_globe, found.coverage)
 
 
-def _over_globe(projection: Projection, wish: WorldWish, over_area: float) -> float:
+def _over_globe(projection: Projection, spec: WorldSpec, over_area: float) -> float:
     """The error over all of the Earth; NaN for maps that do not show it."""
-    if wish.until < 90.0:
+    if spec.until < 90.0:
         return float("nan")
-    if wish.region is None:
+    if spec.region is None:
         return over_area
     return summarize(projection, "globe", tolerance=_TOLERANCE_OF_GLOBE).airy_kavrayskiy_scaled

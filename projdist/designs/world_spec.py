@@ -8,7 +8,7 @@ import numpy as np
 
 from projdist._typing import FloatArray, IntArray
 from projdist.designs.sites import SYMMETRIES
-from projdist.designs.spline_sheets import Cut, CutLike, Sheet, Splines, get_cut
+from projdist.designs.spline_sheets import Cut, CutLike, Splines, SplineSheet, get_cut
 from projdist.earth import WGS84
 from projdist.matrices import Energy
 from projdist.regions import Box, Place, PointSet, RegionLike, get_region
@@ -23,7 +23,7 @@ _LEAST_ELSEWHERE = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class WorldWish:
+class WorldSpec:
     """What map is asked for; `region` is None for all of it, and what is shown is `area`."""
 
     region: Place | None
@@ -48,15 +48,15 @@ class WorldWish:
             (self.across, self.along), "none"
         )
 
-    def sheet(self, cells: int) -> Sheet:
+    def sheet(self, cells: int) -> SplineSheet:
         """Splines on cells that are finer toward poles."""
         across = np.linspace(-np.pi, np.pi, cells + 1)
         t = np.linspace(-1.0, 1.0, cells + 1)
         power = 1.0 if self.until < 90.0 else _GRADED if self.region is None else _GRADED_FOR_PARTS
         along = np.radians(self.until) * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** power)
-        return Sheet(self.cut, Splines(across, _DEGREE), Splines(along, _DEGREE), self.across, self.along)
+        return SplineSheet(self.cut, Splines(across, _DEGREE), Splines(along, _DEGREE), self.across, self.along)
 
-    def weights(self, sheet: Sheet, share: float) -> FloatArray:
+    def weights(self, sheet: SplineSheet, share: float) -> FloatArray:
         """Weights of the sheet's nodes, (spans of v, spans of u, points v, points u)."""
         u, v, area = sheet.nodes(_POINTS)
         if self.region is None:
@@ -66,9 +66,9 @@ class WorldWish:
         return area * np.where(self.region.contains(*self.cut.rolled(u, v)), 1.0, share)
 
 
-def world_wish(
+def get_world_spec(
     region: RegionLike | None, cut: CutLike, elsewhere: float, until: float, symmetric: str, exponent: float
-) -> WorldWish:
+) -> WorldSpec:
     """What is asked for, checked."""
     where, end = get_cut(cut), _within("end", until, 10.0, 90.0)
     chosen = None if region is None else get_region(region, WGS84)
@@ -82,7 +82,7 @@ def world_wish(
             f"Invalid end '{until}' for the cut '{where.name}'. A map that ends needs a meridian or a region."
         )
     everything = get_region("globe") if end == 90.0 else Box(-180.0, -end, 180.0, end)
-    return WorldWish(
+    return WorldSpec(
         region=chosen,
         area=everything if chosen is None else chosen,
         cut=where,
@@ -101,7 +101,7 @@ def _within(thing: str, value: float, low: float, high: float) -> float:
     return number
 
 
-def _counted(points: PointSet, sheet: Sheet) -> FloatArray:
+def _counted(points: PointSet, sheet: SplineSheet) -> FloatArray:
     """The points' weights, which sum to 1, each at the node of the sheet that is next to it in its cell."""
     u, v = sheet.cut.unrolled(points.lon, points.lat)
     shown = np.abs(v) <= sheet.v.breaks[-1]

@@ -21,7 +21,7 @@ from tables import each
 import projdist
 from projdist.decisions.data_edges import MISSING, NO_DEGREES, NOT_FINITE, POINTS, REPAIRED
 from projdist.decisions.data_errors import OUTSIDE, TORN
-from projdist.decisions.recommendation.crs_for_data import Site
+from projdist.decisions.recommendation.crs_for_data import CrsForData
 
 geopandas = pytest.importorskip("geopandas")
 
@@ -462,18 +462,18 @@ def recommended_for(monkeypatch, answer, shapes, **options):
     """What a check says when a CRS is found, and where and for what it was sought."""
     asked = {}
 
-    def site(crs, region, lon, lat, **words):
+    def crs_for_data(crs, region, lon, lat, **words):
         asked.update(words, region=region, lon=lon, lat=lat, crs=crs)
         return answer
 
-    monkeypatch.setattr(sys.modules["projdist.decisions.data_errors"], "site", site)
+    monkeypatch.setattr(sys.modules["projdist.decisions.data_errors"], "crs_for_data", crs_for_data)
     return projdist.check(shapes, "EPSG:3832", **options), asked
 
 
 def test_a_recommended_crs_is_measured(monkeypatch):
     """With the same data; it is sought in the narrowest box about them, across the antimeridian, by their vertices."""
     line, area = LineString([(178, -20), (-178, -15)]), box(175, -17, 176, -16)
-    answer = Site("EPSG:3460", None, 0.25)
+    answer = CrsForData("EPSG:3460", None, 0.25)
     found, asked = recommended_for(monkeypatch, answer, frame(line, area), purpose="conformal", area="contains")
     assert found.recommended.projection.definition == "EPSG:3460"
     # On the ground, of WGS 72 and of WGS 84, two metres larger.

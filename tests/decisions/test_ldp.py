@@ -15,7 +15,7 @@ from projdist import PointSet, Projection, distortion_ppm, elevation_factor, fac
 from projdist.decisions import LDP, LDP_FAMILIES
 from projdist.decisions.families import extent_of
 from projdist.decisions.ground import ground_of, statistics_of
-from projdist.decisions.low_distortion import Axis, _Design, _scanned, goal_of
+from projdist.decisions.low_distortion import LdpAxis, _Design, _scanned, goal_of
 from projdist.earth.ellipsoid import WGS84, Ellipsoid
 from projdist.field import AnyFigure
 from projdist.regions import get_region
@@ -120,7 +120,7 @@ def test_functions_and_names_have_one_optimum() -> None:
 @pytest.mark.parametrize("top", [-2871.0, 9.0, 3000.0])
 def test_a_scan_finds_a_narrow_top(top: float) -> None:
     """Of six thousand places of an axis, one by one where they are few, the ones next to the least come first."""
-    axis = Axis("tmerc", extent_of(get_region(AREA)), WGS84, 1 / 600)
+    axis = LdpAxis("tmerc", extent_of(get_region(AREA)), WGS84, 1 / 600)
     axis.low, axis.high = np.array([-5.0]), np.array([5.0])
     found = [float(place[0]) for place in _scanned(axis, lambda steps: (abs(float(steps[0]) - top), 0.0))]
     assert found == sorted(range(-3000, 3001), key=lambda step: abs(step - top))[: len(found)]
@@ -130,7 +130,7 @@ def test_a_scan_finds_a_narrow_top(top: float) -> None:
 def test_an_axis_is_sought_as_far_to_the_east_as_to_the_north(lat: float, wide: float) -> None:
     """In kilometres: a degree of longitude has the cosine of the latitude of one of latitude."""
     extent = extent_of(get_region(f"cap:10,{lat},20"))
-    east, north = (Axis(family, extent, WGS84, 1 / 60) for family in ("tmerc", "lcc"))
+    east, north = (LdpAxis(family, extent, WGS84, 1 / 60) for family in ("tmerc", "lcc"))
     assert (east.high - east.low) / (north.high - north.low) == pytest.approx(wide, rel=1e-3)
 
 

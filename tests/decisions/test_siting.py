@@ -9,7 +9,7 @@ from shapely import box
 
 import projdist
 from projdist import Notice
-from projdist.decisions.recommendation.crs_for_data import TURNED, _turned, estimate_crs, site
+from projdist.decisions.recommendation.crs_for_data import TURNED, _turned, crs_for_data, estimate_crs
 from projdist.projections import datum_shift, keeps_datum
 from projdist.regions import Box
 
@@ -155,7 +155,7 @@ def test_data_keep_their_country(place, foreign, purpose):
 def _sited(place, crs, purpose="any", **options):
     west, south, east, north = parcels(place, "EPSG:4326").total_bounds
     lon, lat = np.array([west, east, east, west]), np.array([south, south, north, north])
-    return site(crs, Box(west, south, east, north), lon, lat, purpose=purpose, authorities=["EPSG"], **options)
+    return crs_for_data(crs, Box(west, south, east, north), lon, lat, purpose=purpose, authorities=["EPSG"], **options)
 
 
 @pytest.mark.slow
@@ -212,7 +212,7 @@ def sited(monkeypatch, place, crs, answers, **options):
 
     monkeypatch.setattr("projdist.decisions.recommendation.crs_for_data.recommend", recommend)
     corners = np.array([lon - 0.1, lon + 0.1]), np.array([lat - 0.1, lat + 0.1])
-    return site(crs, Box(lon - 0.1, lat - 0.1, lon + 0.1, lat + 0.1), *corners, **options), asked
+    return crs_for_data(crs, Box(lon - 0.1, lat - 0.1, lon + 0.1, lat + 0.1), *corners, **options), asked
 
 
 def test_where_a_crs_is_sought(monkeypatch):

@@ -6,7 +6,7 @@ from scipy import optimize
 
 from projdist.designs import fits
 from projdist.designs.fits import _independent, _sheared, equal_area_map
-from projdist.designs.sites import site_of
+from projdist.designs.sites import base_nodes_of
 from projdist.earth import WGS84
 from projdist.field import nodes_of
 from projdist.projections import Projection
@@ -72,5 +72,5 @@ def test_minima_are_those_of_minpack(degree: int, monkeypatch: pytest.MonkeyPatc
         return place
 
     monkeypatch.setattr(fits, "least_squares", both)
-    equal_area_map(site_of(base, nodes, None), degree, 0.0)
+    equal_area_map(base_nodes_of(base, nodes, None), degree, 0.0)
     assert found[0] <= 1.00001 * found[1]

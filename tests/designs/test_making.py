@@ -17,11 +17,11 @@ from tables import each
 import projdist
 from projdist import FIGURES, Projection, ProjectionError, design, summarize
 from projdist.designs import fits, making
-from projdist.designs.answers import measured
+from projdist.designs.answers import measure_map
 from projdist.designs.making import Stage, _inverse_error, best_of, stage_of, stages
-from projdist.designs.objectives import Wish, exponentiated, get_kind, needs_exponent, wish_of
+from projdist.designs.objectives import DesignObjective, design_objective, exponentiated, get_kind, needs_exponent
 from projdist.designs.plane_maps import ComplexPolynomial
-from projdist.designs.sites import Site
+from projdist.designs.sites import BaseNodes
 from projdist.earth import SPHERE, WGS84, destination
 from projdist.field import nodes_of
 from projdist.regions import get_region
@@ -299,10 +299,10 @@ def test_regions_around_a_pole(region: str, kind: str, criterion: str, polar: st
     """
     found = design(region, kind=kind, criterion=criterion, degree=2, against=())
     pole = -90.0 if get_region(region).bounds[1] < -80.0 else 90.0
-    plain = measured(
+    plain = measure_map(
         Projection.from_user_input(f"+proj={polar} +lat_0={pole:g} +ellps=WGS84"),
         get_region(region),
-        wish_of(get_kind(kind), criterion, 0.5, None),
+        design_objective(get_kind(kind), criterion, 0.5, None),
         scaled=kind != "equal-area",
     )
     assert found.value <= plain.value * (1.0 + 1e-6)
@@ -383,8 +383,8 @@ def test_the_degree_is_that_after_which_none_pays() -> None:
     values = (3.3, 3.0, 3.3)
     around, kind = (1.0, 1.0, 0.0), get_kind("conformal")
     plane_map = ComplexPolynomial(0j, 1.0, np.array([0.0, 1.0]))
-    wish = wish_of(kind, "airy_kavrayskiy", 0.5, None)
-    same = {"share": 0.0, "wish": wish, "plane_map": plane_map, "around": around}
+    objective = design_objective(kind, "airy_kavrayskiy", 0.5, None)
+    same = {"share": 0.0, "objective": objective, "plane_map": plane_map, "around": around}
     tried = [Stage(degree=degree, value=value, **same) for degree, value in enumerate(values, 8)]
     assert best_of(tried).degree == 9
     # A gain of 5 % at the fourth degree pays for three that gain nothing, whatever the next ones gain.
@@ -402,26 +402,26 @@ def test_areas_beyond_numbers_fold_in_silence() -> None:
     J = np.tile(np.eye(2), (3, 1, 1))
     base = Projection.from_user_input(SPHERICAL.format("stere", 0, 0))
     none, around = np.zeros(3), np.array([0.0, 0.0, 1.0])
-    site = Site(base=base, lon=none, lat=none, weight=inside, around=around, x=x, y=none, J=J)
-    found = stage_of(site, kind, wish_of(kind, "airy_kavrayskiy", 0.5, None), 2)
+    base_nodes = BaseNodes(base=base, lon=none, lat=none, weight=inside, around=around, x=x, y=none, J=J)
+    found = stage_of(base_nodes, kind, design_objective(kind, "airy_kavrayskiy", 0.5, None), 2)
     assert found.around[:2] == pytest.approx((1e160, 1e160))
     assert found.value < 1e-9
     assert found.share > 0.0  # whatever share keeps them whole, it is not the first
 
 
 class Slopes:
-    """Maps of a site of three nodes, the last one beside the region, that enlarge either by what is given."""
+    """Maps of a base_nodes of three nodes, the last one beside the region, that enlarge either by what is given."""
 
     def __init__(self, inside: Callable[[int], float], beside: Callable[[float], float]) -> None:
         self.inside, self.beside = inside, beside
         base = Projection.from_user_input(SPHERICAL.format("stere", 0, 0))
         x, none, J = np.array([0.0, 0.0, 1.0]), np.zeros(3), np.tile(np.eye(2), (3, 1, 1))
         weight, around = np.array([0.5, 0.5, 0.0]), np.array([0.0, 0.0, 1.0])
-        self.site = Site(base=base, lon=none, lat=none, weight=weight, around=around, x=x, y=none, J=J)
+        self.nodes = BaseNodes(base=base, lon=none, lat=none, weight=weight, around=around, x=x, y=none, J=J)
         self.kind = replace(get_kind("conformal"), fit=self.fit, free_scale=False, degrees=tuple(range(1, 13)), idle=3)
-        self.wish = wish_of(self.kind, "airy_kavrayskiy", 0.5, None)
+        self.objective = design_objective(self.kind, "airy_kavrayskiy", 0.5, None)
 
-    def fit(self, _: Site, degree: int, share: float, __: Wish) -> ComplexPolynomial:
+    def fit(self, _: BaseNodes, degree: int, share: float, __: DesignObjective) -> ComplexPolynomial:
         """z f' + (g' - f') z^2 / 2."""
         one, other = self.inside(degree), self.beside(share)
         return ComplexPolynomial(0j, 1.0, np.array([0.0, one, 0.5 * (other - one)]))
@@ -438,7 +438,7 @@ class Slopes:
 def test_surroundings_get_the_least_share_that_keeps_them_whole(beside: Callable[[float], float], share: float) -> None:
     """Scales there are within 1/2 and 2 then."""
     maps = Slopes(lambda _: 1.0, beside)
-    found = stage_of(maps.site, maps.kind, maps.wish, 2)
+    found = stage_of(maps.nodes, maps.kind, maps.objective, 2)
     assert found.share == share
     assert found.around == pytest.approx((beside(share), beside(share), 0.0))
 
@@ -455,31 +455,31 @@ def test_degrees_are_tried_until_three_in_a_row_do_not_pay(errors: tuple[float, 
     """Each of which gains less than 1 % of the least so far."""
     maps = Slopes(lambda degree: math.exp(errors[degree - 1]), lambda _: 1.0)
     kind = replace(maps.kind, degrees=tuple(range(1, len(errors) + 1)))
-    found = [one.degree for one in stages(maps.site, kind, maps.wish, 0.0)]
+    found = [one.degree for one in stages(maps.nodes, kind, maps.objective, 0.0)]
     assert found == list(range(1, tried + 1))
 
 
 def test_energies_that_are_not_elliptic_at_a_node_that_counts() -> None:
     """ln^2 a bends down along a where a is above e, and nowhere near 1."""
-    J, wish = np.array([np.eye(2), 3.0 * np.eye(2)]), Wish(FIGURES["airy_kavrayskiy"])
-    assert needs_exponent(J, np.array([0.5, 0.5]), wish)
-    assert not needs_exponent(J, np.array([1.0, 0.0]), wish)
-    assert not needs_exponent(J, np.array([0.5, 0.5]), exponentiated(wish))
+    J, objective = np.array([np.eye(2), 3.0 * np.eye(2)]), DesignObjective(FIGURES["airy_kavrayskiy"])
+    assert needs_exponent(J, np.array([0.5, 0.5]), objective)
+    assert not needs_exponent(J, np.array([1.0, 0.0]), objective)
+    assert not needs_exponent(J, np.array([0.5, 0.5]), exponentiated(objective))
 
 
 def test_how_far_points_miss_themselves_there_and_back() -> None:
     """The worst of all nodes of the region, on the ground; those beside it do not count."""
     maps = Slopes(lambda _: 1.0, lambda _: 1.0)
-    site = replace(maps.site, lon=np.array([10.0, 11.0, 12.0]), lat=np.full(3, 50.0))
+    base_nodes = replace(maps.nodes, lon=np.array([10.0, 11.0, 12.0]), lat=np.full(3, 50.0))
     missed = np.array([0.0, 1e-7, 1.0])
 
     def inverse(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return site.lon[: x.size], site.lat[: x.size] + missed[: x.size]
+        return base_nodes.lon[: x.size], base_nodes.lat[: x.size] + missed[: x.size]
 
-    found = _inverse_error(SimpleNamespace(inverse=inverse, projection=site.base), site)
+    found = _inverse_error(SimpleNamespace(inverse=inverse, projection=base_nodes.base), base_nodes)
     assert found == pytest.approx(math.radians(1e-7) * 6371008.7714, rel=1e-3)
     missed[0] = np.nan
-    assert _inverse_error(SimpleNamespace(inverse=inverse, projection=site.base), site) == math.inf
+    assert _inverse_error(SimpleNamespace(inverse=inverse, projection=base_nodes.base), base_nodes) == math.inf
 
 
 def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -493,8 +493,8 @@ def test_the_base_is_the_best_of_the_families(monkeypatch: pytest.MonkeyPatch) -
     projections = {name: Projection.from_user_input(f"{text} +ellps=WGS84") for name, text in members.items()}
     monkeypatch.setattr(making, "best_member", lambda name, *_: (projections[name], {}))
     kind, region = get_kind("conformal"), projdist.get_region("cap:10,50,800")
-    wish = wish_of(kind, "airy_kavrayskiy", 0.5, None)
-    found = making.best_base(kind, region, wish, nodes_of(region, WGS84, 300), "none")
+    objective = design_objective(kind, "airy_kavrayskiy", 0.5, None)
+    found = making.best_base(kind, region, objective, nodes_of(region, WGS84, 300), "none")
     assert found is projections["stere"]
 
 
@@ -510,7 +510,7 @@ def test_the_largest_error_of_scales(k: float) -> None:
         ("max_log_scale", True): 0.5 * math.log(a / k),
     }
     for (name, scaled), value in truth.items():
-        found = measured(projection, region, wish_of(kind, name, 0.5, None), scaled=scaled)
+        found = measure_map(projection, region, design_objective(kind, name, 0.5, None), scaled=scaled)
         assert found.value == pytest.approx(value, rel=1e-5)
 
 
@@ -633,8 +633,10 @@ def test_what_leaves_the_elliptic_range_is_told() -> None:
 )
 def test_published_conformal_maps(published: str, region: str, degree: int, base: str, ppm: float) -> None:
     """Snyder's and Reilly's polynomials have so many ppm to either side over land; at their degree less is possible."""
-    wish = wish_of(get_kind("conformal"), "max_log_scale", 0.5, None)
-    theirs = measured(Projection.from_user_input(f"+proj={published}"), projdist.get_region(region), wish, scaled=True)
+    objective = design_objective(get_kind("conformal"), "max_log_scale", 0.5, None)
+    theirs = measure_map(
+        Projection.from_user_input(f"+proj={published}"), projdist.get_region(region), objective, scaled=True
+    )
     assert 1e6 * theirs.value == pytest.approx(ppm, rel=0.005)  # of coastlines
     ours = design(
         region, kind="conformal", criterion="max_log_scale", degree=degree, base=f"+proj=stere {base}", against=()

@@ -4,7 +4,7 @@ import numpy as np
 from pyproj import Transformer
 from tables import each
 
-from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap, Polynomials, Shears
+from projdist.designs.plane_maps import ComplexPolynomial, PlaneMap, PolynomialMap, Shears
 
 rng = np.random.default_rng(3)
 X, Y = rng.uniform(-2e6, 2e6, size=(2, 400))
@@ -12,13 +12,13 @@ SAME = 1e-8  # metres: rounding of coordinates of 2e6
 BACK = 1e-5  # metres: where PROJ's iteration stops
 
 
-def general() -> Polynomials:
+def general() -> PolynomialMap:
     c = np.zeros((2, 9, 9))
     for i in range(9):
         for j in range(9 - i):
             c[:, i, j] = 2e6 * 0.02 / (1 + i + j) ** 2 * rng.normal(size=2)
     c[0, 1, 0], c[1, 0, 1] = 2e6, 2e6
-    return Polynomials(1e5 + 2e5j, 2e6, c)
+    return PolynomialMap(1e5 + 2e5j, 2e6, c)
 
 
 def conformal() -> ComplexPolynomial:

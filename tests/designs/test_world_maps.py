@@ -13,7 +13,7 @@ from tables import each
 import projdist
 from projdist.designs import WorldMap, world_map
 from projdist.designs.spline_sheets import get_cut
-from projdist.designs.world_spec import world_wish
+from projdist.designs.world_spec import get_world_spec
 
 PACIFIC = [(-180.0, -70.0), (-172.0, 37.0)]
 BENT = [(-169.0, -90.0), (-169.0, 60.0), (-150.0, 75.0)]
@@ -113,10 +113,10 @@ def test_a_map_that_ends() -> None:
 def test_what_counts_elsewhere(region: str, weight: float) -> None:
     """A region by its area; points by 1 all together, to which elsewhere is the share of the whole Earth."""
     points = projdist.PointSet(np.array([20.0, -130.0]), np.array([45.0, -6.0]), np.array([1.0, 2.0]))
-    wish = world_wish(points if region == "points" else region, 180.0, 0.25, 90.0, "auto", 0.125)
-    sheet = wish.sheet(8)
+    spec = get_world_spec(points if region == "points" else region, 180.0, 0.25, 90.0, "auto", 0.125)
+    sheet = spec.sheet(8)
     latitudes = np.degrees(sheet.nodes(4)[1])
-    found = wish.weights(sheet, 0.25)
+    found = spec.weights(sheet, 0.25)
     if region == "points":
         assert found.sum() == pytest.approx(1.25 * weight)
         assert found[latitudes > 40.0].max() > 1.0 / 3.0

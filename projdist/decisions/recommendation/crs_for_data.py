@@ -42,7 +42,7 @@ _NEAR = 0.03  # degrees: the outlines are good to 2 km, and a little more
 
 
 @dataclass(frozen=True)
-class Site:
+class CrsForData:
     """A CRS for data: the change of datum that it asks for, if any, and grid north less true north there, as RMS.
 
     `foreign` says that it is for another country, where there was no other.
@@ -68,9 +68,9 @@ class Site:
         return tuple(f"{self.code}: {note}" for note in worth if note)
 
 
-def site(
+def crs_for_data(
     crs: Any, region: Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
-) -> Site | None:
+) -> CrsForData | None:
     """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None where none serves the purpose.
 
     The best by `recommend` (which takes `options`) that is on the data's datum, if there is one, or on one that is the
@@ -93,7 +93,7 @@ def site(
         best = less[0] if less else best
     code = best.code if keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
     foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
-    return Site(code, datum_shift(crs, code, float(lon[0]), float(lat[0])), _turned(code, lon, lat), foreign)
+    return CrsForData(code, datum_shift(crs, code, float(lon[0]), float(lat[0])), _turned(code, lon, lat), foreign)
 
 
 def _candidates(crs: Any, region: Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
@@ -226,7 +226,7 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> CRS:
     if not len(shapes):
         raise ValueError("Invalid data. It must have a geometry that is not empty.")
     region, vertices = _region_of(shapes), shapes.get_coordinates()
-    found = site(frame.crs, region, vertices.x.to_numpy(), vertices.y.to_numpy(), purpose=purpose, **options)
+    found = crs_for_data(frame.crs, region, vertices.x.to_numpy(), vertices.y.to_numpy(), purpose=purpose, **options)
     if found is None:
         raise ValueError(f"Invalid purpose '{purpose}' for {region.name}. No CRS serves it there.")
     for note in found.warnings:

@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from projdist.decisions.optimization import limit_of
+from projdist.decisions.optimization import lower_bound_of
 from projdist.decisions.recommendation.candidate_crs import HOLDS, Pool, of_datum
 from projdist.decisions.recommendation.candidates import Distortion, Finding, Probe, Rejected, Trial, probe_of, try_crs
 from projdist.decisions.recommendation.custom import Custom, Design, design, families_for
@@ -300,7 +300,7 @@ class _Search:
         self.rejected = list(pool.rejected)
         self.uninterrupted = False
         self.families: list[str] = []  # of custom projections
-        self.least = limit_of(ranking, pool.region, purpose)
+        self.least = lower_bound_of(ranking, pool.region, purpose)
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
