@@ -28,7 +28,7 @@ RUNS = 5
 
 SETUP = """
 import json, os, sys, time
-from projdist.decisions.recommendation.candidate_crs import Pool
+from projdist.decisions.recommendation.candidate_crs import CandidatePool
 from projdist.projections.database import crs_records, reasons_against
 from projdist.decisions.recommendation.search import recommend
 from projdist.regions import get_region
@@ -39,7 +39,7 @@ def clock():
     return time.perf_counter(), sum(os.times()[:4])
 """
 FLOOR = """
-codes = list(Pool(region, crs_records(["EPSG", "ESRI"]), "preferred").records)
+codes = list(CandidatePool(region, crs_records(["EPSG", "ESRI"]), "preferred").records)
 refused, seconds = reasons_against(codes), {}
 start = clock()
 for code in codes:

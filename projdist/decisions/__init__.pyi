@@ -6,11 +6,11 @@ from .low_distortion import LDP, LDP_FAMILIES, ldp
 from .map_info import INFO_MEASURES, MapInfo, info
 from .objectives import Objective
 from .optimization import LIMITED, Baseline, Optimum, best_member, least_error, optimize
+from .recommendation.candidate_crs import Candidate
 from .recommendation.candidates import INTERRUPTED
 from .recommendation.crs_for_data import estimate_crs
-from .recommendation.custom import Custom
 from .recommendation.preference import CLOSE, PURPOSES, WIDE_FACTOR, get_purpose, suits
-from .recommendation.search import Candidate, Recommendation, recommend
+from .recommendation.search import Custom, Recommendation, recommend
 from .recommendation.zones import ENGINEERING_PPM, ZoneSystem
 
 __all__ = [

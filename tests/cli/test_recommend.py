@@ -18,7 +18,7 @@ from projdist.cli.app import app
 from projdist.cli.errors import progress_bar, working
 from projdist.cli.recommend import _drawable
 from projdist.decisions.recommendation.candidates import INTERRUPTED, Rejected
-from projdist.decisions.recommendation.custom import Custom
+from projdist.decisions.recommendation.search import Custom
 from projdist.decisions.recommendation.zones import Zone, ZoneSystem
 from projdist.regions import GLOBE
 

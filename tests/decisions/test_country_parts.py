@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from projdist import recommend
-from projdist.decisions.recommendation.candidate_crs import CountryPart, part_of
+from projdist.decisions.recommendation.candidate_crs import Candidate, CountryPart, part_of
 from projdist.decisions.recommendation.candidates import Lattice
-from projdist.decisions.recommendation.preference import Standing, in_force
+from projdist.decisions.recommendation.preference import in_force
 from projdist.projections.database import CrsRecord
 from projdist.regions import get_region
 
@@ -77,17 +77,29 @@ def test_zones_of_a_state():
     assert [zone.name for zone in system.zones] == ["NAD83 / Ohio North", "NAD83 / Ohio South"]
 
 
-OWN = Standing(share=1.0, national=True, wide=False, special=False, since=1870, datum="Old")
-ZONE = dataclasses.replace(OWN, share=0.7, since=1990, datum="New")
+OWN = Candidate(
+    code="EPSG:1",
+    name="",
+    method="",
+    datum="Old",
+    keeps=(),
+    area_of_use=(-180.0, -90.0, 180.0, 90.0),
+    area_name="",
+    trial=None,
+    share=1.0,
+    national=True,
+    datum_since=1870,
+)
+ZONE = dataclasses.replace(OWN, share=0.7, datum_since=1990, datum="New")
 
 
 def test_the_datum_in_force_is_that_of_any_own_map():
     """Also of one for a part of the region; what is of no known year, as S-JTSK, may be in force."""
-    assert in_force([OWN]) == [0]
-    assert in_force([OWN, ZONE]) == [1]
-    unknown = dataclasses.replace(OWN, since=0, datum="Unknown")
-    assert in_force([unknown, ZONE]) == [0, 1]
-    assert in_force([OWN, dataclasses.replace(ZONE, national=False)]) == [0]
+    assert in_force([OWN]) == [OWN]
+    assert in_force([OWN, ZONE]) == [ZONE]
+    unknown = dataclasses.replace(OWN, datum_since=None, datum="Unknown")
+    assert in_force([unknown, ZONE]) == [unknown, ZONE]
+    assert in_force([OWN, dataclasses.replace(ZONE, national=False)]) == [OWN]
     assert in_force([]) == []
 
 

@@ -8,8 +8,8 @@ from gis_files import some_slow
 
 from projdist import FIGURES, recommend
 from projdist.decisions.recommendation.candidates import Rejected, probe_of
-from projdist.decisions.recommendation.custom import Design, design, families_for
 from projdist.decisions.recommendation.preference import PURPOSES, suits
+from projdist.decisions.recommendation.search import best_custom, families_for
 from projdist.earth.ellipsoid import WGS84
 from projdist.regions import get_region
 
@@ -19,7 +19,7 @@ CAP = "cap:10,50,300"
 
 def best(family, region, ranking="airy_kavrayskiy", purpose="any"):
     place = get_region(region)
-    return design(Design(family, place, probe_of(place), FIGURES[ranking], purpose))
+    return best_custom(family, place, probe_of(place), FIGURES[ranking], purpose)
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,14 @@
 """CRSs of the same map: that they are found to be the same, and which of them is named first."""
 
+from dataclasses import replace
+
 from tables import each
 
 from projdist import FIGURES
 from projdist.decisions.recommendation import preference
-from projdist.decisions.recommendation.candidates import Finding, Trial, probe_of, try_crs
-from projdist.decisions.recommendation.preference import Usage, by_usage, datum_root, grouped
+from projdist.decisions.recommendation.candidate_crs import Candidate, try_crs
+from projdist.decisions.recommendation.candidates import probe_of
+from projdist.decisions.recommendation.preference import by_usage, datum_root, grouped
 from projdist.projections.database import AUTHORITIES, crs_records, facts_of
 from projdist.regions import get_region
 
@@ -32,17 +35,23 @@ KNOWN = [
 RECORDS = {record.code: record for record in crs_records(AUTHORITIES)}
 
 
+def tried(codes, region, **usage):
+    """Candidates as they are measured in a region, with what each is used for."""
+    probe = probe_of(get_region(region))
+    found = [try_crs(RECORDS[code], probe, FIGURES["airy_kavrayskiy"]) for code in codes]
+    assert all(isinstance(one, Candidate) for one in found)
+    return [replace(one, **usage.get(one.code, {})) for one in found]
+
+
 @each(("region", "known", "others"), KNOWN)
 def test_the_known_name_comes_first(region, known, others):
     """Whatever the order in which they are found."""
     codes = [*others.split(), known]
-    probe = probe_of(get_region(region))
-    found = [try_crs(Trial(code, RECORDS[code].name, probe, FIGURES["airy_kavrayskiy"])) for code in codes]
-    assert all(isinstance(one, Finding) for one in found)
-    (group,) = grouped(found)
-    for usages in (dict.fromkeys(codes, Usage(holds=True)), {}):
-        assert by_usage(group, RECORDS, usages)[0].code == known
-        assert by_usage(group[::-1], RECORDS, usages) == by_usage(group, RECORDS, usages)
+    (group,) = grouped(tried(codes, region))
+    for holds in (True, False):
+        used = [replace(one, holds=holds) for one in group]
+        assert by_usage(used, RECORDS)[0].code == known
+        assert by_usage(used[::-1], RECORDS) == by_usage(used, RECORDS)
 
 
 # Maps that are in force on the datum of the first code, which replaced those of the others.
@@ -60,18 +69,18 @@ IN_FORCE = [
 def test_the_datum_in_force_comes_first(region, known, others):
     """Where the registry tells of what year datums are; realisations of one are as old as each other."""
     codes = [*others.split(), known]
-    probe = probe_of(get_region(region))
-    (group,) = grouped([try_crs(Trial(code, RECORDS[code].name, probe, FIGURES["airy_kavrayskiy"])) for code in codes])
-    usages = {code: Usage(since=facts.since, special=facts.special) for code, facts in facts_of(codes).items()}
-    assert by_usage(group, RECORDS, usages)[0].code == known
+    usage = {
+        code: {"datum_since": facts.since or None, "special": facts.special} for code, facts in facts_of(codes).items()
+    }
+    (group,) = grouped(tried(codes, region, **usage))
+    assert by_usage(group, RECORDS)[0].code == known
 
 
 def test_a_national_crs_comes_before_others():
     """Kenya's own UTM zone before that of the world, which is on a newer datum."""
-    probe = probe_of(get_region("box:36,-4,41,4"))
-    group = [try_crs(Trial(code, "", probe, FIGURES["airy_kavrayskiy"])) for code in ("EPSG:32737", "EPSG:21037")]
-    usages = {"EPSG:21037": Usage(national=True, since=1960), "EPSG:32737": Usage(since=1984)}
-    assert [one.code for one in by_usage(group, RECORDS, usages)] == ["EPSG:21037", "EPSG:32737"]
+    usage = {"EPSG:21037": {"national": True, "datum_since": 1960}, "EPSG:32737": {"datum_since": 1984}}
+    group = tried(["EPSG:32737", "EPSG:21037"], "box:36,-4,41,4", **usage)
+    assert [one.code for one in by_usage(group, RECORDS)] == ["EPSG:21037", "EPSG:32737"]
 
 
 @each(
@@ -92,11 +101,9 @@ def test_realisations(datum, root):
 
 def test_the_area_of_use_comes_before_all():
     """Where only one CRS of a map is for the whole region, it is named."""
-    probe = probe_of(get_region("box:6.1,40,11.9,50"))
-    group = [
-        try_crs(Trial(code, "", probe, FIGURES["airy_kavrayskiy"])) for code in ("EPSG:3003", "EPSG:3064", "EPSG:25832")
-    ]
-    assert by_usage(group, RECORDS, {"EPSG:3003": Usage(holds=True)})[0].code == "EPSG:3003"
+    codes = ["EPSG:3003", "EPSG:3064", "EPSG:25832"]
+    group = tried(codes, "box:6.1,40,11.9,50", **{"EPSG:3003": {"holds": True}})
+    assert by_usage(group, RECORDS)[0].code == "EPSG:3003"
 
 
 def test_figures_that_agree():

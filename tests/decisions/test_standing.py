@@ -5,68 +5,85 @@ import dataclasses
 import pytest
 from tables import each
 
-from projdist.decisions.recommendation.candidate_crs import named
+from projdist.decisions.recommendation.candidate_crs import Candidate, is_own, is_wide, named
 from projdist.decisions.recommendation.preference import (
     CLOSE,
     WIDE_FACTOR,
-    Standing,
     is_close,
-    is_own,
-    is_wide,
     preferred,
     tiers,
+    weight_of,
 )
 from projdist.projections.database import CrsRecord, crs_records, facts_of
 
-OWN = Standing(share=1.0, national=True, wide=False, special=False, since=2010, datum="New")
-OLD = dataclasses.replace(OWN, since=1950, datum="Old")
+OWN = Candidate(
+    code="EPSG:1",
+    name="",
+    method="",
+    datum="New",
+    keeps=(),
+    area_of_use=(-180.0, -90.0, 180.0, 90.0),
+    area_name="",
+    trial=None,
+    share=1.0,
+    national=True,
+    datum_since=2010,
+)
+OLD = dataclasses.replace(OWN, datum_since=1950, datum="Old")
 OTHER = dataclasses.replace(OWN, national=False)
 
 
 def test_weight():
     """A figure counts over the share that its area of use has of the region, and more for a map of the world."""
-    assert OWN.weight(0.99) == 1.0
-    assert dataclasses.replace(OWN, share=0.5).weight(0.99) == 2.0
-    assert dataclasses.replace(OTHER, wide=True).weight(0.99) == WIDE_FACTOR
-    assert dataclasses.replace(OTHER, wide=True, share=0.25).weight(0.99) == 4.0 * WIDE_FACTOR
+    assert weight_of(OWN, 0.99) == 1.0
+    assert weight_of(dataclasses.replace(OWN, share=0.5), 0.99) == 2.0
+    assert weight_of(dataclasses.replace(OTHER, wide=True), 0.99) == WIDE_FACTOR
+    assert weight_of(dataclasses.replace(OTHER, wide=True, share=0.25), 0.99) == 4.0 * WIDE_FACTOR
 
 
 def test_a_country_is_before_the_world():
     """Unless the map of the world is better by the factor."""
     world = dataclasses.replace(OTHER, wide=True)
     for better, first in ((0.99 * WIDE_FACTOR, False), (1.01 * WIDE_FACTOR, True)):
-        assert (world.weight(0.99) < better * OWN.weight(0.99)) == first
+        assert (weight_of(world, 0.99) < better * weight_of(OWN, 0.99)) == first
+
+
+def numbered(keys, close):
+    """The tiers of maps with these keys, each map by its number."""
+    maps = [dataclasses.replace(OWN, code=str(number), key=key) for number, key in enumerate(keys)]
+    return [[int(one.code) for one in tier] for tier in tiers(maps, close)]
 
 
 def test_tiers():
     """Each begins with its best, and ends where figures are farther from that than is close; figures do not chain."""
     figures = [1.0, 1.05, 1.09, 1.12, 1.2, 3.0]
-    assert tiers([(value, 0.0) for value in reversed(figures)], 0.1) == [[5, 4, 3], [2, 1], [0]]
-    assert tiers([(value, 0.0) for value in figures], 0.0) == [[0], [1], [2], [3], [4], [5]]
+    assert numbered([(value, 0.0) for value in reversed(figures)], 0.1) == [[5, 4, 3], [2, 1], [0]]
+    assert numbered([(value, 0.0) for value in figures], 0.0) == [[0], [1], [2], [3], [4], [5]]
     assert tiers([], CLOSE) == []
 
 
 def test_figures_that_vanish_are_told_apart_by_levels():
     """And are close to no figure, however small."""
-    assert tiers([(0.0, 2.0), (1e-9, 1.0), (0.0, 1.0), (0.0, 1.05)], 0.1) == [[2, 3], [0], [1]]
+    assert numbered([(0.0, 2.0), (1e-9, 1.0), (0.0, 1.0), (0.0, 1.05)], 0.1) == [[2, 3], [0], [1]]
     assert is_close((0.0, 1.05), (0.0, 1.0), 0.1)
     assert not is_close((1e-9, 1.0), (0.0, 1.0), 0.1)
 
 
 @each(
-    ("standings", "order"),
+    ("maps", "order"),
     [
         ([OTHER, OWN], [1, 0]),
         ([OLD, OWN], [1, 0]),
-        ([dataclasses.replace(OLD, since=0), OWN], [0, 1]),  # an unknown year is no reason
+        ([dataclasses.replace(OLD, datum_since=None), OWN], [0, 1]),  # an unknown year is no reason
         ([dataclasses.replace(OLD, datum="New(1950)"), OWN], [0, 1]),  # another realisation of the same
         ([dataclasses.replace(OWN, special=True), OLD], [1, 0]),
         ([OTHER, OTHER], [0, 1]),
     ],
 )
-def test_preferred(standings, order):
+def test_preferred(maps, order):
     """National maps first, for general use, on the datum in force; else the smaller figure, which the first has."""
-    assert preferred(standings, [(1.0, 0.0), (1.05, 0.0)]) == order
+    first, second = (dataclasses.replace(one, key=(key, 0.0)) for one, key in zip(maps, (1.0, 1.05), strict=True))
+    assert preferred([first, second]) == [(first, second)[number] for number in order]
 
 
 def test_wide():

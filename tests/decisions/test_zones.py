@@ -8,8 +8,8 @@ import pytest
 from pyproj import Proj
 
 from projdist import FIGURES
-from projdist.decisions.recommendation.candidate_crs import Pool
-from projdist.decisions.recommendation.candidates import Finding, Lattice, Trial, probe_of, try_crs
+from projdist.decisions.recommendation.candidate_crs import Candidate, CandidatePool, try_crs
+from projdist.decisions.recommendation.candidates import Lattice, probe_of
 from projdist.decisions.recommendation.zones import _measured, _serves, _System, _systems
 from projdist.projections.database import crs_records, facts_of
 from projdist.regions import get_region
@@ -70,8 +70,8 @@ def test_zones_are_conformal_and_good_enough(codes, above, serves):
     """All of them, by their trials."""
     known = {record.code: record for record in crs_records(["EPSG"])}
     probe = probe_of(get_region("box:8,50,10,51"))
-    found = {code: try_crs(Trial(code, code, probe, FIGURES["max_scale_error_ppm"])) for code in codes}
-    assert all(isinstance(one, Finding) for one in found.values())
+    found = {code: try_crs(known[code], probe, FIGURES["max_scale_error_ppm"]) for code in codes}
+    assert all(isinstance(one, Candidate) for one in found.values())
     system = _System(tuple(known[code] for code in codes), np.ones((2, 1), dtype=bool), 0, "WGS 84", False)
     assert _serves(system, found, above) == serves
 
@@ -81,7 +81,7 @@ def test_areas_of_use_of_one_map_count_together():
     known = {record.code: record for record in crs_records(["EPSG"])}
     parts = {"EPSG:25832": (8, 50, 10, 51), "EPSG:32632": (10, 50, 12, 51), "EPSG:23032": (11.8, 50, 12, 51)}
     records = [replace(known[code], area_of_use=part) for code, part in parts.items()]
-    pool = Pool(get_region("box:8,50,12,51"), records, "contains")
+    pool = CandidatePool(get_region("box:8,50,12,51"), records, "contains")
     assert set(pool.records) == {"EPSG:25832", "EPSG:32632"}
     assert [one.code for one in pool.rejected] == ["EPSG:23032"]
-    assert Pool(get_region("box:8,50,12,51"), records[:1], "contains").records == {}
+    assert CandidatePool(get_region("box:8,50,12,51"), records[:1], "contains").records == {}

@@ -1,21 +1,187 @@
-"""The CRSs that are looked at for a region: by their areas of use, and by whose land it is."""
+"""The candidate CRSs for a region: chosen by area of use and country, and tried at a few nodes."""
 
 from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.decisions.recommendation.candidates import Finding, Lattice, Rejected
-from projdist.decisions.recommendation.preference import Standing, Usage, is_own, is_wide
-from projdist.projections import UNKNOWN, CrsRecord, Facts, facts_of
+from projdist.decisions.map_info import properties_of
+from projdist.decisions.recommendation.candidates import Area, Distortion, Lattice, Probe, Rejected
+from projdist.earth import WGS84
+from projdist.field import FIGURES, Figure, jacobian
+from projdist.projections import UNKNOWN, Conversion, CrsRecord, Facts, ProjectionError, facts_of, load_crs
 from projdist.regions import Region, main_part
-from projdist.support import close_words, did_you_mean
+from projdist.support import close_words, did_you_mean, plain
+
+LEVEL = FIGURES["airy_kavrayskiy"]
+"""The figure that orders maps for which the criterion vanishes."""
+
+Key = tuple[float, float]
+"""What maps are ordered by: the figure, 0 if it is no more than rounding, then the Airy-Kavrayskiy error."""
+
+_LEAST_COVERED = 0.99  # of the region: less is no map of it
+_UNMEASURED = Distortion(**dict.fromkeys((one.name for one in fields(Distortion)), float("nan")))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """Figures of a CRS at the nodes of a region, good to a few per cent.
+
+    `value` is the figure of the criterion, `level` the Airy-Kavrayskiy error, infinite if undefined. CRSs with the same
+    `conversion` draw the same map. `modern` is True on the ellipsoids of GRS 80 and WGS 84, `upright` if the axes point
+    east and north, `positive` if all coordinates are.
+    """
+
+    value: float
+    level: float
+    jacobian: FloatArray
+    conversion: Conversion
+    modern: bool
+    upright: bool
+    positive: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """A CRS over a region, with all CRSs that draw the same map under other datums.
+
+    `value` is the figure of the criterion, `ranked` what the map is ordered by: the figure divided by the share, times
+    `WIDE_FACTOR` for a `wide` map, one of the world or a continent. `share` is that of the region within the areas of
+    use of all these CRSs, `keeps` what the map keeps true in the region, as measured. `national` is True for a map of
+    the country that the region is in; `datum_since` is the year of the datum, None if the registry has none.
+    `ratio_to_custom` and `difference_to_custom` compare the figure with that of the best custom projection; None
+    without one, the ratio also where that is no more than rounding. `over_limit` is the figure divided by
+    `Recommendation.limit`, None without that.
+
+    A search adds the figures in turn: those of the `trial`; what the CRS is used for (`holds` is True if its area of
+    use has nearly all of the region, `special` if it is not for general use); `weight`, by which figures are
+    multiplied; the `key` by which it is ordered; and in the end `value` and `distortion`.
+    """
+
+    code: str
+    name: str
+    method: str
+    datum: str
+    value: float = float("nan")
+    distortion: Distortion = _UNMEASURED
+    keeps: tuple[str, ...]
+    share: float = 0.0
+    national: bool = False
+    wide: bool = False
+    datum_since: int | None = None
+    area_of_use: tuple[float, float, float, float]
+    area_name: str
+    same: tuple[tuple[str, str], ...] = ()
+    ratio_to_custom: float | None = None
+    difference_to_custom: float | None = None
+    over_limit: float | None = None
+    trial: Trial = field(repr=False, compare=False)
+    holds: bool = field(default=False, repr=False)
+    special: bool = field(default=False, repr=False)
+    weight: float = field(default=1.0, repr=False)
+    key: Key = field(default=(np.inf, np.inf), repr=False)
+
+    @property
+    def ranked(self) -> float:
+        """The figure that the map is ordered by."""
+        return self.weight * self.value
+
+    @property
+    def trial_key(self) -> Key:
+        """The weighted figure and level of the trial."""
+        return self.weight * or_infinity(self.trial.value), self.weight * self.trial.level
+
+    @property
+    def since(self) -> int:
+        """The year of the datum, 0 if unknown."""
+        return self.datum_since or 0
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The codes of all CRSs of the map, its own first."""
+        return (self.code, *(code for code, _ in self.same))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of the command line's JSON."""
+        return {name: plain(value) for name, value in self._columns().items()} | {
+            "keeps": list(self.keeps),
+            "area_of_use": {"bounds": list(self.area_of_use), "name": self.area_name},
+            "same": [{"code": code, "name": name} for code, name in self.same],
+        }
+
+    def _row(self) -> dict[str, Any]:
+        same = " ".join(code for code, _ in self.same)
+        return self._columns() | {"keeps": " ".join(self.keeps), "same": same, "proj": ""}
+
+    def _columns(self) -> dict[str, Any]:
+        """Figures and names in the order of tables."""
+        return {
+            "code": self.code,
+            "name": self.name,
+            "method": self.method,
+            "datum": self.datum,
+            "value": self.value,
+            "ranked": self.ranked,
+            **asdict(self.distortion),
+            "keeps": self.keeps,
+            "share_in_area_of_use": self.share,
+            "national": self.national,
+            "wide": self.wide,
+            "datum_since": self.datum_since,
+            "area_of_use": self.area_name,
+            "same": self.same,
+            "ratio_to_custom": self.ratio_to_custom,
+            "difference_to_custom": self.difference_to_custom,
+            "over_limit": self.over_limit,
+        }
+
+
+def or_infinity(value: float) -> float:
+    """The value, or infinity for NaN."""
+    return value if np.isfinite(value) else np.inf
+
+
+def try_crs(record: CrsRecord, probe: Probe, ranking: Figure) -> Candidate | Rejected:
+    """The CRS as a candidate, measured at the probe's nodes."""
+    try:
+        crs = load_crs(record.code)
+        J = jacobian(crs.projection, probe.lon, probe.lat)
+        xy = np.stack(crs.projection(probe.lon, probe.lat))
+    except ProjectionError as error:
+        return Rejected(record.code, record.name, str(error))
+    covered = float(probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
+    if covered < _LEAST_COVERED:
+        text = f"It can be projected over {100 * covered:.3g} % of the region only."
+        return Rejected(record.code, record.name, text)
+    ellipsoid = crs.projection.ellipsoid
+    return Candidate(
+        code=record.code,
+        name=record.name,
+        method=crs.conversion[0],
+        datum=crs.datum,
+        keeps=properties_of(J, probe).keeps,
+        area_of_use=record.area_of_use,
+        area_name=record.area_name,
+        trial=Trial(
+            value=ranking(J, probe.weight),
+            level=or_infinity(LEVEL(J, probe.weight)),
+            jacobian=J,
+            conversion=crs.conversion,
+            modern=abs(ellipsoid.a - WGS84.a) < 0.1 and abs(ellipsoid.f - WGS84.f) < 1e-8,
+            upright=crs.is_upright,
+            positive=bool(np.all((xy > 0) | np.isnan(xy))),
+        ),
+    )
+
+
+# ---- countries of areas of use -------------------------------------------------------------------
+
 
 _MOST = 0.5  # of what is any country's: then the region is that country's
 _BETWEEN = re.compile(r"[;:]|\. ")  # countries of a list
@@ -30,10 +196,10 @@ _WORLD = "World"  # how names of areas of use begin that are nobody's own
 
 
 def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
-    """The countries whose land areas of use name; of "USA - New Mexico" the first, of "China - Hong Kong" both.
+    """Countries whose land areas of use name: the first of "USA - New Mexico", both of "China - Hong Kong".
 
-    `extents` are names and descriptions as EPSG's registry writes them; none is named by those of the whole world or of
-    a continent "including" a country. With `at_sea` also those whose waters alone they name.
+    `extents` are names and descriptions as in EPSG's registry. Those of the whole world, or of a continent "including"
+    a country, name none. `at_sea` adds countries of which only waters are named.
     """
     if not extents or extents[0].startswith(_WORLD) or any(map(_CONTINENT.match, extents)):
         return frozenset()
@@ -43,12 +209,12 @@ def named(extents: Sequence[str], *, at_sea: bool = False) -> frozenset[str]:
 
 
 def is_at_sea(name: str) -> bool:
-    """Whether what is so called, an area or a CRS, has no land: Louisiana Offshore."""
+    """True if an area or a CRS has no land, by its name: Louisiana Offshore."""
     return _AT_SEA.search(name) is not None
 
 
 def _owners(item: str) -> frozenset[str]:
-    """The countries of an item of a list: those before its first dash, and one that stands alone behind it."""
+    """Countries of an item of a list: those before its first dash, and one that stands alone after it."""
     first, _, rest = item.partition(" - ")
     second = rest.partition(" - ")[0].strip(" .")
     alone = _vocabulary()[1].get(second)
@@ -56,9 +222,9 @@ def _owners(item: str) -> frozenset[str]:
 
 
 def home_of(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
-    """The country that has most of the points of a region that are in any, or none ("").
+    """The country with more than half of the points of a region that lie in any country, or "".
 
-    Those whose boxes have most come first, until no other can have as much: of the world, few are decoded.
+    Countries are decoded by the weight in their boxes, largest first, until no other can win.
     """
     from projdist.earth import natural_earth  # shapely is slow to load
 
@@ -77,7 +243,7 @@ def home_of(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
 
 
 def outline_of(name: str) -> Region:
-    """What the shipped outlines have of a country: coarse ones would give Singapore to Malaysia."""
+    """The fine shipped outline of a country: coarse ones would give Singapore to Malaysia."""
     from projdist.earth import natural_earth  # as above
     from projdist.regions import Polygons
 
@@ -87,13 +253,13 @@ def outline_of(name: str) -> Region:
 
 
 def key_of(name: str) -> str:
-    """What the outlines call a country that is `named`."""
+    """The outlines' key of a country by its name."""
     return _keys()[name]
 
 
 @functools.cache
 def _keys() -> dict[str, str]:
-    """What the outlines call countries, by their names."""
+    """The outlines' keys of all countries, by name."""
     from projdist.earth import natural_earth  # as above
 
     return {row["name"]: row["iso_n3"] or row["name"] for row in natural_earth.country_keys()}
@@ -101,19 +267,19 @@ def _keys() -> dict[str, str]:
 
 @functools.lru_cache(maxsize=4096)
 def _names_in(text: str) -> frozenset[str]:
-    """The countries that are named in a text."""
+    """Countries named in a text."""
     names = _vocabulary()[1]
     return frozenset(names[word] for word in words_in(text))
 
 
 def words_in(text: str) -> list[str]:
-    """The names of countries and states in a text, as whole words; of "West Virginia" that and not Virginia."""
+    """Names of countries and states in a text, as whole words: West Virginia does not name Virginia."""
     return _vocabulary()[0].findall(text)
 
 
 @functools.cache
 def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
-    """A pattern of all names, the longest first, and whose they are: New Mexico is the USA's."""
+    """A pattern of all names, longest first, and the country of each: the USA of New Mexico."""
     from projdist.earth import natural_earth, state_keys  # as above
 
     names: dict[str, str] = {}
@@ -131,25 +297,23 @@ def _vocabulary() -> tuple[re.Pattern[str], dict[str, str]]:
 # ---- country parts -------------------------------------------------------------------------------
 
 
-Bounds = tuple[float, float, float, float]
-
-_IS_IN = 0.9  # of the region is in a state: outlines differ
-_IS_MOST = 0.5  # of the state is the region: it is that state; of the country's points in the region: these are far
+_IS_IN = 0.9  # share of the region in a state, at least: outlines differ
+_IS_MOST = 0.5  # share of the state that the region must have; share of the country's points that make a main part
 
 
 @dataclass(frozen=True, kw_only=True)
 class CountryPart:
-    """A part of a country by its `state`, or by the `middle` of the main part in degrees, which it is far from."""
+    """A part of a country: a `state`, or a part far from the `middle` of the main part, in degrees."""
 
     state: str = ""
     middle: tuple[float, float] | None = None
 
     def is_elsewhere(self, extents: Sequence[str]) -> bool:
-        """Whether an area of use is that of other states."""
+        """True if an area of use is that of other states."""
         return bool(self.state) and any(set(words_in(name)) & _states() - {self.state} for name in extents[:1])
 
     def has(self, record: CrsRecord, extents: Sequence[str]) -> bool:
-        """Whether an area of use is this part's, not the country's: its name has the state's, or it has no middle."""
+        """True if a CRS is made for this part: its area names the state, or leaves out the main part's middle."""
         if self.state:
             return any(self.state in words_in(name) for name in extents[:1])
         if self.middle is None:
@@ -158,7 +322,7 @@ class CountryPart:
 
 
 def part_of(home: str, region: Region, lon: FloatArray, lat: FloatArray, weight: FloatArray) -> CountryPart:
-    """What part of its country, or of none (""), a region is, by points of it with weights whose sum is 1."""
+    """The part of the `home` country that a region is, by its points with weights whose sum is 1."""
     if not home:
         return CountryPart()
     state = _state(region.area_km2, lon, lat, weight) if home == USA else ""
@@ -180,7 +344,7 @@ def _states() -> frozenset[str]:
 
 
 def _state(area_km2: float, lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
-    """The state that a region of some area is, or ""."""
+    """The state that a region of some area is, or "" if none."""
     from projdist.earth import state_keys, state_outline  # as above
     from projdist.regions import Polygons
 
@@ -195,37 +359,40 @@ def _state(area_km2: float, lon: FloatArray, lat: FloatArray, weight: FloatArray
     return ""
 
 
-def _is_within(bounds: Bounds, lon: Any, lat: Any) -> Any:
-    """Whether places lie within west, south, east, north in degrees."""
+def _is_within(bounds: Area, lon: Any, lat: Any) -> Any:
+    """True for places within west, south, east, north in degrees."""
     west, south, east, north = bounds
     return ((lon - west) % 360.0 <= ((east - west) % 360.0 or 360.0)) & (lat >= south) & (lat <= north)
 
 
-# ---- pool ----------------------------------------------------------------------------------------
+# ---- the pool ------------------------------------------------------------------------------------
 
 
 HOLDS = 0.99
-"""Of the region: areas of use are rounded, and so are boxes."""
+"""Share of the region in the area of use that counts as all of it: both are rounded."""
 HOLDS_NEARLY = 0.9
-"""Of the region: outlines have disputed land, and islands beside those that an area of use was drawn about."""
-_TOUCHES = 0.25  # of the region: a map for less was not made for it
-_SOME = 0.1  # of the region: a CRS for less is not named for the map
-# Outside of it there are at most 60 of the 135 million km2 of land that is some country's: the largest, of 17, has less
-# than half of what is inside.
+"""Share that counts as nearly all: outlines have disputed land, and islands that an area of use leaves out."""
+_TOUCHES = 0.25  # share of the region in the areas of use of a map, at least: else it was not made for the region
+_SOME = 0.1  # share in the area of use of a single CRS of the map, at least
+# More than a zone of six degrees from the equator to 84 N has, 4.2 million, and than the region has by far.
+_WIDE_KM2, _WIDE_TIMES = 5e6, 3.0
+# Of the 135 million km2 of land of countries at most 60 are outside of a region as large, so that no country has half
+# of what is inside: the largest has 17.
 _NOBODYS_KM2 = 450e6
 
 
-class Pool:
-    """The records of maps whose areas of use are those of a region; those that touch it are rejected.
+class CandidatePool:
+    """The records of the CRSs that may serve a region, by their areas of use.
 
-    `meeting` are all that meet the region, be it on the bounds only; `home` is the country whose land it is.
+    `records` are by code, `rejected` those that hold too little of the region, `meeting` all that share a part of its
+    bounds. `home` is the country whose land the region is, "" for none.
     """
 
     def __init__(self, region: Region, records: Sequence[CrsRecord], area: str) -> None:
         self.region, self.lattice = region, Lattice(region)
         self.records: dict[str, CrsRecord] = {}
-        self.held: dict[str, BoolArray] = {}  # what a CRS has of the lattice
-        self.united: dict[str, BoolArray] = {}  # what all CRSs of its map have
+        self.held: dict[str, BoolArray] = {}  # the lattice's points in the area of use of a CRS
+        self.united: dict[str, BoolArray] = {}  # and in those of all CRSs of its map
         self.rejected: list[Rejected] = []
         least = HOLDS if area == "contains" else _TOUCHES
         near = self.lattice.near([record.area_of_use for record in records])
@@ -248,70 +415,84 @@ class Pool:
                 self.rejected.append(Rejected(record.code, record.name, text))
 
     def _draws(self, record: CrsRecord) -> Any:
-        """What CRSs of one map have in common, as far as the registry tells."""
+        """The identity of a CRS's map in the registry."""
         return self._facts(record.code).draws or record.code
 
     def _facts(self, code: str) -> Facts:
         return self.facts.get(code, UNKNOWN)
 
     def share(self, held: BoolArray) -> float:
-        """The part of the region that is held."""
+        """The share of the region at points of the lattice."""
         return float(held @ self.lattice.weight)
 
     def _home(self) -> str:
-        """The country whose land the region is, or none ("")."""
+        """The country whose land the region is, or ""."""
         if self.region.area_km2 > _NOBODYS_KM2:
             return ""
         return home_of(self.lattice.lon, self.lattice.lat, self.lattice.weight)
 
     def is_national(self, record: CrsRecord) -> bool:
-        """Whether a CRS is of the country that the region is in, by the names of its area of use."""
+        """True if a CRS is of the region's country, by the names of its area of use."""
         return self.home != "" and is_own(record, named(self._facts(record.code).extents), self.home)
 
     @functools.cached_property
     def part(self) -> CountryPart:
-        """What part of its country the region is."""
+        """The part of its country that the region is."""
         return part_of(self.home, self.region, self.lattice.lon, self.lattice.lat, self.lattice.weight)
 
     def is_for_part(self, record: CrsRecord) -> bool:
-        """Whether a CRS of the country's own was made for the part that the region is, or that is no such part."""
+        """True if a national CRS was made for the region's part of the country, or the region is no such part."""
         return self.part.has(record, self._facts(record.code).extents)
 
     def is_elsewhere(self, record: CrsRecord) -> bool:
-        """Whether a CRS is for other states than the one that the region is."""
+        """True if a CRS is for other states than the region's."""
         return self.part.is_elsewhere(self._facts(record.code).extents)
 
-    def usage(self, record: CrsRecord) -> Usage:
-        """What a CRS is used for."""
-        facts = self._facts(record.code)
-        holds = self.share(self.held[record.code]) >= HOLDS_NEARLY
-        return Usage(holds, self.is_national(record), facts.special or is_at_sea(record.name), facts.since)
+    def with_usage(self, one: Candidate) -> Candidate:
+        """The candidate with what it is used for."""
+        record, facts = self.records[one.code], self._facts(one.code)
+        return replace(
+            one,
+            holds=self.share(self.held[one.code]) >= HOLDS_NEARLY,
+            national=self.is_national(record),
+            special=facts.special or is_at_sea(record.name),
+            datum_since=facts.since or None,
+        )
 
-    def standing(self, members: list[Finding], usages: dict[str, Usage]) -> Standing:
-        """How the map of some CRSs stands: their areas of use count as one."""
+    def as_one_map(self, members: Sequence[Candidate]) -> Candidate:
+        """The first of the CRSs of one map with the others beside it: their areas of use count as one."""
         held = np.any([self.united[one.code] for one in members], axis=0)
-        first, national = members[0], any(usages[one.code].national for one in members)
-        return Standing(
+        national = any(one.national for one in members)
+        return replace(
+            members[0],
             share=self.share(held),
             national=national,
             wide=not national and all(is_wide(self.records[one.code], self.region.area_km2) for one in members),
-            special=usages[first.code].special,
-            since=usages[first.code].since,
-            datum=first.datum,
+            same=tuple((one.code, one.name) for one in members[1:]),
         )
 
 
-def of_datum(findings: list[Finding], datum: str) -> list[Finding]:
-    """Findings whose datum's name has the text in it; raises ValueError, with names that are there, for none."""
+def is_wide(record: CrsRecord, area_km2: float) -> bool:
+    """True if a CRS was made for the world or a continent, of which a region of that area is a small part."""
+    return record.extent_km2 > max(_WIDE_KM2, _WIDE_TIMES * area_km2)
+
+
+def is_own(record: CrsRecord, countries: Collection[str], home: str) -> bool:
+    """True if the CRS is national: made for the home country, alone or with neighbours, and not for a continent."""
+    return home in countries and (len(countries) == 1 or not is_wide(record, 0.0))
+
+
+def of_datum(candidates: Sequence[Candidate], datum: str) -> list[Candidate]:
+    """Candidates whose datum's name contains the text; raises ValueError with close names if there are none."""
     wanted = _plain_name(datum)
-    known = {_plain_name(finding.datum): finding.datum for finding in findings}
+    known = {_plain_name(one.datum): one.datum for one in candidates}
     if not wanted or not any(wanted in name for name in known):
         close = [known[name] for name in close_words(wanted, known)] if wanted else []
         raise ValueError(
             f"Invalid datum '{datum}'. {did_you_mean(close)}It must be a part of the name of a geodetic CRS "
             "with candidates for the region, as WGS 84 or ETRS89."
         )
-    return [finding for finding in findings if wanted in _plain_name(finding.datum)]
+    return [one for one in candidates if wanted in _plain_name(one.datum)]
 
 
 def _plain_name(text: str) -> str:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.decisions.map_info import properties_of
 from projdist.earth import WGS84
 from projdist.field import (
     FIGURES,
@@ -28,7 +27,7 @@ from projdist.field import (
 )
 from projdist.matrices import Measure, areal_scale, get_measure
 from projdist.numerics import Estimate, mean
-from projdist.projections import Conversion, DatabaseCrs, Projection, ProjectionError, load_crs
+from projdist.projections import Projection, ProjectionError, load_crs
 from projdist.regions import Region
 
 Area = tuple[float, float, float, float]
@@ -101,7 +100,6 @@ def _columns(areas: Sequence[Area]) -> tuple[FloatArray, ...]:
 
 
 INTERRUPTED = "It is cut within the region."
-_LEAST_COVERED = 0.99  # of the region: less is no map of it
 _RELATIVE = 1e-5  # of the Airy-Kavrayskiy errors
 _RESOLVED = 0.01  # of a mean; worse, it diverges, if its measure has no bound
 _EVALUATIONS = 200_000
@@ -114,66 +112,6 @@ class Rejected:
     code: str
     name: str
     reason: str
-
-
-# ---- cheaply --------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A CRS to try on a region's probe."""
-
-    code: str
-    name: str
-    probe: Probe
-    ranking: Figure
-
-
-@dataclass(frozen=True, kw_only=True)
-class Finding:
-    """A CRS as its trial found it: `value` is the figure of the ranking, `modern` whether on GRS 80 or WGS 84.
-
-    `usual` is whether its axes point east and north, and its coordinates are positive.
-    """
-
-    code: str
-    datum: str
-    modern: bool
-    conversion: Conversion
-    jacobian: FloatArray
-    keeps: tuple[str, ...]
-    value: float
-    usual: tuple[bool, bool]
-
-
-def try_crs(trial: Trial) -> Finding | Rejected:
-    """A CRS measured at the probe's nodes."""
-    try:
-        crs = load_crs(trial.code)
-        J = jacobian(crs.projection, trial.probe.lon, trial.probe.lat)
-        xy = np.stack(crs.projection(trial.probe.lon, trial.probe.lat))
-    except ProjectionError as error:
-        return Rejected(trial.code, trial.name, str(error))
-    covered = float(trial.probe.weight[np.isfinite(J).all(axis=(-1, -2))].sum())
-    if covered < _LEAST_COVERED:
-        return Rejected(trial.code, trial.name, f"It can be projected over {100 * covered:.3g} % of the region only.")
-    weight = trial.probe.weight
-    return Finding(
-        code=trial.code,
-        datum=crs.datum,
-        modern=_is_modern(crs),
-        conversion=crs.conversion,
-        jacobian=J,
-        keeps=properties_of(J, trial.probe).keeps,
-        value=trial.ranking(J, weight),
-        usual=(crs.is_upright, bool(np.all((xy > 0) | np.isnan(xy)))),
-    )
-
-
-def _is_modern(crs: DatabaseCrs) -> bool:
-    """Whether the ellipsoid is that of GRS 80 or WGS 84, as of all datums that satellites measure."""
-    ellipsoid = crs.projection.ellipsoid
-    return abs(ellipsoid.a - WGS84.a) < 0.1 and abs(ellipsoid.f - WGS84.f) < 1e-8
 
 
 # ---- in full --------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.decisions.recommendation.candidate_crs import key_of, named
-from projdist.decisions.recommendation.search import Candidate, recommend
+from projdist.decisions.recommendation.candidate_crs import Candidate, key_of, named
+from projdist.decisions.recommendation.search import recommend
 from projdist.earth import WGS84
 from projdist.field import jacobian, nodes_of
 from projdist.matrices import meridian_convergence

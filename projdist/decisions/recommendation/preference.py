@@ -1,16 +1,15 @@
-"""How maps stand beside their figures: purposes, CRSs that draw the same map, and which of them to name first."""
+"""Purposes of maps, CRSs that draw the same map, and which of them, and of maps that are close, comes first."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from projdist.decisions.map_info import PROPERTIES
-from projdist.decisions.recommendation.candidates import Finding
+from projdist.decisions.recommendation.candidate_crs import Candidate, Key
 from projdist.projections import AUTHORITIES, CrsRecord
 from projdist.support import close_words, did_you_mean, listed, quoted
 
@@ -27,92 +26,70 @@ def get_purpose(name: str) -> str:
 
 
 def suits(kept: tuple[str, ...], purpose: str) -> bool:
-    """Whether a map with these properties serves a purpose; a compromise is what keeps none."""
+    """True if a map with these properties serves the purpose; a compromise has none of them."""
     return purpose == "any" or purpose in kept or (purpose == "compromise" and not kept)
 
 
-# ---- same maps -----------------------------------------------------------------------------------
+# ---- CRSs of the same map ------------------------------------------------------------------------
 
 
 _VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")
-"""What ends EPSG's names of CRSs that differ from others by their axes only, or by a zone number in the easting."""
+"""How EPSG's names of CRSs end that differ from others only by their axes, or by a zone number in the easting."""
 
 _REALISATION = re.compile(r"\s*[(/\[]|\s+v\d")
 """Where the name of a datum ends and that of its realisation begins."""
 
 _CLOSE = 0.01  # of the trials' figures: a sphere and an ellipsoid differ by half of that on a map of the world
 _ALIKE = 1e-7  # of J: the same map by another method or with other parameters
-_NEAR = 1e-4  # of the trials' figures: no more can differ in maps that are alike
+_NEAR = 1e-4  # of the trials' figures: alike maps differ by no more
 
 
-Size = Callable[[Finding], float]
+Size = Callable[[Candidate], float]
 
 
-def _value(one: Finding) -> float:
-    return one.value
+def _trial_value(one: Candidate) -> float:
+    return one.trial.value
 
 
-def grouped(findings: list[Finding], size: Size = _value) -> list[list[Finding]]:
-    """Findings grouped by what they draw, under whatever datum; `size` is the figure that must agree in a group.
+def grouped(candidates: Sequence[Candidate], size: Size = _trial_value) -> list[list[Candidate]]:
+    """Candidates grouped by the map that they draw, under any datum; `size` is the figure that agrees in a group.
 
-    It must be more than rounding: figures that vanish agree with none.
+    It must be more than rounding: figures that vanish do not agree.
     """
-    by_conversion: dict[Any, list[Finding]] = {}
-    for finding in findings:
-        by_conversion.setdefault((finding.conversion, finding.keeps), []).append(finding)
+    by_conversion: dict[Any, list[Candidate]] = {}
+    for one in candidates:
+        by_conversion.setdefault((one.trial.conversion, one.keeps), []).append(one)
     parts = [part for group in by_conversion.values() for part in _close(group, size)]
     return _merged(sorted(parts, key=lambda group: size(group[0])), size)
 
 
-@dataclass(frozen=True)
-class Usage:
-    """For what a CRS is there: whether its area of use `holds` nearly all of the region, and is the country's own.
+def by_usage(group: Sequence[Candidate], records: Mapping[str, CrsRecord]) -> list[Candidate]:
+    """CRSs of one map in the order in which a surveyor of the region's country would name them.
 
-    `special` is one that is for nobody in general, `since` the year of its datum, 0 where that is not known.
+    The criteria, one after the other: national; an area of use that holds nearly all of the region; a modern datum;
+    general use; the latest datum, whose realisations count as one; the first authority; axes east and north; no variant
+    by its name; no realisation of another datum in the group; positive coordinates; the smallest area; the lowest code.
     """
-
-    holds: bool = False
-    national: bool = False
-    special: bool = False
-    since: int = 0
-
-
-PLAIN = Usage()
-
-
-def by_usage(
-    group: list[Finding], records: Mapping[str, CrsRecord], usages: Mapping[str, Usage] | None = None
-) -> list[Finding]:
-    """Findings of one map, the one first that a surveyor of the region's country would name.
-
-    That is, one criterion after the other, a national one; one of those whose areas of use nearly hold the region;
-    of a modern datum; for general use; of the latest datum, whose realisations count as one; of the first authority;
-    with axes east and north; that is no variant by its name; whose datum is no realisation of another one's in the
-    group; with positive coordinates; for the smallest area; of the lowest code.
-    """
-    known = usages or {}
     datums = {one.datum for one in group}
     since: dict[str, int] = {}
     for one in group:
         root = datum_root(one.datum)
-        since[root] = max(since.get(root, 0), known.get(one.code, PLAIN).since)
+        since[root] = max(since.get(root, 0), one.since)
 
-    def rank(one: Finding) -> tuple[Any, ...]:
-        record, usage = records[one.code], known.get(one.code, PLAIN)
+    def rank(one: Candidate) -> tuple[Any, ...]:
         authority, _, code = one.code.partition(":")
-        upright, positive = one.usual
         return (
-            not usage.national,
-            not usage.holds,
-            not one.modern,
-            usage.special,
+            not one.national,
+            not one.holds,
+            not one.trial.modern,
+            one.special,
             -since[datum_root(one.datum)],
             AUTHORITIES.index(authority),
-            not upright,
-            bool(_VARIANT.search(record.name)),
+            not one.trial.upright,
+            bool(_VARIANT.search(records[one.code].name)),
             any(_realises(one.datum, other) for other in datums),
-            not positive,
-            round(record.extent_km2),
+            not one.trial.positive,
+            round(records[one.code].extent_km2),
             len(code),
             code,
         )
@@ -121,36 +98,36 @@ def by_usage(
 
 
 def datum_root(datum: str) -> str:
-    """What realisations of a datum have in common by their names: NAD83 of NAD83(2011), RGF93 of RGF93 v2b."""
+    """The name of a datum without its realisation: NAD83 of NAD83(2011), RGF93 of RGF93 v2b."""
     return _REALISATION.split(datum, maxsplit=1)[0]
 
 
 def _realises(datum: str, other: str) -> bool:
-    """Whether a datum is a realisation of another by its name, as NAD83(2011) of NAD83 and not CH1903+ of CH1903."""
+    """True if a datum is by its name a realisation of the other, as NAD83(2011) of NAD83; CH1903+ is none of CH1903."""
     return datum.startswith(other) and datum.removeprefix(other).lstrip().startswith(("(", "/"))
 
 
-def _close(group: list[Finding], size: Size) -> list[list[Finding]]:
-    """Findings of one conversion in groups whose figures agree, whatever the ellipsoid."""
-    parts: list[list[Finding]] = []
-    for finding in sorted(group, key=size):
-        if parts and size(finding) <= (1.0 + _CLOSE) * size(parts[-1][0]):
-            parts[-1].append(finding)
+def _close(group: list[Candidate], size: Size) -> list[list[Candidate]]:
+    """Candidates of one conversion in groups of the same figure, on any ellipsoid."""
+    parts: list[list[Candidate]] = []
+    for one in sorted(group, key=size):
+        if parts and size(one) <= (1.0 + _CLOSE) * size(parts[-1][0]):
+            parts[-1].append(one)
         else:
-            parts.append([finding])
+            parts.append([one])
     return parts
 
 
-def _merged(groups: list[list[Finding]], size: Size) -> list[list[Finding]]:
-    """Groups, sorted by size, with those joined whose maps are alike at every node."""
-    merged: list[list[Finding]] = []
+def _merged(groups: list[list[Candidate]], size: Size) -> list[list[Candidate]]:
+    """Groups, sorted by size, of which those with the same Jacobians are joined."""
+    merged: list[list[Candidate]] = []
     for group in groups:
         one = group[0]
         for other in reversed(merged):
             if not size(other[0]) >= (1.0 - _NEAR) * size(one):
                 merged.append(group)
                 break
-            if _alike(other[0], one):
+            if np.allclose(other[0].trial.jacobian, one.trial.jacobian, rtol=0.0, atol=_ALIKE, equal_nan=True):
                 other += group
                 break
         else:
@@ -158,16 +135,11 @@ def _merged(groups: list[list[Finding]], size: Size) -> list[list[Finding]]:
     return merged
 
 
-def _alike(one: Finding, other: Finding) -> bool:
-    """Whether two maps have the same Jacobians."""
-    return bool(np.allclose(one.jacobian, other.jacobian, rtol=0.0, atol=_ALIKE, equal_nan=True))
-
-
-# ---- standing ------------------------------------------------------------------------------------
+# ---- maps that are close -------------------------------------------------------------------------
 
 
 CLOSE = 0.1
-"""Of a figure: what maps differ by that are as good as each other.
+"""Relative difference of figures of maps that are as good as each other.
 
 Official systems and what they replaced, or the zone beside, differ by a few per cent; a tenth of a few hundred ppm is
 what the ground's height does to distances within 200 m.
@@ -176,88 +148,55 @@ what the ground's height does to distances within 200 m.
 WIDE_FACTOR = 2.0
 """How many times better a map of the world or a continent must be than a country's own, or a zone's."""
 
-# More than a zone of six degrees from the equator to 84 N has, 4.2 million, and than the region has by far.
-_WIDE_KM2, _WIDE_TIMES = 5e6, 3.0
 
-Key = tuple[float, float]
-"""What maps are ordered by: a figure, 0 for one that is no more than rounding, and the level that decides then."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Standing:
-    """A map by its CRSs: the `share` of the region in their areas of use, together; whether one is the country's own.
-
-    `wide` is a map of the world or a continent, `special` one for nobody in general, `since` the year of its `datum`,
-    0 where that is not known.
-    """
-
-    share: float
-    national: bool
-    wide: bool
-    special: bool
-    since: int
-    datum: str
-
-    def weight(self, least_share: float) -> float:
-        """What its figure is multiplied by, when a share of the region counts as all of it."""
-        return (1.0 if self.share >= least_share else 1.0 / self.share) * (WIDE_FACTOR if self.wide else 1.0)
-
-
-def is_wide(record: CrsRecord, area_km2: float) -> bool:
-    """Whether a CRS was made for the world or a continent, of which a region of some area is a small part."""
-    return record.extent_km2 > max(_WIDE_KM2, _WIDE_TIMES * area_km2)
-
-
-def is_own(record: CrsRecord, countries: Collection[str], home: str) -> bool:
-    """Whether a CRS that is for some countries is one's own: of none but that, or no continent's."""
-    return home in countries and (len(countries) == 1 or not is_wide(record, 0.0))
+def weight_of(one: Candidate, least_share: float) -> float:
+    """The factor of a map's figures, if `least_share` of the region counts as all of it."""
+    return (1.0 if one.share >= least_share else 1.0 / one.share) * (WIDE_FACTOR if one.wide else 1.0)
 
 
 def is_close(key: Key, least: Key, close: float) -> bool:
-    """Whether a map is as good as another that is no worse: by its level only where both figures vanish."""
+    """True if a map is as good as one that is no worse: by its level only where both figures vanish."""
     if least[0] > 0.0:
         return key[0] <= (1.0 + close) * least[0]
     return key[0] == 0.0 and key[1] <= (1.0 + close) * least[1]
 
 
-def tiers(keys: Sequence[Key], close: float) -> list[list[int]]:
-    """The numbers of maps in groups that are close to the best of the group, the best group first."""
-    found: list[list[int]] = []
-    for i in sorted(range(len(keys)), key=keys.__getitem__):
-        if found and is_close(keys[i], keys[found[-1][0]], close):
-            found[-1].append(i)
+def tiers(maps: Sequence[Candidate], close: float) -> list[list[Candidate]]:
+    """Maps in groups that are close by their keys to the best of the group, best group first, each by preference."""
+    found: list[list[Candidate]] = []
+    for one in sorted(maps, key=lambda each: each.key):
+        if found and is_close(one.key, found[-1][0].key, close):
+            found[-1].append(one)
         else:
-            found.append([i])
-    return found
+            found.append([one])
+    return [preferred(tier) for tier in found]
 
 
-def in_force(standings: Sequence[Standing]) -> list[int]:
-    """The numbers of a country's own maps for general use, on the latest datum that these have or of no known year."""
-    latest = _latest(standings)
-    if latest is None:
-        return []
-    return [i for i, one in enumerate(standings) if _is_own(one) and not _is_outdated(one, latest)]
+def in_force(maps: Sequence[Candidate]) -> list[Candidate]:
+    """National maps for general use, on the latest datum of any of them, or one of unknown year."""
+    latest = _latest(maps)
+    return [one for one in maps if latest is not None and _is_general(one) and not _is_outdated(one, latest)]
 
 
-def preferred(standings: Sequence[Standing], keys: Sequence[Key]) -> list[int]:
-    """The numbers of maps that are close: national ones, for general use, not outdated, by their figures."""
-    latest = _latest(standings)
+def preferred(maps: Sequence[Candidate]) -> list[Candidate]:
+    """Maps that are close in order of preference: national, for general use, on the datum in force, by their keys."""
+    latest = _latest(maps)
 
-    def rank(i: int) -> tuple[bool, bool, bool, Key]:
-        one = standings[i]
-        return not one.national, one.special, latest is not None and _is_outdated(one, latest), keys[i]
+    def rank(one: Candidate) -> tuple[bool, bool, bool, Key]:
+        return not one.national, one.special, latest is not None and _is_outdated(one, latest), one.key
 
-    return sorted(range(len(standings)), key=rank)
-
-
-def _latest(standings: Sequence[Standing]) -> Standing | None:
-    return max(filter(_is_own, standings), key=lambda one: one.since, default=None)
+    return sorted(maps, key=rank)
 
 
-def _is_own(one: Standing) -> bool:
+def _latest(maps: Sequence[Candidate]) -> Candidate | None:
+    """The national map for general use on the latest datum."""
+    return max(filter(_is_general, maps), key=lambda one: one.since, default=None)
+
+
+def _is_general(one: Candidate) -> bool:
     return one.national and not one.special
 
 
-def _is_outdated(one: Standing, latest: Standing) -> bool:
-    """Whether the datum is known to be older, and is no other realisation of the same."""
+def _is_outdated(one: Candidate, latest: Candidate) -> bool:
+    """True if the datum is known to be older, and is no other realisation of the same."""
     return 0 < one.since < latest.since and datum_root(one.datum) != datum_root(latest.datum)

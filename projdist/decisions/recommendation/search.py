@@ -1,116 +1,112 @@
-"""What `recommend` answers: CRSs over a region with all their figures, best first."""
+"""The best existing CRSs for a region by measurement, and the best custom projections beside them."""
 
 from __future__ import annotations
 
+import functools
+import operator
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from projdist.decisions.optimization import lower_bound_of
-from projdist.decisions.recommendation.candidate_crs import HOLDS, Pool, of_datum
-from projdist.decisions.recommendation.candidates import Distortion, Finding, Probe, Rejected, Trial, probe_of, try_crs
-from projdist.decisions.recommendation.custom import Custom, Design, design, families_for
-from projdist.decisions.recommendation.preference import CLOSE, by_usage, get_purpose, grouped, suits
-from projdist.decisions.recommendation.shortlist import LEVEL, Contender, Contest, or_infinity
+from projdist.decisions.families import extent_of, sensible_families
+from projdist.decisions.map_info import properties_of
+from projdist.decisions.optimization import best_member, lower_bound_of
+from projdist.decisions.recommendation.candidate_crs import (
+    HOLDS,
+    LEVEL,
+    Candidate,
+    CandidatePool,
+    of_datum,
+    or_infinity,
+    try_crs,
+)
+from projdist.decisions.recommendation.candidates import Distortion, Full, Probe, Rejected, measure, probe_of
+from projdist.decisions.recommendation.preference import CLOSE, by_usage, get_purpose, grouped, suits, weight_of
+from projdist.decisions.recommendation.shortlist import OnProgress, Shortlist
 from projdist.decisions.recommendation.zones import ZoneSystem, official_of, remark_on_own, zones_of
 from projdist.earth import WGS84
-from projdist.field import AnyFigure, Figure, get_figure
-from projdist.projections import AUTHORITIES, check_authorities, crs_records, reasons_against
+from projdist.field import AnyFigure, Figure, get_figure, jacobian
+from projdist.projections import AUTHORITIES, ProjectionError, check_authorities, crs_records, reasons_against
 from projdist.regions import PointSet, Region, RegionLike, get_region, main_part
-from projdist.support import Answer, check_whole_number, is_picklable, listed, own_executor, plain, quoted, run_all
+from projdist.support import (
+    Answer,
+    check_whole_number,
+    is_picklable,
+    listed,
+    own_executor,
+    plain,
+    quoted,
+    run_all,
+)
+
+AREAS = ("preferred", "contains", "intersects")
+"""How a CRS's area of use counts: the more of the region it holds the better, it must hold it, or it need not."""
+
+_HEAVY = 24  # trials that take as long as a custom projection, at least
 
 
 @dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """A CRS over a region, with all CRSs that draw the same map under other datums.
+class Custom:
+    """The best member of a family for a region: its PROJ string, parameters, and the figures of a candidate."""
 
-    `value` is the figure of the criterion, `ranked` what the map counts by: the figure over the share, and for a `wide`
-    map, one of the world or a continent, `standing.WIDE_FACTOR` times that. `share` is that of the region
-    within the areas of use of all these CRSs, `keeps` what the map keeps true in the region, as measured. `national` is
-    whether the country that the region is in has the map for its own; `datum_since` the year of the datum, None where
-    the registry has none. `ratio_to_custom` and `difference_to_custom` are the figure over, and less, that of the best
-    custom projection; None without one, the ratio also where that is no more than rounding. `over_limit` is the figure
-    over `Recommendation.limit`, None without that.
-    """
-
-    code: str
+    family: str
     name: str
-    method: str
-    datum: str
+    proj: str
+    parameters: dict[str, float]
     value: float
-    ranked: float
     distortion: Distortion
     keeps: tuple[str, ...]
-    share: float
-    national: bool
-    wide: bool
-    datum_since: int | None
-    area_of_use: tuple[float, float, float, float]
-    area_name: str
-    same: tuple[tuple[str, str], ...]
-    ratio_to_custom: float | None = None
-    difference_to_custom: float | None = None
     over_limit: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON."""
         return {
-            "code": self.code,
+            "family": self.family,
             "name": self.name,
-            "method": self.method,
-            "datum": self.datum,
+            "proj": self.proj,
+            "parameters": self.parameters,
             "value": plain(self.value),
-            "ranked": plain(self.ranked),
             **{name: plain(value) for name, value in asdict(self.distortion).items()},
             "keeps": list(self.keeps),
-            "share_in_area_of_use": self.share,
-            "national": self.national,
-            "wide": self.wide,
-            "datum_since": self.datum_since,
-            "area_of_use": {"bounds": list(self.area_of_use), "name": self.area_name},
-            "same": [{"code": code, "name": name} for code, name in self.same],
-            "ratio_to_custom": plain(self.ratio_to_custom),
-            "difference_to_custom": plain(self.difference_to_custom),
             "over_limit": plain(self.over_limit),
         }
 
     def _row(self) -> dict[str, Any]:
         return {
-            "code": self.code,
+            "code": "",
             "name": self.name,
-            "method": self.method,
-            "datum": self.datum,
+            "method": self.family,
+            "datum": "WGS 84",
             "value": self.value,
-            "ranked": self.ranked,
+            "ranked": self.value,
             **asdict(self.distortion),
             "keeps": " ".join(self.keeps),
-            "share_in_area_of_use": self.share,
-            "national": self.national,
-            "wide": self.wide,
-            "datum_since": self.datum_since,
-            "area_of_use": self.area_name,
-            "same": " ".join(code for code, _ in self.same),
-            "ratio_to_custom": self.ratio_to_custom,
-            "difference_to_custom": self.difference_to_custom,
+            "share_in_area_of_use": 1.0,
+            "national": False,
+            "wide": False,
+            "datum_since": None,
+            "area_of_use": "",
+            "same": "",
+            "ratio_to_custom": None,
+            "difference_to_custom": None,
             "over_limit": self.over_limit,
-            "proj": "",
+            "proj": self.proj,
         }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recommendation(Answer):
-    """The best CRSs for a region, best first, and those that are none, with the reasons.
+    """The best CRSs for a region, best first, and the rejected ones, with the reasons.
 
     `candidates` is the number of CRSs that were considered, `maps` that of different maps among them that serve the
-    purpose. `custom` are the best custom projections of families, best first, where they were asked for, and
-    `not_custom` the families that have none, with the reasons. `country` is whose land the region is, "" for none;
-    `official` the best of its own CRSs for nine tenths of the region and more, for general use, on its datum in force;
-    in a state of the USA or a part far away one that is made for that.
-    `zones` are systems of conformal zones, where no single CRS serves for engineering; `notes` say what else there is
-    to say, with figures. `limit` is, for the Airy-Kavrayskiy errors, about what the best of all maps of the region
-    has, of all conformal or equal-area ones for these purposes; None where it is not known. A frame has the results and
-    the custom ones.
+    purpose. `custom` are the best custom projections of families, best first, if asked for, and `not_custom` the
+    families that have none, with the reasons. `country` is whose land the region is, "" for none; `official` the best
+    of the country's CRSs for general use that hold nine tenths of the region, on its datum in force; in a state of the
+    USA or a part far away only one that is made for that. `zones` are systems of conformal zones, where no single CRS
+    serves for engineering; `notes` are remarks with figures. `limit` is, for the Airy-Kavrayskiy errors, about the
+    error of the best of all maps of the region, or of all conformal or equal-area ones for these purposes; None where
+    it is not known. A frame has a row for each result and each custom projection.
     """
 
     region: Region
@@ -155,24 +151,13 @@ class Recommendation(Answer):
 
     def rows(self) -> list[dict[str, Any]]:
         """The results as flat rows, names and numbers; then the custom projections, without a code, by PROJ string."""
-        return self._table()
-
-    def _table(self) -> list[dict[str, Any]]:
         return [result._row() for result in self.results] + [custom._row() for custom in self.custom]
 
-
-# ---- search --------------------------------------------------------------------------------------
-
-
-AREAS = ("preferred", "contains", "intersects")
-"""How a CRS's area of use counts: the more of the region it holds the better, it must hold it, or it need not."""
-
-Progress = Callable[[int, int], None]
-
-_HEAVY = 24  # trials that a custom projection takes as long as, at least
+    def _table(self) -> list[dict[str, Any]]:
+        return self.rows()
 
 
-# ---- the question ---------------------------------------------------------------------------
+# ---- the search ----------------------------------------------------------------------------------
 
 
 def recommend(
@@ -188,7 +173,7 @@ def recommend(
     uninterrupted: bool = False,
     custom: bool = False,
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Recommendation:
     """The best of the projected CRSs of PROJ's database for a region, by measurement.
 
@@ -203,9 +188,9 @@ def recommend(
     purpose : str
         What the map must keep, as its field shows it: any, equal-area, conformal, equidistant or compromise.
     criterion : str, Figure, Measure or callable
-        What to rank by: a name in `FIGURES`; or a function of Jacobians J (n, 2, 2) that gives values (n,) never below
-        0, by whose mean over the area; or whatever else `get_figure` takes. What cannot be pickled, as a lambda, is
-        measured in this process only.
+        What to rank by: a name in `FIGURES`; a function of Jacobians J (n, 2, 2) with values (n,) never below 0, of
+        which the mean over the area counts; or whatever else `get_figure` takes. What cannot be pickled, such as a
+        lambda, is measured in this process only.
     authorities : sequence of str
         Whose CRSs to look at, of EPSG, ESRI and IGNF; by default the first two.
     datum : str, optional
@@ -220,16 +205,16 @@ def recommend(
     uninterrupted : bool
         Whether to leave out maps that are cut within the region (around the Earth: by more than a meridian).
     custom : bool
-        Whether to find the best custom projections, too, for the same purpose and by the same criterion.
+        Whether to find the best custom projections, too, by the same criterion.
     executor : concurrent.futures.Executor, optional
         What the work runs on; else on processes of its own where they can be forked.
     progress : callable, optional
-        Hears of the steps done and of all, two integers.
+        Called with the numbers of steps done and of all.
 
     Returns
     -------
     Recommendation
-        The best CRSs, best first, and with reasons those that are none.
+        The best CRSs, best first, and the rejected ones with the reasons.
 
     Raises
     ------
@@ -255,12 +240,18 @@ def recommend(
     place = main_part(given) if given.far else given
     ranking, purpose, area, limit = get_figure(criterion), get_purpose(purpose), _check_area(area), _check_limit(limit)
     records = crs_records(check_authorities(authorities), deprecated=deprecated)
-    search = _Search(Pool(place, records, area), purpose, ranking, area, limit, progress)
-    search.uninterrupted = uninterrupted
-    if custom:
-        search.families = families_for(place, purpose)
-    if place is not given:
-        search.notes.append(f"The answer is for the main part, {place.name}.")
+    search = _CrsSearch(
+        pool=CandidatePool(place, records, area),
+        probe=probe_of(place),
+        purpose=purpose,
+        ranking=ranking,
+        area=area,
+        limit=limit,
+        uninterrupted=uninterrupted,
+        families=families_for(place, purpose) if custom else (),
+        notes=() if place is given else (f"The answer is for the main part, {place.name}.",),
+        progress=progress,
+    )
     if executor is not None:
         return search.run(executor, datum)
     if not is_picklable(ranking):
@@ -281,109 +272,102 @@ def _check_limit(limit: int | None) -> int | None:
     return limit
 
 
-class _Search:
-    """A search for the best: the candidates, their trials, the maps among them, the best of these in full."""
+@dataclass(frozen=True, kw_only=True)
+class _CrsSearch:
+    """A search for the best: candidates are tried, grouped by map, and the best maps measured in full."""
 
-    def __init__(
-        self,
-        pool: Pool,
-        purpose: str,
-        ranking: Figure,
-        area: str,
-        limit: int | None,
-        progress: Progress | None,
-    ) -> None:
-        self.pool, self.purpose, self.ranking, self.area, self.limit = pool, purpose, ranking, area, limit
-        self.progress = progress
-        self.probe: Probe = probe_of(pool.region)
-        self.notes: list[str] = []
-        self.rejected = list(pool.rejected)
-        self.uninterrupted = False
-        self.families: list[str] = []  # of custom projections
-        self.least = lower_bound_of(ranking, pool.region, purpose)
+    pool: CandidatePool
+    probe: Probe
+    purpose: str
+    ranking: Figure
+    area: str
+    limit: int | None
+    uninterrupted: bool
+    families: Sequence[str]  # of custom projections
+    notes: tuple[str, ...]
+    progress: Callable[[int, int], None] | None
 
     def run(self, executor: Executor | None, datum: str | None) -> Recommendation:
         """Try all, measure the best."""
-        unfit = reasons_against(self.pool.records)
-        self.rejected += [Rejected(code, self.pool.records[code].name, reason) for code, reason in unfit.items()]
-        trials = [
-            Trial(code, record.name, self.probe, self.ranking)
-            for code, record in self.pool.records.items()
-            if code not in unfit
-        ]
-        total = len(trials) + len(self.families) + (self.limit or len(trials))
-        found = run_all(executor, try_crs, trials, self._report(0, total))
-        findings = [one for one in found if isinstance(one, Finding)]
-        self.rejected += [one for one in found if isinstance(one, Rejected)]
+        records = self.pool.records
+        unfit = reasons_against(records)
+        rejected = [*self.pool.rejected, *(Rejected(code, records[code].name, text) for code, text in unfit.items())]
+        fit = [record for code, record in records.items() if code not in unfit]
+        total = len(fit) + len(self.families) + (self.limit or len(fit))
+        trials = [functools.partial(try_crs, record, self.probe, self.ranking) for record in fit]
+        tried = run_all(executor, operator.call, trials, self._report(0, total))
+        candidates = [one for one in tried if isinstance(one, Candidate)]
+        rejected += [one for one in tried if isinstance(one, Rejected)]
         if datum is not None:
-            findings = of_datum(findings, datum)
-        maps = [one for one in self._maps(findings) if suits(one.first.keeps, self.purpose)]
-        custom, not_custom = self._custom(executor, self._report(len(trials), total))
-        contest = self._contest(executor)
-        best = contest.best(maps, self.limit, self._report(len(trials) + len(self.families), total))
-        official, zones = official_of(maps, contest), zones_of(maps, contest, self.purpose)
-        remark = "" if self.area == "intersects" else remark_on_own(maps, best, contest)
+            candidates = of_datum(candidates, datum)
+        maps = [one for one in self._maps(candidates) if suits(one.keeps, self.purpose)]
+        custom, not_custom = self._custom(executor, self._report(len(fit), total))
+        shortlist = Shortlist(
+            self.pool,
+            self.probe,
+            self.ranking,
+            close=self._close,
+            uninterrupted=self.uninterrupted,
+            executor=executor,
+        )
+        best = shortlist.best(maps, self.limit, self._report(len(fit) + len(self.families), total))
+        official, zones = official_of(maps, best, shortlist), zones_of(maps, shortlist, self.purpose)
+        remark = "" if self.area == "intersects" else remark_on_own(maps, best, shortlist)
         if self.progress is not None:
             self.progress(total, total)
+        least = custom[0].value if custom else None
         return Recommendation(
             region=self.pool.region,
             purpose=self.purpose,
             criterion=self.ranking.name,
             area=self.area,
-            results=tuple(self._candidate(one, custom) for one in best),
-            rejected=(*self.rejected, *contest.rejected),
-            candidates=len(self.pool.records),
+            results=tuple(self._compared(one, least) for one in best),
+            rejected=(*rejected, *shortlist.rejected),
+            candidates=len(records),
             maps=len(maps),
             custom=custom,
             not_custom=not_custom,
             country=self.pool.home,
-            official=None if official is None else self._candidate(official, custom),
+            official=None if official is None else self._compared(official, least),
             zones=zones,
             notes=(*self.notes, *([remark] if remark else [])),
-            limit=self.least,
+            limit=self._lower_bound,
         )
 
-    def _report(self, before: int, total: int) -> Callable[[int], None] | None:
-        """A listener to the number of tasks done, when some were done before."""
+    def _report(self, before: int, total: int) -> OnProgress:
+        """A callback for the number of tasks done, after those done before."""
         progress = self.progress
         return None if progress is None else lambda done: progress(min(before + done, total), total)
 
-    def _contest(self, executor: Executor | None) -> Contest:
-        """What measures maps in full: by figures alone where areas of use do not count."""
-        return Contest(
-            self.pool,
-            self.probe,
-            self.ranking,
-            close=0.0 if self.area == "intersects" else CLOSE,
-            uninterrupted=self.uninterrupted,
-            executor=executor,
-        )
+    @property
+    def _close(self) -> float:
+        """The difference of maps that are as good; none where areas of use do not count."""
+        return 0.0 if self.area == "intersects" else CLOSE
 
-    def _maps(self, findings: list[Finding]) -> list[Contender]:
-        """The different maps among findings."""
-        usages = {one.code: self.pool.usage(self.pool.records[one.code]) for one in findings}
+    @functools.cached_property
+    def _lower_bound(self) -> float | None:
+        return lower_bound_of(self.ranking, self.pool.region, self.purpose)
+
+    def _maps(self, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """The different maps among candidates."""
         maps = []
-        for group in grouped(findings, self._size):
-            members = by_usage(group, self.pool.records, usages)
-            standing = self.pool.standing(members, usages)
-            weight = 1.0 if self.area == "intersects" else standing.weight(HOLDS)
-            maps.append(Contender(members=members, standing=standing, weight=weight, level=self._level(members[0])))
+        for group in grouped([self.pool.with_usage(one) for one in candidates], self._size):
+            one = self.pool.as_one_map(by_usage(group, self.pool.records))
+            maps.append(one if self.area == "intersects" else replace(one, weight=weight_of(one, HOLDS)))
         return maps
 
-    def _level(self, one: Finding) -> float:
-        """The Airy-Kavrayskiy error by the trial."""
-        return or_infinity(LEVEL(one.jacobian, self.probe.weight))
-
-    def _size(self, one: Finding) -> float:
+    def _size(self, one: Candidate) -> float:
         """The figure by the trial, or the level where that is no more than rounding."""
-        return self.ranking.without_rounding(one.value) or self._level(one)
+        return self.ranking.without_rounding(one.trial.value) or one.trial.level
 
     def _custom(
-        self, executor: Executor | None, progress: Callable[[int], None] | None
+        self, executor: Executor | None, on_progress: OnProgress
     ) -> tuple[tuple[Custom, ...], tuple[Rejected, ...]]:
         """The best member of each family, best first, and families without one."""
-        tasks = [Design(name, self.pool.region, self.probe, self.ranking, self.purpose) for name in self.families]
-        found = run_all(executor, design, tasks, progress)
+        find = functools.partial(
+            best_custom, region=self.pool.region, probe=self.probe, ranking=self.ranking, purpose=self.purpose
+        )
+        found = run_all(executor, find, self.families, on_progress)
         custom = [replace(one, over_limit=self._over_limit(one.value)) for one in found if isinstance(one, Custom)]
         custom.sort(
             key=lambda one: (self.ranking.without_rounding(or_infinity(one.value)), one.distortion.airy_kavrayskiy)
@@ -391,30 +375,72 @@ class _Search:
         return tuple(custom), tuple(one for one in found if isinstance(one, Rejected))
 
     def _over_limit(self, value: float) -> float | None:
-        """A figure over the least that there can be."""
-        return None if self.least is None else value / self.least
+        """A figure divided by the lower bound."""
+        return None if self._lower_bound is None else value / self._lower_bound
 
-    def _candidate(self, one: Contender, custom: tuple[Custom, ...]) -> Candidate:
-        record = self.pool.records[one.first.code]
-        value, distortion = one.found
-        least = custom[0].value if custom else None
-        return Candidate(
-            code=record.code,
-            name=record.name,
-            method=one.first.conversion[0],
-            datum=one.first.datum,
-            value=value,
-            ranked=one.weight * value,
-            distortion=distortion,
-            keeps=one.first.keeps,
-            share=one.standing.share,
-            national=one.standing.national,
-            wide=one.standing.wide,
-            datum_since=one.standing.since or None,
-            area_of_use=record.area_of_use,
-            area_name=record.area_name,
-            same=tuple((other.code, self.pool.records[other.code].name) for other in one.members[1:]),
-            ratio_to_custom=value / least if least is not None and least > self.ranking.rounding else None,
-            difference_to_custom=value - least if least is not None else None,
-            over_limit=self._over_limit(value),
+    def _compared(self, one: Candidate, least: float | None) -> Candidate:
+        """A candidate beside the best custom projection and the lower bound."""
+        return replace(
+            one,
+            ratio_to_custom=one.value / least if least is not None and least > self.ranking.rounding else None,
+            difference_to_custom=one.value - least if least is not None else None,
+            over_limit=self._over_limit(one.value),
         )
+
+
+# ---- custom projections --------------------------------------------------------------------------
+
+
+_FAMILIES = {
+    "equal-area": ("laea", "aea", "cea"),
+    "conformal": ("lcc", "tmerc", "omerc", "stere", "merc"),
+    "equidistant": ("aeqd", "eqdc", "eqc"),
+    "compromise": ("wintri", "airy"),
+}
+
+
+def families_for(region: Region, purpose: str) -> list[str]:
+    """Families that may serve the purpose: those that suit the region's size and place, else all."""
+    names = sensible_families(extent_of(region), WGS84)
+    if purpose == "any":
+        return names
+    serving = _FAMILIES[purpose]
+    return [name for name in names if name in serving] or list(serving)
+
+
+def best_custom(family: str, region: Region, probe: Probe, ranking: Figure, purpose: str) -> Custom | Rejected:
+    """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose.
+
+    It is on WGS 84 even if its formulas are for a sphere: PROJ has the existing CRSs of these methods so.
+    """
+    try:
+        projection, parameters = best_member(family, region, ranking, WGS84)
+        J = jacobian(projection, probe.lon, probe.lat)
+    except ProjectionError as error:
+        return Rejected("", family, str(error))
+    keeps = properties_of(J, probe).keeps
+    if not suits(keeps, purpose):
+        return Rejected("", family, f"It is not {purpose} on the ellipsoid.")
+    found = measure(
+        Full(
+            code=projection.definition,
+            name=family,
+            region=region,
+            probe=probe,
+            keeps=keeps,
+            level=LEVEL(J, probe.weight),
+            ranking=ranking,
+        )
+    )
+    if isinstance(found, Rejected):
+        return found
+    value, distortion = found
+    return Custom(
+        family=family,
+        name=projection.name,
+        proj=projection.definition,
+        parameters=parameters,
+        value=value,
+        distortion=distortion,
+        keeps=keeps,
+    )

@@ -1,71 +1,41 @@
-"""The best of many maps by few measurements in full, so that the order is that of measuring all.
+"""The best of many maps by few measurements in full, in the order that measuring all would give.
 
-A trial tells each map's figure to a few per cent; only those that may be among the best by it are measured.
+A trial gives each map's figure to a few per cent; only maps that may be among the best by it are measured.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from projdist.decisions.recommendation.candidate_crs import Pool
-from projdist.decisions.recommendation.candidates import Distortion, Finding, Full, Probe, Rejected, measure, settle
-from projdist.decisions.recommendation.preference import Key, Standing, is_close, preferred, tiers
-from projdist.field import FIGURES, Figure
+from projdist.decisions.recommendation.candidate_crs import LEVEL, Candidate, CandidatePool, Key, or_infinity
+from projdist.decisions.recommendation.candidates import Full, Probe, Rejected, measure, settle
+from projdist.decisions.recommendation.preference import is_close, tiers
+from projdist.field import Figure
 from projdist.support import run_all
-
-LEVEL = FIGURES["airy_kavrayskiy"]
-"""The figure that decides where others vanish."""
 
 # A trial's mean is good to a few per cent (6 on the globe, whose poles it leaves out), its maximum never too large.
 _MEAN_MARGIN, _MAXIMUM_MARGIN = 0.7, 0.99
 _SAFETY = 0.9  # of the least ratio of a full measurement to its trial so far
-_WAVE = 16  # maps in one go: more than there are cores, fewer than there are maps
+_WAVE = 16  # maps measured at a time: more than there are cores, fewer than there are maps
 
-Hears = Callable[[int], None] | None
-
-
-@dataclass(kw_only=True)
-class Contender:
-    """The CRSs of one map, the one to name first, and what is known of it."""
-
-    members: list[Finding]
-    standing: Standing
-    weight: float  # what its figure counts
-    level: float  # its Airy-Kavrayskiy error by its trial
-    key: Key = (np.inf, np.inf)  # what it counts by its figure in full, then by its level
-    result: tuple[float, Distortion] | None = None  # the figure in full, and all that is told of it
-
-    @property
-    def first(self) -> Finding:
-        """The CRS to name first."""
-        return self.members[0]
-
-    @property
-    def found(self) -> tuple[float, Distortion]:
-        """The figure in full and all that is told of it, once measured."""
-        assert self.result is not None
-        return self.result
-
-    @property
-    def trial(self) -> tuple[float, float]:
-        """What it counts by its trial: by the figure, then by its level."""
-        return self.weight * or_infinity(self.first.value), self.weight * self.level
+OnProgress = Callable[[int], None] | None
+"""Called with the number of tasks done."""
 
 
-class Contest:
-    """Maps of a pool for a figure, of which those within `close` of each other are as good.
+class Shortlist:
+    """The search for the best maps of a pool by a figure; those within `close` of each other are as good.
 
-    What cannot be measured in full is added to `rejected`.
+    Maps that cannot be measured in full are added to `rejected`.
     """
 
     def __init__(
         self,
-        pool: Pool,
+        pool: CandidatePool,
         probe: Probe,
         ranking: Figure,
         *,
@@ -77,112 +47,105 @@ class Contest:
         self.close, self.uninterrupted, self.executor = close, uninterrupted, executor
         self.rejected: list[Rejected] = []
 
-    def best(self, maps: list[Contender], limit: int | None, hears: Hears) -> list[Contender]:
-        """The best maps in order: figures in full until no other can be among them, then all that is told of them."""
+    def best(self, maps: Sequence[Candidate], limit: int | None, on_progress: OnProgress) -> list[Candidate]:
+        """The best maps in order: evaluated until no other can be among them, then measured."""
         margins = [_MAXIMUM_MARGIN if self.ranking.is_maximum else _MEAN_MARGIN, _MEAN_MARGIN]
         wanted = len(maps) if limit is None else min(limit, len(maps))
-        waiting = sorted(maps, key=lambda one: self.told(*one.trial))
-        done: list[Contender] = []
+        waiting = sorted(maps, key=self.trial_key)
+        done: list[Candidate] = []
         while waiting:
             least = self._least_of_last(done, wanted)
             chosen = [one for one in waiting if self._may_reach(least, one, margins)][: max(wanted - len(done), _WAVE)]
             if not chosen:
                 break
-            waiting = [one for one in waiting if one not in chosen]
-            settled = self._settled(chosen)
-            margins = [min(pair) for pair in zip(margins, self._margins(settled), strict=True)]
-            done += settled
-        best = [one for tier in self._tiers(done) for one in tier][:wanted]
-        for one, result in zip(best, self._run(measure, best, hears), strict=True):
-            one.result = result
-        return best
+            codes = {one.code for one in chosen}
+            waiting = [one for one in waiting if one.code not in codes]
+            evaluated = self._evaluated(chosen)
+            margins = [min(pair) for pair in zip(margins, _margins(evaluated), strict=True)]
+            done += evaluated
+        return self._measured([one for tier in tiers(done, self.close) for one in tier][:wanted], on_progress)
 
-    def winner(self, maps: list[Contender]) -> Contender | None:
-        """The best of a few maps by its figure alone, measured in full."""
-        least = min((one.trial for one in maps), default=(np.inf, np.inf))
+    def winner(self, maps: Sequence[Candidate], measured: Sequence[Candidate]) -> Candidate | None:
+        """The best of a few maps by its figure alone, measured in full unless it is among those that are."""
+        least = min((one.trial_key for one in maps), default=(np.inf, np.inf))
         near = [one for one in maps if self._may_reach(least, one, (_MEAN_MARGIN, _MEAN_MARGIN))]
-        best = min(self._settled(near), key=lambda one: one.key, default=None)
-        if best is not None and best.result is None:
-            (best.result,) = self._run(measure, [best])
-        return best
+        best = min(self._evaluated(near), key=lambda one: one.key, default=None)
+        if best is None:
+            return None
+        return next((one for one in measured if one.code == best.code), None) or self._measured([best])[0]
 
-    def figure_of(self, one: Contender) -> float | None:
+    def figure_of(self, one: Candidate) -> float | None:
         """The figure of a map in full, None where it cannot be measured."""
         (figure,) = self._run(settle, [one])
         return None if isinstance(figure, Rejected) else figure
 
-    def told(self, figure: float, level: float) -> tuple[float, float]:
-        """What maps are ordered by: figures that are no more than rounding are a tie, and the levels decide."""
+    def trial_key(self, one: Candidate) -> Key:
+        """The order of a map by its trial."""
+        return self._key(*one.trial_key)
+
+    def _key(self, figure: float, level: float) -> Key:
+        """A key by a figure, of which rounding counts as 0, and a level."""
         return self.ranking.without_rounding(figure), level
 
-    def _tiers(self, done: list[Contender]) -> list[list[Contender]]:
-        """Maps in groups that are close, each in the order of preference."""
-        found = []
-        for tier in tiers([one.key for one in done], self.close):
-            members = [done[i] for i in tier]
-            order = preferred([one.standing for one in members], [one.key for one in members])
-            found.append([members[i] for i in order])
-        return found
-
-    def _least_of_last(self, done: list[Contender], wanted: int) -> Key:
-        """The least key of the tier in which the last of those wanted is: what is close to it may come before."""
+    def _least_of_last(self, done: Sequence[Candidate], wanted: int) -> Key:
+        """Lowest key of the tier that holds the last wanted map: maps close to it may still come before."""
         count = 0
-        for tier in self._tiers(done):
+        for tier in tiers(done, self.close):
             count += len(tier)
             if count >= wanted:
                 return min(one.key for one in tier)
         return np.inf, np.inf
 
-    def _may_reach(self, least: Key, one: Contender, margins: Sequence[float]) -> bool:
-        """Whether a map may come before the best of a tier, or close to it."""
-        figure, level = (margin * value for margin, value in zip(margins, one.trial, strict=True))
-        key = self.told(figure, level)
+    def _may_reach(self, least: Key, one: Candidate, margins: Sequence[float]) -> bool:
+        """True if a map may come before the best of a tier, or close to it."""
+        key = self._key(*(margin * value for margin, value in zip(margins, one.trial_key, strict=True)))
         return key <= least or is_close(key, least, self.close)
 
-    def _settled(self, maps: list[Contender]) -> list[Contender]:
-        """The maps that have a figure in full, with their keys; where that vanishes, with their levels in full."""
-        settled = []
+    def _evaluated(self, maps: Sequence[Candidate]) -> list[Candidate]:
+        """Maps with keys by their figures in full; where the figure vanishes, by the level in full."""
+        found = []
         for one, figure in zip(maps, self._run(settle, maps), strict=True):
             if isinstance(figure, Rejected):
                 self.rejected.append(figure)
-                continue
-            one.key = self.told(one.weight * or_infinity(figure), one.trial[1])
-            settled.append(one)
-        tied = [one for one in settled if one.key[0] == 0.0]
-        for one, level in zip(tied, self._run(settle, tied, ranking=LEVEL), strict=True):
-            one.key = 0.0, one.weight * or_infinity(level)
-        return settled
+            else:
+                found.append(replace(one, key=self._key(one.weight * or_infinity(figure), one.trial_key[1])))
+        tied = [n for n, one in enumerate(found) if one.key[0] == 0.0]
+        levels = self._run(settle, [found[n] for n in tied], ranking=LEVEL)
+        for n, level in zip(tied, levels, strict=True):
+            found[n] = replace(found[n], key=(0.0, found[n].weight * or_infinity(level)))
+        return found
 
-    def _margins(self, settled: list[Contender]) -> list[float]:
-        """How far below their trials measurements may be, by those in full: of figures, and of levels."""
-        pairs = [[(one.key[0], one.trial[0]) for one in settled if 0.0 < one.key[0] < np.inf]]
-        pairs += [[(one.key[1], one.trial[1]) for one in settled if one.key[0] == 0.0 and one.key[1] < np.inf]]
-        return [min((_SAFETY * full / trial for full, trial in kind if trial > 0.0), default=np.inf) for kind in pairs]
+    def _measured(self, maps: Sequence[Candidate], on_progress: OnProgress = None) -> list[Candidate]:
+        """Maps with all their figures."""
+        found = self._run(measure, maps, on_progress)
+        return [replace(one, value=v, distortion=d) for one, (v, d) in zip(maps, found, strict=True)]
 
     def _run(
         self,
         function: Callable[[Full], Any],
-        maps: list[Contender],
-        hears: Hears = None,
+        maps: Sequence[Candidate],
+        on_progress: OnProgress = None,
         ranking: Figure | None = None,
     ) -> list[Any]:
-        """A measurement of each map, for the figure of the search or another."""
+        """A measurement of each map, by the figure of the search or another."""
         tasks = [
             Full(
-                code=one.first.code,
-                name=self.pool.records[one.first.code].name,
+                code=one.code,
+                name=one.name,
                 region=self.pool.region,
                 probe=self.probe,
-                keeps=one.first.keeps,
-                level=one.level,
+                keeps=one.keeps,
+                level=one.trial.level,
                 ranking=ranking or self.ranking,
                 uninterrupted=self.uninterrupted,
             )
             for one in maps
         ]
-        return run_all(self.executor, function, tasks, hears)
+        return run_all(self.executor, function, tasks, on_progress)
 
 
-def or_infinity(value: float) -> float:
-    """The value, or infinity for NaN."""
-    return value if np.isfinite(value) else np.inf
+def _margins(evaluated: Sequence[Candidate]) -> list[float]:
+    """How far below their trials measurements may be, by those in full: of figures, and of levels."""
+    pairs = [[(one.key[0], one.trial_key[0]) for one in evaluated if 0.0 < one.key[0] < np.inf]]
+    pairs += [[(one.key[1], one.trial_key[1]) for one in evaluated if one.key[0] == 0.0 and one.key[1] < np.inf]]
+    return [min((_SAFETY * full / trial for full, trial in kind if trial > 0.0), default=np.inf) for kind in pairs]

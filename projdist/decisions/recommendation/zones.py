@@ -1,9 +1,11 @@
-"""Systems of zones, and what a country has of its own for a region."""
+"""Systems of zones, and a country's own CRSs for a region."""
 
 from __future__ import annotations
 
+import functools
+import operator
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
@@ -11,45 +13,34 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import BoolArray
-from projdist.decisions.recommendation.candidate_crs import HOLDS_NEARLY
-from projdist.decisions.recommendation.candidates import (
-    Area,
-    Finding,
-    Full,
-    Lattice,
-    Probe,
-    Rejected,
-    Trial,
-    probe_of,
-    settle,
-    try_crs,
-)
+from projdist.decisions.recommendation.candidate_crs import HOLDS_NEARLY, Candidate, CandidatePool, try_crs
+from projdist.decisions.recommendation.candidates import Area, Full, Lattice, Probe, Rejected, probe_of, settle
 from projdist.decisions.recommendation.preference import datum_root, in_force, suits
-from projdist.decisions.recommendation.shortlist import Contender, Contest
+from projdist.decisions.recommendation.shortlist import Shortlist
 from projdist.field import FIGURES, Figure
 from projdist.projections import CrsRecord, Facts
 from projdist.regions import Box, Region
 from projdist.support import plain, run_all
 
 ENGINEERING_PPM = 100.0
-"""What a conformal map may be off by that needs no zones: 1 : 10,000, as the State Plane zones of the USA were drawn
+"""Largest scale error of a conformal map that needs no zones: 1 : 10,000, the limit of the State Plane zones of the USA
 (J. E. Stem 1989, State Plane Coordinate System of 1983, NOAA Manual NOS NGS 5, 1.4)."""
 
 _WHOLE = 0.95  # of the region: areas of use are rounded, and outlines have disputed land
 _MOST = 80  # zones of a system: Russia has 29 of six degrees, and 55 of three
 _SHOWN = 3  # systems
-_SLIVER = 0.005  # of the region: less does not make a system another one
+_SLIVER = 0.005  # of the region: zones with less do not tell systems apart
 _CYLINDRICAL, _SCALE_FACTOR = (9807, 9808), 8805  # EPSG's codes of Transverse Mercator, north and south, and its scale
 _PPM = FIGURES["max_scale_error_ppm"]
-_LEVEL = 1e-4  # what the Airy-Kavrayskiy error of a zone is, about
+_LEVEL = 1e-4  # the Airy-Kavrayskiy error of a zone, about
 
-# What differs in the names of zones of one system: numbers, also Roman, with what they are degrees or halves of.
+# What differs in the names of zones of one system: numbers, also Roman, with degrees and hemispheres.
 _NUMBER = re.compile(r"\d+(?:[.'/-]\d+)*\s*[NSEW]?\b|\b[IVX]+\b|\d+")
 
 
 @dataclass(frozen=True)
 class Zone:
-    """A CRS over the region's part in its area of use, which is `share` of the region.
+    """A CRS over the part of the region in its area of use, a `share` of it.
 
     `value` is the figure of the criterion there, `max_scale_error_ppm` the largest |scale - 1|.
     """
@@ -63,9 +54,9 @@ class Zone:
 
 @dataclass(frozen=True, kw_only=True)
 class ZoneSystem:
-    """Zones that cover the region together, from west to east; the figures are the worst of any zone in its part.
+    """Zones that together cover the region, from west to east; the figures are the worst of any zone.
 
-    `name` is that of the first and the last; `national` is whether they are the country's own.
+    `name` is that of the first and the last; `national` is True for the country's own.
     """
 
     name: str
@@ -96,12 +87,12 @@ class ZoneSystem:
         }
 
 
-# ---- which systems there are ----------------------------------------------------------------
+# ---- systems ---------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _System:
-    """CRSs of one system, what the lattice has of each, and the year of their datum."""
+    """CRSs of one system, the points of the lattice that each holds, and their datum with its year."""
 
     records: tuple[CrsRecord, ...]
     held: BoolArray
@@ -122,27 +113,27 @@ def find_zones(
     national: bool,
     modern: bool,
 ) -> tuple[ZoneSystem, ...]:
-    """Systems of conformal zones among CRSs that cover a region, and whose largest scale errors are less than a figure.
+    """Systems of conformal zones that cover a region with scale errors below `above_ppm`.
 
-    None that has a CRS for the whole region is one. Those of an older datum than others are left out, and those of one
-    from before satellites unless there are no others, with `modern` even then; those for general use come first, of
-    these those with the fewest zones.
+    A system has no CRS for the whole region. Systems on an older datum than others are left out; so are those on a
+    datum from before satellites, unless there are no others, with `modern` even then. Those for general use come first,
+    of these those with the fewest zones.
     """
     systems = _systems(records, facts, lattice)
-    trials = [
-        Trial(record.code, record.name, _probe(lattice, held), _PPM)
+    trials = {
+        record.code: functools.partial(try_crs, record, _probe(lattice, held), _PPM)
         for system in systems
         for record, held in zip(system.records, system.held, strict=True)
         if held.any()
-    ]
-    found = dict(zip((trial.code for trial in trials), run_all(executor, try_crs, trials), strict=True))
+    }
+    found = dict(zip(trials, run_all(executor, operator.call, list(trials.values())), strict=True))
     kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found, modern)
     made = (_measured(region, lattice, system, ranking, executor, national) for system in kept[:_SHOWN])
     return tuple(system for system in made if system is not None and system.max_scale_error_ppm < above_ppm)
 
 
 def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: Lattice) -> list[_System]:
-    """The systems that cover a region, each map once: of the latest datum and the plainest names that have it."""
+    """Systems that cover a region, each map once: on the latest datum, with the plainest names."""
     families = [sorted(family, key=_number) for family in _families(records, facts)]
     latest: dict[str, int] = {}
     for family in families:
@@ -167,9 +158,9 @@ def _systems(records: Sequence[CrsRecord], facts: Mapping[str, Facts], lattice: 
 
 
 def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts]) -> list[list[CrsRecord]]:
-    """CRSs that differ in their names by numbers only, and those that do by words and are left alone by that.
+    """Groups of CRSs whose names differ by numbers only, and groups of the single CRSs that are left.
 
-    All of one have frame, method and prime meridian in common, and cylinders their scale factor, too.
+    CRSs of a group have frame, method and prime meridian in common, cylinders also their scale factor.
     """
     by_name: dict[Any, list[CrsRecord]] = {}
     for record in records:
@@ -187,14 +178,14 @@ def _families(records: Sequence[CrsRecord], facts: Mapping[str, Facts]) -> list[
 
 
 def _kind(record: CrsRecord, facts: Facts) -> Any:
-    """What zones of one system have in common."""
+    """The key that zones of one system have in common."""
     method, meridian, parameters = facts.draws
     scale = [value for code, value, _ in parameters if code == _SCALE_FACTOR and method in _CYLINDRICAL]
     return record.code.partition(":")[0], facts.frame, method, meridian, tuple(scale)
 
 
 def _drawn(facts: Facts) -> Any:
-    """What identifies a map whichever way its axes point: Transverse Mercator is also one with them to the south."""
+    """The identity of a map regardless of its axes, which may point south for Transverse Mercator."""
     method, *rest = facts.draws
     return _CYLINDRICAL[0] if method in _CYLINDRICAL else method, *rest
 
@@ -208,40 +199,39 @@ def _without_twins(family: list[CrsRecord], facts: Mapping[str, Facts]) -> list[
 
 
 def _newest(family: list[CrsRecord]) -> CrsRecord:
-    """The CRS of a map that came last into the registry: KGD2002 / West Belt 2010, not West Belt."""
+    """The CRS of a map with the highest code: KGD2002 / West Belt 2010, not West Belt."""
     return max(family, key=_number)
 
 
 def _number(record: CrsRecord) -> tuple[int, str]:
-    """The code without its authority, in the order of numbers."""
+    """Sort key of a code by its number, without the authority."""
     code = record.code.partition(":")[2]
     return len(code), code
 
 
 def _datum(record: CrsRecord) -> str:
-    """The datum as the name of a CRS has it: ETRS89 of ETRS89 / UTM zone 32N."""
+    """The datum in the name of a CRS: ETRS89 of ETRS89 / UTM zone 32N."""
     return record.name.partition(" / ")[0]
 
 
 def _probe(lattice: Lattice, held: BoolArray) -> Probe:
-    """The points of a lattice that a zone holds."""
+    """The lattice's points in a zone."""
     weight = lattice.weight[held]
     return Probe(lattice.lon[held], lattice.lat[held], weight / weight.sum())
 
 
-def _serves(system: _System, found: Mapping[str, Finding | Rejected], above_ppm: float) -> bool:
-    """Whether all zones are conformal, and better than a figure by their trials."""
+def _serves(system: _System, found: Mapping[str, Candidate | Rejected], above_ppm: float) -> bool:
+    """True if by their trials all zones are conformal, with scale errors below `above_ppm`."""
     trials = [found[record.code] for record in system.records if record.code in found]
-    return all(isinstance(one, Finding) and "conformal" in one.keeps and one.value < above_ppm for one in trials)
+    return all(
+        isinstance(one, Candidate) and "conformal" in one.keeps and one.trial.value < above_ppm for one in trials
+    )
 
 
-def _in_force(systems: list[_System], found: Mapping[str, Finding | Rejected], only_modern: bool) -> list[_System]:
-    """Systems on datums of today, if there are any, and of the latest of these; for general use, of few zones first."""
-
-    def is_modern(system: _System) -> bool:
-        return any(getattr(found.get(record.code), "modern", False) for record in system.records)
-
-    modern = [system for system in systems if is_modern(system)]
+def _in_force(systems: list[_System], found: Mapping[str, Candidate | Rejected], only_modern: bool) -> list[_System]:
+    """Systems on the latest modern datum, else on the latest of all; for general use and of few zones first."""
+    on_modern = {code for code, one in found.items() if isinstance(one, Candidate) and one.trial.modern}
+    modern = [system for system in systems if any(record.code in on_modern for record in system.records)]
     if not modern and not only_modern:
         modern = systems
     latest = max((system.since for system in modern), default=0)
@@ -261,7 +251,7 @@ def _in_force(systems: list[_System], found: Mapping[str, Finding | Rejected], o
 def _measured(
     region: Region, lattice: Lattice, system: _System, ranking: Figure, executor: Executor | None, national: bool
 ) -> ZoneSystem | None:
-    """A system with the figures of its zones that meet the region, each over the region's part in its area of use."""
+    """A system with the figures of its zones that meet the region, each over its part of it."""
     found = {record.code: _part(region, record.area_of_use) for record in system.records}
     parts = {code: part for code, part in found.items() if part is not None}
     meeting = [record for record in system.records if record.code in parts]
@@ -303,7 +293,7 @@ def _measured(
 
 
 def _part(region: Region, area: Area) -> Region | None:
-    """What a zone has of a region; None where that is nothing."""
+    """The part of a region in a zone, None if empty."""
     from projdist.regions import combine  # shapely is slow to load
 
     try:
@@ -312,68 +302,56 @@ def _part(region: Region, area: Area) -> Region | None:
         return None
 
 
-# ---- own systems ---------------------------------------------------------------------------------
+# ---- national systems ----------------------------------------------------------------------------
 
 
 _UTM = "WGS 84 / UTM zone "
-_SCALE = FIGURES["max_scale_error_ppm"]
 
 
-def official_of(maps: list[Contender], contest: Contest) -> Contender | None:
-    """The best of the country's own maps for nearly all of the region, for general use, on the datum in force."""
-    current = [maps[i] for i in in_force([one.standing for one in maps])]
-    whole = [one for one in current if one.standing.share >= HOLDS_NEARLY]
-    return contest.winner([one for one in whole if any(map(contest.pool.is_for_part, _records(one, contest)))])
+def official_of(maps: Sequence[Candidate], best: Sequence[Candidate], shortlist: Shortlist) -> Candidate | None:
+    """The best national map for nearly all of the region, for general use, on the datum in force."""
+    whole = [one for one in in_force(maps) if one.share >= HOLDS_NEARLY]
+    pool = shortlist.pool
+    for_part = [one for one in whole if any(pool.is_for_part(pool.records[code]) for code in one.codes)]
+    return shortlist.winner(for_part, best)
 
 
-def _records(one: Contender, contest: Contest) -> list[CrsRecord]:
-    return [contest.pool.records[member.code] for member in one.members]
-
-
-def remark_on_own(maps: list[Contender], best: list[Contender], contest: Contest) -> str:
-    """What the country's own system has against the first, "" where that is the country's own."""
-    own = [one for one in maps if one.standing.national]
-    if not own or not best or best[0].standing.national:
+def remark_on_own(maps: Sequence[Candidate], best: Sequence[Candidate], shortlist: Shortlist) -> str:
+    """A sentence that compares the best national map with the first result, "" if that is national."""
+    own = [one for one in maps if one.national]
+    if not own or not best or best[0].national:
         return ""
-    one = next((one for one in best if one.standing.national), min(own, key=lambda one: contest.told(*one.trial)))
-    figure = contest.figure_of(one)
+    one = next((one for one in best if one.national), min(own, key=shortlist.trial_key))
+    figure = shortlist.figure_of(one)
     if figure is None:
         return ""
-    first, name = best[0], contest.ranking.name
-    counts = f"{one.first.code}, the best of those of {contest.pool.home}, counts {one.weight * figure:.5g} by {name}"
-    return f"{counts}, {first.first.code} {first.weight * first.found[0]:.5g}."
+    counts = f"{one.code}, the best of those of {shortlist.pool.home}, counts {one.weight * figure:.5g}"
+    return f"{counts} by {shortlist.ranking.name}, {best[0].code} {best[0].ranked:.5g}."
 
 
-def zones_of(maps: list[Contender], contest: Contest, purpose: str) -> tuple[ZoneSystem, ...]:
-    """Systems of zones, the country's own or else UTM's, where no conformal map serves for engineering.
+def zones_of(maps: Sequence[Candidate], shortlist: Shortlist, purpose: str) -> tuple[ZoneSystem, ...]:
+    """Systems of zones, national or else UTM's, where no conformal map serves for engineering.
 
     Those of a state or a part far away come before those of all of the country; no state works on a datum from before
     satellites.
     """
-    pool = contest.pool
-    conformal = [one.first for one in maps if "conformal" in one.first.keeps and not one.standing.wide]
+    pool = shortlist.pool
     least = min(
-        (_scale_error(one, contest) for one in conformal),
+        (_PPM(one.trial.jacobian, shortlist.probe.weight) for one in maps if "conformal" in one.keeps and not one.wide),
         default=np.inf if suits(("conformal",), purpose) else 0.0,
     )
     if least <= ENGINEERING_PPM:
         return ()
-    known = [record for record in pool.meeting if record.code in pool.facts]
-    own = [record for record in known if pool.is_national(record) and not pool.is_elsewhere(record)]
-    frames = {pool.facts[record.code].frame for record in own}
-    same = [record for record in known if pool.facts[record.code].frame in frames]  # outlines are not all undisputed
-    utm = [record for record in known if record.name.startswith(_UTM)]
-    for_part = [record for record in own if pool.is_for_part(record)]
-    for records in (*([for_part] if len(for_part) < len(own) else []), own, same, utm):
+    for records, national in _zone_records(pool):
         found = find_zones(
             pool.region,
             pool.lattice,
             records,
             pool.facts,
-            contest.ranking,
+            shortlist.ranking,
             least,
-            contest.executor,
-            national=records is not utm,
+            shortlist.executor,
+            national=national,
             modern=bool(pool.part.state),
         )
         if found:
@@ -381,6 +359,14 @@ def zones_of(maps: list[Contender], contest: Contest, purpose: str) -> tuple[Zon
     return ()
 
 
-def _scale_error(one: Finding, contest: Contest) -> float:
-    """The largest scale error in ppm by the trial."""
-    return _SCALE(one.jacobian, contest.probe.weight)
+def _zone_records(pool: CandidatePool) -> Iterator[tuple[list[CrsRecord], bool]]:
+    """CRSs that may be zones, and whether they are national, in the order in which they are looked at."""
+    known = [record for record in pool.meeting if record.code in pool.facts]
+    own = [record for record in known if pool.is_national(record) and not pool.is_elsewhere(record)]
+    for_part = [record for record in own if pool.is_for_part(record)]
+    if len(for_part) < len(own):
+        yield for_part, True
+    yield own, True
+    frames = {pool.facts[record.code].frame for record in own}
+    yield [record for record in known if pool.facts[record.code].frame in frames], True  # disputed outlines
+    yield [record for record in known if record.name.startswith(_UTM)], False
