@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -36,20 +36,13 @@ _LARGEST, _LEAST = 1e-5, 1e-9  # limits, as scales less 1
 _CURVED = 1e-3  # of the mean square across a region
 
 
-class WeightedPoints(Protocol):
-    """Points in degrees and their weights, all of shape (n,); those of weight 0 do not count."""
+@dataclass(frozen=True)
+class WeightedPoints:
+    """Points in degrees with their shares of the area, each (n,); those of weight 0 lie on edges and do not count."""
 
-    @property
-    def lon(self) -> FloatArray:
-        """Longitudes."""
-
-    @property
-    def lat(self) -> FloatArray:
-        """Latitudes."""
-
-    @property
-    def weight(self) -> FloatArray:
-        """Shares of the area."""
+    lon: FloatArray
+    lat: FloatArray
+    weight: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -318,4 +311,4 @@ def properties_where_it_is_for(projection: Projection) -> Properties:
     """What a map keeps over the area of use of a CRS, and over the globe for other projections."""
     nodes = nodes_of(region_for(None, [projection]), projection.ellipsoid, _NODES)
     J, _ = nodes.jacobian(projection)
-    return properties_of(J, nodes)
+    return properties_of(J, WeightedPoints(nodes.lon, nodes.lat, nodes.weight))

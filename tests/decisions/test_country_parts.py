@@ -7,7 +7,7 @@ import pytest
 
 from projdist import recommend
 from projdist.decisions.recommendation.candidate_crs import Candidate, CountryPart, part_of
-from projdist.decisions.recommendation.candidates import Lattice
+from projdist.decisions.recommendation.candidates import lattice_of
 from projdist.decisions.recommendation.preference import in_force
 from projdist.projections.database import CrsRecord
 from projdist.regions import get_region
@@ -37,8 +37,8 @@ OHIO = CrsRecord("A:2", "Ohio", "", (-84.81, 38.4, -80.51, 42.33), "USA - Ohio")
 def test_parts(home, region, state, is_far):
     """States by nine tenths of the region in half of a state; what is far by the main part of the outlines."""
     place = get_region(region)
-    lattice = Lattice(place)
-    part = part_of(home, place, lattice.lon, lattice.lat, lattice.weight)
+    lattice = lattice_of(place)
+    part = part_of(home, place, lattice)
     assert part.state == state
     assert (part.middle is not None) == (is_far and not state)
 
@@ -46,8 +46,8 @@ def test_parts(home, region, state, is_far):
 def test_what_is_made_for_a_state():
     """Ohio's, by the name of the area of use, and not what is for all of the country."""
     place = get_region("state:OH")
-    lattice = Lattice(place)
-    part = part_of(USA, place, lattice.lon, lattice.lat, lattice.weight)
+    lattice = lattice_of(place)
+    part = part_of(USA, place, lattice)
     assert part.has(OHIO, ["United States (USA) - Ohio"])
     assert not part.has(CONUS, ["United States (USA) - CONUS - onshore"])
     assert not part.has(CONUS, [])
@@ -56,8 +56,8 @@ def test_what_is_made_for_a_state():
 def test_what_is_made_for_a_far_part():
     """It has not the middle of the main part: Kansas."""
     place = get_region("box:-180,50,-129,72")
-    lattice = Lattice(place)
-    part = part_of(USA, place, lattice.lon, lattice.lat, lattice.weight)
+    lattice = lattice_of(place)
+    part = part_of(USA, place, lattice)
     assert np.allclose(part.middle, (-95.85, 36.96), atol=0.01)
     assert not part.has(CONUS, ["USA"])
     alaska = dataclasses.replace(OHIO, area_of_use=(172.42, 51.3, -129.99, 71.4))

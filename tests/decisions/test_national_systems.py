@@ -8,7 +8,7 @@ from pyproj import CRS
 from pyproj.database import query_crs_info
 from tables import each
 
-from projdist.decisions.recommendation.candidates import Lattice
+from projdist.decisions.recommendation.candidates import lattice_of
 from projdist.decisions.recommendation.search import recommend
 from projdist.projections.database import facts_of
 from projdist.regions import get_region
@@ -72,7 +72,7 @@ def is_among_the_first(row, found):
 
 def names_the_zones(row, found):
     """Whether one of the systems that are named has all zones with a hundredth of the region or more."""
-    lattice = Lattice(found.region)
+    lattice = lattice_of(found.region)
     codes = row["codes"].split()
     boxes = [CRS(code).area_of_use.bounds for code in codes]
     shares = lattice.within(boxes) @ lattice.weight

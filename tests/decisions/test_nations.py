@@ -3,7 +3,7 @@
 from tables import each
 
 from projdist.decisions.recommendation.candidate_crs import _NOBODYS_KM2, home_of, named
-from projdist.decisions.recommendation.candidates import Lattice
+from projdist.decisions.recommendation.candidates import lattice_of
 from projdist.regions import get_region
 
 NAMED = [
@@ -56,8 +56,8 @@ def test_named(extents, countries):
 )
 def test_home(region, home):
     """The country that has most of a region's land; none at sea, and none that has half of the world."""
-    lattice = Lattice(get_region(region))
-    assert home_of(lattice.lon, lattice.lat, lattice.weight) == home
+    lattice = lattice_of(get_region(region))
+    assert home_of(lattice) == home
 
 
 def test_the_world_is_nobodys():

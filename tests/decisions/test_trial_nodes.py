@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from projdist.decisions.recommendation.candidates import Lattice, probe_of
+from projdist.decisions.recommendation.candidates import lattice_of, probe_of
 from projdist.regions import GLOBE, Box, Cap
 
 REGIONS = [GLOBE, Box(5.9, 47.3, 15.0, 55.1), Box(177, -20, -178, -15), Cap(10, 50, 20), Cap(0, -90, 2000)]
@@ -37,5 +37,5 @@ def test_mean_latitude():
 )
 def test_share_across_the_antimeridian(area, share):
     """Shares of a box that crosses the antimeridian, within areas that do and do not; to half a row of its lattice."""
-    lattice = Lattice(Box(177, -20, -178, -15))
+    lattice = lattice_of(Box(177, -20, -178, -15))
     assert lattice.within([area])[0] @ lattice.weight == pytest.approx(share, abs=0.02)

@@ -9,7 +9,7 @@ from pyproj import Proj
 
 from projdist import FIGURES
 from projdist.decisions.recommendation.candidate_crs import Candidate, CandidatePool, try_crs
-from projdist.decisions.recommendation.candidates import Lattice, probe_of
+from projdist.decisions.recommendation.candidates import lattice_of, probe_of
 from projdist.decisions.recommendation.zones import _measured, _serves, _System, _systems
 from projdist.projections.database import crs_records, facts_of
 from projdist.regions import get_region
@@ -21,7 +21,7 @@ def measured(region, *codes):
     """Zones of UTM as a system over a region."""
     known = {record.code: record for record in crs_records(["EPSG"])}
     records, place = tuple(known[code] for code in codes), get_region(region)
-    lattice = Lattice(place)
+    lattice = lattice_of(place)
     held = lattice.within([record.area_of_use for record in records])
     return _measured(place, lattice, _System(records, held, 0, "WGS 84", False), FIGURES["max_omega"], None, True)
 
@@ -54,7 +54,7 @@ def test_zones_that_do_not_meet_the_region():
 def test_what_is_a_system_of_zones(region, count):
     """Zones that hold a region together, where none of them holds it alone."""
     records = [record for record in crs_records(["EPSG"]) if record.code in ("EPSG:32632", "EPSG:32633")]
-    found = _systems(records, facts_of([record.code for record in records]), Lattice(get_region(region)))
+    found = _systems(records, facts_of([record.code for record in records]), lattice_of(get_region(region)))
     assert [[record.code for record in one.records] for one in found] == [["EPSG:32632", "EPSG:32633"]] * count
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray
-from projdist.decisions.map_info import properties_of
-from projdist.decisions.recommendation.candidates import Area, Distortion, Lattice, Probe, Rejected
+from projdist.decisions.map_info import WeightedPoints, properties_of
+from projdist.decisions.recommendation.candidates import Area, Distortion, Rejected, lattice_of
 from projdist.earth import WGS84
 from projdist.field import FIGURES, Figure, jacobian
 from projdist.projections import UNKNOWN, Conversion, CrsRecord, Facts, ProjectionError, facts_of, load_crs
@@ -147,7 +147,7 @@ def or_infinity(value: float) -> float:
     return value if np.isfinite(value) else np.inf
 
 
-def try_crs(record: CrsRecord, probe: Probe, ranking: Figure) -> Candidate | Rejected:
+def try_crs(record: CrsRecord, probe: WeightedPoints, ranking: Figure) -> Candidate | Rejected:
     """The CRS as a candidate, measured at the probe's nodes."""
     try:
         crs = load_crs(record.code)
@@ -221,23 +221,24 @@ def _owners(item: str) -> frozenset[str]:
     return (_names_in(first) or _names_in(item)) | ({alone} if alone else frozenset())
 
 
-def home_of(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
+def home_of(points: WeightedPoints) -> str:
     """The country with more than half of the points of a region that lie in any country, or "".
 
     Countries are decoded by the weight in their boxes, largest first, until no other can win.
     """
     from projdist.earth import natural_earth  # shapely is slow to load
 
-    east = np.mod(lon + 180.0, 360.0) - 180.0
-    about = natural_earth.countries_about(east, lat)
+    east = np.mod(points.lon + 180.0, 360.0) - 180.0
+    about = natural_earth.countries_about(east, points.lat)
     boxes = {name: about[key] for name, key in _keys().items() if key in about and name != _NOBODYS}
-    reach = {name: float(weight @ box) for name, box in boxes.items()}
+    reach = {name: float(points.weight @ box) for name, box in boxes.items()}
     shares: dict[str, float] = {}
     for name in sorted(reach, key=reach.__getitem__, reverse=True):
         if max(reach[name], *shares.values(), 0.0) <= _MOST * sum(shares.values()):
             return ""
         box = boxes[name]
-        shares[name] = float(weight[box] @ outline_of(name).contains(lon[box], lat[box]))
+        inside = outline_of(name).contains(points.lon[box], points.lat[box])
+        shares[name] = float(points.weight[box] @ inside)
     most = max(shares, key=shares.__getitem__, default="")
     return most if most and shares[most] > _MOST * sum(shares.values()) else ""
 
@@ -321,16 +322,19 @@ class CountryPart:
         return not _is_within(record.area_of_use, *self.middle)
 
 
-def part_of(home: str, region: Region, lon: FloatArray, lat: FloatArray, weight: FloatArray) -> CountryPart:
+def part_of(home: str, region: Region, points: WeightedPoints) -> CountryPart:
     """The part of the `home` country that a region is, by its points with weights whose sum is 1."""
     if not home:
         return CountryPart()
-    state = _state(region.area_km2, lon, lat, weight) if home == USA else ""
+    state = _state(region.area_km2, points) if home == USA else ""
     if state:
         return CountryPart(state=state)
     country = outline_of(home)
     main = main_part(country)
-    if main is country or weight @ main.contains(lon, lat) >= _IS_MOST * (weight @ country.contains(lon, lat)):
+    if main is country:
+        return CountryPart()
+    share, of_main = (float(points.weight @ one.contains(points.lon, points.lat)) for one in (country, main))
+    if of_main >= _IS_MOST * share:
         return CountryPart()
     west, south, east, north = main.bounds
     return CountryPart(middle=(0.5 * (west + east), 0.5 * (south + north)))
@@ -343,17 +347,17 @@ def _states() -> frozenset[str]:
     return frozenset(row["name"] for row in state_keys())
 
 
-def _state(area_km2: float, lon: FloatArray, lat: FloatArray, weight: FloatArray) -> str:
+def _state(area_km2: float, points: WeightedPoints) -> str:
     """The state that a region of some area is, or "" if none."""
     from projdist.earth import state_keys, state_outline  # as above
     from projdist.regions import Polygons
 
     for row in state_keys():
         outline = state_outline(row["fips"])
-        if weight @ _is_within(outline.bounds, lon, lat) < _IS_IN:
+        if points.weight @ _is_within(outline.bounds, points.lon, points.lat) < _IS_IN:
             continue
         state = Polygons(outline, row["name"])
-        share = float(weight @ state.contains(lon, lat))
+        share = float(points.weight @ state.contains(points.lon, points.lat))
         if share >= _IS_IN and share * area_km2 >= _IS_MOST * state.area_km2:
             return row["name"]
     return ""
@@ -389,7 +393,7 @@ class CandidatePool:
     """
 
     def __init__(self, region: Region, records: Sequence[CrsRecord], area: str) -> None:
-        self.region, self.lattice = region, Lattice(region)
+        self.region, self.lattice = region, lattice_of(region)
         self.records: dict[str, CrsRecord] = {}
         self.held: dict[str, BoolArray] = {}  # the lattice's points in the area of use of a CRS
         self.united: dict[str, BoolArray] = {}  # and in those of all CRSs of its map
@@ -429,7 +433,7 @@ class CandidatePool:
         """The country whose land the region is, or ""."""
         if self.region.area_km2 > _NOBODYS_KM2:
             return ""
-        return home_of(self.lattice.lon, self.lattice.lat, self.lattice.weight)
+        return home_of(self.lattice)
 
     def is_national(self, record: CrsRecord) -> bool:
         """True if a CRS is of the region's country, by the names of its area of use."""
@@ -438,7 +442,7 @@ class CandidatePool:
     @functools.cached_property
     def part(self) -> CountryPart:
         """The part of its country that the region is."""
-        return part_of(self.home, self.region, self.lattice.lon, self.lattice.lat, self.lattice.weight)
+        return part_of(self.home, self.region, self.lattice)
 
     def is_for_part(self, record: CrsRecord) -> bool:
         """True if a national CRS was made for the region's part of the country, or the region is no such part."""

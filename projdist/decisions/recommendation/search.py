@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from projdist.decisions.families import extent_of, sensible_families
-from projdist.decisions.map_info import properties_of
+from projdist.decisions.map_info import WeightedPoints, properties_of
 from projdist.decisions.optimization import best_member, lower_bound_of
 from projdist.decisions.recommendation.candidate_crs import (
     HOLDS,
@@ -21,7 +21,7 @@ from projdist.decisions.recommendation.candidate_crs import (
     or_infinity,
     try_crs,
 )
-from projdist.decisions.recommendation.candidates import Distortion, Full, Probe, Rejected, measure, probe_of
+from projdist.decisions.recommendation.candidates import Distortion, Full, Rejected, measure, probe_of
 from projdist.decisions.recommendation.preference import CLOSE, by_usage, get_purpose, grouped, suits, weight_of
 from projdist.decisions.recommendation.shortlist import OnProgress, Shortlist
 from projdist.decisions.recommendation.zones import ZoneSystem, official_of, remark_on_own, zones_of
@@ -277,7 +277,7 @@ class _CrsSearch:
     """A search for the best: candidates are tried, grouped by map, and the best maps measured in full."""
 
     pool: CandidatePool
-    probe: Probe
+    probe: WeightedPoints
     purpose: str
     ranking: Figure
     area: str
@@ -408,7 +408,7 @@ def families_for(region: Region, purpose: str) -> list[str]:
     return [name for name in names if name in serving] or list(serving)
 
 
-def best_custom(family: str, region: Region, probe: Probe, ranking: Figure, purpose: str) -> Custom | Rejected:
+def best_custom(family: str, region: Region, probe: WeightedPoints, ranking: Figure, purpose: str) -> Custom | Rejected:
     """The best member of a family, measured in full as existing CRSs are; rejected if it does not serve the purpose.
 
     It is on WGS 84 even if its formulas are for a sphere: PROJ has the existing CRSs of these methods so.

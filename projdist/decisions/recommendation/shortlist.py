@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from projdist.decisions.map_info import WeightedPoints
 from projdist.decisions.recommendation.candidate_crs import LEVEL, Candidate, CandidatePool, Key, or_infinity
-from projdist.decisions.recommendation.candidates import Full, Probe, Rejected, measure, settle
+from projdist.decisions.recommendation.candidates import Full, Rejected, measure, settle
 from projdist.decisions.recommendation.preference import is_close, tiers
 from projdist.field import Figure
 from projdist.support import run_all
@@ -36,7 +37,7 @@ class Shortlist:
     def __init__(
         self,
         pool: CandidatePool,
-        probe: Probe,
+        probe: WeightedPoints,
         ranking: Figure,
         *,
         close: float,

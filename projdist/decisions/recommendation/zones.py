@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from projdist._typing import BoolArray
+from projdist.decisions.map_info import WeightedPoints
 from projdist.decisions.recommendation.candidate_crs import HOLDS_NEARLY, Candidate, CandidatePool, try_crs
-from projdist.decisions.recommendation.candidates import Area, Full, Lattice, Probe, Rejected, probe_of, settle
+from projdist.decisions.recommendation.candidates import Area, Full, Lattice, Rejected, probe_of, settle
 from projdist.decisions.recommendation.preference import datum_root, in_force, suits
 from projdist.decisions.recommendation.shortlist import Shortlist
 from projdist.field import FIGURES, Figure
@@ -214,10 +215,10 @@ def _datum(record: CrsRecord) -> str:
     return record.name.partition(" / ")[0]
 
 
-def _probe(lattice: Lattice, held: BoolArray) -> Probe:
+def _probe(lattice: Lattice, held: BoolArray) -> WeightedPoints:
     """The lattice's points in a zone."""
     weight = lattice.weight[held]
-    return Probe(lattice.lon[held], lattice.lat[held], weight / weight.sum())
+    return WeightedPoints(lattice.lon[held], lattice.lat[held], weight / weight.sum())
 
 
 def _serves(system: _System, found: Mapping[str, Candidate | Rejected], above_ppm: float) -> bool:
