@@ -28,10 +28,10 @@ _COMPOUND = 4  # and those that follow
 
 @dataclass(frozen=True)
 class Outlines:
-    """The edges (m, 4) of features, each in a chain (m,): a ring, or a line.
+    """The edges (m, 4) of features, each with the number of its chain (m,), a ring or a line.
 
-    `feature` (n,) is the number of a chain's feature; `sign` (n,) is 1 for shells, -1 for holes, 0 for
-    lines; `notes` has a text for each feature, mostly an empty one.
+    `feature` (n,) is the number of a chain's feature; `sign` (n,) is 1 for shells, -1 for holes, 0 for lines; `notes`
+    has a text for each feature, mostly "".
     """
 
     edges: FloatArray
@@ -42,10 +42,10 @@ class Outlines:
 
 
 def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
-    """The edges of geometries, of which polygons that intersect themselves are repaired first.
+    """The edges of geometries; polygons that intersect themselves are repaired first.
 
-    `has_degrees` tells whether the coordinates are longitudes and latitudes: edges wider than 180 degrees
-    then run the shorter way, across the antimeridian, and longitudes count from wherever they like, up to twice round.
+    With `has_degrees` coordinates are longitudes and latitudes: edges wider than 180 degrees run the shorter way,
+    across the antimeridian, and longitudes may be up to 720 degrees.
     """
     shapes = np.array([*geometries, None], dtype=object)[:-1]
     notes = [""] * len(shapes)
@@ -75,7 +75,7 @@ def outlines(geometries: Iterable[Any], *, has_degrees: bool) -> Outlines:
 
 
 def _chains(shapes: AnyArray) -> tuple[AnyArray, IntArray, FloatArray]:
-    """Rings and lines, the number of the shape of each, and its sign."""
+    """Rings and lines, with the number of the shape of each and its sign."""
     parts, owner = _simple(shapes)
     types = shapely.get_type_id(parts)
     rings, polygon = shapely.get_rings(parts[types == 3], return_index=True)
@@ -86,7 +86,7 @@ def _chains(shapes: AnyArray) -> tuple[AnyArray, IntArray, FloatArray]:
 
 
 def _simple(shapes: AnyArray) -> tuple[AnyArray, IntArray]:
-    """The parts of shapes that have no parts, and the number of the shape of each."""
+    """The simple parts of shapes, with the number of the shape of each."""
     parts, owner = shapely.get_parts(shapes, return_index=True)
     while (shapely.get_type_id(parts) >= _COMPOUND).any():
         parts, inner = shapely.get_parts(parts, return_index=True)
@@ -98,7 +98,7 @@ def _simple(shapes: AnyArray) -> tuple[AnyArray, IntArray]:
 
 
 def _are_degrees(xy: FloatArray) -> BoolArray:
-    """Whether coordinates (n, 2) may be longitudes and latitudes."""
+    """True for coordinates (n, 2) that may be longitudes and latitudes."""
     with np.errstate(invalid="ignore"):
         return np.asarray((np.abs(xy[:, 0]) <= _FARTHEST) & (np.abs(xy[:, 1]) <= _POLE + _OVER))
 
@@ -112,7 +112,7 @@ def _turned_back(shape: Any) -> Any:
 
 
 def _wide(shapes: AnyArray) -> BoolArray:
-    """Whether shapes in longitude and latitude have an edge that is meant to go the shorter way."""
+    """True for shapes in longitude and latitude with an edge that runs the shorter way."""
     chains, feature, _ = _chains(shapes)
     xy, owner = shapely.get_coordinates(chains, return_index=True)
     least = np.minimum(np.abs(xy[1:, 1]), np.abs(xy[:-1, 1]))
@@ -121,7 +121,7 @@ def _wide(shapes: AnyArray) -> BoolArray:
 
 
 def _shorter_way(shape: Any) -> list[Any]:
-    """The polygons and lines in a shape, with longitudes that run on across the antimeridian."""
+    """The polygons and lines in a shape, with longitudes that continue across the antimeridian."""
     found = []
     for part in _simple(np.array([shape]))[0]:
         if part.geom_type == "Polygon":
@@ -137,7 +137,7 @@ def _shorter_way(shape: Any) -> list[Any]:
 
 
 Place = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Longitude and latitude in degrees of coordinates; NaN where there is none."""
+"""Longitude and latitude in degrees of coordinates; NaN where undefined."""
 
 _X = np.array([-1.0, -np.sqrt(3.0 / 7.0), 0.0, np.sqrt(3.0 / 7.0), 1.0])
 _SHARE = 0.5 * (1.0 + _X)  # of the way along an edge
@@ -146,12 +146,12 @@ _TO_LEGENDRE = np.linalg.inv(np.polynomial.legendre.legvander(_X, 4))
 # Derivatives by the share of the way, (5, 5).
 _RATES = 2.0 * np.polynomial.legendre.legval(_X, np.polynomial.legendre.legder(np.eye(5))).T @ _TO_LEGENDRE
 
-_TAIL = 1e-6  # of an edge's length: its last Legendre coefficient. Bearings are then good to 1e-5 degrees
-_ROUNDING = 1e-9  # of the Earth's radius, 6 mm: what inverses of PROJ leave of doubt, on map and ground alike
-_SHORTEST = 1e-5  # of the radius, 64 m: no shorter edge is halved
+_TAIL = 1e-6  # largest last Legendre coefficient, relative to an edge's length: bearings are then good to 1e-5 degrees
+_ROUNDING = 1e-9  # of the Earth's radius, 6 mm: the uncertainty of PROJ's inverses, on map and ground alike
+_SHORTEST = 1e-5  # of the radius, 64 m: shorter edges are not halved
 _HALVINGS = 24
-_TEAR = 1e3  # an edge that is not smooth, and longer than that on the map than on the ground, is torn
-_AT_A_POLE = 1e-9  # degrees; there is no north
+_TEAR = 1e3  # ratio of map to ground length above which an edge that is not smooth is torn
+_AT_A_POLE = 1e-9  # degrees from a pole, where there is no north
 _AT_ONCE = 50_000  # edges; 100 MB
 _SUMS = ("map_length", "length", "map_area", "area", "bearing_square")
 
@@ -160,9 +160,9 @@ _SUMS = ("map_length", "length", "map_area", "area", "bearing_square")
 class ChainFigures:
     """Figures of chains of edges on the map and on the ground, each of shape (n,), in metres and m^2.
 
-    Areas are signed, and of chains that close. `bearing_square` is the integral along the ground of the
-    square of the grid bearing less the true one, `bearing_most` its largest absolute value, in degrees.
-    A chain that is `outside` has a point that is not on the map; a `torn` one crosses a cut of it.
+    Areas are signed, and defined for closed chains. `bearing_square` is the integral along the ground of the squared
+    difference of grid and true bearing, `bearing_most` its largest absolute value, in degrees. A chain that is
+    `outside` has a point that is not on the map; a `torn` one crosses a cut of it.
     """
 
     outside: BoolArray
@@ -176,7 +176,7 @@ class ChainFigures:
 
 
 def measure_chains(projection: Projection, place: Place, edges: FloatArray, chain: IntArray) -> ChainFigures:
-    """The figures of chains 0, 1, ... of edges (m, 4), u, v of begin and end; `chain` (m,) ascends."""
+    """Figures of chains 0, 1, ... with edges (m, 4), u, v of begin and end; their chains (m,) ascend."""
     count = int(chain[-1]) + 1 if len(chain) else 0
     never = np.zeros(count, dtype=bool)
     figures: dict[str, FloatArray] = {name: np.zeros(count) for name in (*_SUMS, "bearing_most")}
@@ -192,7 +192,7 @@ def measure_chains(projection: Projection, place: Place, edges: FloatArray, chai
 
 
 def _measure_block(result: ChainFigures, frame: _Frame, edges: FloatArray, chain: IntArray) -> None:
-    """Add the figures of some edges, halving those that are not smooth."""
+    """Adds the figures of some edges, halving those that are not smooth."""
     for left in reversed(range(_HALVINGS)):
         curves = frame.curves(edges, chain)
         result.outside[chain[curves.outside]] = True
@@ -221,7 +221,7 @@ def _add(result: ChainFigures, curves: _Curves, chain: IntArray, chosen: BoolArr
 
 @dataclass(frozen=True, kw_only=True)
 class _Curves:
-    """Figures of edges, each of shape (n,), as those of `ChainFigures`, and how well they are known."""
+    """Figures of edges, each (n,), as in `ChainFigures`, with their smoothness and size."""
 
     map_length: FloatArray
     length: FloatArray
@@ -232,18 +232,18 @@ class _Curves:
     outside: BoolArray
     smooth: BoolArray
     torn: BoolArray
-    size: FloatArray  # metres that it is long on the ground, or in the polar map
+    size: FloatArray  # length in metres on the ground, or in the polar map if larger
 
 
 class _Frame:
-    """A map and its ground, with an origin for the areas of each chain."""
+    """A map and the ellipsoid, with an origin for the areas of each chain."""
 
     def __init__(self, projection: Projection, place: Place, lon: FloatArray, lat: FloatArray, chain: IntArray) -> None:
-        """`lon`, `lat` are the places where the edges begin."""
+        """Takes the longitudes and latitudes at which edges begin."""
         self.projection, self.place, self.ellipsoid = projection, place, projection.ellipsoid
         self.shortest = _SHORTEST * self.ellipsoid.a
         first = np.flatnonzero(np.diff(chain, prepend=-1))
-        # The pole that is nearer, on the whole, is in the middle of the map for areas.
+        # The map for areas is centred on the pole that is nearer on average.
         self.pole = np.where(np.bincount(chain, weights=np.nan_to_num(lat)) < 0.0, -1.0, 1.0)
         self.origin = np.nan_to_num(np.stack(projection(lon[first], lat[first]), axis=-1))
         self.polar_origin = np.nan_to_num(self._polar(lon[first], lat[first], self.pole))
@@ -256,7 +256,7 @@ class _Frame:
         outside = np.any(~np.isfinite(xy), axis=(1, 2))
         ground = _in_space(self.ellipsoid, lon, lat)
         polar = self._polar(lon, lat, self.pole[chain, None])
-        # Away from where they begin, so that differences have all their digits.
+        # Relative to their begin, so that differences keep all digits.
         xy_rate, ground_rate, polar_rate = (_RATES @ (curve - curve[:, :1]) for curve in (xy, ground, polar))
         speed = np.linalg.norm(ground_rate, axis=-1)
         map_length, length, polar_length = (
@@ -290,7 +290,7 @@ class _Frame:
 
 
 def _in_space(ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Points of the ellipsoid in metres from its middle, (..., 3)."""
+    """Points on the ellipsoid in metres from its centre, (..., 3)."""
     _, normal = ellipsoid.radii(lat)
     turn, up = np.radians(lon), np.radians(lat)
     out = normal * np.cos(up)
@@ -300,17 +300,17 @@ def _in_space(ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray) -> FloatAr
 
 
 def _area(xy: FloatArray, rate: FloatArray) -> FloatArray:
-    """Area that curves (n, 5, 2) sweep, seen from the origin; exact for the quartics."""
+    """Area that curves (n, 5, 2) sweep about the origin, exact for quartics."""
     return 0.5 * (xy[..., 0] * rate[..., 1] - xy[..., 1] * rate[..., 0]) @ _WEIGHTS
 
 
 def _tail(curve: FloatArray) -> FloatArray:
-    """The size of the last coefficient of curves (n, 5, d)."""
+    """Size of the last Legendre coefficient of curves (n, 5, d)."""
     return np.linalg.norm(np.einsum("j,njd->nd", _TO_LEGENDRE[4], curve - curve[:, :1]), axis=-1)
 
 
 def _bearing_error(xy_rate: FloatArray, rate: FloatArray, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Degrees, within -180 and 180, by which bearings on the map, from its vertical, exceed the true ones."""
+    """Grid bearing less true bearing, degrees within -180 and 180."""
     turn, up = np.radians(lon), np.radians(lat)
     along = rate[..., 0] * np.cos(turn) + rate[..., 1] * np.sin(turn)
     east = rate[..., 1] * np.cos(turn) - rate[..., 0] * np.sin(turn)

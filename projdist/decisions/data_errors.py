@@ -1,8 +1,8 @@
-"""How wrong areas, lengths and bearings of people's own data are in a CRS, against the ellipsoid's truth.
+"""Errors of areas, lengths and bearings of geographic data in a CRS, against those on the ellipsoid.
 
-The truth is of the figure that the data draw: its edges are straight in the data's own coordinates, in
-longitude and latitude as GeoJSON has it, or on the plane of the data's CRS. In the CRS that is checked
-they are the same curves, so that an error is the map's alone, however far apart the vertices are.
+Edges are straight in the data's own coordinates: in longitude and latitude, as in GeoJSON, or on the plane of the
+data's CRS. In the CRS that is checked they are the same curves, so that errors are the map's alone, however far apart
+the vertices are.
 """
 
 from __future__ import annotations
@@ -30,25 +30,22 @@ from projdist.regions import Box, bounding_box
 from projdist.support import Answer, listed, plain
 
 FAIL_ON = ("worst", "overall")
-"""What an error is compared with a limit of: every feature, or the totals."""
+"""Errors to compare with a limit: those of every feature, or those of the totals."""
 
 OUTSIDE = "beyond the edge of the CRS"
 TORN = "torn by a cut of the CRS"
 
-_EARTHLY = 1e-2  # of the radius
+_EARTHLY = 1e-2  # relative difference of the radius from the Earth's, at most
 _NAMES = ("name", "name_en", "title", "label", "id", "code", "geoid", "iso_a3", "fid")
-
-
-# ---- answers --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
 class Totals:
     """Figures of all features that could be measured; errors are map / ground - 1, bearings in degrees.
 
-    `undrawn` features are beyond the edge of the CRS or torn by a cut of it. `worst` errors have the
-    largest size of those of features, `rms` counts each feature alike; `bearing_error` is the RMS along all edges,
-    `largest_bearing_error` the largest anywhere on them. What no feature has, as lines no area, is NaN.
+    `undrawn` is the number of features beyond the edge of the CRS or torn by a cut of it. `worst` errors are the
+    largest by absolute value, `rms` weights all features alike; `bearing_error` is the RMS along all edges,
+    `largest_bearing_error` the largest anywhere on them. Figures that no feature has, as the area of lines, are NaN.
     """
 
     measured: int
@@ -70,13 +67,13 @@ class Totals:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Check(Answer):
-    """The errors of data in a CRS: arrays (n,) of a value for each feature by name, and totals.
+    """The errors of data in a CRS: arrays (n,) with a value for each feature, by name, and totals.
 
-    `features` has `index` (the frame's), `name`, `area_km2` and `length_km` (perimeters and lines) on the
-    ground, the same on the map, the errors map / ground - 1, `bearing_error` (RMS of grid less true
-    bearing along the edges, in degrees), `largest_bearing_error` and a `note`; NaN where there is
-    nothing to measure. `recommended` is the check of the recommended CRS; `notes` tell why there is none. `region` is
-    the narrowest box about the data, None where they have no place.
+    `features` has `index` (the frame's), `name`, `area_km2` and `length_km` (perimeters and lines) on the ground, the
+    same on the map, the errors map / ground - 1, `bearing_error` (RMS of grid less true bearing along the edges, in
+    degrees), `largest_bearing_error` and a `note`; NaN where there is nothing to measure. `recommended` is the check of
+    the recommended CRS; `notes` give the reason if there is none. `region` is the narrowest box about the data, None if
+    they have no place.
     """
 
     projection: Projection
@@ -109,7 +106,7 @@ class Check(Answer):
         return self.features
 
     def rows(self, numbers: Sequence[int] | range) -> list[dict[str, Any]]:
-        """Features by their numbers, 0 for the first, as dictionaries; what is not finite is None."""
+        """Features by their numbers, 0 for the first, as dictionaries; NaN and infinity become None."""
         columns = {name: values[list(numbers)].tolist() for name, values in self.features.items()}
         return [dict(zip(columns, map(plain, row), strict=True)) for row in zip(*columns.values(), strict=True)]
 
@@ -124,10 +121,10 @@ class Check(Answer):
         return [number for number, note in enumerate(self.features["note"]) if OUTSIDE in note or TORN in note]
 
     def above(self, limit: float | None = None, *, bearing: float | None = None, on: str = "worst") -> bool:
-        """Whether an error of area or length is above a limit, or one of bearing above one in degrees.
+        """True if an error of area or length is above the limit, or one of bearing above its limit in degrees.
 
-        `on` is worst for the errors of every feature, overall for those of the totals. A feature that
-        cannot be drawn is above every limit.
+        `on` is worst for the errors of every feature, overall for those of the totals. A feature that cannot be drawn
+        is above every limit.
         """
         if on not in FAIL_ON:
             raise ValueError(f"Invalid choice '{on}' of what to fail on. It must be {listed(FAIL_ON, 'or')}.")
@@ -146,9 +143,6 @@ class Check(Answer):
         return np.fmax(np.abs(self.features["area_error"]), np.abs(self.features["length_error"]))
 
 
-# ---- the question ---------------------------------------------------------------------------
-
-
 def check(
     data: Any,
     crs: ProjectionLike | None = None,
@@ -159,21 +153,21 @@ def check(
 ) -> Check:
     """The errors of area, length and bearing that a GeoDataFrame or GeoSeries has in a CRS.
 
-    The truth is the ellipsoid's, of the figure that the data draw: edges are straight in the data's own coordinates.
+    They are relative to the ellipsoid; edges are straight in the data's own coordinates.
 
     Parameters
     ----------
     data : GeoDataFrame or GeoSeries
         Lines and polygons that state their CRS.
     crs : ProjectionLike, optional
-        What to check them in, whatever `Projection.from_user_input` takes; data in longitude and latitude need it. By
-        default the data's own.
+        The CRS to check, whatever `Projection.from_user_input` takes; by default the data's own. Data in longitude and
+        latitude need one.
     column : str, optional
-        That of the features' names; by default one that is usual for names, or the only one of texts.
+        The column of the features' names; by default one with a usual name, or the only one of texts.
     purpose : str or None
-        Of the recommended CRS, as for `recommend`; None leaves that CRS out.
+        The purpose of the recommended CRS, as for `recommend`; None leaves that CRS out.
     **options
-        The others of `recommend`, which is asked for the narrowest box about the data.
+        Other options of `recommend`, which is asked for the narrowest box about the data.
 
     Returns
     -------
@@ -236,10 +230,9 @@ def check(
 
 
 def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
-    """The values of a column as text, empty where missing; and what is to be said of the choice.
+    """The values of a column as text, "" where missing, and a note on the choice.
 
-    By default they are of the first column that is usual for names, else of the only one of texts, if each feature has
-    one of its own; else empty.
+    By default it is the first column with a usual name, else the only one of texts if these are unique.
     """
     columns = [str(name) for name in getattr(data, "columns", ())]
     if column is not None and column not in columns:
@@ -257,7 +250,7 @@ def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
 
 
 def _only_texts(data: Any, columns: Sequence[str]) -> str | None:
-    """The only column that has a text for every feature, if no two are the same."""
+    """The only column with a text for every feature, if all are different."""
     texts = [name for name in columns if name in data and all(isinstance(value, str) for value in data[name].tolist())]
     if len(texts) != 1 or not len(data):
         return None
@@ -273,7 +266,7 @@ def _recommended(
     purpose: str,
     options: dict[str, Any],
 ) -> tuple[Projection | None, tuple[str, ...]]:
-    """The best CRS for data of edges, and what is to be said of it, or why there is none."""
+    """The best CRS for data of edges, with notes on it, or None with the reason."""
     if region is None:
         return None, ("No CRS is recommended: the data have no place on the Earth.",)
     if abs(projection.ellipsoid.a / MEAN_EARTH_RADIUS - 1.0) > _EARTHLY:
@@ -287,7 +280,7 @@ def _recommended(
 
 
 def _extent(source: Source, edges: FloatArray) -> Box | None:
-    """The narrowest box about edges, by their ends; None where they are nowhere."""
+    """The narrowest box about the ends of edges; None if they have no place."""
     (lon0, lat0), (lon1, lat1) = (source.degrees(edges[:, k], edges[:, k + 1]) for k in (0, 2))
     east = (lon1 - lon0 + 180.0) % 360.0 - 180.0
     known = np.isfinite(east) & (np.abs(lat0) <= 90.0) & (np.abs(lat1) <= 90.0)
@@ -363,7 +356,7 @@ def _totals(features: dict[str, AnyArray], undrawn: BoolArray) -> Totals:
 
 
 def _sum(values: FloatArray) -> float:
-    """The sum of what is known, NaN where nothing is."""
+    """The sum of finite values, NaN if there are none."""
     return float(np.nansum(values)) if np.isfinite(values).any() else np.nan
 
 
@@ -375,7 +368,7 @@ def _worst_and_rms(errors: FloatArray) -> tuple[float, float]:
 
 
 def _ratio(over: Any, under: Any) -> FloatArray:
-    """A ratio, NaN where it is of nothing."""
+    """A ratio, NaN where the denominator is not positive."""
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(np.asarray(under) > 0.0, np.divide(over, under), np.nan)
 

@@ -1,10 +1,10 @@
-"""Families of projections whose parameters can be chosen, and how far a region reaches."""
+"""Families of projections with free parameters, and the extent of a region that bounds them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,10 +17,7 @@ from projdist.support import suggestion
 
 @dataclass(frozen=True, kw_only=True)
 class Extent:
-    """How far a region reaches: its limits and its middle in degrees, and the azimuth of its long axis.
-
-    `radius` is the greatest distance from the middle.
-    """
+    """Bounds and middle of a region in degrees, its greatest distance from the middle, and its long axis's azimuth."""
 
     west: float
     south: float
@@ -38,10 +35,9 @@ def extent_of(region: Place) -> Extent:
     points = unit_vectors(nodes.lon, nodes.lat)
     middle = points @ nodes.weight
     west, south, east, north = region.bounds
+    bounds = {"west": west, "south": south, "east": east, "north": north}
     if np.linalg.norm(middle) < 1e-6:  # the globe has no middle
-        return Extent(
-            west=west, south=south, east=east, north=north, lon=0.5 * (west + east), lat=0.0, radius=180.0, azimuth=90.0
-        )
+        return Extent(**bounds, lon=0.5 * (west + east), lat=0.0, radius=180.0, azimuth=90.0)
     middle /= np.linalg.norm(middle)
     lon, lat = np.degrees(np.arctan2(middle[1], middle[0])), np.degrees(np.arcsin(np.clip(middle[2], -1.0, 1.0)))
     sin, cos = np.sin(np.radians(lon)), np.cos(np.radians(lon))
@@ -54,13 +50,11 @@ def extent_of(region: Place) -> Extent:
     radius = float(np.degrees(np.arccos(np.clip((middle @ points).min(), -1.0, 1.0))))
     # Next to a pole the middle has any longitude.
     lon = float(west + np.mod(lon - west, 360.0)) if abs(lat) < 89.9 else 0.5 * (west + east)
-    return Extent(
-        west=west, south=south, east=east, north=north, lon=lon, lat=float(lat), radius=radius, azimuth=azimuth
-    )
+    return Extent(**bounds, lon=lon, lat=float(lat), radius=radius, azimuth=azimuth)
 
 
 def usual_crs(extent: Extent) -> tuple[str, str]:
-    """The UTM zone of the region's middle, or the polar stereographic maps beyond 84 degrees."""
+    """Name and code of the UTM zone of the region's middle; beyond 84 degrees those of the polar stereographic map."""
     if abs(extent.lat) > 84.0:
         return "UPS", "EPSG:32661" if extent.lat > 0 else "EPSG:32761"
     zone = int((extent.lon + 180.0) % 360.0 // 6.0) + 1
@@ -72,25 +66,26 @@ def usual_crs(extent: Extent) -> tuple[str, str]:
 
 
 Limits = tuple[float, float]
+"""Lowest and highest value of a parameter."""
 _MOST = 89.5  # degrees: a cone that touches nearer to a pole is a plane for every purpose
-_OVER = 20.0  # degrees by which a centre may be sought beyond a pole, so that the pole itself is no edge
-_BESIDE = 2.0  # radii of the region from its middle within which a centre is sought
+_OVER = 20.0  # degrees beyond a pole to which a centre is searched, so that the pole itself is no limit
+_BESIDE = 2.0  # radii of the region from its middle within which a centre is searched
 _STEEPEST = 89.9999  # degrees of azimuth: PROJ's omerc breaks down at 90; 4 m on a line of 2500 km
-_LINE = 45.0  # degrees of azimuth: where the region's long axis is steeper, an oblique line moves east and west
-_WORLD = 100.0  # degrees: regions that reach farther from their middle need world maps
-_WHOLE_WORLD = 170.0  # degrees: azimuthal maps are of no use beyond
+_LINE = 45.0  # degrees of azimuth of the region's long axis, below which an oblique line moves east and west
+_WORLD = 100.0  # degrees from the middle, beyond which regions need world maps
+_WHOLE_WORLD = 170.0  # degrees from the middle, beyond which azimuthal maps are useless
 _ROUND = 360.0  # degrees of longitude of a region around a pole
-_CONTINENT = 30.0  # degrees: below, the flattening of the Earth is a part of what such a map distorts
-_CROSSES = 15.0  # degrees of latitude: cylinders are tried for regions that come so near to the equator
+_CONTINENT = 30.0  # degrees from the middle, below which the flattening counts in a map's distortion
+_CROSSES = 15.0  # degrees of latitude from the equator within which cylinders are tried
 
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
     """A method with free parameters.
 
-    `text` is the PROJ string without ellipsoid, `limits` what may be free, `fixed` the values of the
-    parameters that are not. `free` are the names that are free unless others are asked for. `scale` names the
-    parameter that multiplies the map, "" where it has none. `rule` is the rule of thumb to compare with.
+    `text` is the PROJ string without ellipsoid, `limits` the ranges of parameters that may be free, `fixed` values of
+    all parameters, `free` the names that are free by default. `scale` is the parameter that multiplies the map, "" if
+    there is none. `rule` are the parameters by the rule of thumb.
     """
 
     name: str
@@ -105,7 +100,7 @@ class Family:
     states_ellipsoid: bool = False
 
     def normalised(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Values in their usual range: centres beyond a pole come down on the other side, parallels ascend."""
+        """Parameters in their usual range: centres beyond a pole go to the other side, parallels ascend."""
         result = dict(values)
         longitude = next((name for name in ("lon_0", "lonc") if name in result), None)
         if longitude and self.name not in _CONES and abs(result.get("lat_0", 0.0)) > 90.0:
@@ -122,7 +117,7 @@ class Family:
 
 
 def _folded(value: float, half: float) -> float:
-    """An angle within -half and half; the upper end stays what it is."""
+    """An angle within -half and half; half stays as it is."""
     return value if abs(value) <= half else float(np.mod(value + half, 2.0 * half) - half)
 
 
@@ -137,28 +132,24 @@ def _cone(name: str, e: Extent) -> Family:
     rule = {"lat_1": low + sixth, "lat_2": high - sixth}
     limits = {"lat_1": (low, high), "lat_2": (low, high)}
     middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
-    text = f"+proj={name}"
-    scale = "k_0" if name == "lcc" else ""
     return Family(
         name=name,
-        text=text,
+        text=f"+proj={name}",
         limits=limits,
         fixed=rule | middle,
         free=("lat_1", "lat_2"),
-        scale=scale,
+        scale="k_0" if name == "lcc" else "",
         rule=rule,
         rule_name="one-sixth rule",
     )
 
 
 _CYLINDERS = {"lcc": "merc", "aea": "cea", "eqdc": "eqc"}
-_CONSTANT = (
-    1e-3  # of a cone: its meridians lean by a thousandth of the longitude, and it is a cylinder for every purpose
-)
+_CONSTANT = 1e-3  # of a cone, below which it is a cylinder for every purpose
 
 
 def cylinder_of(family: str, parameters: Mapping[str, float]) -> str:
-    """What a conic map with parallels on both sides of the equator is next to, in a sentence; mostly nothing."""
+    """A sentence for a conic map that is nearly a cylindrical one; else ""."""
     if family not in _CYLINDERS or not {"lat_1", "lat_2"} <= set(parameters):
         return ""
     low, high = parameters["lat_1"], parameters["lat_2"]
@@ -183,15 +174,15 @@ def _azimuthal(name: str, e: Extent) -> Family:
         middle["lat_b"] = float(np.clip(90.0 - e.radius, -80.0, 89.9))
         free = (*free, "lat_b")
         rule = "centred on the region, for its greatest radius"
-    scale = "k_0" if name == "stere" else ""
-    free = (*free, "k_0") if scale else free
+    if name == "stere":
+        free = (*free, "k_0")
     return Family(
         name=name,
         text=text,
         limits=limits,
         fixed=middle,
         free=free,
-        scale=scale,
+        scale="k_0" if name == "stere" else "",
         rule=middle,
         rule_name=rule,
         is_spherical=name in _SPHERICAL,
@@ -199,7 +190,7 @@ def _azimuthal(name: str, e: Extent) -> Family:
 
 
 def _centre_limits(e: Extent, longitude: str) -> dict[str, Limits]:
-    """A centre within the region, or beside it: that of a map for an arc of land is where the arc bends around."""
+    """Limits of a centre in the region or beside it: for an arc of land it lies where the arc bends around."""
     side = _BESIDE * e.radius
     across = side / max(np.cos(np.radians(e.lat)), 0.1)
     west, east = min(e.west, e.lon - across), max(e.east, e.lon + across)
@@ -216,33 +207,27 @@ def _cylinder(name: str, e: Extent) -> Family:
     if name == "merc":
         return Family(name=name, text="+proj=merc", limits={}, fixed=middle, free=("k_0",), scale="k_0")
     rule = {"lat_ts": 0.5 * (nearest + farthest)}
-    spherical = name in _SPHERICAL
-    limits = {"lat_ts": (0.0, farthest)}
     return Family(
         name=name,
         text=f"+proj={name}",
-        limits=limits,
+        limits={"lat_ts": (0.0, farthest)},
         fixed=rule | middle,
         free=("lat_ts",),
-        scale="",
         rule=rule,
         rule_name="true in the middle latitude",
-        is_spherical=spherical,
+        is_spherical=name in _SPHERICAL,
     )
 
 
 def _transverse(e: Extent) -> Family:
-    middle = {"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon}
-    rule = {"lon_0": e.lon}
-    limits = {"lon_0": (e.west, e.east)}
     return Family(
         name="tmerc",
         text="+proj=tmerc",
-        limits=limits,
-        fixed=middle,
+        limits={"lon_0": (e.west, e.east)},
+        fixed={"lat_0": 0.5 * (e.south + e.north), "lon_0": e.lon},
         free=("lon_0", "k_0"),
         scale="k_0",
-        rule=rule,
+        rule={"lon_0": e.lon},
         rule_name="true on the middle meridian",
     )
 
@@ -252,12 +237,10 @@ def _oblique(e: Extent) -> Family:
     # Great circles have two degrees of freedom: the line's centre moves across the line only.
     across = "lonc" if abs(e.azimuth) < _LINE else "lat_0"
     side = min(1.5 * e.radius, 80.0)
+    east = side / max(np.cos(np.radians(e.lat)), 0.1)
     reach = {
         "lat_0": (max(e.lat - side, -_MOST), min(e.lat + side, _MOST)),
-        "lonc": (
-            e.lon - side / max(np.cos(np.radians(e.lat)), 0.1),
-            e.lon + side / max(np.cos(np.radians(e.lat)), 0.1),
-        ),
+        "lonc": (e.lon - east, e.lon + east),
         "alpha": (e.azimuth - 90.0, e.azimuth + 90.0),
     }
     return Family(
@@ -273,7 +256,7 @@ def _oblique(e: Extent) -> Family:
 
 
 def _rotated(name: str, e: Extent) -> Family:
-    """A world map in any aspect: PROJ's ob_tran."""
+    """A world map in any aspect, by PROJ's ob_tran."""
     inner = name.partition(":")[2]
     text = projection_names().get(inner, "")
     operation = re.match(r"\+proj=(\S+)(.*)", re.sub(r"\s*\+R=\S+", "", text))
@@ -286,9 +269,8 @@ def _rotated(name: str, e: Extent) -> Family:
         "o_lon_p": (-180.0, 180.0),
         "lon_0": (e.lon - 180, e.lon + 180),
     }
-    # The plain aspect, its middle meridian through the region.
-    middle = {"o_lat_p": 90.0, "o_lon_p": 0.0, "lon_0": e.lon}
-    rule = {"o_lat_p": 90.0, "o_lon_p": 0.0, "lon_0": e.lon}
+    rule = {"o_lat_p": 90.0, "o_lon_p": 0.0, "lon_0": e.lon}  # the plain aspect, its middle meridian in the region
+    middle = dict(rule)
     for key in ("lat_1", "lat_2", "lat_ts"):
         stated = re.search(rf"\+{key}=(\S+)", operation[2])
         if stated or (key, operation[1]) in _INNER:
@@ -300,7 +282,6 @@ def _rotated(name: str, e: Extent) -> Family:
         limits=limits,
         fixed=middle,
         free=("o_lat_p", "o_lon_p", "lon_0"),
-        scale="",
         rule=rule,
         rule_name="in its plain aspect",
         is_spherical=True,
@@ -317,16 +298,13 @@ _INNER = {
 
 
 def _winkel(e: Extent) -> Family:
-    rule = {"lat_1": _INNER["lat_1", "wintri"]}
-    middle = {"lon_0": e.lon}
-    limits = {"lat_1": (0.0, _MOST)}
+    rule = {"lat_1": WINKEL_PARALLEL}
     return Family(
         name="wintri",
         text="+proj=wintri",
-        limits=limits,
-        fixed=rule | middle,
+        limits={"lat_1": (0.0, _MOST)},
+        fixed=rule | {"lon_0": e.lon},
         free=("lat_1",),
-        scale="",
         rule=rule,
         rule_name="Winkel's parallel",
         is_spherical=True,
@@ -359,9 +337,9 @@ def get_family(name: str, extent: Extent) -> Family:
 
 
 def sensible_families(extent: Extent, ellipsoid: Ellipsoid | None) -> list[str]:
-    """Families worth trying for a region of that extent; maps of the sphere only where its shape matters little.
+    """Families worth trying for a region; those with formulas for a sphere only where the flattening matters little.
 
-    A region around a pole is cut by cones and cylinders, which need no cut to be there.
+    Cones and cylinders are left out around a pole, where they would be cut.
     """
     if extent.radius > _WORLD:
         return ["wintri", "eqc", "cea", "merc", *(["aeqd", "laea", "airy"] if extent.radius < _WHOLE_WORLD else [])]
@@ -404,15 +382,7 @@ def _template(text: str) -> Family:
         name=text, text=" ".join(words), limits=limits, fixed=middle, free=tuple(limits), states_ellipsoid=True
     )
     scale = next((name for name in ("k_0", "k") if name in limits and _is_scale(family, name)), "")
-    return Family(
-        name=text,
-        text=" ".join(words),
-        limits=limits,
-        fixed=middle,
-        free=tuple(limits),
-        scale=scale,
-        states_ellipsoid=True,
-    )
+    return replace(family, scale=scale)
 
 
 def _range(word: str, text: str) -> Limits:
@@ -427,7 +397,7 @@ def _range(word: str, text: str) -> Limits:
 
 
 def _is_scale(family: Family, name: str) -> bool:
-    """Whether a parameter multiplies the map."""
+    """True if a parameter multiplies the map."""
     low, high = family.limits[name]
     values = {key: value for key, value in family.fixed.items() if key != name}
     words = " ".join(f"+{key}={value!r}" for key, value in values.items())

@@ -1,7 +1,7 @@
-"""The members of a family of projections over a region, and the best of them by an objective.
+"""The search for the best member of a family of projections over a region.
 
-The map is differentiated at fixed nodes of the region; a lattice over the free parameters, then descents
-from its best points find the optimum, with the scale in closed form at every step (`objectives`).
+Maps are differentiated at fixed nodes of the region. A lattice over the free parameters and descents from its best
+points find the optimum, with the scale in closed form at every step (`objectives`).
 """
 
 from __future__ import annotations
@@ -23,18 +23,15 @@ from projdist.projections import Projection, ProjectionError, compose, number_te
 from projdist.regions import Place
 
 DECIMALS = 7
-"""What is not rounded has so many: a centimetre."""
+"""Decimals of parameters in degrees that are not rounded otherwise: a centimetre."""
 
 _COARSE, _FINE = 300, 2000  # nodes of the global search, and of the last descent
 _MOST_FREE = 6  # two more than any family has; nine take minutes, and the lattice over them has holes
-_SOME, _MOST = 5, 0.75  # members that tell what all have, and the share of nodes at which they do
-_LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # what a point that the map does not show counts for: distortion by e^10
-_OFF_THE_MAP, _NOTHING = 1e9, -1e3  # the same for maxima, in any unit; and a term that is none
-_SCALE_DECIMALS = 10  # less than any criterion can tell
-_FLAT, _FLAT_RANGE = (
-    0.01,
-    0.25,
-)  # of the criterion, and of the range of a parameter: where that costs no more it is flat
+_SOME, _QUANTILE = 5, 0.75  # members that stand for all, and the quantile over the nodes that must vanish
+_LOST = {"": 10.0, "deg": 180.0, "ppm": 1e7}  # penalty by unit for points that the map does not show: distortion e^10
+_OFF_THE_MAP, _NOTHING = 1e9, -1e3  # the penalty for maxima, in any unit; and a term that does not count
+_SCALE_DECIMALS = 10  # finer than any criterion resolves
+_FLAT, _FLAT_RANGE = 0.01, 0.25  # flat: this share of a parameter's range costs no more of the criterion than this
 _WALK, _HALVINGS = 16, 12  # values tried to either side, then halvings: 1e-5 of the range
 _ROUNDINGS = (0.01, 0.1, 0.5, 1.0, 5.0)  # degrees
 _POLE = ("o_lat_p", "o_lon_p", "lon_0")
@@ -43,7 +40,7 @@ _SCALE = "k_0"
 
 @dataclass(frozen=True)
 class Rounded:
-    """The best parameters that are multiples of `step` degrees, and how much worse than the optimum they are."""
+    """The best parameters that are multiples of `step` degrees, and their relative `loss` against the optimum."""
 
     step: float
     parameters: dict[str, float]
@@ -56,7 +53,7 @@ class Rounded:
 
 
 class Flat(NamedTuple):
-    """A parameter, and within which values of it the criterion is at most 1 % larger, the others being as they are."""
+    """A parameter and the range in which the criterion is at most 1 % larger, other parameters unchanged."""
 
     name: str
     low: float
@@ -93,7 +90,7 @@ class Members:
             text += f" {ellipsoid_text(ellipsoid or (SPHERE if family.is_spherical else WGS84))}"
         elif ellipsoid is not None:
             raise ValueError("Invalid ellipsoid. The PROJ string states its own.")
-        # Anywhere in the box but where two parallels are the same, or on either side of the equator.
+        # Anywhere in the box, except where two parallels coincide or are symmetric about the equator.
         some = self.low + (self.high - self.low) * np.mod(0.3 + 0.37 * np.arange(self.low.size), 1.0)
         words = " ".join(f"+{key}={number_text(value)}" for key, value in self.parameters(self.named(some)).items())
         self.base = Projection.from_user_input(f"{text} {words}".strip())
@@ -101,15 +98,15 @@ class Members:
     # ---- one member of the family
 
     def named(self, place: FloatArray) -> dict[str, float]:
-        """Values of the free parameters but the scale, by name."""
+        """Values of the free parameters except the scale, by name."""
         return dict(zip(self.variables, map(float, place), strict=True))
 
     def parameters(self, values: Mapping[str, float]) -> dict[str, float]:
-        """All parameters but the scale, in their usual range."""
+        """All parameters except the scale, in their usual range."""
         return self.family.normalised(self.fixed | dict(values))
 
     def jacobian(self, values: Mapping[str, float], nodes: Nodes) -> tuple[FloatArray, FloatArray, float]:
-        """Jacobians and weights where the map is smooth, and the share of the region that it does not show."""
+        """Jacobians and weights at nodes where the map is smooth, and the share of the region that is not shown."""
         try:
             J, shown = nodes.jacobian(with_parameters(self.base, self.parameters(values)))
         except ProjectionError:
@@ -122,7 +119,7 @@ class Members:
         return np.where(smooth[:, None, None], J, np.nan), w, hidden
 
     def best_scale(self, J: FloatArray, w: FloatArray) -> float:
-        """The best scale within its limits: the criteria fall towards it from either side."""
+        """The best scale within its limits; criteria have one minimum in it."""
         if not self.frees_scale:
             return 1.0
         smooth = _is_smooth(J)
@@ -130,7 +127,7 @@ class Members:
         return float(np.clip(best, *self.scale_limits))
 
     def terms(self, values: Mapping[str, float], nodes: Nodes) -> FloatArray:
-        """What the search makes small; of the same size for every member of the family."""
+        """Terms that the search minimises, as many for every member of the family."""
         J, w, hidden = self.jacobian(values, nodes)
         if self.objective.figure.is_maximum:
             return self.extremes(J, w) + _OFF_THE_MAP * hidden
@@ -139,12 +136,12 @@ class Members:
         return np.append(self.objective.terms(J, w, c), self.lost * np.sqrt(hidden))
 
     def extremes(self, J: FloatArray, w: FloatArray) -> FloatArray:
-        """What a maximum is made of, (groups, n); next to nothing where the map is torn."""
+        """Terms (groups, n) whose maxima make a maximum; negligible where the map is torn."""
         groups = self.objective.extremes(J, w, self.frees_scale and self.scale_limits == (0.0, np.inf))
         return np.where(np.isfinite(groups), groups, _NOTHING)
 
     def value(self, values: Mapping[str, float], nodes: Nodes) -> float:
-        """The criterion at the nodes, with the best scale."""
+        """Value of the criterion at the nodes, with the best scale."""
         J, w, hidden = self.jacobian(values, nodes)
         smooth = _is_smooth(J)
         if not smooth.any() or (self.objective.figure.is_maximum and hidden):
@@ -154,7 +151,7 @@ class Members:
         return self.objective.value(np.append(terms, self.lost * np.sqrt(hidden)))
 
     def member(self, values: Mapping[str, float], scale: float) -> Projection:
-        """The projection; scaled from without where the method has no parameter for it."""
+        """The projection; multiplied by the scale if the method has no parameter for it."""
         parameters = self.parameters(values)
         if self.family.scale and self.frees_scale:
             parameters[self.family.scale] = scale
@@ -166,26 +163,26 @@ class Members:
     # ---- the search
 
     def vanishes(self) -> bool:
-        """Whether the objective is one that all members leave next to nothing of: some of them, at most of the nodes.
+        """True if the objective vanishes for the family: for some members, at three quarters of the nodes.
 
-        Not at all: next to poles and edges of maps rounding is larger.
+        Not at all nodes: rounding is larger next to poles and edges of maps.
         """
         if not self.objective.exact:
             return False
         nodes = nodes_of(self.region, self.base.ellipsoid, _COARSE)
         places = self.low + (self.high - self.low) * lattice(self.low.size, _SOME)
-        return all(self._leaves(self.named(place), nodes) <= self.objective.exact for place in places)
+        return all(self._quantile(self.named(place), nodes) <= self.objective.exact for place in places)
 
-    def _leaves(self, values: Mapping[str, float], nodes: Nodes) -> float:
-        """What most of the nodes have no more of, in the objective's measure; infinite where the map shows none."""
+    def _quantile(self, values: Mapping[str, float], nodes: Nodes) -> float:
+        """75th percentile of the objective's measure over the nodes; infinite if none is shown."""
         J, w, _ = self.jacobian(values, nodes)
         if not w.any():
             return float("inf")
         left = self.objective.figure.measure(self.best_scale(J, w) * J[w > 0])
-        return float(np.quantile(np.abs(left), _MOST))
+        return float(np.quantile(np.abs(left), _QUANTILE))
 
     def search(self) -> tuple[dict[str, float], float, Nodes, int]:
-        """The free parameters of the best member, its value at nodes, these nodes, and the evaluations it took."""
+        """Free parameters of the best member, its value at nodes, these nodes, and the number of evaluations."""
         edges = self.objective.figure.is_maximum
         coarse = nodes_of(self.region, self.base.ellipsoid, _COARSE, edges=edges)
         fine = nodes_of(self.region, self.base.ellipsoid, _FINE, edges=edges)
@@ -198,7 +195,7 @@ class Members:
         return best, least, fine, first.evaluations + evaluations
 
     def refine(self, start: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float, int]:
-        """The free parameters of the best member near a start, its value at nodes, and the evaluations it took."""
+        """Free parameters of the best member near a start, its value at nodes, and the number of evaluations."""
         place = np.array([start[name] for name in self.variables])
         last = descend(self._at(nodes), place, self.low, self.high, worst=self.objective.figure.is_maximum)
         best = self.named(last.place)
@@ -208,18 +205,18 @@ class Members:
         return lambda x: self.terms(self.named(x), nodes)
 
     def written(self, values: Mapping[str, float], nodes: Nodes) -> tuple[dict[str, float], float]:
-        """Free parameters to the decimals that are stated, and the best scale then."""
+        """Free parameters rounded to `DECIMALS`, and the best scale for them."""
         chosen = {name: round(values[name], DECIMALS) for name in self.variables}
         J, w, _ = self.jacobian(chosen, nodes)
         return chosen, round(self.best_scale(J, w), _SCALE_DECIMALS)
 
     def shown(self, chosen: Mapping[str, float], scale: float) -> dict[str, float]:
-        """The free parameters in their usual range, and the scale among them."""
+        """The free parameters in their usual range, the scale included."""
         shown = {name: self.parameters(chosen)[name] for name in self.variables}
         return shown | ({self.family.scale or _SCALE: scale} if self.frees_scale else {})
 
     def rounded(self, best: Mapping[str, float], step: float, least: float, nodes: Nodes) -> Rounded:
-        """The best of the multiples of a step about the optimum."""
+        """The best multiples of a step near the optimum."""
 
         def value(place: FloatArray) -> float:
             return self.value(self.named(place * step), nodes)
@@ -230,7 +227,7 @@ class Members:
         return Rounded(step, plain, found, found / least - 1.0 if least else 0.0)
 
     def flats(self, best: Mapping[str, float], least: float, nodes: Nodes) -> tuple[Flat, ...]:
-        """Parameters that hardly matter: with the others as they are, a quarter of their range costs 1 % at most."""
+        """Parameters that hardly matter: a quarter of their range costs at most 1 %, other parameters unchanged."""
         found = []
         for name, low, high in zip(self.variables, self.low.tolist(), self.high.tolist(), strict=True):
 
@@ -243,7 +240,7 @@ class Members:
         return tuple(found)
 
     def roundings(self, best: Mapping[str, float], least: float, nodes: Nodes) -> tuple[Rounded, ...]:
-        """What rounding costs, for the steps that are less than the parameters' range."""
+        """Rounded optima, for steps below half of the widest range."""
         widest = float(np.max(self.high - self.low, initial=0.0))
         return tuple(self.rounded(best, step, least, nodes) for step in _ROUNDINGS if step < 0.5 * widest)
 
@@ -253,7 +250,7 @@ def _is_smooth(J: FloatArray) -> BoolArray:
 
 
 def _farthest(is_good: Callable[[float], bool], begin: float, end: float) -> float:
-    """How far from a value towards an end all values that are tried are good."""
+    """The value farthest from `begin` towards `end` up to which all values tried are good."""
     steps = [begin + (end - begin) * k / _WALK for k in range(1, _WALK + 1)]
     first = next((k for k, value in enumerate(steps) if not is_good(value)), None)
     if first is None:
@@ -266,7 +263,7 @@ def _farthest(is_good: Callable[[float], bool], begin: float, end: float) -> flo
 
 
 def _free_names(family: Family, free: Sequence[str] | None) -> tuple[str, ...]:
-    """Names of free parameters, each once, in the family's order."""
+    """Names of the free parameters in the family's order, without repetition; raises ValueError."""
     allowed = [*family.limits, *([] if {_SCALE, "k"} & set(family.limits) else [_SCALE])]
     if free is None:
         return family.free

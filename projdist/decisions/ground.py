@@ -1,4 +1,4 @@
-"""Distances on the ground against distances on a map, and heights at points."""
+"""Distances on a map against distances on the ground, at points with heights."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from projdist.support import (
     one_line,
 )
 
-_NODES, _SEARCHED = 4000, 400  # points of a region of one height, and about how many a search looks at
+_NODES, _SEARCHED = 4000, 400  # points of a region of one height, and points in a search, about
 
 
 def distortion_ppm(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, height: ArrayLike) -> FloatArray:
-    """How far grid distances are off those on the ground: combined factor - 1, in ppm.
+    """Relative error of grid distances against those on the ground, in ppm: combined factor - 1.
 
     The scale factor is the geometric mean of the principal scales, which a conformal map has in all directions; the
     combined factor is that times `elevation_factor`.
@@ -86,7 +86,7 @@ def distortion_ppm(projection: ProjectionLike, lon: ArrayLike, lat: ArrayLike, h
 
 
 class Ground(NamedTuple):
-    """Points with weights that sum to 1, and their ellipsoidal heights; `is_level` for a region of one height."""
+    """Points with weights that sum to 1, and their ellipsoidal heights; `is_level` if they are all the same."""
 
     nodes: Nodes
     height: FloatArray
@@ -97,7 +97,7 @@ class Ground(NamedTuple):
         return distortion_ppm(projection, self.nodes.lon, self.nodes.lat, self.height)
 
     def fewer(self, region: Place) -> Ground:
-        """Fewer points of the same kind, or the same where there are few."""
+        """About 400 of the points, or all if there are few."""
         nodes = self.nodes
         if self.is_level:
             few = nodes_of(region, nodes.ellipsoid, _SEARCHED, edges=True)
@@ -110,10 +110,7 @@ class Ground(NamedTuple):
 
 
 def ground_of(region: Place, ellipsoid: Ellipsoid, heights: ArrayLike | None, height: float | None) -> Ground:
-    """The points (n, 3) of `heights` that lie in a region, the region at one height, or a set of points with its own.
-
-    Raises ValueError.
-    """
+    """Points (n, 3) of `heights` in a region, nodes at one height, or a set of points with its own; ValueError else."""
     if isinstance(region, PointSet) and region.height is not None and heights is None and height is None:
         return Ground(nodes_at(region.lon, region.lat, region.weight, ellipsoid), region.height, False)
     if (heights is None) == (height is None):
@@ -138,7 +135,7 @@ def ground_of(region: Place, ellipsoid: Ellipsoid, heights: ArrayLike | None, he
 
 @dataclass(frozen=True, kw_only=True)
 class HeightStatistics:
-    """Distortion at heights, in ppm; `within` the share of the points, or of the area, within so many ppm."""
+    """Distortion at heights, in ppm; `within` are the shares of the points, or of the area, by a limit in ppm."""
 
     min: float
     max: float
@@ -154,7 +151,7 @@ class HeightStatistics:
 
 
 def statistics_of(ppm: FloatArray, weight: FloatArray, limits: Iterable[float]) -> HeightStatistics:
-    """Statistics of distortions with weights that sum to 1, and the shares within the limits."""
+    """Statistics of distortions in ppm with weights that sum to 1, and the shares within limits."""
     mean = float(np.sum(weight * ppm))
     std = float(np.sqrt(np.sum(weight * (ppm - mean) ** 2)))
     rms = float(np.sqrt(np.sum(weight * ppm * ppm)))
@@ -180,8 +177,8 @@ def read_heights(path: str | os.PathLike[str]) -> FloatArray:
     Parameters
     ----------
     path : str or path
-        A .csv or .txt file that has them in columns of any usual name, or, without a header, in that order; or a .tif,
-        a raster of heights, read with rasterio (the extra `gis`) at 200 by 200 cells at most.
+        A .csv or .txt file with columns of any usual names, or, without a header, in that order; or a .tif, a raster of
+        heights, read with rasterio (the extra `gis`) at 200 by 200 cells at most.
 
     Returns
     -------
@@ -235,7 +232,7 @@ def _read_table(path: Path) -> FloatArray:
 
 
 def _columns(path: Path, header: list[str]) -> list[int]:
-    """Where longitude, latitude and height stand."""
+    """Columns of longitude, latitude and height."""
     names = [name.strip().lower() for name in header]
     if len(header) >= 3 and all(map(is_number, header[:3])):
         return [0, 1, 2]

@@ -1,6 +1,6 @@
-"""Low-distortion projections: what a surveyor measures on the ground is what the coordinates say.
+"""Low-distortion projections, on which grid distances are nearly those measured on the ground.
 
-Only the axis needs a search: for the three criteria the best scale factor k_0 on it has a closed form.
+Only the axis needs a search: for the three usual criteria the best scale factor k_0 on it has a closed form.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from projdist.regions import Place, RegionLike, check_on_body, get_region
 from projdist.support import Answer, check_number, check_text, listed_values
 
 Factors = FloatArray  # combined factors with k_0 = 1
-Order = tuple[float, float]
+Order = tuple[float, float]  # a figure and the RMS distortion; less is better
 
 SHARE = "share"
-"""The criterion that is no figure of a map alone: the weight of the points within a target."""
+"""The criterion that counts the weight of the points within a target, which is no figure of a map alone."""
 
 
 def rms_scale(q: Factors, w: FloatArray) -> float:
@@ -58,7 +58,7 @@ def _largest(ppm: FloatArray, w: FloatArray) -> float:
     return float(np.abs(ppm).max())
 
 
-# Where a = b these are quicker than what is for all matrices: the best scale, and the figure of distortions.
+# The best scale and the figure of distortions, quicker for a = b than the functions of matrices.
 _QUICK: dict[object, tuple[Callable[[Factors, FloatArray], float], Callable[[FloatArray, FloatArray], float]]] = {
     FIGURES["max_scale_error_ppm"].essence: (_middle, _largest),
     FIGURES["rms_scale_error_ppm"].essence: (rms_scale, _rms),
@@ -67,7 +67,7 @@ _QUICK: dict[object, tuple[Callable[[Factors, FloatArray], float], Callable[[Flo
 
 @dataclass(frozen=True)
 class LdpGoal:
-    """A figure, or None for the share of the points within a target in ppm, and what k_0 is a multiple of."""
+    """The criterion: a figure, or None for the share of points within a target in ppm; k_0 is a multiple of round_k."""
 
     figure: Figure | None
     target: float
@@ -75,11 +75,11 @@ class LdpGoal:
 
     @property
     def name(self) -> str:
-        """The criterion's."""
+        """The criterion's name."""
         return self.figure.name if self.figure else SHARE
 
     def order(self, ppm: FloatArray, weight: FloatArray) -> Order:
-        """How good distortions are, by the figure, then by RMS; less is better."""
+        """The order of distortions by the figure, then by RMS."""
         if self.figure is None:
             # Shares that differ by rounding only are the same.
             return -round(float(np.sum(weight[np.abs(ppm) <= self.target])), 9), _rms(ppm, weight)
@@ -88,7 +88,7 @@ class LdpGoal:
         return self.figure(_similar(1.0 + 1e-6 * ppm), weight), _rms(ppm, weight)
 
     def rounded_scale(self, q: Factors, weight: FloatArray) -> tuple[float, Order]:
-        """The best multiple of `round_k`, and how good it is."""
+        """The best multiple of `round_k`, and its order."""
         multiple = self._multiple(q, weight)
         # Figures are convex in k_0: the best multiple is next to the best of all.
         options = np.unique([np.floor(multiple), np.ceil(multiple)]) * self.round_k
@@ -105,7 +105,7 @@ class LdpGoal:
 
 
 def goal_of(criterion: AnyFigure, target: float, round_k: float) -> LdpGoal:
-    """The goal of a criterion; raises ValueError for one that tells conformal maps nothing."""
+    """The goal of a criterion; raises ValueError for one that does not depend on a conformal map's scale."""
     if isinstance(criterion, str) and criterion == SHARE:
         return LdpGoal(None, target, round_k)
     figure = get_figure(criterion)
@@ -118,15 +118,15 @@ def goal_of(criterion: AnyFigure, target: float, round_k: float) -> LdpGoal:
 
 
 def _similar(factor: FloatArray) -> FloatArray:
-    """Jacobians (n, 2, 2) of factors (n,) that are the same in all directions."""
+    """Jacobians (n, 2, 2) of scale factors (n,) in all directions."""
     return factor[:, None, None] * np.eye(2)
 
 
 def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
-    """The multiple with the most weight of points within the target; of all that have as much that of least RMS.
+    """The multiple with the most weight of points within the target; of equal ones the one with the least RMS.
 
-    A point is within it for k_0 from (1 - t) / q to (1 + t) / q: where most of these ranges of whole multiples overlap
-    is found in one walk along their ends.
+    A point is within it for k_0 from (1 - t) / q to (1 + t) / q: the multiple that lies in most of these ranges is
+    found in one walk along their ends.
     """
     usual = rms_scale(q, w) / unit
     first, beyond = np.ceil((1.0 - 1e-6 * target) / q / unit), np.floor((1.0 + 1e-6 * target) / q / unit) + 1.0
@@ -144,15 +144,15 @@ def _crowded(q: Factors, w: FloatArray, target: float, unit: float) -> float:
 # ---- the axis ----------------------------------------------------------------------------------------
 
 
-_STARTS, _LATTICE = 8, 64  # of the descents to whole numbers; places tried before
+_STARTS, _LATTICE = 8, 64  # starts of descents to whole numbers, and places tried before
 _SMOOTH = 24  # places tried for the least RMS or maximum
-_COARSE = ((64.0, 5), (8.0, 3), (1.0, 3))  # steps of the axis, in units of its rounding; the ends that are gone on from
-_SCANNED, _KEPT = 400, 8  # places of a scan of one parameter, and those that it goes on from
-_FINER = 8.0  # its next step
+_COARSE = ((64.0, 5), (8.0, 3), (1.0, 3))  # steps of the axis, in units of its rounding, and the ends that are kept
+_SCANNED, _KEPT = 400, 8  # most places of a scan of one parameter, and those that are kept
+_FINER = 8.0  # ratio of a step of the scan to the next
 
 
 class LdpAxis:
-    """The axis of a family over a region; places are values of `names` in degrees, multiples of `unit` in the end."""
+    """The axis of a family over a region; places are values of `names` in degrees, in the end multiples of `unit`."""
 
     def __init__(self, family: str, extent: Extent, ellipsoid: Ellipsoid, unit: float) -> None:
         self.extent, self.unit = extent, unit
@@ -163,13 +163,13 @@ class LdpAxis:
         for index, key in enumerate(self.names):
             if key.startswith("lat"):
                 self.low[index], self.high[index] = max(self.low[index], -89.0), min(self.high[index], 89.0)
-        # Not where an oblique line runs due north or east.
+        # An oblique line may not run due north or east there.
         some = self.parameters(self.low + 0.43 * (self.high - self.low))
         words = " ".join(f"+{key}={number_text(value)}" for key, value in some.items())
         self.base = Projection.from_user_input(f"+proj={family} {ellipsoid_text(ellipsoid)} {words}")
 
     def _sides(self, family: str) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
-        """The middle and the half width of the range of each parameter of the axis, and the parameters that stay."""
+        """Middle and half width of the range of each parameter of the axis, and the fixed parameters."""
         extent = self.extent
         # Over ground that slopes the best axis lies beside the region: scale falls with height.
         across = 1.0 + 1.5 * extent.radius
@@ -189,7 +189,7 @@ class LdpAxis:
         return {moving: middle, turning: (extent.azimuth, 90.0)}, fixed
 
     def parameters(self, place: FloatArray) -> dict[str, float]:
-        """PROJ's parameters; the one standard parallel of lcc is its latitude of origin, too."""
+        """PROJ's parameters; the standard parallel of lcc is also its latitude of origin."""
         values = self.fixed | dict(zip(self.names, map(float, place), strict=True))
         if "lat_1" in values:
             values["lat_0"] = values["lat_1"]
@@ -201,7 +201,7 @@ class LdpAxis:
         return values
 
     def factors(self, place: FloatArray, ground: Ground) -> Factors:
-        """Combined factors with a scale of 1 on the axis; NaN where PROJ refuses the axis."""
+        """Combined factors with a scale of 1 on the axis; NaN if PROJ refuses the axis."""
         nodes = ground.nodes
         try:
             scale = nodes.meridional_scale(with_parameters(self.base, self.parameters(place)))
@@ -211,7 +211,7 @@ class LdpAxis:
 
 
 def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> FloatArray:
-    """The best multiples of the axis's unit, searched on few points and in the end on all."""
+    """The best place of the axis, searched on few points and in the end on all."""
 
     def value(steps: FloatArray, at: Ground) -> Order:
         q = axis.factors(steps * axis.unit, at)
@@ -232,8 +232,8 @@ def best_place(axis: LdpAxis, goal: LdpGoal, few: Ground, ground: Ground) -> Flo
 def _scanned(axis: LdpAxis, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
     """The best multiples of the unit in the range of one parameter, best first.
 
-    A share has many tops, one a few units wide: all multiples are tried where they are few, else ever finer ones near
-    the best.
+    A share has many maxima a few units wide: all multiples are tried if they are few, else ever finer ones near the
+    best.
     """
     low, high = np.ceil(axis.low[0] / axis.unit), np.floor(axis.high[0] / axis.unit)
     stride = 1.0
@@ -253,7 +253,7 @@ def _scanned(axis: LdpAxis, value: Callable[[FloatArray], Order]) -> list[FloatA
 
 
 def _descended(axis: LdpAxis, goal: LdpGoal, ground: Ground, value: Callable[[FloatArray], Order]) -> list[FloatArray]:
-    """The ends of descents by ever smaller steps from the best of several starts, best first."""
+    """Ends of descents by ever smaller steps from the best of several starts, best first."""
     known: dict[tuple[float, ...], Order] = {}
 
     def once(steps: FloatArray) -> Order:
@@ -274,7 +274,7 @@ def _descended(axis: LdpAxis, goal: LdpGoal, ground: Ground, value: Callable[[Fl
 
 
 def _starts(axis: LdpAxis, goal: LdpGoal, ground: Ground) -> list[FloatArray]:
-    """The place of least RMS, if that is asked for that of the least maximum, and a lattice over all of them."""
+    """The place of the least RMS, for a maximum also that of the least maximum, and a lattice over all places."""
     weight = ground.nodes.weight
 
     def squares(place: FloatArray) -> FloatArray:
@@ -297,20 +297,21 @@ def _starts(axis: LdpAxis, goal: LdpGoal, ground: Ground) -> list[FloatArray]:
 LDP_FAMILIES = ("tmerc", "lcc", "omerc")
 
 _SHARES = (5, 10, 20, 50)  # ppm
-_SAME = 0.02  # ppm, far less than the rounding of k_0 costs: the family that was named first is as good
-_NEARLY_SHARE, _NEARLY = 0.05, 1.05  # of the points, and times a figure: a simpler map may be worse by that
-_SIMPLE = ("tmerc", "lcc")  # what every program draws, and everybody knows
-_WIDEST = 60.0  # degrees: regions beyond that have no low distortion
-_EAST, _NORTH = 10_000.0, 10_000.0  # metres: what false eastings and northings are multiples of
-_ORIGIN = 1 / 6  # degrees: what the latitude of origin is a multiple of
+_SAME = 0.02  # ppm between maps that are as good, far less than the rounding of k_0 costs
+_NEARLY_SHARE, _NEARLY = 0.05, 1.05  # a simpler map may have that share of points less, or that times the figure
+_SIMPLE = ("tmerc", "lcc")  # families that every program has
+_WIDEST = 60.0  # degrees from the middle: wider regions have no low distortion
+_EAST, _NORTH = 10_000.0, 10_000.0  # metres of which false eastings and northings are multiples
+_ORIGIN = 1 / 6  # degrees of which the latitude of origin is a multiple
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LDP(Answer):
-    """A low-distortion projection, and how low its distortion is.
+    """A low-distortion projection and its distortion.
 
-    `lon`, `lat`, `height`, `weight`, `ppm` are the points it was made for. `baselines` are other maps on the same
-    points, `others` the best of the other families. `wkt` is WKT2, `esri` Esri's WKT; either may be None.
+    `lon`, `lat`, `height`, `weight`, `ppm` are the points it was made for, with their distortion. `baselines` are other
+    maps on the same points, `others` the best of the other families. `wkt` is WKT2, `esri` Esri's WKT; None where there
+    is none.
     """
 
     region: Place
@@ -331,12 +332,12 @@ class LDP(Answer):
 
     @property
     def criterion(self) -> str:
-        """The name of what it is best by."""
+        """The name of the criterion."""
         return self.goal.name
 
     @property
     def target_ppm(self) -> float:
-        """Within which the share of the points is counted."""
+        """The limit in ppm for the share of points."""
         return self.goal.target
 
     @property
@@ -346,10 +347,7 @@ class LDP(Answer):
 
     @property
     def simpler(self) -> LDP | None:
-        """The best of tmerc and lcc where an oblique map is little better.
-
-        That is by no more than 5 % of the points, or of the figure of the other criteria.
-        """
+        """The best of tmerc and lcc if an oblique map is better by at most 5 % of the points, or of the figure."""
         simple = [one for one in self.others if one.family in _SIMPLE]
         if self.family in _SIMPLE or not simple:
             return None
@@ -360,7 +358,7 @@ class LDP(Answer):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be known of it, a sentence each: that a simpler map is nearly as good."""
+        """Remarks, a sentence each: a simpler map that is nearly as good."""
         simple = self.simpler
         if simple is None:
             return ()
@@ -399,9 +397,6 @@ class LDP(Answer):
         return {"lon": self.lon, "lat": self.lat, "height": self.height, "ppm": self.ppm, "weight": self.weight}
 
 
-# ---- the search -----------------------------------------------------------------------------
-
-
 def ldp(
     region: RegionLike,
     *,
@@ -430,15 +425,15 @@ def ldp(
     families : sequence of str
         Of tmerc, lcc and omerc.
     criterion : str, Figure, Measure or callable
-        share (the most points within `target_ppm`), or what to make small: a figure that conformal maps have at a
-        scale, such as max_scale_error_ppm (the largest distortion) or rms_scale_error_ppm; or a function of Jacobians
-        J (n, 2, 2), here the combined factors times the unit matrix, as `get_figure` takes it.
+        share (the most points within `target_ppm`), or what to minimise: a figure that depends on the scale of
+        conformal maps, such as max_scale_error_ppm (the largest distortion) or rms_scale_error_ppm; or a function of
+        Jacobians J (n, 2, 2), here the combined factors times the unit matrix, as `get_figure` takes it.
     target_ppm : float
         In ppm, above 0 and at most 1e5.
     round_k : float
-        What the scale factor on the axis is a multiple of, within 1e-10 and 1e-3.
+        The scale factor on the axis is a multiple of it, within 1e-10 and 1e-3.
     round_axis : float
-        What the axis is a multiple of in degrees, within 1e-7 and 1.
+        The axis is a multiple of it in degrees, within 1e-7 and 1.
     geodetic : str
         The geographic CRS that the map is based on.
     against : ProjectionLike, or iterable of them
@@ -522,14 +517,14 @@ def _label(projection: ProjectionLike) -> str:
 
 
 def _usual(extent: Extent) -> list[str]:
-    """The UTM zone; none near the poles, whose usual maps are not made for distances."""
+    """The UTM zone; none near the poles, where the usual maps are not made for distances."""
     name, code = usual_crs(extent)
     return [code] if name.startswith("UTM") else []
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Design:
-    """What a projection is designed for; `few` is the ground with fewer points, for the search."""
+    """The task of a design; `few` is the ground with fewer points, for the search."""
 
     region: Place
     extent: Extent
@@ -539,11 +534,11 @@ class _Design:
     round_axis: float
 
     def order(self, found: LDP) -> tuple[float, float]:
-        """Less is better."""
+        """The order of a map by the goal."""
         return self.goal.order(found.ppm, found.weight)
 
     def is_as_good(self, one: LDP, best: LDP) -> bool:
-        """Whether a map is as good as the best for every purpose."""
+        """True if a map is as good as the best for all practical purposes."""
         mine, theirs = self.order(one), self.order(best)
         slack = 0.0 if self.goal.figure is None else _SAME if self.goal.figure.unit == "ppm" else 1e-6 * _SAME
         return mine[0] <= theirs[0] + slack and (mine[1] <= theirs[1] + _SAME or slack > 0.0)
@@ -553,7 +548,7 @@ class _Design:
         return statistics_of(ppm, self.ground.nodes.weight, (*_SHARES, self.goal.target))
 
     def best(self, family: str) -> LDP:
-        """The best map of a family, rounded; without WKT and what it is compared with."""
+        """The best map of a family, rounded; without WKT, baselines and others."""
         ground, nodes = self.ground, self.ground.nodes
         axis = LdpAxis(family, self.extent, nodes.ellipsoid, self.round_axis)
         place = best_place(axis, self.goal, self.few, ground)
@@ -581,7 +576,7 @@ class _Design:
         )
 
     def origin(self, base: Projection, values: dict[str, float]) -> dict[str, float]:
-        """A latitude of origin south of the region, and offsets with which all its coordinates are positive."""
+        """A latitude of origin south of the region, and false origins that make all its coordinates positive."""
         result: dict[str, float] = {}
         if base.definition.startswith("+proj=tmerc"):
             result["lat_0"] = float(np.floor(self.extent.south / _ORIGIN) * _ORIGIN)

@@ -1,10 +1,10 @@
-"""What a map keeps true, measured by its Jacobians over a region: angles, areas up to a constant, lengths along lines.
+"""A card of one map: what it states, its errors, and what it keeps true (angles, areas up to a constant, distances).
 
-A map keeps a property where 99 % of the region is off from it by less than a limit; the rest is where maps are singular
+A map keeps a property if it departs from it by less than a limit in 99 % of the region; the rest is for singular points
 (poles). The limit is 1e-5: iterations of PROJ leave 2e-6, formulas of a sphere on an ellipsoid 1e-3.
-A small region lets every map look true: what a map does not keep, it is off by about the mean square of the distances
-across the region, in units of the Earth's radius, and by a twentieth of that at least. There the limit is a thousandth
-of that square, and never less than 1e-9, to which derivatives are certain.
+In a small region every map looks true: its departure is about the mean square of the distances across the region, in
+units of the Earth's radius, and a twentieth of that at least. There the limit is a thousandth of that square, and never
+less than 1e-9, the accuracy of derivatives.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ class WeightedPoints:
 
 @dataclass(frozen=True, kw_only=True)
 class Properties:
-    """What is kept, and by how much a map is off from each of `PROPERTIES`, as the logarithm of a scale."""
+    """Properties that a map keeps, and its departures from each of `PROPERTIES`, as logarithms of scales."""
 
     keeps: tuple[str, ...]
     departures: dict[str, float]
 
 
 def properties_of(J: FloatArray, points: WeightedPoints) -> Properties:
-    """What a map with Jacobians (n, 2, 2) at points keeps; nothing, off by NaN, where none of them is defined."""
+    """Properties of a map with Jacobians (n, 2, 2) at points; none, with departures NaN, if all are undefined."""
     counts = (points.weight > 0.0) & np.isfinite(fisher(J))
     if not counts.any():
         return Properties(keeps=(), departures=dict.fromkeys(PROPERTIES, float("nan")))
@@ -65,13 +65,13 @@ def properties_of(J: FloatArray, points: WeightedPoints) -> Properties:
 
 
 def _square_across(lon: FloatArray, lat: FloatArray, weight: FloatArray) -> float:
-    """The mean square of the distances of points from the great circle nearest to them, on a sphere of radius 1."""
+    """Mean square of the distances of points from the great circle nearest to them, on a sphere of radius 1."""
     vectors = unit_vectors(lon, lat)
     return float(np.linalg.eigvalsh(weight * vectors @ vectors.T)[0] / weight.sum())
 
 
 def _off_areas(J: FloatArray, weight: FloatArray) -> FloatArray:
-    """Equal-area maps have one areal scale, which need not be 1."""
+    """Departure of the areal scale from its median, which need not be 1."""
     scale = log_areal_scale(J)
     return np.abs(scale - quantile(scale, weight, 0.5))
 
@@ -81,7 +81,7 @@ def _off_angles(J: FloatArray, _: FloatArray) -> FloatArray:
 
 
 def _off_distances(J: FloatArray, _: FloatArray) -> FloatArray:
-    """One of the principal scales is 1 everywhere: along meridians, from a point, or from a line."""
+    """Departure from 1 of the principal scale nearest to it: along meridians, from a point, or from a line."""
     return np.min(np.abs(np.log(principal_scales(J))), axis=-1)
 
 
@@ -96,7 +96,7 @@ PROPERTIES: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
 
 
 INFO_MEASURES = ("scale_error_ppm", "omega", "s", "h", "k")
-"""What of a map is measured over its area of use."""
+"""Measures of a map over its area of use."""
 
 INFO_TOLERANCE = 1e-4
 _NODES = 400
@@ -104,14 +104,14 @@ _NODES = 400
 
 @dataclass(frozen=True, kw_only=True)
 class MeasureRange:
-    """A measure over a region: its mean, least and largest value, each with its error; infinite where it diverges."""
+    """Mean, minimum and maximum of a measure over a region, each with its error; infinite if it diverges."""
 
     mean: Estimate
     minimum: Extreme
     maximum: Extreme
 
     def to_dict(self) -> dict[str, Any]:
-        """Values, errors and places; what is not finite is None."""
+        """Values, errors and places; NaN and infinity become None."""
         found: dict[str, Any] = {"mean": plain(self.mean.value), "mean_error": plain(self.mean.error)}
         for name, one in (("min", self.minimum), ("max", self.maximum)):
             found |= {name: plain(one.value), f"{name}_error": plain(one.error)}
@@ -130,16 +130,16 @@ class MapInfo(Answer):
     particulars
         What is stated: kind, code, area of use, datum, ellipsoid, unit, axes, method and parameters, deprecation.
     keeps : tuple of str
-        What of areas, angles and distances is kept, as measured: "equal-area", "conformal", "equidistant".
+        Properties that the map keeps, as measured: "equal-area", "conformal", "equidistant".
     departures : dict
-        By how much scales, as a ratio less 1, are off from what such maps keep, over 99 % of the area of use; NaN where
-        nothing could be measured.
+        Largest departure of scales from each property over 99 % of the area of use, as a ratio less 1; NaN if nothing
+        could be measured.
     promises : str
-        What the method is known to keep, "conformal" or "equal-area"; "" where it promises nothing.
+        The property that the method is known to keep, "conformal" or "equal-area", or "".
     same_map : dict
-        Names by the codes of CRSs that draw the same map, on other datums, or with other false origins, axes or units.
+        Names of CRSs that draw the same map, by code: on other datums, or with other false origins, axes or units.
     region, coverage
-        Where the errors are measured, and the share of it that can be projected.
+        The region of the errors, and the share of it that can be projected.
     airy_kavrayskiy : AiryKavrayskiy
         The errors `raw`, `scaled` and `affine` over the region, with the largest of their errors.
     measures : dict
@@ -163,7 +163,7 @@ class MapInfo(Answer):
         return f"{self.projection.name}, {kept}; AK {self.airy_kavrayskiy.raw:.4g} over {self.region.name}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; what is not finite is None."""
+        """The keys of the command line's JSON; NaN and infinity become None."""
         stated, ellipsoid = self.particulars, self.projection.ellipsoid
         return {
             "projection": self.given,
@@ -197,8 +197,8 @@ class MapInfo(Answer):
         }
 
     def _errors(self) -> dict[str, Any]:
-        """The figures over the region."""
-        return self._figures() | {name: range.to_dict() for name, range in self.measures.items()}
+        """Figures and measures over the region."""
+        return self._figures() | {name: one.to_dict() for name, one in self.measures.items()}
 
     def _figures(self) -> dict[str, Any]:
         found = self.airy_kavrayskiy
@@ -214,7 +214,7 @@ class MapInfo(Answer):
         return list(self.projection.area_of_use) if self.projection.area_of_use else None
 
     def row(self) -> dict[str, Any]:
-        """The same as a flat row, as in a frame; what is not finite is None, lists are texts."""
+        """The same as a flat row, as in a frame; NaN and infinity become None, lists become texts."""
         stated = self.to_dict()
         ellipsoid, unit, area = stated["ellipsoid"], stated["unit"], stated["area_of_use"]
         west, south, east, north = area["bounds"] or (None,) * 4
@@ -236,8 +236,9 @@ class MapInfo(Answer):
             "axes": ";".join(axis["direction"] for axis in stated["axes"]),
             "region": self.region.name,
         }
-        ranges = ((name, range.to_dict()) for name, range in self.measures.items())
-        measures = {f"{name}_{key}": value for name, range in ranges for key, value in range.items()}
+        measures = {
+            f"{name}_{key}": value for name, found in self.measures.items() for key, value in found.to_dict().items()
+        }
         return one | self._figures() | measures
 
     def _table(self) -> list[dict[str, Any]]:
@@ -245,7 +246,7 @@ class MapInfo(Answer):
 
 
 def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolerance: float = INFO_TOLERANCE) -> MapInfo:
-    """What there is to know of one map: what it states, what it keeps as measured, and its errors where it is for.
+    """A card of one map: what it states, what it keeps as measured, and its errors over its area of use.
 
     Parameters
     ----------
@@ -253,10 +254,10 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
         Anything that `Projection.from_user_input` takes: a name, a PROJ string, the code of a CRS, WKT, a file, a
         function.
     region : RegionLike, optional
-        Where the errors are measured. Without one it is the area of use of a CRS, and the globe for other projections.
-        What a map keeps is measured over these in any case.
+        The region of the errors, by default the area of use of a CRS, or the globe for other projections. What a map
+        keeps is always measured over these.
     tolerance : float, default 1e-4
-        To which the Airy-Kavrayskiy errors and the means are resolved, of their size: four digits of a card.
+        Relative tolerance of the Airy-Kavrayskiy errors and the means: four digits of a card.
 
     Returns
     -------
@@ -308,7 +309,7 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
 
 
 def properties_where_it_is_for(projection: Projection) -> Properties:
-    """What a map keeps over the area of use of a CRS, and over the globe for other projections."""
+    """Properties over the area of use of a CRS, or over the globe for other projections."""
     nodes = nodes_of(region_for(None, [projection]), projection.ellipsoid, _NODES)
     J, _ = nodes.jacobian(projection)
     return properties_of(J, WeightedPoints(nodes.lon, nodes.lat, nodes.weight))

@@ -1,17 +1,17 @@
-"""What an optimisation makes small, with the best uniform scale in closed form where there is one.
+"""Objectives of optimisation, with the best uniform scale in closed form where there is one.
 
 An objective takes Jacobians at nodes and weights that sum to 1. Multiplying a map by c multiplies the principal
-scales a >= b; the best c needs no search:
+scales a >= b. The best c is:
 
 - Airy-Kavrayskiy, areas: exp(-mean ln(ab) / 2), because ln c adds to ln a and ln b (a plain mean).
 - Airy: sum w (a + b) / sum w (a^2 + b^2), a linear least-squares problem.
 - largest |scale - 1|: 2 / (max a + min b), the arithmetic middle, and so for areas; largest |ln scale|:
   1 / sqrt(max a min b), the geometric middle.
 - mean |scale - 1|: a weighted quantile of 2 / (a + b), where one straight part of the sum meets the next; for areas
-  of 1 / ab. Its RMS: where one parabola meets the next.
-- angles do not know the scale.
+  of 1 / ab. Its RMS: the minimum of a parabola, or where one parabola meets the next.
+- angles: any, as they do not depend on the scale.
 
-For other figures, also those of users, ln c is searched for.
+For other figures, also those of users, ln c is found by a search.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ _REACH = 3.0  # of ln c to either side of the geometric mean
 
 @dataclass(frozen=True)
 class Objective:
-    """How to make a figure small."""
+    """A figure to minimise."""
 
     figure: Figure
 
     @property
     def exact(self) -> float:
-        """What a map has at most that has nothing of a figure which whole families may have nothing of; else 0."""
+        """Largest value that rounding leaves on a map without this distortion; 0 if no family is without it."""
         return self.figure.rounding if self.figure.may_vanish else 0.0
 
     def scale(self, J: FloatArray, w: FloatArray) -> float:
@@ -55,7 +55,7 @@ class Objective:
         return float(np.exp(best))
 
     def terms(self, J: FloatArray, w: FloatArray, c: float) -> FloatArray:
-        """What is made small of a map times c: the root of the sum of squares, no root for a mean; or the largest."""
+        """Terms of a map times c; the criterion is their root sum of squares, sum of squares (mean), or maximum."""
         if self.figure.version == "affine":
             J, c = np.linalg.inv(mdt(J[w > 0], w[w > 0]).T) @ J, 1.0
         if self.figure.version == "scaled" and w.any():
@@ -69,9 +69,9 @@ class Objective:
         return np.sqrt(w) * (np.sqrt(np.maximum(values, 0.0)) if self.figure.statistic == "mean" else values)
 
     def extremes(self, J: FloatArray, w: FloatArray, free: bool) -> FloatArray:
-        """What a maximum is made of, smooth in a map's parameters, (groups, n), where the groups' maxima are added.
+        """Terms (groups, n), smooth in a map's parameters, of which the sum of the groups' maxima makes a maximum.
 
-        Of the map as it is, or with a `free` scale.
+        With `free` the scale is the best one.
         """
         closed = _EXTREMES.get(self.figure.essence)
         if closed is not None:
@@ -81,7 +81,7 @@ class Objective:
         return self.figure.measure(c * J)[None]
 
     def value(self, terms: FloatArray) -> float:
-        """The criterion from its terms."""
+        """Value of the criterion by its terms."""
         if self.figure.is_maximum:
             return float(terms.max())
         square = float(np.sum(terms * terms))
@@ -132,7 +132,7 @@ def _areal_quantile(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
 
 
 def _turning_point(places: FloatArray, steps: FloatArray, until: float) -> float:
-    """Where the steps, in the order of their places, add up to so much."""
+    """The place at which the steps, in order of their places, add up to a value."""
     order = np.argsort(places)
     sums = np.cumsum(steps[order])
     return float(places[order[min(int(np.searchsorted(sums, until)), order.size - 1)]])
@@ -174,7 +174,7 @@ _BY_NAME: dict[str, Scales] = {
 _BEST_SCALES = {FIGURES[name].essence: scale for name, scale in _BY_NAME.items()}
 
 
-# ---- what is smooth where measures are not ---------------------------------------------------
+# ---- smooth terms of measures that are not smooth themselves ---------------------------------
 
 
 def _fisher_terms(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -191,7 +191,7 @@ def _airy_terms(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _scale_extremes(a: FloatArray, b: FloatArray, free: bool) -> FloatArray:
-    # With a free scale, of which either middle leaves a half of ln(max a / min b), or grows with it.
+    # With a free scale half of ln(max a / min b) is left, or what grows with it.
     return _log_scale_extremes(a, b, free) if free else 1e6 * np.concatenate([a - 1.0, 1.0 - b])[None]
 
 

@@ -1,9 +1,9 @@
-"""How little a map of a region can distort: the limit by which all maps of it can be judged.
+"""The parameters of a family that distort a region least, and the least error of any map of the region.
 
 To first order in the curvature, the best conformal and the best equal-area map of a small region both have sqrt(2)
 times the Airy-Kavrayskiy error of the best map of all, whose square is the squared curvature times the mean deflection
-of a clamped plate of the region's shape. The best conformal map is a linear problem, so that the limit of all kinds is
-known at once; for large ragged regions it is a prediction to some per cent, and no bound.
+of a clamped plate of the region's shape. The best conformal map is a linear problem, which gives the least error of all
+kinds of maps; for large ragged regions it is a prediction to some per cent, and no bound.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from projdist.regions import Place, RegionLike, check_on_body, get_region
 from projdist.support import Answer, check_number, check_text, listed_values, plain
 
 LIMITED = ("airy_kavrayskiy", "airy_kavrayskiy_scaled", "airy_kavrayskiy_affine")
-"""The figures whose limit is known."""
+"""Figures of which the least value is known."""
 
 _NODES = 2000
 _WIDEST = 100.0  # degrees from the middle: beyond, the polynomials of the stereographic plane do not reach
@@ -55,10 +55,10 @@ _WIDEST = 100.0  # degrees from the middle: beyond, the polynomials of the stere
 
 @functools.lru_cache(maxsize=32)
 def least_error(region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84, degree: int = 8) -> float | None:
-    """The Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide.
+    """Airy-Kavrayskiy error of the best map of a region for a purpose; None for regions that are too wide.
 
-    For conformal and equal-area maps it is that of the best conformal map whose ln k is a polynomial of the degree, for
-    other purposes 1/sqrt(2) of it.
+    For conformal and equal-area maps it is that of the best conformal map whose ln k is a polynomial of the degree,
+    divided by sqrt(2) for other purposes.
     """
     extent = extent_of(region)
     if extent.radius > _WIDEST:
@@ -77,7 +77,7 @@ def least_error(region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS8
 
 
 def lower_bound_of(figure: Figure, region: Place, purpose: str = "any", ellipsoid: Ellipsoid = WGS84) -> float | None:
-    """The limit of a figure over a region; None where it is not known, or no more than rounding."""
+    """Least value of a figure over a region; None if it is unknown, or no more than rounding."""
     if not figure.is_airy_kavrayskiy:
         return None
     found = least_error(region, purpose, ellipsoid)
@@ -90,22 +90,16 @@ def lower_bound_of(figure: Figure, region: Place, purpose: str = "any", ellipsoi
 _ROUND_SCALE = 1e-6  # a part per million is what scale factors are stated to
 _RELATIVE = 1e-5  # the cubature's tolerance, of the value found
 _TOO_WIDE = 60.0  # degrees from the middle: nobody would take UTM
-_EXCHANGES, _EXCEEDS = 6, 1e-5  # rounds for places that the nodes lack, and by what part the maximum is larger there
+_EXCHANGES, _EXCEEDS = 6, 1e-5  # most exchanges of nodes, and the relative excess of the maximum that asks for one
 _DECIDES = Objective(FIGURES["airy_kavrayskiy"])
 _NOTE = "{} vanishes for all of {}: the least Airy-Kavrayskiy error has decided."
-_USUAL = 2.0  # a scale, or one over it, that hides no distortion without a bound
-_WHOLE = 0.9999  # of the region: less is a map of a part
-
-
-# ---- answers --------------------------------------------------------------------------------
+_USUAL = 2.0  # scales up to it, or down to its inverse, hide no unbounded distortion
+_WHOLE = 0.9999  # coverage of a map that shows the region whole
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """What one would have taken without a search, its value of the criterion, and its Airy-Kavrayskiy error.
-
-    `error_estimate` is that of the value.
-    """
+    """A projection to compare with: its value of the criterion, with an error estimate, and Airy-Kavrayskiy error."""
 
     name: str
     definition: str
@@ -122,15 +116,13 @@ class Baseline:
 class Optimum(Answer):
     """The best member of a family for a region.
 
-    `parameters` are the free ones; `value` is the criterion, measured by adaptive cubature to
-    `error_estimate`; `coverage` the share of the region that the map shows. `at_limit` names parameters
-    that ended at a limit. `scale` is what the family's own map is multiplied with where it has no parameter
-    for that. `roundings` tell how flat the optimum is, `baselines` what it is worth. `others` are the
-    optima of the families that came second and worse, with `auto`. `wkt` is WKT2, or None with a reason.
-    `flats` are parameters that hardly matter: within which values the criterion is at most 1 % larger.
-    `note` says that the Airy-Kavrayskiy error has decided, where the criterion vanishes for the whole family.
-    `limit` is, for the Airy-Kavrayskiy errors, about what the best of all maps of the region has, None where that is
-    not known.
+    `parameters` are the free ones; `value` is the criterion, measured by adaptive cubature to `error_estimate`;
+    `coverage` the share of the region that the map shows. `at_limit` names parameters at an end of their range. `scale`
+    multiplies the map if its method has no parameter for that. `roundings` are the best rounded parameters, `baselines`
+    the usual projections, `others` the optima of the other families with `auto`, best first. `wkt` is WKT2, or None
+    with a reason. `flats` are parameters that hardly matter, with ranges in which the criterion is at most 1 % larger.
+    `note` says that the Airy-Kavrayskiy error has decided, where the criterion vanishes for the whole family. `limit`
+    is, for the Airy-Kavrayskiy errors, about the error of the best of all maps of the region; None if unknown.
     """
 
     family: str
@@ -159,17 +151,17 @@ class Optimum(Answer):
 
     @property
     def cylinder(self) -> str:
-        """That a conic map is nearly a cylindrical one, and which; mostly nothing."""
+        """A sentence for a conic map that is nearly a cylindrical one; else ""."""
         return cylinder_of(self.family, self.parameters)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be known of it, a sentence each."""
+        """Remarks, a sentence each."""
         return tuple(filter(None, (self.note, self.cylinder, *map(str, self.flats))))
 
     @property
     def proj(self) -> str:
-        """The PROJ string; a pipeline where the map is multiplied by a scale that the method does not know."""
+        """The PROJ string; a pipeline if the method has no parameter for the scale."""
         return self.projection.definition
 
     def _line(self) -> str:
@@ -212,9 +204,6 @@ class Optimum(Answer):
         ]
 
 
-# ---- the question ---------------------------------------------------------------------------
-
-
 def optimize(
     family: str,
     region: RegionLike = "globe",
@@ -240,17 +229,17 @@ def optimize(
         The parameters to choose, `pole` for those of ob_tran, `k_0` for a uniform scale, whether the method has a
         parameter for it or not; by default the family's own. Not with `auto`.
     criterion : str, Figure, Measure or callable
-        What to make small: a name in `FIGURES`; or a function of Jacobians J (n, 2, 2) that gives values (n,) never
-        below 0, of which it is the mean by true area; or whatever else `get_figure` takes.
+        What to minimise: a name in `FIGURES`; a function of Jacobians J (n, 2, 2) with values (n,) never below 0, of
+        which the mean by true area counts; or whatever else `get_figure` takes.
     ellipsoid : str or Ellipsoid, optional
         `sphere` or a name of PROJ's; by default WGS 84, and the sphere for maps that have formulas for that only.
     round_to : float, optional
-        Rounds angles to multiples of so many degrees, within 1e-9 and 45, and k_0 to 1e-6: the best of the multiples
-        near the optimum.
+        Step in degrees to whose multiples angles are rounded, within 1e-9 and 45; k_0 is then rounded to 1e-6. The best
+        multiples near the optimum are taken.
     against : ProjectionLike, or iterable of them
-        Projections to compare with, the last of the baselines.
+        Projections to compare with, added to the baselines.
     progress : callable, optional
-        Called with how many families are done, and of how many.
+        Called with the numbers of families done and of all.
 
     Returns
     -------
@@ -315,7 +304,7 @@ def optimize(
 def best_member(
     family: str, region: Place, figure: Figure, ellipsoid: Ellipsoid
 ) -> tuple[Projection, dict[str, float]]:
-    """The best member of a family, and its free parameters; nothing more is measured. Raises ProjectionError."""
+    """The best member of a family and its free parameters, without measuring it; raises ProjectionError."""
     members = _members(get_family(family, extent_of(region)), region, Objective(figure), None, ellipsoid)
     best, _, fine, _ = _search_with_exchange(members)
     chosen, scale = members.written(best, fine)
@@ -325,16 +314,16 @@ def best_member(
 def _members(
     family: Family, region: Place, objective: Objective, free: Sequence[str] | None, ellipsoid: Ellipsoid | None
 ) -> Members:
-    """The members of a family, with the Airy-Kavrayskiy error for an objective that vanishes for all of them."""
+    """The members of a family, by the Airy-Kavrayskiy error if the objective vanishes for all of them."""
     members = Members(family, region, objective, free, ellipsoid)
     return Members(family, region, _DECIDES, free, ellipsoid) if members.vanishes() else members
 
 
 def _search_with_exchange(members: Members) -> tuple[dict[str, float], float, Nodes, int]:
-    """`Members.search`; where it is a maximum that counts, with the places that its nodes lack among them.
+    """`Members.search`; for maxima, nodes are added where the best map exceeds its maximum at the nodes.
 
-    Where the best map's true maximum is more than that at the nodes, its place becomes a node, and the search goes on
-    from there (E. Remez, 1934): the corners of polygons that matter are few, and not known before.
+    The place of the true maximum becomes a node, and the search goes on from there (E. Remez, 1934): the corners of
+    polygons that matter are few, and not known before.
     """
     best, least, fine, evaluations = members.search()
     for _ in range(_EXCHANGES if members.objective.figure.is_maximum else 0):
@@ -366,7 +355,7 @@ def _ellipsoid_of(given: str | Ellipsoid | None) -> Ellipsoid | None:
 
 
 def _optimum(members: Members, objective: Objective, extent: Extent, round_to: float | None) -> Optimum:
-    """The best member, and what is to be known of it; `objective` is what was asked for."""
+    """The best member with its figures; `objective` is the one asked for."""
     best, least, fine, evaluations = _search_with_exchange(members)
     roundings = members.roundings(best, least, fine)
     rounded = best if round_to is None else members.rounded(best, round_to, least, fine).parameters
@@ -407,7 +396,7 @@ def _optimum(members: Members, objective: Objective, extent: Extent, round_to: f
 def _check_finite(
     members: Members, chosen: Mapping[str, float], scale: float, objective: Objective, value: float
 ) -> None:
-    """Raise ProjectionError for a criterion that is infinite, or would be were the map not shrunk to nothing."""
+    """Raise ProjectionError if the criterion is infinite, or would be at scale 1."""
     if np.isfinite(value) and objective.figure.is_maximum and not 1.0 / _USUAL <= scale <= _USUAL:
         value = _measured(members.member(chosen, 1.0), members.region, objective, 1.0)[0]
     if not np.isfinite(value):
@@ -418,7 +407,7 @@ def _check_finite(
 
 
 def _at_limit(members: Members, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Parameters at an end of their range that is no natural one."""
+    """Parameters at an end of their range other than 0 and 90 degrees."""
     limits = members.family.limits
     return tuple(
         name
@@ -430,7 +419,7 @@ def _at_limit(members: Members, values: Mapping[str, float]) -> tuple[str, ...]:
 def _wkt(
     members: Members, projection: Projection, values: Mapping[str, float], scale: float
 ) -> tuple[str | None, str | None]:
-    """WKT2 of the CRS, or None and the reason."""
+    """WKT2 of the CRS, or None with a reason."""
     name = f"{projection.name} for {members.region.name}"
     if members.family.scale or scale == 1.0:
         return crs_wkt(projection, name)
@@ -454,7 +443,7 @@ def _baselines(members: Members, objective: Objective, extent: Extent) -> tuple[
 
 
 def _baseline(given: Any, region: Place, objective: Objective, name: str = "") -> Baseline:
-    """A projection that must show the region, by the criterion."""
+    """The criterion of a projection; raises ProjectionError if it does not show the whole region."""
     projection = Projection.from_user_input(given)
     value, error, ak, coverage = _measured(projection, region, objective, 0.1)
     if coverage < _WHOLE:
@@ -466,7 +455,7 @@ def _baseline(given: Any, region: Place, objective: Objective, name: str = "") -
 def _measured(
     projection: Projection, region: Place, objective: Objective, about: float
 ) -> tuple[float, float, float, float]:
-    """The criterion by adaptive cubature, its estimated error, the Airy-Kavrayskiy error, and the coverage."""
+    """The criterion by adaptive cubature, its error estimate, the Airy-Kavrayskiy error, and the coverage."""
     tolerance = float(np.clip(_RELATIVE * about, 1e-12, 1e-5))
     field = _field(projection, region, objective, tolerance)
     found = field.figure(objective.figure)
@@ -474,7 +463,7 @@ def _measured(
 
 
 def _field(projection: Projection, region: Place, objective: Objective, tolerance: float) -> Field:
-    """The field of a projection, good enough for an objective's figure."""
+    """The field of a projection, resolved for the objective's figure."""
     if objective.figure.is_airy_kavrayskiy:
         return sample(projection, region, tolerance=tolerance)
     return sample(projection, region, measures=[objective.figure.measure], tolerance=1e-6)

@@ -253,7 +253,7 @@ def test_members_that_proj_refuses() -> None:
     nodes = nodes_of(place, WGS84, 40)
     _, weights, hidden = members.jacobian({"lat_1": 40.0}, nodes)
     assert (hidden, weights.sum()) == (1.0, 0.0)
-    assert members._leaves({"lat_1": 40.0}, nodes) == np.inf
+    assert members._quantile({"lat_1": 40.0}, nodes) == np.inf
     assert members.jacobian({"lat_1": 50.0}, nodes)[1].sum() == pytest.approx(1.0)
 
 

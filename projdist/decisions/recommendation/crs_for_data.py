@@ -1,4 +1,4 @@
-"""A CRS for people's data: the best of those on their datum, for their country."""
+"""The best CRS for data: on their datum, and for their country."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ from projdist.regions import Place, Region, bounding_box
 from projdist.support import quoted, tell
 
 TURNED = 3.0
-"""Degrees between grid north and true north: within 3 degrees of a zone's meridian there are no more anywhere."""
+"""Degrees between grid north and true north, more than within 3 degrees of a zone's meridian anywhere."""
 
-_UNSEEN = 2.0  # metres: what WGS 84 is good to where nobody says which of its realisations is meant
-_WORSE = 2.0  # times the figure: what a map may have that is less turned
-_LOOKED_AT, _OF_ALL_DATUMS = 10, 80  # of the best CRSs
-_WHOLE = 0.99  # of the region in the area of use
+_UNSEEN = 2.0  # metres: the accuracy of WGS 84 if its realisation is not known
+_WORSE = 2.0  # times the figure that a less turned map may have
+_LOOKED_AT, _OF_ALL_DATUMS = 10, 80  # best CRSs that are looked at, on one datum and on any
+_WHOLE = 0.99  # share of the region in the area of use, at least
 _POINTS = 200  # of the data, and of the region
-_LAND, _LEAST = 0.5, 0.1  # of the points: fewer are not on land, or not in a country
-_FEW = 2  # countries
-_NEAR = 0.03  # degrees: the outlines are good to 2 km, and a little more
+_LAND, _LEAST = 0.5, 0.1  # shares of the points that must be on land, and in a country
+_FEW = 2  # countries of an area of use that is not a shared zone
+_NEAR = 0.03  # degrees: a little more than the accuracy of outlines, 2 km
 
 
 @dataclass(frozen=True)
 class CrsForData:
-    """A CRS for data: the change of datum that it asks for, if any, and grid north less true north there, as RMS.
+    """A CRS for data, with the datum shift that it needs, if any, and the RMS convergence in degrees.
 
-    `foreign` says that it is for another country, where there was no other.
+    `foreign` is a note if it is for another country, for want of one for the data's.
     """
 
     code: str
@@ -55,13 +55,13 @@ class CrsForData:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be known of it, a sentence each."""
+        """Remarks, a sentence each."""
         turned = f"Its grid north is off true north by {self.convergence:.2g} degrees in the data (RMS)."
         return tuple(filter(None, (self.foreign, str(self.shift or ""), turned)))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What of it is not as it should be: a datum metres away, a north that is off by more than any zone's."""
+        """Notes on defects: another country, a datum metres away, a convergence larger than any zone's."""
         shift = self.shift
         moved = shift is not None and not shift.metres <= _UNSEEN
         worth = (self.foreign, str(shift) if moved else "", self.notes[-1] if self.convergence > TURNED else "")
@@ -71,11 +71,11 @@ class CrsForData:
 def crs_for_data(
     crs: Any, region: Place, lon: FloatArray, lat: FloatArray, *, purpose: str = "any", **options: Any
 ) -> CrsForData | None:
-    """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None where none serves the purpose.
+    """The CRS for data in a CRS, with vertices (n,) in degrees, over a region; None if none serves the purpose.
 
-    The best by `recommend` (which takes `options`) that is on the data's datum, if there is one, or on one that is the
-    same to 2 m, and not for other countries. Where its meridians are turned by more than `TURNED` over the data, the
-    next that is less turned takes its place, if its figure is no more than twice as large.
+    It is the best by `recommend` (which takes `options`) on the data's datum, else on one that is the same to 2 m, and
+    not for other countries. If its convergence over the data is above `TURNED`, the next with less takes its place,
+    provided that its figure is at most twice as large.
     """
     step = max(1, len(lon) // _POINTS)
     lon, lat = np.mod(lon[::step] + 180.0, 360.0) - 180.0, lat[::step]
@@ -97,7 +97,7 @@ def crs_for_data(
 
 
 def _candidates(crs: Any, region: Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
-    """The best CRSs: those on the data's datum, or on one of its name, or all."""
+    """The best CRSs on the data's datum, else on one of its name, else on any."""
     wanted = kept_datum(crs)
     if wanted and options.get("datum") is None:
         try:
@@ -113,7 +113,7 @@ def _candidates(crs: Any, region: Place, purpose: str, options: dict[str, Any]) 
 
 
 def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> list[Candidate]:
-    """CRSs whose datum is the data's to 2 m; where only others are the country's own those, of the latest datum."""
+    """National CRSs on the data's datum to 2 m, else national ones on the latest datum, else others near, else all."""
     metres = {}
     for one in found:
         shift = datum_shift(crs, _twin_on_datum(crs, one), lon, lat)
@@ -128,13 +128,13 @@ def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> 
 
 
 def _twin_on_datum(crs: Any, one: Candidate, default: str | None = None) -> str:
-    """The CRS of a map that is on the data's datum, or the one that is named first."""
+    """The code of the map's CRS on the data's datum, else the default or the first."""
     codes = (one.code, *(code for code, _ in one.same))
     return next((code for code in codes if keeps_datum(crs, code)), one.code if default is None else default)
 
 
 def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
-    """The RMS of the convergence at points, in degrees."""
+    """RMS convergence at points, in degrees."""
     turns = meridian_convergence(jacobian(Projection.from_user_input(code), lon, lat))
     return float(np.sqrt(np.nanmean(turns**2))) if np.isfinite(turns).any() else np.nan
 
@@ -143,9 +143,9 @@ def _turned(code: str, lon: FloatArray, lat: FloatArray) -> float:
 
 
 def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
-    """Whether an area of use names a country or two, and hardly any of the points, which are on land, is in these.
+    """True if an area of use names one or two countries, and hardly any of the points, which are on land, is in them.
 
-    One of many countries is a zone that they share, of which the registry's list need not be complete.
+    More countries share a zone, and the registry's list need not be complete.
     """
     names = named([area_name], at_sea=True)
     if len(names) > _FEW:
@@ -157,7 +157,7 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
 
 
 def _on_land_of(name: str, lon: FloatArray, lat: FloatArray) -> BoolArray:
-    """Whether points are in the outlines of a country, or as near as these are good to."""
+    """True for points in a country, to the accuracy of its outlines."""
     from projdist.earth import natural_earth  # shapely is slow to load
 
     outline = natural_earth.country(key_of(name))
@@ -170,19 +170,19 @@ def _on_land(lon: FloatArray, lat: FloatArray) -> BoolArray:
     return natural_earth.near(natural_earth.land("50m"), lon, lat, _NEAR)
 
 
-# ---- for frames ----------------------------------------------------------------------------------
+# ---- frames --------------------------------------------------------------------------------------
 
 
-_MOST = 50_000  # vertices: twice the time that a box takes; more do not tell more of which CRS is the best
+_MOST = 50_000  # vertices of polygons, which take twice the time of a box; more do not change which CRS is the best
 
 
 def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> CRS:
     """The best existing CRS for the data of a GeoDataFrame or GeoSeries, as pyproj's.
 
-    The region is the polygons themselves; of points, lines, and polygons with more than 50,000 vertices it is the
-    narrowest box in longitude and latitude about them, across the antimeridian where that is narrower. The CRS is on
-    the data's datum and for their country where there is one, as `check` has it; a notice tells of a change of datum by
-    more than two metres, and of meridians turned by more than three degrees.
+    The region is the polygons themselves; for points, lines, and polygons with more than 50,000 vertices it is the
+    narrowest box in longitude and latitude about them, across the antimeridian if that is narrower. The CRS is on the
+    data's datum and for their country if there is one, as in `check`; a notice reports a datum shift of more than two
+    metres, and a convergence of more than three degrees.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def estimate_crs(frame: Any, *, purpose: str = "any", **options: Any) -> CRS:
     purpose : str
         What the map must keep, as for `recommend`.
     **options
-        The others of `recommend`.
+        Other options of `recommend`.
 
     Returns
     -------
