@@ -1,4 +1,4 @@
-"""What `design` answers: a map made to measure, what it gains, and the forms in which other programs run it."""
+"""The answer of `design`: a map made to measure, its gain over other maps, and its forms for other programs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from projdist.support import Answer, plain
 
 @dataclass(frozen=True, kw_only=True)
 class Degree:
-    """A degree that was tried: its figure at fixed nodes, and the share of the energy that the surroundings had."""
+    """A degree that was tried: its figure at fixed nodes, and the surroundings' share of the energy."""
 
     degree: int
     value: float
@@ -25,7 +25,7 @@ class Degree:
 
 @dataclass(frozen=True, kw_only=True)
 class Rival:
-    """A map to compare with, by the same criterion; `gain` is the share of its figure that the made map saves."""
+    """A map to compare with, by the same criterion; `gain` is the relative saving of the made map."""
 
     kind: str
     name: str
@@ -37,7 +37,7 @@ class Rival:
 
 @dataclass(frozen=True, kw_only=True)
 class Surroundings:
-    """What becomes of what lies around a region: the smallest and the largest scale there, and the share that folds."""
+    """The map around the region: the smallest and the largest scale there, and the share that folds."""
 
     within_km: float
     smallest_scale: float
@@ -49,12 +49,12 @@ class Surroundings:
 class Design(Answer):
     """A map made to measure.
 
-    `value` is the figure of `criterion` over the region, measured of the finished map by adaptive cubature, with its
+    `value` is the figure of `criterion` over the region, measured on the finished map by adaptive cubature, with its
     `error`. `projection` is that map as PROJ runs it, `crs` its texts. `base` is the map that is corrected, `degrees`
-    what was gained with each degree. `limit` is the Airy-Kavrayskiy error that no map of the kind goes far below, None
-    where none is known; `smallest` and `largest` are the extreme scales in any direction. `overlaps` is whether the
-    image of the region covers itself (None of points), `inverse_error` by how many metres a point of the region may
-    miss itself, there and back, infinite where PROJ does not find back.
+    the figures of the degrees tried. `limit` is about the least Airy-Kavrayskiy error of any map of the kind, None if
+    unknown; `smallest` and `largest` are the extreme scales in any direction. `overlaps` is True if the image of the
+    region covers itself (None for points); `inverse_error` is the largest round-trip error in metres over the region,
+    infinite where PROJ's inverse fails.
     """
 
     region: Place
@@ -95,7 +95,7 @@ class Design(Answer):
         return f"{self.kind} map of degree {self.degree} for {self.region.name}: {figure}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; what is not finite is None."""
+        """The keys of the command line's JSON; NaN and infinity become None."""
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
             "kind": self.kind,
@@ -149,7 +149,7 @@ _TOLERANCE = 1e-8
 
 @dataclass(frozen=True, kw_only=True)
 class MapFigures:
-    """The figure that was wished for, with its error, the Airy-Kavrayskiy error, and the extreme scales."""
+    """The figure of the objective with its error, the Airy-Kavrayskiy error, and the extreme scales."""
 
     value: float
     error: float
@@ -162,21 +162,17 @@ class MapFigures:
 def measure_map(
     projection: Projection, region: Place, objective: DesignObjective, *, scaled: bool = False
 ) -> MapFigures:
-    """A projection over a region; `scaled` in the scale that is best for it."""
+    """The figures of a projection over a region; with `scaled` at its best scale."""
     field = sample(projection, region, measures=["a", "b"], tolerance=_TOLERANCE)
     smallest, largest = field.minimum("b"), field.maximum("a")
     found = field.airy_kavrayskiy
     if objective.figure.is_maximum:
-        error = max(smallest.error, largest.error)
-        value, error = (
-            _largest(objective, largest.value, smallest.value, scaled),
-            error * (1e6 if objective.figure.unit == "ppm" else 1.0),
-        )
+        value = _largest(objective, largest.value, smallest.value, scaled)
+        error = max(smallest.error, largest.error) * (1e6 if objective.figure.unit == "ppm" else 1.0)
     elif objective.figure.name == "airy_kavrayskiy":
         value, error = (found.scaled if scaled else found.raw), found.error
     else:
-        estimate = field.figure(objective.figure)
-        value, error = estimate.value, estimate.error
+        value, error = field.figure(objective.figure)
     return MapFigures(
         value=value,
         error=error,
@@ -188,7 +184,7 @@ def measure_map(
 
 
 def _largest(objective: DesignObjective, a: float, b: float, scaled: bool) -> float:
-    """The largest error of scales from b to a; `scaled` after the best scale."""
+    """Largest error of scales from b to a; with `scaled` at the best scale."""
     in_ppm = objective.figure.unit == "ppm"
     if scaled:
         factor = 2.0 / (a + b) if in_ppm else 1.0 / np.sqrt(a * b)

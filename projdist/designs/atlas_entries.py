@@ -1,4 +1,4 @@
-"""The atlas as it is shipped: the maps of a region, for each purpose, with what each says."""
+"""The shipped atlas: the best maps of regions for each purpose, with their figures."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _BEST = ("existing", "custom", "made")
 
 @dataclass(frozen=True, kw_only=True)
 class AtlasMap:
-    """A map of a region: `projection` is its code or its PROJ string; None is what was not measured.
+    """A map of a region: `projection` is its code or its PROJ string; figures that were not measured are None.
 
-    `share` is that of the region within the area of use of a CRS, `national` whether the region's country has the CRS
-    for its own, `datum` "" but for CRSs, `keeps` what the map keeps true in the region, as measured, `cut_km` the
-    length of its cuts within the region, kilometres.
+    `share` is that of the region within the area of use of a CRS, `national` is True for a CRS of the region's country,
+    `datum` is "" except for CRSs, `keeps` are the properties that the map keeps in the region, as measured, `cut_km` is
+    the length of its cuts within the region in kilometres.
     """
 
     projection: str
@@ -52,8 +52,8 @@ class AtlasPurpose:
     """The best maps for a purpose, by a figure, the `criterion`.
 
     `existing` is the best CRS of the registries, `custom` the best member of PROJ's families, `made` the best map made
-    to measure, None where there is none, or for `reason`. `limit` is about what the best of all maps of the purpose
-    has; None where it is not known.
+    to measure; None if there is none, with a `reason` for the last. `limit` is about the error of the best of all maps
+    of the purpose; None if unknown.
     """
 
     name: str
@@ -66,7 +66,7 @@ class AtlasPurpose:
 
     @property
     def maps(self) -> dict[str, AtlasMap]:
-        """The maps that there are, by what they are."""
+        """The maps that exist, by "existing", "custom" and "made"."""
         found = zip(_BEST, (self.existing, self.custom, self.made), strict=True)
         return {what: one for what, one in found if one is not None}
 
@@ -78,7 +78,7 @@ class AtlasPurpose:
 
 @dataclass(frozen=True, kw_only=True)
 class AtlasZones:
-    """A system of so many zones that serves a region where no single CRS does, with the largest scale error in any."""
+    """A system of zones for a region that no single CRS serves: their number, and the largest scale error in any."""
 
     name: str
     zones: int
@@ -88,14 +88,14 @@ class AtlasZones:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class AtlasEntry(Answer):
-    """The best maps of a region, by what they are for.
+    """The best maps of a region, by purpose.
 
     `region` is its text for `get_region`, `kind` country, part, state, continent, ocean or zone. `official` is the best
-    of the country's own CRSs for general use that hold nine tenths of the region, on its datum in force, in states and
-    parts far away only one that is made for them; None where there is none, as where the country has zones only.
-    `versions` are those with which the entry was measured. A frame has a row for each map of each purpose; in it
-    `saves` is the share of the error that a map saves, against the official CRS, or else the best existing one of any
-    purpose: below 0 it costs.
+    of the country's CRSs for general use that hold nine tenths of the region, on its datum in force, in states and
+    parts far away only one that is made for them; None if there is none, as in countries with zones only. `versions`
+    are those with which the entry was measured. A frame has a row for each map of each purpose; `saves` is the share of
+    the error that a map saves against the official CRS, or else the best existing one of any purpose; it is negative
+    for a larger error.
     """
 
     title: str
@@ -110,16 +110,16 @@ class AtlasEntry(Answer):
 
     @property
     def reference(self) -> AtlasMap | None:
-        """What others are compared with: the official CRS, else the best existing one."""
+        """The map that others are compared with: the official CRS, else the best existing one."""
         return self.official or self.purposes["any"].existing
 
     def saves(self, one: AtlasMap, criterion: str = "airy_kavrayskiy") -> float | None:
-        """The share of the reference's error that a map saves; None where either has no such figure."""
+        """The share of the reference's error that a map saves; None if either has no such figure."""
         mine, its = (getattr(known, criterion, None) for known in (one, self.reference))
         return None if mine is None or not its else 1.0 - mine / its
 
     def summary(self) -> dict[str, Any]:
-        """A flat row of the region: the official CRS and the best maps of any purpose, with what they save."""
+        """A flat row of the region: the official CRS and the best maps of any purpose, with their savings."""
         best = self.purposes["any"]
         row = {"place": self.title, "kind": self.kind, "region": self.region, "area_km2": self.area_km2}
         row["limit"] = best.limit
@@ -150,7 +150,7 @@ class AtlasEntry(Answer):
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """A flat row for each map of each purpose; the official CRS first, without one."""
+        """A flat row for each map of each purpose, after the official CRS, which has no purpose."""
         return list(self._rows())
 
     def _table(self) -> list[dict[str, Any]]:
@@ -172,7 +172,7 @@ class AtlasEntry(Answer):
 
 
 def _over(one: AtlasMap, limit: float | None) -> float | None:
-    """The Airy-Kavrayskiy error over the limit."""
+    """The Airy-Kavrayskiy error divided by the limit."""
     return None if one.airy_kavrayskiy is None or not limit else one.airy_kavrayskiy / limit
 
 
@@ -184,15 +184,15 @@ def _called(one: AtlasMap | None) -> str:
 
 
 _ZONE = re.compile(r"(utm )?(zone )?\d{1,2} ?[ns]")
-_CRITERIA = {"least scale error": "max_scale_error_ppm"}  # the others are by the Airy-Kavrayskiy error
+_CRITERIA = {"least scale error": "max_scale_error_ppm"}  # for other purposes the Airy-Kavrayskiy error
 _MOST = 3  # names in a hint
 
 
 def atlas(place: str) -> AtlasEntry:
     """The best maps of a country, a state of the USA, a continent, an ocean or a UTM zone, measured beforehand.
 
-    For each of four purposes and for the least scale error: the best existing CRS, the best custom projection, the best
-    map made to measure, and the limit of all maps; and the country's own CRS, with what each of them would save.
+    For each of four purposes and for the least scale error these are the best existing CRS, the best custom projection
+    and the best map made to measure, with the limit of all maps; beside them stands the country's official CRS.
 
     Parameters
     ----------
@@ -204,12 +204,12 @@ def atlas(place: str) -> AtlasEntry:
     Returns
     -------
     AtlasEntry
-        The maps with their errors, which are rounded to six digits.
+        The maps with their errors to six digits.
 
     Raises
     ------
     ValueError
-        For a place that the atlas has not.
+        For a place that is not in the atlas.
 
     References
     ----------
@@ -265,19 +265,19 @@ def _entries() -> tuple[AtlasEntry, ...]:
 
 @functools.cache
 def _index() -> dict[str, int]:
-    """The places of entries by their folded names; titles, too, where they are not those of others."""
+    """The numbers of entries by folded name, and by title unless it is another's name."""
     names = {folded(_name(entry)): n for n, entry in enumerate(_entries())}
     titles = {folded(entry.title): n for n, entry in enumerate(_entries())}
     return titles | names
 
 
 def _name(entry: AtlasEntry) -> str:
-    """What an entry is asked for by: `country:New Zealand`, or its title."""
+    """The name of an entry: `country:New Zealand`, or its title."""
     return full_name(entry.region.removesuffix("@main")) or entry.title
 
 
 def _advice(key: str) -> str:
-    """What may have been meant, and what is allowed."""
+    """A hint at close names, and where the allowed ones are listed."""
     if _ZONE.fullmatch(key):
         return "All UTM zones are as UTM zone 33N and UTM zone 33S, turned about the Earth's axis: ask for these."
     close = [atlas_names()[_index()[one]] for one in close_words(key, _index())[:_MOST]]

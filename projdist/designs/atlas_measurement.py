@@ -1,4 +1,4 @@
-"""The regions of the atlas, and an entry of it, measured: one task of the batch of `tools/measure_atlas.py`."""
+"""The regions of the atlas, and the measurement of their entries."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _BASINS = {
     "Arctic Ocean": "ocean@110m & cap:0,90,2650",
     "Mediterranean Sea": "ocean@110m & (box:-5.6,30,36.2,41 + box:0,41,20,46)",
 }
-# All zones are these, turned about the axis of the Earth.
+# All other zones are these, rotated about the Earth's axis.
 _ZONES = {"UTM zone 33N": "box:12,0,18,84", "UTM zone 33S": "box:12,-80,18,0"}
 _STEP = 0.1  # degrees, to which the boxes of parts are rounded outwards
 
 
 class AtlasArea(NamedTuple):
-    """A region of the atlas: its title, what it is, and its text."""
+    """A region of the atlas: its title, its kind, and its text for `get_region`."""
 
     title: str
     kind: str
@@ -119,11 +119,11 @@ _DIGITS = 6
 
 
 def measured_entry(region: Region) -> dict[str, Any]:
-    """The best CRSs, custom projections and maps made to measure for a region, for each purpose, in plain JSON.
+    """The best CRSs, custom projections and maps made to measure for a region, by purpose, as JSON.
 
     Purposes are those of `recommend`, by the Airy-Kavrayskiy error; "least scale error" is by the largest scale error
-    of any existing map, and of conformal ones among the custom projections and those made to measure. The map made for
-    any purpose keeps neither angles nor areas, so that it is the compromise, too.
+    of any existing map, and of conformal custom projections and maps made to measure. The map made for any purpose
+    keeps neither angles nor areas, so that it is also the compromise.
     """
     best = recommend(region, limit=1, custom=True)
     by_purpose = {name: recommend(region, purpose=name, limit=1) for name in _PURPOSES[1:]}
@@ -142,7 +142,7 @@ def measured_entry(region: Region) -> dict[str, Any]:
 
 
 def _purpose(found: Recommendation, custom: Sequence[Custom], made: dict[str, Any]) -> dict[str, Any]:
-    """What is best for one purpose: the first of some custom projections that serves it, and a map made to measure."""
+    """The best maps for one purpose: the first result, the first custom projection that serves it, and the made map."""
     serving = [one for one in custom if suits(one.keeps, found.purpose)]
     return {
         "existing": _existing(found.results[0]) if found.results else None,
@@ -183,7 +183,7 @@ def _zones(system: ZoneSystem) -> dict[str, Any]:
 
 
 def _made(region: Region, kind: str, criterion: str) -> dict[str, Any]:
-    """A map made to measure, or why there is none, as for regions that are too wide."""
+    """A map made to measure, or the reason why there is none, as for regions that are too wide."""
     try:
         found = design(region, kind=kind, criterion=criterion, against=())
     except ValueError as error:
@@ -202,6 +202,6 @@ def _scale_error(found: Design) -> float:
 
 
 def _rounded(value: float | None) -> float | None:
-    """A number to the digits that are told; None for what is not finite."""
-    told = plain(value)
-    return None if told is None else float(f"{told:.{_DIGITS}g}")
+    """A number rounded to six digits; NaN and infinity become None."""
+    number = plain(value)
+    return None if number is None else float(f"{number:.{_DIGITS}g}")

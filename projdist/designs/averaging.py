@@ -1,4 +1,4 @@
-"""What `mean_map` answers: the mean of several maps, the bound, and the maps beside it."""
+"""The mean of several maps, with the bound of its total and the maps beside it."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from projdist.support import Answer, check_text, plain
 
 @dataclass(frozen=True, kw_only=True)
 class Nearness:
-    """How near a map is to those given, and how far from the ground.
+    """The distance of a map from the given ones, and its distortion.
 
     `kind` is "bound", "mean", "average" or "given". `total` is the sum over the given maps of weight times the mean of
-    the squared Fisher distance, `airy_kavrayskiy` the Airy-Kavrayskiy error in the best scale, with its `error`. The
-    bound is that of the mean metrics, which are no map's: its `projection` is None.
+    the squared Fisher distance, `airy_kavrayskiy` the Airy-Kavrayskiy error at the best scale, with its `error`. The
+    bound is that of the mean metrics, which no map has: its `projection` is None.
     """
 
     kind: str
@@ -52,10 +52,10 @@ class Nearness:
 class MeanMap(Answer):
     """The mean of several maps.
 
-    `projection` is the map, `crs` its texts for other programs, None where it has none: that of the world is a sum of
-    products of Chebyshev polynomials of longitude and latitude. `base` is the map that is corrected, None of the world.
-    `average` is the plain average of coordinates. `standings` are those of the bound, the mean, the average and the
-    given maps; `error` is what fewer nodes would change of their totals.
+    `projection` is the map, `crs` its texts for other programs, None if it has none: a map of the world is a sum of
+    products of Chebyshev polynomials of longitude and latitude. `base` is the map that is corrected, None for the
+    world. `average` is the plain average of coordinates. `standings` are those of the bound, the mean, the average and
+    the given maps; `error` is the change of their totals with fewer nodes.
     """
 
     region: Place
@@ -72,7 +72,7 @@ class MeanMap(Answer):
 
     @property
     def bound(self) -> float:
-        """The total of the mean metrics, below which no map gets."""
+        """The total of the mean metrics, a lower bound for all maps."""
         return self.standing("bound").total
 
     @property
@@ -82,11 +82,11 @@ class MeanMap(Answer):
 
     @property
     def airy_kavrayskiy(self) -> float:
-        """The Airy-Kavrayskiy error of the mean in the best scale."""
+        """The Airy-Kavrayskiy error of the mean at its best scale."""
         return self.standing("mean").airy_kavrayskiy
 
     def standing(self, kind: str) -> Nearness:
-        """The first of a kind."""
+        """The first standing of a kind."""
         return next(one for one in self.standings if one.kind == kind)
 
     def _line(self) -> str:
@@ -96,7 +96,7 @@ class MeanMap(Answer):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; what is not finite is None."""
+        """The keys of the command line's JSON; NaN and infinity become None."""
         function = self.projection.function
         return {
             "region": {"name": self.region.name, "area_km2": self.region.area_km2},
@@ -136,7 +136,7 @@ class MeanMap(Answer):
 
 
 def _series(function: BoxPolynomials) -> dict[str, Any]:
-    """The map of the world in numbers: x, y of T_i T_j, by the box of the polynomials."""
+    """The coefficients of a map of the world, x and y of T_i T_j, and the box of its polynomials."""
     x, y = function.coefficients
     return {"box": list(function.box), "x": x.tolist(), "y": y.tolist()}
 
@@ -145,16 +145,16 @@ def _series(function: BoxPolynomials) -> dict[str, Any]:
 
 
 _NODES, _FINE = 3000, 10_000
-_WIDEST = 100.0  # degrees from the middle: what reaches farther is a map of the world
+_WIDEST = 100.0  # degrees from the middle: wider regions need a map of the world
 _HIGHEST = 86.0  # degrees of latitude: beyond, poles that are lines pull the mean onto a fold
 _WORLD = Box(-180.0, -85.0, 180.0, 85.0)
 _DEGREE, _WORLD_DEGREE, _FINEST_OF_WORLD = 8, 9, 12
 _TOLERANCE = 1e-8
-_ROUNDING = 1e-10  # of totals, by the rounding of differences
+_ROUNDING = 1e-10  # of totals, by finite differences
 _TORN = 1e-9  # of the region's area
 _EDGE = 1e-3  # degrees
 _LONGEST = 60  # characters of a label
-_SAME = 9  # digits of totals: two maps are equally far from their mean
+_SAME = 9  # digits to which totals are compared, as two maps are equally far from their mean
 
 
 def mean_map(
@@ -167,12 +167,12 @@ def mean_map(
     name: str | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> MeanMap:
-    """The mean of several maps: the one that is nearest to them, in the geometry of their distortion.
+    """The mean of several maps: the map nearest to them, in the geometry of their distortion.
 
     Of all maps f of a degree it has the least sum, over the maps f_i, of weight_i times the mean of
-    Dist_F(J_f J_i^-1)^2 over the region: what f does to the plane of f_i at the same point of the ground, as the
-    Airy-Kavrayskiy error measures what a map does to the ground. The Frechet means of the metrics J_i^T J_i at each
-    point have a smaller sum or the same; it is given as the bound.
+    Dist_F(J_f J_i^-1)^2 over the region: the distortion of f relative to the plane of f_i, as the Airy-Kavrayskiy error
+    is that relative to the ground. The Frechet means of the metrics J_i^T J_i at each point have a smaller sum or the
+    same, which is the bound.
 
     Parameters
     ----------
@@ -180,21 +180,21 @@ def mean_map(
         The maps, also functions of longitude and latitude; none may be cut, or turn over, within the region. The mean
         is turned as the first one.
     weights : array_like, optional
-        What each map counts, positive; 1 if not given.
+        Positive weights of the maps; by default 1.
     region : RegionLike, optional
         Whatever `get_region` takes; by default the area of use that all maps have in common, else the world between
-        85 degrees of latitude. What reaches farther than 100 degrees from its middle must be a box within 86 degrees
-        of latitude.
+        85 degrees of latitude. A region that reaches farther than 100 degrees from its middle must be a box within 86
+        degrees of latitude.
     degree : int, optional
-        Of the polynomials: of a region in the plane of that map which is nearest to all, 8 if not given; of the world
-        in longitude and in latitude, 9 if not given, at most 12.
+        Degree of the polynomials: for a region in the plane of the map nearest to all, by default 8; for the world in
+        longitude and in latitude, by default 9, at most 12.
     datum : str, optional
         The geographic CRS that the map of a region is based on, as EPSG:4258, with the ellipsoid of the map that it
-        corrects; by default WGS 84, or none of another ellipsoid.
+        corrects; by default WGS 84, or none for another ellipsoid.
     name : str, optional
-        That of the map.
+        Name of the map.
     progress : callable, optional
-        Called with how many maps are measured, and of how many, when the mean is found.
+        Called with the numbers of maps measured and of all, once the mean is found.
 
     Returns
     -------
@@ -207,7 +207,7 @@ def mean_map(
         For weights that are not positive, a degree that the region does not resolve, and a region of the world that is
         no box.
     ProjectionError
-        For maps that are cut or turn over within the region, and maps of another body or size.
+        For maps that are cut or mirrored within the region, and maps of another body or size.
 
     References
     ----------
@@ -276,7 +276,7 @@ def mean_map(
 
 
 def _world_box(region: Place) -> Box | None:
-    """The box of a map of the world, None of what is none; raises ValueError."""
+    """The region as the box of a map of the world, None if it needs no such map; raises ValueError."""
     if extent_of(region).radius <= _WIDEST:
         check_extent(region)
         return None
@@ -298,7 +298,7 @@ def _degree(given: int | None, *, of_world: bool) -> int:
 
 
 def _label(given: Any, projection: Projection) -> str:
-    """A map as it was given, if that is short."""
+    """The map's text as given if short, else its label."""
     return given if isinstance(given, str) and len(given) <= _LONGEST else projection.label
 
 
@@ -324,14 +324,14 @@ def _check_whole(projection: Projection, region: Place) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Ground:
-    """Nodes of a region and what the given maps make of them."""
+    """Nodes of a region with the Jacobians of the given maps."""
 
     nodes: Nodes
     targets: Targets
 
     @classmethod
     def of(cls, region: Place, maps: tuple[Projection, ...], counts: FloatArray, count: int) -> _Ground:
-        """About so many nodes; raises ProjectionError for a map that tears or turns over."""
+        """The ground with about `count` nodes; raises ProjectionError for a map that is torn or mirrored there."""
         nodes = nodes_of(region, _ellipsoid(maps), count)
         J = np.stack([nodes.jacobian(one)[0] for one in maps])
         with np.errstate(invalid="ignore"):
@@ -343,12 +343,12 @@ class _Ground:
                     f"Invalid map '{one.label}'. It tears, turns over or does not show {100.0 * lost:.2g} % of "
                     f"{region.name}."
                 )
-        # Next to poles nodes count for next to nothing and may have no Jacobian.
+        # Nodes next to poles have hardly any weight and may have no Jacobian.
         J[:, ~smooth.all(axis=0)] = np.eye(2)
         return cls(nodes, Targets(J, counts, np.where(smooth.all(axis=0), nodes.weight, 0.0)))
 
     def jacobian(self, projection: Projection) -> FloatArray:
-        """Jacobians (n, 2, 2) at the nodes, the identity where they count for nothing."""
+        """Jacobians (n, 2, 2) at the nodes, the identity where the weight is 0."""
         J = self.nodes.jacobian(projection)[0]
         return np.where((self.targets.weight > 0.0)[:, None, None], J, np.eye(2))
 
@@ -364,19 +364,19 @@ class _Ground:
 
 
 def _ellipsoid(maps: Iterable[Projection]) -> Ellipsoid:
-    """The ground on which areas count: the flattest figure of the maps."""
+    """The flattest ellipsoid of the maps, by which areas are weighted."""
     return max((one.ellipsoid for one in maps), key=lambda ellipsoid: (ellipsoid.f, ellipsoid.a))
 
 
 def _average(maps: tuple[Projection, ...], counts: FloatArray, targets: Targets) -> Projection:
-    """The average of coordinates, after turning each map as the first one is."""
+    """The average of coordinates, each map turned like the first one."""
     turns = [common_turn(J @ targets.inverses[0], targets.weight).conjugate() for J in targets.J]
     function = Average(maps, counts / counts.sum(), tuple(turns))
     return Projection.from_function(function, name="average of coordinates", ellipsoid=_ellipsoid(maps))
 
 
 class _Found(NamedTuple):
-    """A mean as a function; of a region as what corrects a base, and as texts, where there are any."""
+    """A mean as a function and a projection; for a region with the base that it corrects, and its CRS if it has one."""
 
     function: BoxPolynomials | Corrected
     projection: Projection
@@ -384,7 +384,7 @@ class _Found(NamedTuple):
     crs: DerivedCrs | None = None
 
     def turned_as(self, other: Projection, ground: _Ground, title: str, area: AreaOfUse, datum: str | None) -> _Found:
-        """The same turned as another map, about which it lies; a CRS is for the area."""
+        """The same map with the orientation and the middle of another; its CRS is for the area."""
         turn = common_turn(
             ground.jacobian(other) @ np.linalg.inv(ground.jacobian(self.projection)), ground.targets.weight
         )
@@ -401,7 +401,7 @@ class _Found(NamedTuple):
 
     @classmethod
     def of_function(cls, function: BoxPolynomials | Corrected, title: str, like: Projection) -> _Found:
-        """A function as a projection of the same ellipsoid as another."""
+        """A function as a projection on the ellipsoid of another."""
         return cls(function, Projection.from_function(function, name=title, ellipsoid=like.ellipsoid))
 
 
@@ -423,7 +423,7 @@ def _of_world(ground: _Ground, region: Box, degree: int) -> _Found:
 
 
 def _of_region(ground: _Ground, maps: tuple[Projection, ...], degree: int, title: str) -> _Found:
-    """The nearest polynomials of the plane of that map which is nearest to all."""
+    """The nearest polynomials in the plane of the map that is nearest to all."""
     chosen = min(maps, key=lambda one: (float(f"{ground.total(one):.{_SAME}g}"), one.definition))
     text = parameters_of(chosen, np.eye(2))
     base = chosen if text is None else Projection.from_user_input(text)
@@ -438,7 +438,7 @@ def _of_region(ground: _Ground, maps: tuple[Projection, ...], degree: int, title
 
 
 def _bound(ground: _Ground) -> Nearness:
-    """That of the mean metrics."""
+    """The bound, by the mean metrics."""
     J = ground.targets.mean_metric()
     return Nearness(
         kind="bound",
@@ -463,7 +463,7 @@ def _standing(kind: str, name: str, projection: Projection, region: Place, groun
 
 
 def _notes(found: _Found, region: Place, ground: _Ground, standings: list[Nearness]) -> Iterator[str]:
-    """What is to be known of the map."""
+    """Notes on the map."""
     from projdist.designs.sites import overlaps  # shapely is slow to load
 
     mean, *others = (one.total for one in standings)

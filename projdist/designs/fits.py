@@ -1,4 +1,4 @@
-"""The map of a region that distorts it least: conformal, equal-area, and of any kind."""
+"""Fits of the least-distorting map of a region: conformal, equal-area, and of any kind."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from projdist.designs.sites import BaseNodes
 from projdist.matrices import Energy
 from projdist.numerics import ComplexPolynomials, PlanePolynomials, fit_harmonic, least_squares
 
-_ENOUGH = 1e-13  # of the map's size: what is left of exp(p) at the farthest node
-_MOST = 36  # degree of the map: powers of 1e8 m are numbers yet
-_FITTED = range(8, 33, 4)  # degrees of exp(p) where its series does not end in time
-_CLOSE = 1e-9  # of scales
+_ENOUGH = 1e-13  # relative size of the terms of exp(p) that are left out
+_MOST = 36  # largest degree of the map: powers of 1e8 m do not overflow
+_FITTED = range(8, 33, 4)  # degrees of a fit of exp(p) if its series does not converge in time
+_CLOSE = 1e-9  # relative error of scales in such a fit
 
 
 def conformal_map(nodes: BaseNodes, degree: int, norm: float, share: float) -> ComplexPolynomial:
     """The best conformal map whose ln k is a polynomial of a degree, by a norm of ln k: 2, more, or infinite.
 
-    Raises ValueError for a degree that the nodes do not resolve, or beside which scales are no numbers.
+    Raises ValueError for a degree that the nodes do not resolve, or with scales beside the region that overflow.
     """
     weights = nodes.weights(share)
     counts = nodes.in_region if np.isinf(norm) else weights > 0.0
@@ -51,10 +51,10 @@ def _series(powers: Any) -> Any:
 
 
 def _fitted(powers: Any, z: Any, weights: FloatArray) -> Any:
-    """The polynomial nearest to exp(p) at points, of the lowest degree that comes near enough, or the nearest one.
+    """The polynomial nearest to exp(p) at points, of the lowest degree that is close enough, else the closest.
 
-    Between the region and the disc about it exp(p) may be so large that its series converges late. Raises ValueError
-    where it is no number.
+    Between the region and the disc about it exp(p) may be so large that its series converges late. Raises ValueError if
+    it overflows.
     """
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         wanted = np.exp(np.polynomial.polynomial.polyval(z, powers))
@@ -78,7 +78,7 @@ def _fitted(powers: Any, z: Any, weights: FloatArray) -> Any:
     return best
 
 
-# ---- equal area maps -----------------------------------------------------------------------------
+# ---- equal-area maps -----------------------------------------------------------------------------
 
 
 _NEAR = 1e-8  # of |mu|^2: there atanh(t) / t is its series to rounding
@@ -86,7 +86,7 @@ _SQRT2 = float(np.sqrt(2.0))
 
 
 def equal_area_map(nodes: BaseNodes, degree: int, share: float) -> Shears:
-    """The best map by shears of a degree; the surroundings have a share."""
+    """The best map by shears of a degree, with the surroundings' share of the energy."""
     weights = nodes.weights(share)
     counts = weights > 0.0
     u, v = (values[counts] for values in nodes.plane)
@@ -105,13 +105,13 @@ def equal_area_map(nodes: BaseNodes, degree: int, share: float) -> Shears:
         rest, slopes = rest * root, slopes * root[:, None]
         return np.append(rest.real, rest.imag), np.vstack([slopes.real, slopes.imag])
 
-    with np.errstate(over="ignore", invalid="ignore"):  # of steps that go too far, and are taken back
+    with np.errstate(over="ignore", invalid="ignore"):  # in steps that go too far and are halved
         found = coefficients(least_squares(terms, np.zeros(int(free.sum()))))
     return Shears(nodes.origin, nodes.size, angles, np.hstack([np.zeros((angles.size, 1)), found]))
 
 
 def _independent(degree: int) -> BoolArray:
-    """Which coefficients (degree + 2, degree) are needed: of y^k in k + 2 directions, spread over all of them."""
+    """Mask (degree + 2, degree) of independent coefficients: those of y^k in k + 2 directions spread over all."""
     free = np.zeros((degree + 2, degree), dtype=bool)
     for k in range(1, degree + 1):
         free[np.round(np.arange(k + 2) * (degree + 2) / (k + 2)).astype(int), k - 1] = True
@@ -119,10 +119,10 @@ def _independent(degree: int) -> BoolArray:
 
 
 def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray, free: BoolArray) -> tuple[Any, Any]:
-    """ln(a/b) / sqrt(2) as complex numbers (n,) whose angle is twice that of the larger scale, and their slopes (n, p).
+    """ln(a/b) / sqrt(2) as complex numbers (n,), their angle twice that of the larger scale, and derivatives (n, p).
 
-    Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ..., slopes
-    those by the p coefficients that are `free`.
+    Columns (n, 2) are those of the base's Jacobian, coefficients (k, degree) those of the shears' y, y^2, ...;
+    derivatives are by the p coefficients that are `free`.
     """
     powers = np.arange(1, coefficients.shape[1] + 1)
     c, steps = columns.T, []
@@ -140,9 +140,9 @@ def _sheared(z: Any, columns: Any, angles: FloatArray, coefficients: FloatArray,
 
 
 class _Step(NamedTuple):
-    """A shear x + f(y) of a turned plane at points: y^0, y^1, ...; their derivatives; f, f' and f'' of y.
+    """A shear x + f(y) of a turned plane at points: powers of y with their derivatives, and f, f', f''.
 
-    `along` (2, n) are the y of the Jacobian's columns, `back` turns back: a shift of x is one of `back` then.
+    `along` (2, n) are the y of the Jacobian's columns; `back` turns the plane back.
     """
 
     back: complex
@@ -164,10 +164,10 @@ class _Step(NamedTuple):
 
 
 class _FollowingSteps(NamedTuple):
-    """The derivatives at points of all that follows a step, as it acts on complex numbers and their conjugates.
+    """First and second derivatives at points of all steps that follow one, on complex numbers and their conjugates.
 
-    The first is P a + Q a*, the second, of a and b, is A a b + B (a b* + a* b) + C a* b*. With them the slopes by all
-    coefficients of a step cost what those by two do.
+    The first is P a + Q a*, the second, along a and b, A a b + B (a b* + a* b) + C a* b*. By them the derivatives by
+    all coefficients of a step cost as much as those by two.
     """
 
     P: Any
@@ -178,12 +178,12 @@ class _FollowingSteps(NamedTuple):
 
     @classmethod
     def nothing(cls, count: int) -> _FollowingSteps:
-        """Behind the last step."""
+        """The identity, after the last step."""
         none = np.zeros(count, dtype=complex)
         return cls(none + 1.0, none, none, none, none)
 
     def first(self, a: Any) -> Any:
-        """The change by a change a."""
+        """The change of the result by a change a."""
         return self.P * a + self.Q * np.conj(a)
 
     def second(self, a: Any, b: Any) -> Any:
@@ -192,7 +192,7 @@ class _FollowingSteps(NamedTuple):
         return self.A * a * b + self.B * (a * star_b + star_a * b) + self.C * star_a * star_b
 
     def after(self, step: _Step) -> _FollowingSteps:
-        """The same of what follows the step before: of this step and all that is later."""
+        """The derivatives of this step and all that follow it."""
         half = 0.5j * step.slope
         own, star = 1.0 - half, half * step.back**2  # the step's P and Q
         own_c, star_c = own.conj(), star.conj()
@@ -207,7 +207,7 @@ class _FollowingSteps(NamedTuple):
 
 
 def _anisotropy(c: Any) -> tuple[Any, Callable[[Any], Any]]:
-    """sqrt(2) atanh |mu| mu / |mu|, mu the Beltrami coefficient of columns c (2, n), and how it changes with them."""
+    """sqrt(2) atanh |mu| mu / |mu|, mu the Beltrami coefficient of columns c (2, n), and its derivative."""
     p, q = _beltrami_parts(c)
     mu = q / p
     square = np.minimum(np.abs(mu) ** 2, 1.0 - 1e-12)
@@ -233,13 +233,13 @@ def _beltrami_parts(c: Any) -> tuple[Any, Any]:
 
 
 def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> PolynomialMap:
-    """The best polynomial map of a degree, the surroundings having a share; raises ValueError where nodes are few."""
+    """The best polynomial map of a degree, with the surroundings' share of the energy; ValueError for too few nodes."""
     weights = nodes.weights(share)
     counts = weights > 0.0
     u, v = (values[counts] for values in nodes.plane)
     basis = PlanePolynomials.over(u, v, weights[counts], degree)
     gradients = basis.gradients[:, 1:] @ nodes.J[counts] / nodes.size
-    # The base itself, of which the size is the best one.
+    # The base itself.
     plain = np.stack([u, v]) * weights[counts] @ basis.values[:, 1:]
     best = minimise_energy(energy, gradients, weights[counts], nodes.size * plain)
     coefficients = np.hstack([np.zeros((2, 1)), best.coefficients])

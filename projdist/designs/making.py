@@ -1,4 +1,4 @@
-"""The map that a made one starts from: the best member of the families of its kind, or a given one."""
+"""Maps made to measure: the base to correct, the fits of ascending degrees, and the finished map."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ from projdist.projections import (
 from projdist.regions import Cap, Place, RegionLike, check_on_body, get_region
 from projdist.support import check_choice, check_pair, check_text, quoted
 
-_KEPT = 1e-7  # of scales: what is conformal or equal-area to 0.1 ppm
-_ROUGH = 1e-3  # of the region's area: where it may not be, by rounding
+_KEPT = 1e-7  # relative error of scales of a map that is conformal or equal-area: 0.1 ppm
+_ROUGH = 1e-3  # share of the region in which rounding may be larger
 
 
 def best_base(kind: Kind, region: Place, objective: DesignObjective, nodes: Nodes, symmetry: str) -> Projection:
-    """The best member of those families of a kind that suit the region; raises ProjectionError."""
+    """The best member of the families of a kind that suit the region; raises ProjectionError."""
     extent = extent_of(region)
     if symmetry in ("equator", "both"):
         return _equatorial(kind, extent, nodes.ellipsoid)
@@ -89,19 +89,19 @@ def best_base(kind: Kind, region: Place, objective: DesignObjective, nodes: Node
 
 
 def _equatorial(kind: Kind, extent: Extent, ellipsoid: Ellipsoid) -> Projection:
-    """An azimuthal map about the equator: what is symmetric about it has its middle there."""
+    """An azimuthal map centred on the equator, for maps that are symmetric about it."""
     name = "stere" if kind.name == "conformal" else "laea"
     return Projection.from_user_input(f"+proj={name} +lat_0=0 +lon_0={extent.lon:.7g} {ellipsoid_text(ellipsoid)}")
 
 
 def check_whole(base: Projection, region: Place) -> None:
-    """Raise ProjectionError for a base that is cut within the region: no correction mends that."""
+    """Raise ProjectionError for a base that is cut within the region, which no correction mends."""
     if cut_length(base, region) > 0.0:
         raise ProjectionError(f"Invalid base '{base.label}'. It is cut within {region.name}.")
 
 
 def given_base(given: ProjectionLike) -> Projection:
-    """A projection as the PROJ string of the same map; raises ProjectionError where there is none."""
+    """A projection by the PROJ string of the same map; raises ProjectionError if there is none."""
     projection = Projection.from_user_input(given)
     text = parameters_of(projection, np.eye(2))
     if text is None:
@@ -113,7 +113,7 @@ def given_base(given: ProjectionLike) -> Projection:
 
 
 def check_keeps(kind: Kind, nodes: BaseNodes) -> None:
-    """Raise ProjectionError for a base that is not of the kind: made maps have what all their steps have."""
+    """Raise ProjectionError for a base that is not of the kind, as the corrected map would not be either."""
     base = nodes.base
     if not _keeps(kind, nodes.J, nodes.weight):
         own = "at scale 1" if kind.name == "equal-area" else "itself"
@@ -121,9 +121,9 @@ def check_keeps(kind: Kind, nodes: BaseNodes) -> None:
 
 
 def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
-    """Whether Jacobians with weights that sum to 1 are of the kind, all but a few where PROJ rounds, as about a pole.
+    """True if Jacobians with weights that sum to 1 are of the kind, except for rounding of PROJ, as about a pole.
 
-    Those of conics that are all but cylindrical are not, by rounding everywhere.
+    Those of conics that are nearly cylindrical are not: they are rounded everywhere.
     """
     lost = {"conformal": log_anisotropy, "equal-area": log_areal_scale}.get(kind.name)
     return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
@@ -133,31 +133,31 @@ def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
 
 
 SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
-"""Of the energy, that the surroundings may have; the first is taken that keeps them whole."""
+"""The surroundings' shares of the energy that are tried until one keeps them whole."""
 
 _LEAST, _LARGEST = 0.5, 2.0  # scales of surroundings that are whole
-_PAYS = 0.01  # of the figure, that a degree gains
+_PAYS = 0.01  # relative gain that a degree must bring
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A map of a degree: its figure at the nodes, the share that the surroundings had, and how it was wished for."""
+    """A map of a degree: its figure at the nodes, the surroundings' share of the energy, and its objective."""
 
     degree: int
     value: float
     share: float
     objective: DesignObjective
     plane_map: PlaneMap
-    around: tuple[float, float, float]  # the smallest and the largest scale of the surroundings, and what of them folds
+    around: tuple[float, float, float]  # smallest and largest scale of the surroundings, and the share that folds
 
     @property
     def is_whole_around(self) -> bool:
-        """Whether the surroundings do not fold, and their scales stay near 1."""
+        """True if the surroundings do not fold, with scales near 1."""
         return _is_whole(self.around)
 
 
 def stages(nodes: BaseNodes, kind: Kind, objective: DesignObjective, share: float | None) -> Iterator[Stage]:
-    """Maps of ascending degrees until some in a row do not pay, or nodes do not tell more."""
+    """Maps of ascending degrees until some in a row gain too little, or the nodes do not resolve more."""
     idle, least = 0, np.inf
     shares: tuple[float, ...] = SHARES if share is None else (share,)
     for degree in kind.degrees:
@@ -172,18 +172,18 @@ def stages(nodes: BaseNodes, kind: Kind, objective: DesignObjective, share: floa
         if idle == kind.idle:
             return
         least, objective = min(least, stage.value), stage.objective
-        shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no less care
+        shares = tuple(one for one in shares if one >= stage.share)  # finer maps need no smaller share
 
 
 def best_of(found: Sequence[Stage]) -> Stage:
-    """The one after which no finer one pays, degree by degree."""
+    """The map after which finer ones gain less than 1 % a degree."""
     return min(found, key=lambda one: one.value * (1.0 + _PAYS) ** one.degree)
 
 
 def stage_of(
     nodes: BaseNodes, kind: Kind, objective: DesignObjective, degree: int, shares: Sequence[float] = SHARES
 ) -> Stage:
-    """The map of one degree, with the first share that keeps the surroundings whole; ValueError for few nodes."""
+    """The map of one degree, with the first share that keeps the surroundings whole; ValueError for too few nodes."""
     for share in shares:
         plane_map, objective = _fitted(nodes, kind, objective, degree, share)
         J = plane_map.at(nodes.x, nodes.y)[2] @ nodes.J
@@ -199,7 +199,7 @@ def stage_of(
 def _fitted(
     nodes: BaseNodes, kind: Kind, objective: DesignObjective, degree: int, share: float
 ) -> tuple[PlaneMap, DesignObjective]:
-    """The best map, with the exponentiated energy where a node leaves the range in which the plain one is elliptic."""
+    """The best map, by the exponentiated energy if the plain one is not elliptic at a node."""
     plane_map = kind.fit(nodes, degree, share, objective)
     if kind.name == "any" and needs_exponent(plane_map.at(nodes.x, nodes.y)[2] @ nodes.J, nodes.weight, objective):
         objective = exponentiated(objective)
@@ -210,7 +210,7 @@ def _fitted(
 def _scaled(
     nodes: BaseNodes, kind: Kind, objective: DesignObjective, plane_map: PlaneMap, J: FloatArray
 ) -> tuple[PlaneMap, FloatArray]:
-    """The map in the scale that is best for the region."""
+    """The map at the best scale for the region."""
     if not kind.free_scale:
         return plane_map, J
     inside = nodes.in_region
@@ -219,11 +219,11 @@ def _scaled(
 
 
 def _scales_around(nodes: BaseNodes, J: FloatArray) -> tuple[float, float, float]:
-    """The smallest and the largest scale of the surroundings, and the share of them that folds."""
+    """Smallest and largest scale of the surroundings, and the share of them that folds."""
     beside = nodes.around > 0.0
     if not beside.any():
         return np.nan, np.nan, np.nan
-    with np.errstate(over="ignore", invalid="ignore"):  # far outside a high degree's scales are beyond numbers
+    with np.errstate(over="ignore", invalid="ignore"):  # scales of high degrees overflow far outside
         folds = np.linalg.det(J[beside]) <= 0.0
     a, b = np.moveaxis(principal_scales(J[beside]), -1, 0)
     return float(b.min()), float(a.max()), float(nodes.around[beside][folds].sum())
@@ -239,8 +239,8 @@ def _is_whole(around: tuple[float, float, float]) -> bool:
 
 _NODES, _AROUND = 3000, 1000
 _LIMIT_DEGREE = 12
-_MARGIN = 0.15  # of the region's radius: its surroundings
-_WIDEST = 120.0  # degrees from the middle, of surroundings
+_MARGIN = 0.15  # width of the surroundings, of the region's radius
+_WIDEST = 120.0  # degrees from the middle to which surroundings may reach
 
 Progress = Callable[[str], None]
 
@@ -269,41 +269,40 @@ def design(
     region : RegionLike
         Whatever `get_region` takes, also points with weights; it must lie within 100 degrees of its middle.
     kind : {"any", "conformal", "equal-area"}
-        What the map keeps.
+        The property that the map keeps.
     criterion : {"airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale"}
-        What to make small; the largest scale errors are for conformal maps.
+        What to minimise; the largest scale errors are for conformal maps.
     degree : int or "auto"
-        Of the polynomials; "auto" goes on until three in a row gain less than 1 %, for conformal maps to 12, and takes
-        the one after which none gains 1 % a degree.
+        Degree of the polynomials; "auto" tries degrees until three in a row gain less than 1 %, for conformal maps up
+        to 12, and takes the one after which none gains 1 % a degree.
     base : ProjectionLike, optional
         The map to correct, by default the best member of the families of the kind. It has little influence.
     balance : float, default 0.5
         The share of areas in the energy, above 0 and below 1: 0.5 is the Airy-Kavrayskiy error, more keeps areas
         better, less angles. For maps of any kind.
     norm : float, optional
-        For conformal maps, of ln k: 2 and more; the higher, the more the worst places count.
+        The norm of ln k for conformal maps, 2 or more: the higher, the more the worst places count.
     background : float or "auto"
-        The share of the energy that the surroundings have, so that they do not fold, from 0 to 0.5; "auto" is the least
-        of a few for which scales there stay between 0.5 and 2.
+        The surroundings' share of the energy, from 0 to 0.5, so that they do not fold; "auto" is the least of a few for
+        which scales there stay between 0.5 and 2.
     symmetric : {"none", "meridian", "equator", "both"}
-        What the map is symmetric about: the base's central meridian, the equator.
+        The axis of symmetry: the base's central meridian, the equator.
     north : pair of float, optional
-        Longitude and latitude in degrees of where north is up, and the origin; by default the middle of the
-        region, on the meridian that it is symmetric about, or the pole of a region about it, with Greenwich's meridian
-        up and down.
+        Longitude and latitude in degrees of the origin, where north is up; by default the middle of the region, on the
+        meridian of symmetry, or the pole of a region about it, with Greenwich's meridian up and down.
     datum : str, optional
         The geographic CRS that the map is based on, as EPSG:4258; by default that of the base, or WGS 84.
     against : ProjectionLike, or iterable of them
         Maps to compare with; "recommend" is the best existing CRS.
     name : str, optional
-        That of the CRS.
+        Name of the CRS.
     progress : callable, optional
-        Hears what is being done, in a word or two.
+        Called with what is being done, in a word or two.
 
     Returns
     -------
     Design
-        The finished map, measured anew by adaptive cubature, what it gains, and its texts for other programs.
+        The finished map, measured anew by adaptive cubature, its gain over other maps, and its texts for programs.
 
     Raises
     ------
@@ -341,25 +340,25 @@ def design(
     elif base is not None:
         datum = geodetic_of(Projection.from_user_input(base))
     chosen = None if _is_auto(degree) else check_degree(degree)
-    tell = progress or (lambda _: None)
+    on_progress = progress or (lambda _: None)
     area = get_region(region, ellipsoid.ground)
     extent = check_extent(area)
-    tell("nodes")
+    on_progress("nodes")
     nodes = nodes_of(area, ellipsoid, _NODES, edges=True, all_ends=objective.figure.is_maximum)
-    tell("base")
+    on_progress("base")
     start = given or best_base(wanted, area, objective, nodes, symmetric)
     base_nodes = mirrored(base_nodes_of(start, nodes, _beside(extent, nodes)), symmetric)
     check_whole(start, area)
     check_keeps(wanted, base_nodes)
-    tell("fit")
+    on_progress("fit")
     tried = _tried(base_nodes, wanted, objective, chosen, share, area)
     stage = best_of(tried)
     finished = _turned(stage.plane_map, start, up or _middle(extent, start, symmetric))
     title = title or f"{area.name}, {_ADJECTIVES[wanted.name]}"
     crs = derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
-    tell("measure")
+    on_progress("measure")
     made = measure_map(crs.projection, area, objective)
-    rivals = tuple(_rivals(area, wanted, objective, start if base is None else None, against, made, tell))
+    rivals = tuple(_rivals(area, wanted, objective, start if base is None else None, against, made, on_progress))
     return Design(
         region=area,
         kind=wanted.name,
@@ -387,7 +386,7 @@ def design(
 
 
 _ADJECTIVES = {"any": "least-distorting map", "conformal": "conformal map", "equal-area": "equal-area map"}
-_CUT = 0.9999999  # of the region: what a map that shows it whole covers
+_CUT = 0.9999999  # coverage of a map that shows the region whole
 
 
 def _is_auto(value: Any) -> bool:
@@ -403,7 +402,7 @@ def _printable(name: str | None) -> str:
 
 
 def _of_datum(datum: str, base: Projection | None) -> Ellipsoid:
-    """The ellipsoid of a geographic CRS, which must be the base's; raises ValueError."""
+    """The ellipsoid of a geographic CRS; raises ValueError if it is not the base's."""
     ellipsoid = geodetic_ellipsoid(datum)
     if base is not None and not base.ellipsoid.is_close(ellipsoid):
         raise ValueError(f"Invalid datum '{datum}' for base '{base.label}'. They have different ellipsoids.")
@@ -418,7 +417,7 @@ def _tried(
     share: float | None,
     region: Place,
 ) -> list[Stage]:
-    """The maps of all degrees that are tried, or of the one that is asked for."""
+    """Maps of all degrees that are tried, or of the given one."""
     try:
         if degree is None:
             return list(stages(nodes, kind, objective, share))
@@ -429,7 +428,7 @@ def _tried(
 
 
 def _limit(region: Place, kind: Kind, objective: DesignObjective, ellipsoid: Ellipsoid) -> float | None:
-    """The least figure of a map of the kind, where one is known."""
+    """Least figure of any map of the kind, None if unknown."""
     if objective.figure.name not in LIMITED:
         return None
     return least_error(region, kind.purpose, ellipsoid, _LIMIT_DEGREE)
@@ -442,7 +441,7 @@ def _overlaps(projection: Projection, region: Place) -> bool | None:
 
 
 def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:
-    """Nodes beside the region, as far from it as the margin is; None where it is half of the world."""
+    """Nodes within the margin around the region; None if it is half of the world."""
     reach = (1.0 + _MARGIN) * extent.radius
     if reach > _WIDEST:
         return None
@@ -462,7 +461,7 @@ def _around(extent: Extent, stage: Stage, ellipsoid: Ellipsoid) -> Surroundings 
 
 
 def _area_of_use(region: Place, extent: Extent, stage: Stage) -> AreaOfUse:
-    """The box about the region, and about its surroundings where the map is whole there."""
+    """The box about the region, with its surroundings if the map is whole there."""
     west, south, east, north = region.bounds
     margin = _MARGIN * extent.radius if stage.is_whole_around else 0.0
     if south - margin <= -90.0 or north + margin >= 90.0:
@@ -475,7 +474,7 @@ def _area_of_use(region: Place, extent: Extent, stage: Stage) -> AreaOfUse:
 
 
 def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, float]:
-    """The middle of a region, on the axis of symmetry; about a pole the pole, Greenwich's meridian up and down."""
+    """The middle of a region on the axis of symmetry; the pole, on Greenwich's meridian, for a region about it."""
     if symmetry in ("meridian", "both"):
         return central_meridian(base), extent.lat
     pole = math.copysign(90.0, extent.lat)
@@ -485,7 +484,7 @@ def _middle(extent: Extent, base: Projection, symmetry: str) -> tuple[float, flo
 
 
 def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -> PlaneMap:
-    """The map with its origin at a place, where north is up."""
+    """The map with its origin at a place and north up there."""
     lon, lat = np.array([north[0]]), np.array([north[1]])
     new_x, new_y, by = plane_map.at(*base(lon, lat))
     east, up = (by @ jacobian(base, lon, lat))[0, :, 1]
@@ -497,7 +496,7 @@ def _turned(plane_map: PlaneMap, base: Projection, north: tuple[float, float]) -
 
 
 def _inverse_error(crs: DerivedCrs, nodes: BaseNodes) -> float:
-    """By how many metres nodes of the region miss themselves, there and back."""
+    """Largest round-trip error of the region's nodes, metres."""
     lon, lat = nodes.lon[nodes.in_region], nodes.lat[nodes.in_region]
     back = crs.inverse(*crs.projection(lon, lat))
     missed = geodesic_lengths(nodes.base.ellipsoid, lon, lat, *back)
@@ -511,7 +510,7 @@ def _rivals(
     member: Projection | None,
     against: Any,
     made: MapFigures,
-    tell: Progress,
+    on_progress: Progress,
 ) -> Iterator[Rival]:
     """The best member of the families, and the maps to compare with."""
     if member is not None:
@@ -521,7 +520,7 @@ def _rivals(
         if given == "recommend":
             if not region.area_km2 or region.figure.is_of_another_body:
                 continue
-            tell("recommend")
+            on_progress("recommend")
             best = recommend(region, purpose=kind.purpose, criterion=objective.figure, limit=1).results
             if not best:
                 continue
@@ -555,7 +554,7 @@ def _rival(
 
 
 def _notes(stage: Stage, made: MapFigures) -> Iterator[str]:
-    """What is to be known of the map."""
+    """Notes on the map."""
     if stage.objective.exponent:
         yield (
             "Scales leave the range in which the Airy-Kavrayskiy energy is elliptic, so that a finer map could tear: "

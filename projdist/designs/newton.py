@@ -1,4 +1,4 @@
-"""Newton's method with the exact Hessian, for maps that are linear in what is sought and maps made of elements."""
+"""Newton's method with the exact Hessian: for maps linear in their coefficients, and for maps made of elements."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from projdist._typing import FloatArray, IntArray
 from projdist.matrices import Energy, Expansion
 
 _STEPS = 60
-_DONE = 1e-12  # of the energy: what a step would gain; after that step it is rounding, as Newton squares
+_DONE = 1e-12  # relative gain of the last step: as Newton's method converges quadratically, the next is rounding
 _NOTHING = 1e-28  # energy of the rounding of Jacobians
-_FREE = 1e-10  # of the largest curvature: turns and shifts cost nothing
+_FREE = 1e-10  # of the largest curvature: that of turns and shifts is less
 _HALVINGS = 40
 _SUFFICIENT = 1e-4  # of what the slope promises (Armijo)
 
 
 @dataclass(frozen=True)
 class EnergyMinimum:
-    """Coefficients (2, m), the mean energy, and the Newton steps that led there."""
+    """Coefficients (2, m), the mean energy, and the number of Newton steps."""
 
     coefficients: FloatArray
     energy: float
@@ -29,9 +29,9 @@ class EnergyMinimum:
 
 
 def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, start: FloatArray) -> EnergyMinimum:
-    """The coefficients C (2, m) for which the mean energy of J = C g, g (n, m, 2) at each point, is least.
+    """The coefficients C (2, m) that minimise the mean energy of J = C g, with g (n, m, 2) at the points.
 
-    Far from the minimum directions of negative curvature are left out of the Hessian, near it nothing is.
+    Far from the minimum, negative curvatures are left out of the Hessian.
     """
     w = weights / weights.sum()
     C, value = start, _mean(energy, start, gradients, w)
@@ -64,7 +64,7 @@ def _mean(energy: Energy, C: FloatArray, gradients: FloatArray, w: FloatArray) -
 
 
 def _bends(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Eigenvalues (2 m,) and eigenvectors of the Hessian, without negative curvatures where it has negative values."""
+    """Eigenvalues (2 m,) and eigenvectors of the Hessian, without negative curvatures if it is not positive."""
     above = _hessian(found, np.maximum(found.curvatures, 0.0), gradients, w)
     bends, axes = np.linalg.eigh(above - _hessian(found, np.maximum(-found.curvatures, 0.0), gradients, w))
     if bends[0] < -_FREE * bends[-1]:
@@ -73,7 +73,7 @@ def _bends(found: Expansion, gradients: FloatArray, w: FloatArray) -> tuple[Floa
 
 
 def _hessian(found: Expansion, curvatures: FloatArray, gradients: FloatArray, w: FloatArray) -> FloatArray:
-    """The Hessian (2 m, 2 m) by the coefficients, of curvatures (n, 4) that are not negative."""
+    """The Hessian (2 m, 2 m) by the coefficients, from curvatures (n, 4) of at least 0."""
     point, which = np.nonzero(curvatures)
     root = np.sqrt(curvatures[point, which] * w[point])
     scaled = found.directions[point, which] * root[:, None, None]
@@ -82,7 +82,7 @@ def _hessian(found: Expansion, curvatures: FloatArray, gradients: FloatArray, w:
 
 
 def _newton_step(slope: FloatArray, bends: FloatArray, axes: FloatArray) -> FloatArray:
-    """The step to the minimum of the quadratic, none along directions without curvature."""
+    """The step to the minimum of the quadratic, 0 along directions without curvature."""
     steep = bends > _FREE * bends[-1]
     along = axes[:, steep]
     return -along @ ((along.T @ slope) / bends[steep])
@@ -92,12 +92,12 @@ def _newton_step(slope: FloatArray, bends: FloatArray, axes: FloatArray) -> Floa
 
 
 _ELEMENT_STEPS = 200
-_ELEMENTS_DONE = 1e-13  # of the energy: what a step would gain
-_RIDGE = 1e-12  # of a Hessian's diagonal: where curvatures are left out, it may be singular
+_ELEMENTS_DONE = 1e-13  # relative gain of the last step
+_RIDGE = 1e-12  # added to the diagonal of a Hessian that may be singular without its negative curvatures
 
 
 class Solution(NamedTuple):
-    """The unknowns (m,), the mean energy, and the Newton steps that led there."""
+    """The unknowns (m,), the mean energy, and the number of Newton steps."""
 
     unknowns: FloatArray
     energy: float
@@ -109,8 +109,8 @@ class Elements:
     """e elements, each with q nodes, at which a map has the Jacobians J_rb = sum over a of c_ra g_ab.
 
     `gradients` (e, q, a, 2) are those of the basis functions by metres east and north, `weights` (e, q) sum to 1.
-    c_ra is `signs` (2, e, a) times the unknown of the number `numbers` (2, e, a), and 0 where that is negative. The
-    unknowns are `count`; that near ones have near numbers makes Newton's method quick.
+    c_ra is `signs` (2, e, a) times the unknown with the number in `numbers` (2, e, a), and 0 if that is negative. There
+    are `count` unknowns; near numbers for near ones make Newton's method quick.
     """
 
     numbers: IntArray
@@ -126,7 +126,7 @@ class Elements:
         return np.asarray(np.matmul(np.moveaxis(local, 0, 1)[:, None], self.gradients).reshape(e * q, 2, 2))
 
     def mean(self, energy: Energy, unknowns: FloatArray) -> float:
-        """The mean energy; infinite where the map folds at a node."""
+        """The mean energy; infinite if the map folds at a node."""
         return float(np.sum(self.weights.ravel() * energy.value(self.jacobians(unknowns))))
 
     def slope(self, found: Expansion) -> FloatArray:
@@ -152,7 +152,7 @@ class Elements:
 
     @functools.cached_property
     def _band(self) -> tuple[int, IntArray, IntArray]:
-        """The width of the band, which entries of the elements' Hessians are kept, and their places in the band."""
+        """The band's width, the entries of the elements' Hessians that are kept, and their places in the band."""
         e, a = self.numbers.shape[1:]
         numbers = np.moveaxis(self.numbers, 0, 1).reshape(e, 2 * a)
         row, column = (part.ravel() for part in np.broadcast_arrays(numbers[:, :, None], numbers[:, None, :]))
@@ -163,10 +163,9 @@ class Elements:
 
 
 def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> Solution:
-    """The unknowns for which the mean energy is least.
+    """The unknowns that minimise the mean energy; raises ValueError for a start that folds.
 
-    Where the Hessian is not positive definite, negative curvatures are left out, node by node. Raises ValueError for a
-    start that folds.
+    If the Hessian is not positive definite, negative curvatures are left out, node by node.
     """
     unknowns, value = start, elements.mean(energy, start)
     if not np.isfinite(value):

@@ -1,4 +1,4 @@
-"""What is asked of a map that is to be made: its kind, its criterion, its degree."""
+"""The objective of a map made to measure: its kind, criterion and degree."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from projdist.support import check_choice, check_number, quoted
 
 @dataclass(frozen=True)
 class DesignObjective:
-    """What is made small: a figure, areas' share of the energy from 0 to 1, the norm of ln k; exponentiated or not."""
+    """A figure to minimise, the share of areas in the energy, the norm of ln k, and the energy's exponent."""
 
     figure: Figure
     balance: float = 0.5
@@ -30,7 +30,7 @@ class DesignObjective:
 
     @property
     def energy(self) -> Energy:
-        """That of a general map."""
+        """The energy of a general map."""
         return Energy(2.0 * self.balance, 2.0 - 2.0 * self.balance, self.exponent)
 
 
@@ -50,7 +50,7 @@ class Kind:
     degrees: tuple[int, ...]
     fit: Fit
     free_scale: bool = True
-    idle: int = 3  # of two islands only the fifth may gain, and a lot
+    idle: int = 3  # for two islands the fifth degree may be the first to gain, and a lot
 
 
 def _general(nodes: BaseNodes, degree: int, share: float, objective: DesignObjective) -> PlaneMap:
@@ -82,13 +82,13 @@ def get_kind(name: str) -> Kind:
 
 
 def needs_exponent(J: FloatArray, weight: FloatArray, objective: DesignObjective) -> bool:
-    """Whether the energy is not elliptic at a node that counts, so that a finer map could tear there."""
+    """True if the energy is not elliptic at a node with weight, so that a finer map could tear there."""
     counts = weight > 0.0
     return objective.exponent == 0.0 and not bool(np.all(objective.energy.expansion(J[counts]).is_elliptic()))
 
 
 def exponentiated(objective: DesignObjective) -> DesignObjective:
-    """The same with the energy that is elliptic everywhere."""
+    """The objective with the exponentiated energy, which is elliptic everywhere."""
     return replace(objective, exponent=EXPONENT)
 
 
@@ -98,12 +98,12 @@ def exponentiated(objective: DesignObjective) -> DesignObjective:
 CRITERIA_OF_DESIGNS = ("airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale")
 
 _POINT = 1e-6  # degrees: 10 cm
-_WIDEST = 100.0  # degrees from the middle: what reaches farther needs a map of the world
-_FINEST = 20  # degree: monomials of a horner of PROJ are good to a nanometre
+_WIDEST = 100.0  # degrees from the middle: wider regions need a map of the world
+_FINEST = 20  # largest degree at which the monomials of PROJ's horner are accurate to a nanometre
 
 
 def design_objective(kind: Kind, criterion: str, balance: float, norm: float | None) -> DesignObjective:
-    """What is made small; raises ValueError for what does not go together."""
+    """The checked objective; raises ValueError for options that do not go together."""
     check_choice("criterion", criterion, CRITERIA_OF_DESIGNS)
     share = check_within("balance", balance, 0.0, 1.0, open=True)
     if kind.name != "any" and share != 0.5:
@@ -120,7 +120,7 @@ def design_objective(kind: Kind, criterion: str, balance: float, norm: float | N
 
 
 def _balanced(share: float) -> Figure:
-    """The Airy-Kavrayskiy error in which areas have another share than a half."""
+    """The Airy-Kavrayskiy error with another share of areas than a half."""
     energy = Energy(2.0 * share, 2.0 - 2.0 * share)
 
     def root(J: FloatArray) -> FloatArray:
@@ -136,7 +136,7 @@ def _balanced(share: float) -> Figure:
 
 
 def check_within(thing: str, value: Any, low: float, high: float, *, open: bool = False) -> float:
-    """A number within limits, which may be left out."""
+    """A number within limits, with `open` without them; raises ValueError."""
     number = check_number(thing, value)
     if not (low < number < high if open else low <= number <= high):
         between = f"above {low:g} and below {high:g}" if open else f"from {low:g} to {high:g}"
@@ -145,14 +145,14 @@ def check_within(thing: str, value: Any, low: float, high: float, *, open: bool 
 
 
 def check_degree(value: Any) -> int:
-    """A degree that PROJ can carry."""
+    """A degree that PROJ's horner can have; raises ValueError."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= _FINEST:
         raise ValueError(f"Invalid degree {quoted(value)}. It must be auto, or a whole number from 1 to {_FINEST}.")
     return int(value)
 
 
 def check_extent(region: Place) -> Extent:
-    """The extent of a region that is neither a point nor the world."""
+    """The extent of a region; raises ValueError for a point or a region that is too wide."""
     extent = extent_of(region)
     if not extent.radius > _POINT:
         raise ValueError(f"Invalid region '{region.name}'. It is a point: all maps are right there.")

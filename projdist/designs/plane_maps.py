@@ -1,7 +1,7 @@
-"""Maps of the plane onto itself that correct a projection, and the steps by which PROJ runs them.
+"""Maps of the plane onto itself that correct a projection, and PROJ's operations for them.
 
-PROJ's horner is a polynomial about an origin; for its inverse it iterates, unless one is given. Its output is the new
-coordinates. Where its range is not widened it refuses what is 500 km away.
+PROJ's horner is a polynomial about an origin, whose values are the new coordinates. Its inverse iterates unless one is
+given. Unless its range is widened it refuses points farther than 500 km.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class PlaneMap(Protocol):
         """New coordinates x, y (n,) and the Jacobian (n, 2, 2)."""
 
     def moved(self, similarity: complex, shift: complex) -> Self:
-        """The map followed by a turn and scale, and a shift of x + i y."""
+        """The map followed by a rotation and scaling, and a shift of x + i y."""
 
     @property
     def steps(self) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ def _listed(*values: float) -> str:
 
 @dataclass(frozen=True)
 class ComplexPolynomial:
-    """x + i y as a polynomial of t = (z - z0) / size, z = x + i y: coefficients (d + 1,) of t^k; conformal."""
+    """A conformal map: x + i y as a polynomial of t = (z - z0) / size, z = x + i y; coefficients (d + 1,) of t^k."""
 
     origin: complex
     size: float
@@ -103,7 +103,7 @@ class ComplexPolynomial:
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """One horner, whose complex numbers have the north for their real part."""
+        """One complex horner, in which the real part is north."""
         k = np.arange(len(self.coefficients))
         northern = 1j * (-1j) ** k * np.conj(self.coefficients / self.size**k)
         pairs = np.stack([northern.real, northern.imag], axis=-1).ravel()
@@ -115,7 +115,7 @@ class ComplexPolynomial:
 
 @dataclass(frozen=True)
 class Shears:
-    """Shears one after the other, about an origin, then a similarity: areas stay what they are.
+    """An equal-area map: shears one after the other, about an origin, then a similarity.
 
     Each turns the plane by minus its angle, moves x by size times a polynomial of y / size, with coefficients
     (k, d + 1), and turns back.
@@ -149,7 +149,7 @@ class Shears:
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """A turn and a horner with its exact inverse, as often as there are shears, and the similarity."""
+        """A rotation and a horner with its exact inverse for each shear, then the similarity."""
         steps, turned = [_affine(np.exp(-1j * self.angles[0]), -self.origin * np.exp(-1j * self.angles[0]))], 0.0
         for k, (angle, coefficients) in enumerate(zip(self.angles, self.coefficients, strict=True)):
             if k:
@@ -167,7 +167,7 @@ def _affine(similarity: complex, shift: complex) -> str:
 
 
 def _shear(coefficients: FloatArray) -> str:
-    """x + f(y), y."""
+    """PROJ's horner for x + f(y), y, with its inverse."""
     degree = len(coefficients) - 1
     moved, kept = (np.zeros((degree + 1, degree + 1)) for _ in range(2))
     moved[0] = coefficients
@@ -182,7 +182,7 @@ def _shear(coefficients: FloatArray) -> str:
     return f"+proj=horner +deg={degree} +range=1e8 {texts['fwd']} {texts['inv']}"
 
 
-# ---- made functions ------------------------------------------------------------------------------
+# ---- projections as functions --------------------------------------------------------------------
 
 
 Sides = tuple[float, float, float, float]
@@ -191,7 +191,7 @@ _BESIDE = 1e-9  # degrees: rounding of points on the edge
 
 @dataclass(frozen=True, eq=False)
 class Average:
-    """The weighted average of the coordinates of maps, each after its turn."""
+    """The weighted average of the coordinates of maps, each rotated by its turn."""
 
     maps: tuple[Projection, ...]
     shares: FloatArray
@@ -208,7 +208,7 @@ class Average:
 
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """A map after another."""
+    """A base projection followed by a map of its plane."""
 
     base: Projection
     plane_map: PolynomialMap
@@ -223,7 +223,8 @@ class Corrected:
 class BoxPolynomials:
     """x, y in metres as sums of T_i(s) T_j(t), Chebyshev's polynomials, with coefficients (2, d + 1, d + 1).
 
-    s and t go from -1 to 1 from west to east and from south to north of a box in degrees. Beyond it there is nothing.
+    s and t run from -1 to 1 from west to east and from south to north of a box in degrees, beyond which the map is
+    undefined.
     """
 
     box: Sides
@@ -239,7 +240,7 @@ class BoxPolynomials:
         return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
 
     def moved(self, turn: complex, shift: complex) -> BoxPolynomials:
-        """The map followed by a turn and a shift of x + i y."""
+        """The map followed by a rotation and a shift of x + i y."""
         c, s = turn.real, turn.imag
         coefficients = np.tensordot(np.array([[c, -s], [s, c]]), self.coefficients, axes=1)
         coefficients[:, 0, 0] += (shift.real, shift.imag)
@@ -247,7 +248,7 @@ class BoxPolynomials:
 
 
 def box_gradients(box: Sides, degree: int, lon: FloatArray, lat: FloatArray, ellipsoid: Ellipsoid) -> FloatArray:
-    """Derivatives (n, (degree + 1)^2, 2) of T_i(s) T_j(t) by metres to the east and north, T_0 T_0 the first."""
+    """Derivatives (n, (degree + 1)^2, 2) of T_i(s) T_j(t) by metres east and north, T_0 T_0 first."""
     s, t = _in_box(box, lon, lat)
     west, south, east, north = box
     meridian, vertical = ellipsoid.radii(lat)

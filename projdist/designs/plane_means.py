@@ -1,9 +1,9 @@
 """The map nearest to several: the least sum of squared Fisher distances between Jacobians at the same points.
 
-The Jacobians J_f of the map and J_i of one of several are taken at one point of the ground, and compared plane to
-plane: Dist_F(J_f J_i^-1). Half of what parts the metrics G = J^T J in the geometry of positive definite matrices is
-that distance, so that the Frechet mean of the G_i at each point is the best that a map could have there. It is the
-metric of a map only where it is flat; what a map has more than it is due to its curvature.
+The Jacobians J_f of the map and J_i of one of several at a point of the ground are compared plane to plane:
+Dist_F(J_f J_i^-1). That is half the distance of the metrics G = J^T J in the geometry of positive definite matrices, so
+that the Frechet mean of the G_i at each point is the best that a map could have there. A map has that metric only where
+it is flat; its curvature accounts for the excess of a map's sum.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _ENERGY = Energy()
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Jacobians J (k, n, 2, 2) of maps at points, what each map counts (k,), and what each point (n,), of sum 1."""
+    """Jacobians J (k, n, 2, 2) of maps at points, the weights (k,) of maps, and those (n,) of points, of sum 1."""
 
     J: FloatArray
     counts: FloatArray
@@ -40,7 +40,7 @@ class Targets:
         return np.asarray(np.linalg.inv(self.J), dtype=float)
 
     def total(self, J: FloatArray) -> float:
-        """The sum over the maps of their count times the mean of Dist_F(J J_i^-1)^2, of Jacobians (n, 2, 2)."""
+        """The sum over the maps of their weight times the mean of Dist_F(J J_i^-1)^2, for Jacobians (n, 2, 2)."""
         squares = _ENERGY.value((J @ self.inverses).reshape(-1, 2, 2)).reshape(self.J.shape[:2])
         return float(self.counts @ squares @ self.weight)
 
@@ -60,13 +60,13 @@ class Targets:
         return minimise_energy(_ENERGY, stacked, np.outer(self.counts, self.weight).ravel(), start)
 
     def not_elliptic(self, J: FloatArray) -> BoolArray:
-        """The points (n,) at which the energy is not elliptic for one of the maps."""
+        """True for points (n,) at which the energy is not elliptic for one of the maps."""
         energies = _ENERGY.expansion((J @ self.inverses).reshape(-1, 2, 2))
         return np.asarray(~energies.is_elliptic().reshape(self.J.shape[:2]).all(axis=0))
 
 
 def common_turn(J: FloatArray, weight: FloatArray) -> complex:
-    """The turn that Jacobians (n, 2, 2) have in common, by the mean of their polar factors; 1 if there is none."""
+    """The mean rotation of Jacobians (n, 2, 2), by their polar factors; 1 if undefined."""
     z = (J[:, 0, 0] + J[:, 1, 1]) + 1j * (J[:, 1, 0] - J[:, 0, 1])
     mean = complex(np.sum(weight * z / np.abs(z)))
     return mean / abs(mean) if abs(mean) > 0.0 else 1.0 + 0.0j
@@ -79,11 +79,10 @@ def common_turn(J: FloatArray, weight: FloatArray) -> complex:
 class PlaneMean(Answer):
     """The mean of maps of a plane, as polynomials of it.
 
-    `total` is the sum over the maps of weight times the mean squared Fisher distance at the points, `bound` what it
-    would be if the mean metric of each point were that of a map. Call it with coordinates x, y for the map's;
-    `jacobian` has its derivatives. `coefficients` (2, d + 1, d + 1) are those of u^i v^j, u = (x - x0) / size,
-    v = (y - y0) / size with the origin x0, y0. Its mean over the points is 0, 0, and it is turned as the maps are on
-    average.
+    `total` is the sum over the maps of weight times the mean squared Fisher distance at the points, `bound` the same
+    for the mean metric of each point. Call it with coordinates x, y for the map's; `jacobian` has its derivatives.
+    `coefficients` (2, d + 1, d + 1) are those of u^i v^j, u = (x - x0) / size, v = (y - y0) / size with the origin
+    x0, y0. Its mean over the points is 0, 0, and its rotation the mean of the maps'.
     """
 
     degree: int
@@ -102,7 +101,7 @@ class PlaneMean(Answer):
 
     @property
     def coefficients(self) -> FloatArray:
-        """Of u^i v^j."""
+        """Coefficients of u^i v^j."""
         return self.plane_map.coefficients
 
     def _line(self) -> str:
@@ -134,26 +133,26 @@ def mean_plane_map(
     area: ArrayLike | None = None,
     degree: int = 8,
 ) -> PlaneMean:
-    """The mean of maps of one plane domain, given by their Jacobians at points: the MDT's likeness for C^1 maps.
+    """The mean of maps of one plane domain, given by their Jacobians at points: the analogue of the MDT for C^1 maps.
 
-    The map f of the least sum, over the maps i, of weight_i times the mean of Dist_F(J_f J_i^-1)^2 over the points, of
-    all polynomials f of a degree. It does for maps what `mdt` does for matrices: of linear maps it is the mean
-    distorting transformation of their transposed matrices, transposed. What differs is told in the documentation: the
-    mean metric need not be that of a map, and that there is one least sum only is not proven.
+    Of all polynomials f of a degree it has the least sum, over the maps i, of weight_i times the mean of
+    Dist_F(J_f J_i^-1)^2 over the points. It is for maps what `mdt` is for matrices: for linear maps it is the
+    transposed mean distorting transformation of their transposed matrices. But no map need have the mean metric, and
+    that the minimum is unique is not proven.
 
     Parameters
     ----------
     x, y : array_like (n,)
         Points of the domain, such as the nodes of a quadrature rule, in any unit.
     jacobians : array_like (k, n, 2, 2)
-        Of k maps, by x and y: of homographies, of an old map, of a projection after another. All determinants must be
-        positive; mirrored maps are to be turned over first.
+        Jacobians of k maps by x and y: of homographies, an old map, a projection after another. All determinants must
+        be positive; mirrored maps must be mirrored back first.
     weights : array_like (k,), optional
-        What each map counts; 1 if not given.
+        Weights of the maps; by default 1.
     area : array_like (n,), optional
-        What each point counts; equal if not given.
+        Weights of the points; by default equal.
     degree : int, default 8
-        Of the polynomials.
+        Degree of the polynomials.
 
     Returns
     -------
@@ -205,7 +204,7 @@ def mean_plane_map(
 
 
 def check_counts(weights: Any, count: int) -> FloatArray:
-    """What each of some maps counts: 1, or given positive numbers."""
+    """The weights of maps: 1, or the given positive numbers; raises ValueError."""
     if weights is None:
         return np.ones(count)
     counts = check_numbers("weights", weights)
@@ -217,7 +216,7 @@ def check_counts(weights: Any, count: int) -> FloatArray:
 
 
 def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int) -> PolynomialMap:
-    """The polynomials nearest to maps of a plane; raises ValueError where points do not tell them apart."""
+    """The polynomials nearest to maps of a plane; raises ValueError if points do not determine them."""
     w = targets.weight
     origin = complex(w @ x, w @ y)
     size = float(np.abs(x + 1j * y - origin)[w > 0.0].max(initial=0.0))

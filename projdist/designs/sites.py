@@ -1,4 +1,4 @@
-"""A region and its surroundings as fixed nodes in the plane of a base map."""
+"""Fixed nodes of a region and its surroundings in the plane of a base map."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from projdist.regions import Place, polygons_of
 SYMMETRIES = ("none", "meridian", "equator", "both")
 
 _SAME = 1e-3  # metres
-_ASIDE, _THROWN, _NEAR = 1e-3, 1.0, 1e5  # degrees between neighbours, and metres from their middle and between them
+_ASIDE, _THROWN, _NEAR = 1e-3, 1.0, 1e5  # degrees to neighbours, least metres from their middle, most between them
 TORN = 1e-9
-"""The share of a region's area, at most, at whose nodes a base is not smooth, or turns over."""
+"""Largest share of a region's area in which a base may be not smooth or mirrored."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BaseNodes:
-    """Nodes with what the base makes of them.
+    """Nodes with their coordinates `x`, `y` (n,) in metres and Jacobians `J` (n, 2, 2) on the base.
 
-    `x`, `y` (n,) in metres and Jacobians `J` (n, 2, 2) are the base's; `weight` (n,) sums to 1 over the region;
-    `around` (n,) are the weights of the surroundings, which sum to 1, too; nodes of neither lie on the region's edge.
+    `weight` (n,) sums to 1 over the region; `around` (n,) are the weights of the surroundings, which also sum to 1;
+    nodes without either lie on the region's edge.
     """
 
     base: Projection
@@ -56,11 +56,11 @@ class BaseNodes:
 
     @property
     def in_region(self) -> FloatArray:
-        """Which nodes (n,) are of the region or its edge."""
+        """True for nodes (n,) of the region or its edge."""
         return self.around == 0.0
 
     def weights(self, share: float) -> FloatArray:
-        """Weights (n,) that sum to 1, of which the surroundings have a share."""
+        """Weights (n,) that sum to 1, with a share for the surroundings."""
         return (1.0 - share) * self.weight + share * self.around
 
 
@@ -95,15 +95,15 @@ def base_nodes_of(base: Projection, nodes: Nodes, around: Nodes | None) -> BaseN
 
 
 def smooth_at(J: FloatArray) -> BoolArray:
-    """Whether a map is smooth where it has Jacobians (n, 2, 2), and does not turn the region over."""
+    """True where a map with Jacobians (n, 2, 2) is smooth and not mirrored."""
     det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
     return np.asarray(np.isfinite(det) & (det > 0.0))
 
 
 def _places(base: Projection, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Places (2, n) in metres; the middle of the neighbours for a point that is thrown far from both.
+    """Coordinates (2, n) in metres; for a point far from both neighbours the middle of these.
 
-    PROJ's omerc throws a strip a metre wide, along the meridian where the tangent in its equations is infinite.
+    PROJ's omerc misplaces a strip a metre wide, along the meridian where the tangent in its equations is infinite.
     """
     own = np.array(base(lon, lat))
     west, east = np.array(base(lon - _ASIDE, lat)), np.array(base(lon + _ASIDE, lat))
@@ -135,7 +135,7 @@ def mirrored(nodes: BaseNodes, symmetry: str) -> BaseNodes:
 
 
 def central_meridian(base: Projection) -> float:
-    """The longitude of a PROJ string's middle, or of its UTM zone."""
+    """The longitude of a PROJ string's central meridian, or of its UTM zone's."""
     found = re.search(r"\+(lon_0|zone)=(\S+)", base.definition)
     if found is None:
         return 0.0
@@ -143,7 +143,7 @@ def central_meridian(base: Projection) -> float:
 
 
 def _check_symmetric(base: Projection, name: str, middle: float, sign: FloatArray, shift: FloatArray) -> None:
-    """Raise ProjectionError for a base that is not its own mirror image, about its false origin."""
+    """Raise ProjectionError for a base that is not symmetric about its false origin."""
     lon, lat = np.array([3.0, 11.0, 7.0]), np.array([20.0, 35.0, 5.0])
     one = np.array(base(middle + lon, lat))
     other = np.array(base(middle + sign[0] * lon, sign[1] * lat))
@@ -154,12 +154,12 @@ def _check_symmetric(base: Projection, name: str, middle: float, sign: FloatArra
 # ---- overlaps ------------------------------------------------------------------------------------
 
 
-_EDGE = 0.25  # degrees: edges are divided to it, so that their images bend
-_AREA = 1e-6  # of the image: what is laid on twice; the edges' images are chords
+_EDGE = 0.25  # degrees: longer edges are divided, so that their images bend
+_AREA = 1e-6  # share of the image that overlaps, at least: the edges' images are chords
 
 
 def overlaps(projection: Projection, region: Place) -> bool | None:
-    """Whether the image of a region covers itself; None for points. A map that mirrors nowhere is meant."""
+    """True if the image of a region covers itself, for a map that mirrors nowhere; None for points."""
     if not region.area_km2:
         return None
     outline = shapely.segmentize(polygons_of(region), _EDGE)
@@ -167,13 +167,13 @@ def overlaps(projection: Projection, region: Place) -> bool | None:
     rings, which = shapely.get_rings(shapely.get_parts(image), return_index=True)
     shell = np.append(True, which[1:] != which[:-1])
     once = float(shapely.union_all(shapely.make_valid(shapely.get_parts(image))).area)
-    # Covered twice, an area counts twice along its edge.
+    # An area that is covered twice counts twice in the areas within the rings.
     signed = float(np.sum(np.where(shell, 1.0, -1.0) * np.abs([_turned(ring) for ring in rings])))
     return bool(signed > once * (1.0 + _AREA))
 
 
 def _turned(ring: shapely.LinearRing) -> float:
-    """The area within a ring, with its sign."""
+    """The signed area within a ring."""
     x, y = shapely.get_coordinates(ring).T
     x, y = x - x[0], y - y[0]
     return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))

@@ -1,7 +1,7 @@
-"""Cuts of the globe from a point to its antipode, along which the world is unrolled.
+"""Cuts of the globe from a point to its antipode, and splines on the sheet that is unrolled along them.
 
-The frame of a cut has the first point for its south pole, the last for its north pole; the cut is where the frame's
-longitude has a certain value, which may change with the frame's latitude.
+The frame of a cut has its first point as south pole, its last as north pole; the cut is at a longitude of the frame
+that may change with the frame's latitude.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class ObliqueFrame:
     lon_p: float
 
     def of(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Longitudes and latitudes in the frame, degrees."""
+        """Longitudes and latitudes in the frame, in degrees."""
         lam, phi, tilt = np.radians(lon - self.lon_0), np.radians(lat), np.radians(self.lat_p)
         ahead = np.cos(phi) * np.cos(lam)
         x = np.sin(tilt) * ahead + np.cos(tilt) * np.sin(phi)
@@ -64,7 +64,7 @@ class ObliqueFrame:
 
 @dataclass(frozen=True)
 class Cut:
-    """Where the world is cut: in a frame, or the globe's own, through points (m, 2) whose latitudes ascend.
+    """A cut through points (m, 2) of ascending latitude in a frame, by default the globe's own.
 
     Between its points it is a cubic spline of the latitude, along a meridian at either end.
     """
@@ -75,11 +75,11 @@ class Cut:
 
     @property
     def is_straight(self) -> bool:
-        """Whether it is half of a great circle."""
+        """True for half a great circle."""
         return len(self.points) == 1
 
     def at(self, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The cut's longitude in degrees, at latitudes of the frame, and how fast it grows with the latitude."""
+        """The cut's longitude in degrees at latitudes of the frame, and its derivative by the latitude."""
         if self.is_straight:
             return np.full(np.shape(lat), self.points[0][0]), np.zeros(np.shape(lat))
         return np.asarray(self._curve(lat)), np.asarray(self._curve(lat, 1))
@@ -138,7 +138,7 @@ def _through(given: Any) -> Cut:
 
 
 def _turned(lon: FloatArray) -> FloatArray:
-    """Longitudes within -180 and 180, which stay as they are."""
+    """Longitudes within -180 and 180; 180 stays as it is."""
     return np.where(np.abs(lon) <= _HALF, lon, np.mod(lon + _HALF, _WHOLE) - _HALF)
 
 
@@ -158,22 +158,22 @@ class Splines:
 
     @property
     def count(self) -> int:
-        """How many they are."""
+        """The number of splines."""
         return len(self.breaks) - 1 + self.degree
 
     @property
     def knots(self) -> FloatArray:
-        """The breaks, of which the ends are repeated."""
+        """The breaks, with repeated ends."""
         return np.r_[[self.breaks[0]] * self.degree, self.breaks, [self.breaks[-1]] * self.degree]
 
     @property
     def middles(self) -> FloatArray:
-        """Where each of them counts most (count,), Greville's abscissae."""
+        """Greville's abscissae (count,), near which each spline is largest."""
         knots = self.knots
         return np.array([knots[k + 1 : k + 1 + self.degree].mean() for k in range(self.count)])
 
     def at(self, t: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """The first of those that are not zero at t (n,), and the values and slopes (n, degree + 1) from it on."""
+        """The first spline that is not zero at t (n,), and values and slopes (n, degree + 1) from it on."""
         knots, d = self.knots, self.degree
         span = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.breaks) - 2)
         values, lower = np.ones((len(t), 1)), np.ones((len(t), 1))
@@ -191,7 +191,7 @@ class Splines:
         return span, values, slopes
 
     def interpolation(self) -> FloatArray:
-        """The matrix (count, count) of the values of all at the middles."""
+        """The matrix (count, count) of the splines' values at the middles."""
         first, values, _ = self.at(self.middles)
         matrix = np.zeros((self.count, self.count))
         np.put_along_axis(matrix, first[:, None] + np.arange(self.degree + 1), values, axis=1)
@@ -202,7 +202,7 @@ class Splines:
 class SplineMap:
     """A map of the world as a function of longitude and latitude in degrees; x, y in the unit of the coefficients.
 
-    The coefficients are (2, of v, of u); beyond the latitudes of v it is not defined.
+    The coefficients are (2, of v, of u); beyond the latitudes of v it is undefined.
     """
 
     cut: Cut
@@ -228,17 +228,14 @@ class SplineMap:
         return x, y
 
     def moved(self, similarity: complex, shift: complex) -> SplineMap:
-        """The map followed by a turn and scale, and a shift of x + i y."""
+        """The map followed by a rotation and scaling, and a shift of x + i y."""
         z = similarity * (self.coefficients[0] + 1j * self.coefficients[1]) + shift
         return replace(self, coefficients=np.stack([z.real, z.imag]))
 
 
 @dataclass(frozen=True, eq=False)
 class SplineSheet:
-    """Splines of the sheet, and to which of the mirror images of itself it is to be equal.
-
-    `across` makes the middle of the sheet an axis of symmetry, `along` the equator.
-    """
+    """Splines of the sheet and its symmetry: `across` about the middle meridian, `along` about the equator."""
 
     cut: Cut
     u: Splines
@@ -248,7 +245,7 @@ class SplineSheet:
 
     @property
     def has_poles(self) -> bool:
-        """Whether it reaches to the poles."""
+        """True if it reaches to the poles."""
         return bool(self.v.breaks[-1] > _POLE - 1e-9)
 
     def nodes(self, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -260,7 +257,7 @@ class SplineSheet:
         return u, v, area
 
     def elements(self, weights: FloatArray) -> Elements:
-        """The elements with the weights of all nodes, which symmetry folds upon a half or a quarter of the sheet."""
+        """The elements with weights of all nodes, folded by symmetry onto a half or a quarter of the sheet."""
         points = weights.shape[-1]
         if self.across:
             weights = (weights + weights[:, ::-1, :, ::-1])[:, weights.shape[1] // 2 :]
@@ -284,7 +281,7 @@ class SplineSheet:
         )
 
     def _gradients(self, row: IntArray, column: IntArray, points: int) -> FloatArray:
-        """Those of the products of splines by east and north on the unit sphere, (e, points^2, products, 2)."""
+        """Derivatives of products of splines by east and north on the unit sphere, (e, points^2, products, 2)."""
         u, v = _gauss(self.u.breaks, points)[0], _gauss(self.v.breaks, points)[0]
         _, U, by_u = (part.reshape(*u.shape, -1)[column] if part.ndim > 1 else part for part in self.u.at(u.ravel()))
         _, V, by_v = (part.reshape(*v.shape, -1)[row] if part.ndim > 1 else part for part in self.v.at(v.ravel()))
@@ -296,7 +293,7 @@ class SplineSheet:
         return both.reshape(len(row), points * points, -1, 2)
 
     def _numbering(self) -> tuple[IntArray, FloatArray, int]:
-        """Which unknown each coefficient (2, of v, of u) is, -1 for none, with which sign, and how many there are."""
+        """The unknown of each coefficient (2, of v, of u), -1 for none, its sign, and the number of unknowns."""
         j, i = np.indices((self.v.count, self.u.count))
         places, signs, zero = [], [], []
         for across_sign, along_sign in ((-1.0, 1.0), (1.0, -1.0)):
@@ -324,7 +321,7 @@ class SplineSheet:
         return np.where(numbers >= 0, np.searchsorted(used, numbers), -1), np.stack(signs), len(used)
 
     def _pin(self, zero: list[FloatArray]) -> None:
-        """Coefficients that are zero, so that the map neither shifts nor turns."""
+        """Sets coefficients to zero, so that the map neither shifts nor rotates."""
         middle = slice(None) if self.has_poles else slice(self.u.count // 2, self.u.count // 2 + 1)
         if not self.across:
             zero[0][0, middle] = zero[0][-1, middle] = True
@@ -332,7 +329,7 @@ class SplineSheet:
             zero[1][0, middle] = True
 
     def unknowns(self, coefficients: FloatArray) -> FloatArray:
-        """The unknowns (m,) of coefficients (2, of v, of u) that are as symmetric and as shifted as the sheet asks."""
+        """The unknowns (m,) of coefficients (2, of v, of u) with the symmetry and the shift of the sheet."""
         numbers, signs, count = self._numbering()
         kept = numbers >= 0
         times = np.bincount(numbers[kept], minlength=count)
@@ -344,7 +341,7 @@ class SplineSheet:
         return SplineMap(self.cut, self.u, self.v, signs * np.append(unknowns, 0.0)[numbers])
 
     def interpolated(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """The unknowns of a map whose values (of v, of u) at the middles of the splines are given."""
+        """The unknowns of the map with given values (of v, of u) at the middles of the splines."""
         of_u, of_v = self.u.interpolation(), self.v.interpolation()
         coefficients = np.stack([np.linalg.solve(of_v, np.linalg.solve(of_u, z.T).T) for z in (x, y)])
         if not self.across:

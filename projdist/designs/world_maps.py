@@ -1,4 +1,4 @@
-"""Maps of the world as triangles, which PROJ's tinshift runs: a file, and the pipeline that reads it.
+"""Maps of the world made to measure, and their triangulation for PROJ's tinshift.
 
 https://proj.org/en/stable/operations/transformations/tinshift.html
 """
@@ -26,14 +26,14 @@ from projdist.regions import Place, RegionLike
 from projdist.support import Answer, check_number, check_path, check_whole_number, plain, replacing
 
 _ROUNDING = 1e-9  # of a step, and of degrees
-_BEYOND = 1e-13  # of a latitude: PROJ may miss triangles on whose edges the poles lie
+_BEYOND = 1e-13  # of a latitude, beyond the poles: PROJ may miss triangles with a pole on their edge
 
 
 def triangulation(given: SplineMap, name: str, step: float) -> dict[str, Any]:
     """The file's contents: triangles between lines of a graticule that are at most `step` degrees apart.
 
-    They go from longitudes and latitudes in the frame of the map's cut, degrees, to x and y, and cover the longitudes
-    from -180 to 180. At their corners they are the map; between them they are linear.
+    They lead from longitudes and latitudes in the frame of the map's cut, in degrees, to x and y, and cover longitudes
+    from -180 to 180. They are exact at the corners, and linear between them.
     """
     u, v = (_divided(splines.breaks, step) for splines in (given.u, given.v))
     if given.cut.is_straight:  # no triangle passes the longitude 180
@@ -74,9 +74,9 @@ def pipeline_with(path: Path, given: SplineMap) -> str:
 
 
 def _divided(breaks: FloatArray, step: float) -> FloatArray:
-    """The breaks, and values between them, so that they are no more than `step` degrees apart.
+    """The breaks with as many values between any two, so that they are at most `step` degrees apart.
 
-    As many between any two: about the ends of the cut, where the map is steep, breaks are close together.
+    Near the ends of the cut, where the map is steep, breaks are closer together.
     """
     pieces = int(np.ceil(np.degrees(np.diff(breaks).max()) / step - _ROUNDING))
     parts = np.linspace(breaks[:-1], breaks[1:], pieces, endpoint=False, axis=1)
@@ -84,7 +84,7 @@ def _divided(breaks: FloatArray, step: float) -> FloatArray:
 
 
 def _triangles(rows: int, columns: int) -> IntArray:
-    """The corners (n, 3) of the halves of a grid's cells, in counterclockwise order, symmetric about the middle."""
+    """Corners (n, 3) of the halves of a grid's cells, counterclockwise, symmetric about the middle."""
     j, i = (axis.ravel() for axis in np.mgrid[: rows - 1, : columns - 1])
     a = j * columns + i
     b, c, d = a + 1, a + columns, a + columns + 1
@@ -102,20 +102,17 @@ AGAINST = ("winkel-tripel", "wagner-9", "robinson", "equal-earth")
 _CELLS, _CELLS_FOR_PARTS = 32, 64
 _FEWEST, _MOST, _COARSEST = 8, 128, 16
 _BLENDS = (1.0, 0.9, 0.8, 0.6, 0.4, 0.2, 0.0)
-_TOLERANCE, _TOLERANCE_OF_GLOBE = 1e-5, 1e-4  # of what is measured of the finished map: coasts cross splines' breaks
+_TOLERANCE, _TOLERANCE_OF_GLOBE = 1e-5, 1e-4  # of figures of the finished map: coasts cross the splines' breaks
 _STEP = 2.0  # degrees
 _NORTH = 1e-3  # degrees, for the direction of north
 
 
-# ---- answers --------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Refinement:
-    """A mesh of cells by cells, its unknowns, and what the best map on it has at the nodes.
+    """A mesh of `cells` by `cells`, its unknowns, and the figures of the best map on it at the nodes.
 
     `energy` is the root of the mean energy, `airy_kavrayskiy` the root mean square Fisher distortion, both by the
-    weights that the map is made for.
+    weights of the objective.
     """
 
     cells: int
@@ -131,7 +128,7 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Standing:
-    """A map's Airy-Kavrayskiy errors at its best scale, over the region and, `over_globe`, over all of the Earth."""
+    """A map's Airy-Kavrayskiy errors at its best scale, over the region and over the whole Earth (`over_globe`)."""
 
     name: str
     airy_kavrayskiy: float
@@ -148,11 +145,10 @@ class Standing:
 class WorldMap(Answer):
     """A map of the world made to measure.
 
-    `projection` is the map, a cubic spline, twice continuously differentiable but at the ends of the cut, in metres, at
-    the scale that is best for the region. `airy_kavrayskiy` is measured of it by adaptive cubature over the region, to
-    `error_estimate`, and `over_globe` over all of the Earth (NaN for a map that ends before the poles).
-    `refinements` tell of the meshes, `standings` of other maps by the same measure. `elsewhere` is the weight of
-    what does not lie in the region.
+    `projection` is the map, a cubic spline in metres, twice continuously differentiable except at the ends of the cut,
+    at the best scale for the region. `airy_kavrayskiy` is measured by adaptive cubature over the region, to
+    `error_estimate`, and `over_globe` over the whole Earth (NaN for a map that ends before the poles). `refinements`
+    are the meshes, `standings` other maps by the same measure. `elsewhere` is the weight outside the region.
     """
 
     projection: Projection
@@ -185,23 +181,23 @@ class WorldMap(Answer):
         path : str or path
             A file that ends in .json.
         step : float, default 2
-            Degrees between the triangles' corners at most. PROJ is exact at the corners; between them its map is
-            linear. At 2 degrees 95 % of all places are off by 1 to 3 km at most, at 1 by a fourth of it; near the ends
-            of the cut it is ten times as much.
+            Largest distance of the triangles' corners in degrees. PROJ is exact at the corners, and linear between
+            them. At 2 degrees errors are at most 1 to 3 km at 95 % of all places, at 1 degree a quarter of that; near
+            the ends of the cut they are ten times larger.
         overwrite : bool, default True
-            Whether a file that is there is replaced.
+            Whether to replace an existing file.
 
         Returns
         -------
         str
-            What `pyproj.Transformer.from_pipeline` takes, or the program cct.
+            The pipeline for `pyproj.Transformer.from_pipeline`, or the program cct.
 
         Raises
         ------
         ValueError
             For a step that is not within 0.2 and 30 degrees, or a suffix that is not .json.
         FileExistsError
-            For a file that is there and not to be overwritten.
+            For an existing file that is not to be overwritten.
         """
         file, size = check_path("file", path), check_number("step", step)
         if file.suffix.lower() != ".json":
@@ -243,9 +239,6 @@ class WorldMap(Answer):
         return [asdict(one) for one in (own, *self.standings)]
 
 
-# ---- the map --------------------------------------------------------------------------------
-
-
 def world_map(
     region: RegionLike | None = None,
     *,
@@ -260,34 +253,32 @@ def world_map(
 ) -> WorldMap:
     """The map of the world, cut along a line, that distorts a region least.
 
-    The exponentiated twin of the Airy-Kavrayskiy error is made as small as it can be, by Newton's method, for cubic
-    splines on the unrolled globe. Nothing folds, and everything is shown once.
+    Newton's method minimises the exponentiated Airy-Kavrayskiy energy of cubic splines on the unrolled globe. The map
+    does not fold, and shows every place once.
 
     Parameters
     ----------
     region : RegionLike, optional
-        Anything that `get_region` takes: what is to be shown well; points with weights, too. All of the map if not
-        given.
+        The region to show well: whatever `get_region` takes, also points with weights; by default the whole map.
     cut : float, or points (lon, lat), default 180
-        Where the globe is cut: along a meridian; or from the first of two or more points through the others to the
+        The cut of the globe: along a meridian; or from the first of two or more points through the others to the
         antipode of the first. Two points make half a great circle, more a smooth curve.
     elsewhere : float, default 0.02
-        The weight of places outside the region, to those inside, within 1e-4 and 1. Of points, which have no area, it
-        is that of the whole Earth to that of all points.
+        Weight of places outside the region, relative to those inside, within 1e-4 and 1. For points, which have no
+        area, it is the weight of the whole Earth relative to all points.
     until : float, default 90
         The latitude north and south at which the map ends, in the frame of the cut; at 90 it has the poles, as points.
     symmetric : str, default "auto"
-        What the map is a mirror image of itself about: "none", "equator", "meridian" (the one opposite the cut) or
-        "both", all in the frame of the cut. By "auto" it is both where there is no region and the cut is straight,
-        else none.
+        The axis of symmetry: "none", "equator", "meridian" (the one opposite the cut) or "both", all in the frame of
+        the cut. "auto" is both if there is no region and the cut is straight, else none.
     exponent : float, default 1/8
-        Of the energy, at most 1. At 0 it is the Airy-Kavrayskiy error itself, for maps that end before the poles.
+        Exponent of the energy, at most 1; 0 is the Airy-Kavrayskiy error itself, for maps that end before the poles.
     cells : int, optional
-        Of the finest mesh, either way: an even number within 8 and 128; 32 or, with a region, 64.
+        Number of cells of the finest mesh either way, even and within 8 and 128; by default 32, with a region 64.
     against : ProjectionLike, or iterable of them
-        Maps that are measured beside it, each at its best scale.
+        Maps to compare with, each at its best scale.
     progress : callable, optional
-        Called with how many cells of all meshes are done, and of how many.
+        Called with the numbers of cells of meshes done and of all.
 
     Returns
     -------
@@ -323,13 +314,13 @@ def world_map(
     return _measured(spec, projection, refinements, others)
 
 
-# ---- how it is found ------------------------------------------------------------------------
+# ---- the search -----------------------------------------------------------------------------
 
 
 def _refined(
     spec: WorldSpec, finest: int, progress: Callable[[int, int], object] | None
 ) -> tuple[SplineMap, tuple[Refinement, ...]]:
-    """The best map on the finest mesh, in metres at the region's best scale; and all meshes on the way."""
+    """The best map on the finest mesh, in metres at the region's best scale, and all meshes."""
     if not spec.weights(spec.sheet(finest), 0.0).any():
         raise ValueError(
             f"Invalid region '{spec.area.name}'. It is too small for a map of the world of {finest} cells, "
@@ -361,7 +352,7 @@ def _sizes(finest: int) -> list[int]:
 
 
 def _start(sheet: SplineSheet, energy: Energy, elements: Elements, coarse: SplineMap | None) -> FloatArray:
-    """Unknowns of a map that does not fold at a node: the coarser mesh's best, if need be mixed with Hammer's."""
+    """Unknowns of a map that does not fold at a node: the coarser mesh's best, mixed with Hammer's map if needed."""
     u, v = np.meshgrid(sheet.u.middles, sheet.v.middles)
     usual = sheet.interpolated(*_hammer(u, v))
     if coarse is None:
@@ -388,7 +379,7 @@ def _refinement(cells: int, elements: Elements, solution: Solution) -> Refinemen
 
 
 def _placed(found: SplineMap, scale: float) -> SplineMap:
-    """The map at a scale, its middle at 0, 0; north is up there, or, without a frame, from pole to pole."""
+    """The map at a scale with its middle at 0, 0 and north up there, or from pole to pole without a frame."""
     middle = np.zeros(1)
     if found.cut.frame is None:
         return found.moved(scale, -scale * complex(*(z[0] for z in found.on_sheet(middle, middle))))
@@ -399,13 +390,13 @@ def _placed(found: SplineMap, scale: float) -> SplineMap:
     return found.moved(turn, -turn * complex(*(z[0] for z in found.on_sheet(middle, middle))))
 
 
-# ---- what is measured of it -----------------------------------------------------------------
+# ---- figures --------------------------------------------------------------------------------
 
 
 def _measured(
     spec: WorldSpec, projection: Projection, refinements: tuple[Refinement, ...], others: list[Any]
 ) -> WorldMap:
-    """The finished map beside others."""
+    """The finished map with its figures, and other maps."""
     own = summarize(projection, spec.area, tolerance=_TOLERANCE)
     return WorldMap(
         projection=projection,
@@ -433,7 +424,7 @@ def _standing(given: ProjectionLike, spec: WorldSpec) -> Standing:
 
 
 def _over_globe(projection: Projection, spec: WorldSpec, over_area: float) -> float:
-    """The error over all of the Earth; NaN for maps that do not show it."""
+    """The error over the whole Earth; NaN for maps that do not show it."""
     if spec.until < 90.0:
         return float("nan")
     if spec.region is None:

@@ -1,4 +1,4 @@
-"""What map of the world is asked for, and how much each place of it counts."""
+"""The specification of a map of the world, and the weights of its places."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from projdist.support import check_choice, check_number
 WORLD_SYMMETRIES = ("auto", *SYMMETRIES)
 
 _DEGREE = 3
-_GRADED, _GRADED_FOR_PARTS = 3.0, 2.0  # powers of the distance from a pole, by which the cells are finer there
+_GRADED, _GRADED_FOR_PARTS = 3.0, 2.0  # powers of the distance from a pole, by which cells are finer there
 _POINTS = 4  # Gauss points of a cell, either way
 _LEAST_ELSEWHERE = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WorldSpec:
-    """What map is asked for; `region` is None for all of it, and what is shown is `area`."""
+    """The map that is asked for: `region` is None for the whole map, `area` is what is measured."""
 
     region: Place | None
     area: Place
@@ -43,7 +43,7 @@ class WorldSpec:
 
     @property
     def symmetric(self) -> str:
-        """The word for which halves mirror each other."""
+        """The name of the symmetry."""
         return {(True, True): "both", (True, False): "meridian", (False, True): "equator"}.get(
             (self.across, self.along), "none"
         )
@@ -69,7 +69,7 @@ class WorldSpec:
 def get_world_spec(
     region: RegionLike | None, cut: CutLike, elsewhere: float, until: float, symmetric: str, exponent: float
 ) -> WorldSpec:
-    """What is asked for, checked."""
+    """The checked specification; raises ValueError."""
     where, end = get_cut(cut), _within("end", until, 10.0, 90.0)
     chosen = None if region is None else get_region(region, WGS84)
     mirrors = check_choice("symmetry", symmetric, WORLD_SYMMETRIES)
@@ -102,7 +102,7 @@ def _within(thing: str, value: float, low: float, high: float) -> float:
 
 
 def _counted(points: PointSet, sheet: SplineSheet) -> FloatArray:
-    """The points' weights, which sum to 1, each at the node of the sheet that is next to it in its cell."""
+    """The points' weights, which sum to 1, each at the nearest node in its cell of the sheet."""
     u, v = sheet.cut.unrolled(points.lon, points.lat)
     shown = np.abs(v) <= sheet.v.breaks[-1]
     (column, i), (row, j) = _nearest(sheet.u.breaks, u[shown]), _nearest(sheet.v.breaks, v[shown])
@@ -114,7 +114,7 @@ def _counted(points: PointSet, sheet: SplineSheet) -> FloatArray:
 
 
 def _nearest(breaks: FloatArray, t: FloatArray) -> tuple[IntArray, IntArray]:
-    """The span in which each of t lies, and the nearest of its Gauss points."""
+    """The span of each t, and the nearest of its Gauss points."""
     span = np.clip(np.searchsorted(breaks, t, side="right") - 1, 0, len(breaks) - 2)
     nodes = np.polynomial.legendre.leggauss(_POINTS)[0]
     share = 2.0 * (t - breaks[span]) / (breaks[span + 1] - breaks[span]) - 1.0
