@@ -482,21 +482,19 @@ def ldp(
     )
     found = sorted((design.best(family) for family in families), key=design.order)
     best = min((one for one in found if design.is_as_good(one, found[0])), key=lambda one: families.index(one.family))
+    title = name or f"{best.projection.name} for {area.name}, low distortion"
+    usual, code = usual_crs(extent)  # near the poles it is not made for distances
+    baselines = rivals or ([Projection.from_user_input(code)] if usual.startswith("UTM") else [])
     wkt, esri = (
-        crs_wkt(best.projection, name or _crs_name(best), geodetic=geodetic, version=version)[0]
-        for version in ("WKT2_2019", "WKT1_ESRI")
+        crs_wkt(best.projection, title, geodetic=geodetic, version=version)[0] for version in ("WKT2_2019", "WKT1_ESRI")
     )
     return replace(
         best,
         wkt=wkt,
         esri=esri,
-        baselines=tuple((_label(one), design.statistics(ground.ppm(one))) for one in rivals or _usual(extent)),
+        baselines=tuple((one.label, design.statistics(ground.ppm(one))) for one in baselines),
         others=tuple(one for one in found if one is not best),
     )
-
-
-def _crs_name(found: LDP) -> str:
-    return f"{found.projection.name} for {found.region.name}, low distortion"
 
 
 def _check(families: Sequence[str], target: float, round_k: float, round_axis: float) -> None:
@@ -510,16 +508,6 @@ def _check(families: Sequence[str], target: float, round_k: float, round_axis: f
         raise ValueError(f"Invalid rounding of k_0 '{round_k}'. It must lie within 1e-10 and 1e-3.")
     if not 1e-7 <= round_axis <= 1.0:
         raise ValueError(f"Invalid rounding of the axis '{round_axis}'. It must lie within 1e-7 and 1 degree.")
-
-
-def _label(projection: ProjectionLike) -> str:
-    return projection if isinstance(projection, str) else Projection.from_user_input(projection).label
-
-
-def _usual(extent: Extent) -> list[str]:
-    """The UTM zone; none near the poles, where the usual maps are not made for distances."""
-    name, code = usual_crs(extent)
-    return [code] if name.startswith("UTM") else []
 
 
 @dataclass(frozen=True, kw_only=True)

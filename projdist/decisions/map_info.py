@@ -164,7 +164,7 @@ class MapInfo(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON; NaN and infinity become None."""
-        stated, ellipsoid = self.particulars, self.projection.ellipsoid
+        stated, ellipsoid, bounds = self.particulars, self.projection.ellipsoid, self.projection.area_of_use
         return {
             "projection": self.given,
             "code": stated.code,
@@ -176,7 +176,7 @@ class MapInfo(Answer):
             "keeps": list(self.keeps),
             "departures": {name: plain(off) for name, off in self.departures.items()},
             "promises": self.promises,
-            "area_of_use": {"name": stated.area_name, "bounds": self._bounds()},
+            "area_of_use": {"name": stated.area_name, "bounds": list(bounds) if bounds else None},
             "scope": stated.scope,
             "remarks": stated.remarks,
             "datum": stated.datum,
@@ -193,12 +193,8 @@ class MapInfo(Answer):
             "parameters": [one._asdict() for one in stated.parameters],
             "same_map": [{"code": code, "name": name} for code, name in self.same_map.items()],
             "region": {"name": self.region.name},
-            "errors": self._errors(),
+            "errors": self._figures() | {name: one.to_dict() for name, one in self.measures.items()},
         }
-
-    def _errors(self) -> dict[str, Any]:
-        """Figures and measures over the region."""
-        return self._figures() | {name: one.to_dict() for name, one in self.measures.items()}
 
     def _figures(self) -> dict[str, Any]:
         found = self.airy_kavrayskiy
@@ -209,9 +205,6 @@ class MapInfo(Answer):
             "airy_kavrayskiy_affine": plain(found.affine),
             "error_estimate": plain(found.error),
         }
-
-    def _bounds(self) -> list[float] | None:
-        return list(self.projection.area_of_use) if self.projection.area_of_use else None
 
     def row(self) -> dict[str, Any]:
         """The same as a flat row, as in a frame; NaN and infinity become None, lists become texts."""

@@ -104,18 +104,6 @@ def _log_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
     return float(np.exp(-0.5 * np.sum(w * np.log(a * b)) / np.sum(w)))
 
 
-def _airy_scale(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
-    return float(np.sum(w * (a + b)) / np.sum(w * (a * a + b * b)))
-
-
-def _arithmetic_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
-    return float(2.0 / (a.max() + b.min()))
-
-
-def _geometric_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
-    return float(1.0 / np.sqrt(a.max() * b.min()))
-
-
 def _areal_middle(a: FloatArray, b: FloatArray, w: FloatArray) -> float:
     s = a * b
     return float(np.sqrt(2.0 / (s.max() + s.min())))
@@ -155,13 +143,13 @@ _BY_NAME: dict[str, Scales] = {
     "airy_kavrayskiy_scaled": _log_middle,
     "airy_kavrayskiy_affine": _log_middle,
     "kavrayskiy": _log_middle,
-    "airy": _airy_scale,
+    "airy": lambda a, b, w: float(np.sum(w * (a + b)) / np.sum(w * (a * a + b * b))),
     "klingatsch_angles": _log_middle,
     "klingatsch_areas": _log_middle,
-    "max_scale_error_ppm": _arithmetic_middle,
+    "max_scale_error_ppm": lambda a, b, w: float(2.0 / (a.max() + b.min())),
     "mean_scale_error_ppm": _scale_quantile,
     "rms_scale_error_ppm": _scale_parabola,
-    "max_log_scale": _geometric_middle,
+    "max_log_scale": lambda a, b, w: float(1.0 / np.sqrt(a.max() * b.min())),
     "angular_distortion": _one,
     "max_omega": _one,
     "mean_omega": _one,

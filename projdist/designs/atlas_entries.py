@@ -7,7 +7,7 @@ import gzip
 import importlib.resources
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -151,24 +151,21 @@ class AtlasEntry(Answer):
 
     def rows(self) -> list[dict[str, Any]]:
         """A flat row for each map of each purpose, after the official CRS, which has no purpose."""
-        return list(self._rows())
+        limit = self.purposes["any"].limit
+        rows = [] if self.official is None else [self._row("", "official", self.official, "airy_kavrayskiy", limit)]
+        for purpose in self.purposes.values():
+            maps = purpose.maps.items()
+            rows += [self._row(purpose.name, what, one, purpose.criterion, purpose.limit) for what, one in maps]
+        return rows
 
     def _table(self) -> list[dict[str, Any]]:
         return self.rows()
 
-    def _rows(self) -> Iterator[dict[str, Any]]:
-        known = {"region": self.title, "kind": self.kind, "area_km2": self.area_km2}
-        limit = self.purposes["any"].limit
-        if self.official is not None:
-            yield known | self._row("", "official", self.official, "airy_kavrayskiy", limit)
-        for purpose in self.purposes.values():
-            for what, one in purpose.maps.items():
-                yield known | self._row(purpose.name, what, one, purpose.criterion, purpose.limit)
-
     def _row(self, purpose: str, what: str, one: AtlasMap, criterion: str, limit: float | None) -> dict[str, Any]:
         figures = asdict(one) | {"keeps": None if one.keeps is None else " ".join(one.keeps)}
         compared = {"over_limit": _over(one, limit), "saves": self.saves(one, criterion)}
-        return {"purpose": purpose, "what": what} | figures | compared
+        known = {"region": self.title, "kind": self.kind, "area_km2": self.area_km2}
+        return known | {"purpose": purpose, "what": what} | figures | compared
 
 
 def _over(one: AtlasMap, limit: float | None) -> float | None:

@@ -14,6 +14,7 @@ from projdist.decisions import extent_of
 from projdist.designs.objectives import check_degree, check_extent
 from projdist.designs.plane_maps import Average, BoxPolynomials, Corrected, box_gradients
 from projdist.designs.plane_means import Targets, check_counts, common_turn, polynomial_mean
+from projdist.designs.sites import overlaps
 from projdist.earth import Ellipsoid
 from projdist.field import FIGURES, Nodes, cut_length, nodes_of, sample
 from projdist.projections import (
@@ -235,7 +236,8 @@ def mean_map(
     area = _WORLD if region is None and area == GLOBE else area
     box = _world_box(area)
     order = _degree(degree, of_world=box is not None)
-    title = check_text("name", name) if name is not None else _title(labels)
+    named = f"mean of {' and '.join(labels)}" if len(labels) <= 2 else f"mean of {len(labels)} maps"
+    title = named if name is None else check_text("name", name)
     _check_sizes(maps)
     ground = None if datum is None else geodetic_ellipsoid(check_text("datum", datum))
     coarse = _Ground.of(area, maps, counts, _NODES)
@@ -300,10 +302,6 @@ def _degree(given: int | None, *, of_world: bool) -> int:
 def _label(given: Any, projection: Projection) -> str:
     """The map's text as given if short, else its label."""
     return given if isinstance(given, str) and len(given) <= _LONGEST else projection.label
-
-
-def _title(labels: list[str]) -> str:
-    return f"mean of {' and '.join(labels)}" if len(labels) <= 2 else f"mean of {len(labels)} maps"
 
 
 def _check_sizes(maps: Iterable[Projection]) -> None:
@@ -417,7 +415,7 @@ def _of_world(ground: _Ground, region: Box, degree: int) -> _Found:
     start = np.zeros((2, size * size))
     start[:, size], start[:, 1] = linear.T
     best = ground.targets.nearest(gradients[:, 1:], start[:, 1:])
-    coefficients = np.hstack([np.zeros((2, 1)), best.coefficients]).reshape(2, size, size)
+    coefficients = np.hstack([np.zeros((2, 1)), best.place]).reshape(2, size, size)
     function = BoxPolynomials((west, south, east, north), coefficients)
     return _Found(function, Projection.from_function(function, ellipsoid=nodes.ellipsoid))
 
@@ -464,8 +462,6 @@ def _standing(kind: str, name: str, projection: Projection, region: Place, groun
 
 def _notes(found: _Found, region: Place, ground: _Ground, standings: list[Nearness]) -> Iterator[str]:
     """Notes on the map."""
-    from projdist.designs.sites import overlaps  # shapely is slow to load
-
     mean, *others = (one.total for one in standings)
     if mean > min(others) + _ROUNDING:
         yield "The average, or a given map, has a smaller sum: polynomials of this degree do not come near these maps."

@@ -242,5 +242,5 @@ def general_map(nodes: BaseNodes, energy: Energy, degree: int, share: float) -> 
     # The base itself.
     plain = np.stack([u, v]) * weights[counts] @ basis.values[:, 1:]
     best = minimise_energy(energy, gradients, weights[counts], nodes.size * plain)
-    coefficients = np.hstack([np.zeros((2, 1)), best.coefficients])
+    coefficients = np.hstack([np.zeros((2, 1)), best.place])
     return PolynomialMap(nodes.origin, nodes.size, basis.powers(coefficients))

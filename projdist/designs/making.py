@@ -34,7 +34,16 @@ from projdist.designs.objectives import (
     needs_exponent,
 )
 from projdist.designs.plane_maps import PlaneMap
-from projdist.designs.sites import SYMMETRIES, TORN, BaseNodes, base_nodes_of, central_meridian, mirrored, smooth_at
+from projdist.designs.sites import (
+    SYMMETRIES,
+    TORN,
+    BaseNodes,
+    base_nodes_of,
+    central_meridian,
+    mirrored,
+    overlaps,
+    smooth_at,
+)
 from projdist.earth import SPHERE, WGS84, Ellipsoid, unit_vectors
 from projdist.field import FIGURES, Nodes, cut_length, jacobian, nodes_at, nodes_of
 from projdist.matrices import log_anisotropy, log_areal_scale, principal_scales
@@ -358,6 +367,7 @@ def design(
     crs = derived_crs(start, finished.steps, title, _area_of_use(area, extent, stage), geodetic=datum)
     on_progress("measure")
     made = measure_map(crs.projection, area, objective)
+    limit = least_error(area, kind, ellipsoid, _LIMIT_DEGREE) if objective.figure.name in LIMITED else None
     rivals = tuple(_rivals(area, wanted, objective, start if base is None else None, against, made, on_progress))
     return Design(
         region=area,
@@ -373,10 +383,10 @@ def design(
         value=made.value,
         error=made.error,
         airy_kavrayskiy=made.airy_kavrayskiy,
-        limit=_limit(area, wanted, objective, ellipsoid),
+        limit=limit,
         smallest=made.smallest,
         largest=made.largest,
-        overlaps=_overlaps(crs.projection, area),
+        overlaps=overlaps(crs.projection, area),
         surroundings=_around(extent, stage, ellipsoid),
         inverse_error=_inverse_error(crs, base_nodes),
         degrees=tuple(Degree(degree=one.degree, value=one.value, share=one.share) for one in tried),
@@ -425,19 +435,6 @@ def _tried(
     except ValueError as error:
         asked = "auto" if degree is None else degree
         raise ValueError(f"Invalid degree '{asked}' for region '{region.name}'. {error}") from error
-
-
-def _limit(region: Place, kind: Kind, objective: DesignObjective, ellipsoid: Ellipsoid) -> float | None:
-    """Least figure of any map of the kind, None if unknown."""
-    if objective.figure.name not in LIMITED:
-        return None
-    return least_error(region, kind.purpose, ellipsoid, _LIMIT_DEGREE)
-
-
-def _overlaps(projection: Projection, region: Place) -> bool | None:
-    from projdist.designs.sites import overlaps  # shapely is slow to load
-
-    return overlaps(projection, region)
 
 
 def _beside(extent: Extent, nodes: Nodes) -> Nodes | None:
@@ -521,7 +518,7 @@ def _rivals(
             if not region.area_km2 or region.figure.is_of_another_body:
                 continue
             on_progress("recommend")
-            best = recommend(region, purpose=kind.purpose, criterion=objective.figure, limit=1).results
+            best = recommend(region, purpose=kind.name, criterion=objective.figure, limit=1).results
             if not best:
                 continue
             code = best[0].code

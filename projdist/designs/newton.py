@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,11 +20,10 @@ _HALVINGS = 40
 _SUFFICIENT = 1e-4  # of what the slope promises (Armijo)
 
 
-@dataclass(frozen=True)
-class EnergyMinimum:
-    """Coefficients (2, m), the mean energy, and the number of Newton steps."""
+class EnergyMinimum(NamedTuple):
+    """The place of a minimum, coefficients (2, m) or unknowns (m,), the mean energy, and the number of Newton steps."""
 
-    coefficients: FloatArray
+    place: FloatArray
     energy: float
     steps: int
 
@@ -40,19 +40,27 @@ def minimise_energy(energy: Energy, gradients: FloatArray, weights: FloatArray, 
         slope = np.einsum("n,nrb,nkb->rk", w, expansion.gradient, gradients, optimize=True).ravel()
         change = _newton_step(slope, *_bends(expansion, gradients, w)).reshape(C.shape)
         gain = -float(np.sum(slope.reshape(C.shape) * change))
-        share = 1.0
-        for _ in range(_HALVINGS):
-            trial = C + share * change
-            found = _mean(energy, trial, gradients, w)
-            if found <= value - _SUFFICIENT * share * gain:
-                break
-            share *= 0.5
-        else:  # rounding is all that is left
+        reached = _line_search(lambda trial: _mean(energy, trial, gradients, w), C, value, change, gain)
+        if reached is None:
             return EnergyMinimum(C, value, step)
-        C, value = trial, found
+        C, value = reached
         if gain <= max(_DONE * value, _NOTHING):
             return EnergyMinimum(C, value, step + 1)
     return EnergyMinimum(C, value, _STEPS)
+
+
+def _line_search(
+    mean: Callable[[FloatArray], float], place: FloatArray, value: float, change: FloatArray, gain: float
+) -> tuple[FloatArray, float] | None:
+    """The place after a step, halved until the mean falls enough, and its mean; None if only rounding is left."""
+    share = 1.0
+    for _ in range(_HALVINGS):
+        trial = place + share * change
+        found = mean(trial)
+        if found <= value - _SUFFICIENT * share * gain:
+            return trial, found
+        share *= 0.5
+    return None
 
 
 def _jacobians(C: FloatArray, gradients: FloatArray) -> FloatArray:
@@ -94,14 +102,6 @@ def _newton_step(slope: FloatArray, bends: FloatArray, axes: FloatArray) -> Floa
 _ELEMENT_STEPS = 200
 _ELEMENTS_DONE = 1e-13  # relative gain of the last step
 _RIDGE = 1e-12  # added to the diagonal of a Hessian that may be singular without its negative curvatures
-
-
-class Solution(NamedTuple):
-    """The unknowns (m,), the mean energy, and the number of Newton steps."""
-
-    unknowns: FloatArray
-    energy: float
-    steps: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ class Elements:
         return width, kept, (width + row - column) * self.count + column
 
 
-def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> Solution:
+def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> EnergyMinimum:
     """The unknowns that minimise the mean energy; raises ValueError for a start that folds.
 
     If the Hessian is not positive definite, negative curvatures are left out, node by node.
@@ -176,18 +176,12 @@ def minimise_elements(energy: Energy, elements: Elements, start: FloatArray) -> 
         change = _element_step(elements, found, slope)
         gain = -float(slope @ change)
         if gain <= _ELEMENTS_DONE * value:
-            return Solution(unknowns, value, step)
-        share = 1.0
-        for _ in range(_HALVINGS):
-            trial = unknowns + share * change
-            reached = elements.mean(energy, trial)
-            if reached <= value - _SUFFICIENT * share * gain:
-                break
-            share *= 0.5
-        else:  # rounding is all that is left
-            return Solution(unknowns, value, step)
-        unknowns, value = trial, reached
-    return Solution(unknowns, value, _ELEMENT_STEPS)
+            return EnergyMinimum(unknowns, value, step)
+        reached = _line_search(lambda trial: elements.mean(energy, trial), unknowns, value, change, gain)
+        if reached is None:
+            return EnergyMinimum(unknowns, value, step)
+        unknowns, value = reached
+    return EnergyMinimum(unknowns, value, _ELEMENT_STEPS)
 
 
 def _element_step(elements: Elements, found: Expansion, slope: FloatArray) -> FloatArray:

@@ -45,7 +45,6 @@ class Kind:
     """
 
     name: str
-    purpose: str
     families: tuple[str, ...]
     degrees: tuple[int, ...]
     fit: Fit
@@ -53,24 +52,29 @@ class Kind:
     idle: int = 3  # for two islands the fifth degree may be the first to gain, and a lot
 
 
-def _general(nodes: BaseNodes, degree: int, share: float, objective: DesignObjective) -> PlaneMap:
-    return general_map(nodes, objective.energy, degree, share)
-
-
-def _conformal(nodes: BaseNodes, degree: int, share: float, objective: DesignObjective) -> PlaneMap:
-    return conformal_map(nodes, degree, objective.norm, share)
-
-
-def _equal_area(nodes: BaseNodes, degree: int, share: float, objective: DesignObjective) -> PlaneMap:
-    return equal_area_map(nodes, degree, share)
-
-
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind("any", "any", ("aeqd", "eqdc", "laea", "aea", "lcc", "stere", "omerc"), tuple(range(2, 11)), _general),
-        Kind("conformal", "conformal", ("lcc", "tmerc", "omerc", "stere"), tuple(range(1, 13)), _conformal, idle=12),
-        Kind("equal-area", "equal-area", ("laea", "aea", "cea"), tuple(range(1, 9)), _equal_area, free_scale=False),
+        Kind(
+            "any",
+            ("aeqd", "eqdc", "laea", "aea", "lcc", "stere", "omerc"),
+            tuple(range(2, 11)),
+            lambda nodes, degree, share, objective: general_map(nodes, objective.energy, degree, share),
+        ),
+        Kind(
+            "conformal",
+            ("lcc", "tmerc", "omerc", "stere"),
+            tuple(range(1, 13)),
+            lambda nodes, degree, share, objective: conformal_map(nodes, degree, objective.norm, share),
+            idle=12,
+        ),
+        Kind(
+            "equal-area",
+            ("laea", "aea", "cea"),
+            tuple(range(1, 9)),
+            lambda nodes, degree, share, objective: equal_area_map(nodes, degree, share),
+            free_scale=False,
+        ),
     )
 }
 

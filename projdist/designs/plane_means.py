@@ -226,7 +226,7 @@ def polynomial_mean(x: FloatArray, y: FloatArray, targets: Targets, degree: int)
     basis = PlanePolynomials.over(u, v, w, degree)
     plain = (targets.best_linear() @ np.stack([u, v]) * w) @ basis.values[:, 1:]
     best = targets.nearest(basis.gradients[:, 1:] / size, size * plain)
-    found = PolynomialMap(origin, size, basis.powers(np.hstack([np.zeros((2, 1)), best.coefficients])))
+    found = PolynomialMap(origin, size, basis.powers(np.hstack([np.zeros((2, 1)), best.place])))
     turned = (found.at(x, y)[2] @ targets.inverses).reshape(-1, 2, 2)
     turn = common_turn(turned, np.outer(targets.counts, w).ravel())
     return found.moved(turn.conjugate(), 0j)

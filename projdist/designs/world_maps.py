@@ -16,7 +16,7 @@ import numpy as np
 
 from projdist._typing import FloatArray, IntArray
 from projdist.answers import summarize
-from projdist.designs.newton import Elements, Solution, minimise_elements
+from projdist.designs.newton import Elements, EnergyMinimum, minimise_elements
 from projdist.designs.spline_sheets import Cut, CutLike, SplineMap, SplineSheet
 from projdist.designs.world_spec import WorldSpec, get_world_spec
 from projdist.earth import SPHERE
@@ -335,11 +335,11 @@ def _refined(
         sheet = spec.sheet(cells)
         elements = sheet.elements(spec.weights(sheet, spec.elsewhere))
         solution = minimise_elements(spec.energy, elements, _start(sheet, spec.energy, elements, best))
-        best = sheet.map(solution.unknowns)
+        best = sheet.map(solution.place)
         found.append(_refinement(cells, elements, solution))
     assert best is not None
     inside = sheet.elements(spec.weights(sheet, 0.0)).weights.ravel()
-    log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(solution.unknowns))))
+    log_area = float(inside @ np.log(np.linalg.det(elements.jacobians(solution.place))))
     return _placed(best, SPHERE.a * np.exp(-0.5 * log_area)), tuple(found)
 
 
@@ -368,12 +368,12 @@ def _hammer(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     return 2.0 * scale * np.cos(v) * np.sin(0.5 * u), scale * np.sin(v)
 
 
-def _refinement(cells: int, elements: Elements, solution: Solution) -> Refinement:
+def _refinement(cells: int, elements: Elements, solution: EnergyMinimum) -> Refinement:
     return Refinement(
         cells=cells,
         unknowns=elements.count,
         energy=float(np.sqrt(solution.energy)),
-        airy_kavrayskiy=float(np.sqrt(elements.mean(Energy(), solution.unknowns))),
+        airy_kavrayskiy=float(np.sqrt(elements.mean(Energy(), solution.place))),
         steps=solution.steps,
     )
 

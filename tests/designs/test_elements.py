@@ -21,7 +21,7 @@ def test_known_energies(n: int) -> None:
     """To the last decimal."""
     elements, start = elements_and_start(n)
     found = minimise_elements(EXPONENTIATED, elements, start)
-    airy_kavrayskiy = np.sqrt(elements.mean(Energy(), found.unknowns))
+    airy_kavrayskiy = np.sqrt(elements.mean(Energy(), found.place))
     assert (np.sqrt(found.energy), airy_kavrayskiy) == pytest.approx(PUBLISHED[n], abs=PRINTED)
 
 

@@ -17,7 +17,7 @@ def test_the_best_linear_map_is_the_mdt(spread: float) -> None:
     found = minimise_energy(Energy(), A, w, np.eye(2))
     best = mdt(A, w)
     assert found.energy == pytest.approx(best.cost, rel=1e-12)
-    T = np.linalg.inv(found.coefficients)
+    T = np.linalg.inv(found.place)
     np.testing.assert_allclose(T @ T.T, best.T @ best.T.T, rtol=1e-7)
     assert found.steps <= 8
 
@@ -26,8 +26,8 @@ def test_quadratic_convergence_where_curvatures_are_negative() -> None:
     """From a thousandth away to rounding in three steps, where the energy is far from convex at points."""
     A = np.eye(2) + rng.uniform(-0.5, 0.5, size=(200, 2, 2))
     best = minimise_energy(Energy(), A, np.ones(200), np.eye(2))
-    assert (Energy().expansion(best.coefficients @ A).curvatures < 0.0).any()
-    again = minimise_energy(Energy(), A, np.ones(200), best.coefficients + 0.001 * rng.normal(size=(2, 2)))
+    assert (Energy().expansion(best.place @ A).curvatures < 0.0).any()
+    again = minimise_energy(Energy(), A, np.ones(200), best.place + 0.001 * rng.normal(size=(2, 2)))
     assert again.steps <= 3
     assert again.energy == pytest.approx(best.energy, rel=1e-12)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from projdist._typing import BoolArray, FloatArray
+from projdist._typing import FloatArray
 from projdist.decisions.recommendation.candidate_crs import Candidate, key_of, named
 from projdist.decisions.recommendation.search import recommend
 from projdist.earth import WGS84
@@ -147,27 +147,19 @@ def _is_foreign(area_name: str, lon: FloatArray, lat: FloatArray) -> bool:
 
     More countries share a zone, and the registry's list need not be complete.
     """
+    from projdist.earth import natural_earth  # shapely is slow to load
+
     names = named([area_name], at_sea=True)
-    if len(names) > _FEW:
+    if not 0 < len(names) <= _FEW:
         return False
     within = np.zeros(len(lon), dtype=bool)
     for name in names:
-        within |= _on_land_of(name, lon, lat)
-    return bool(names and within.mean() < _LEAST and _on_land(lon, lat).mean() > _LAND)
-
-
-def _on_land_of(name: str, lon: FloatArray, lat: FloatArray) -> BoolArray:
-    """True for points in a country, to the accuracy of its outlines."""
-    from projdist.earth import natural_earth  # shapely is slow to load
-
-    outline = natural_earth.country(key_of(name))
-    return np.zeros(len(lon), dtype=bool) if outline is None else natural_earth.near(outline, lon, lat, _NEAR)
-
-
-def _on_land(lon: FloatArray, lat: FloatArray) -> BoolArray:
-    from projdist.earth import natural_earth  # shapely is slow to load
-
-    return natural_earth.near(natural_earth.land("50m"), lon, lat, _NEAR)
+        outline = natural_earth.country(key_of(name))
+        if outline is not None:
+            within |= natural_earth.near(outline, lon, lat, _NEAR)
+    if within.mean() >= _LEAST:
+        return False
+    return bool(natural_earth.near(natural_earth.land("50m"), lon, lat, _NEAR).mean() > _LAND)
 
 
 # ---- frames --------------------------------------------------------------------------------------
