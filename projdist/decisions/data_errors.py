@@ -112,7 +112,7 @@ class Check(Answer):
 
     def worst(self, count: int) -> list[int]:
         """The numbers of the features with the largest error of area or length, the worst first."""
-        errors = self._errors()
+        errors = np.fmax(np.abs(self.features["area_error"]), np.abs(self.features["length_error"]))
         order = np.argsort(-np.nan_to_num(errors, nan=-1.0), kind="stable")
         return [int(number) for number in order[:count] if errors[number] == errors[number]]
 
@@ -138,9 +138,6 @@ class Check(Answer):
             or (limit is not None and any(abs(size) > limit for size in sizes))
             or (bearing is not None and turn > bearing)
         )
-
-    def _errors(self) -> FloatArray:
-        return np.fmax(np.abs(self.features["area_error"]), np.abs(self.features["length_error"]))
 
 
 def check(

@@ -164,7 +164,7 @@ def cylinder_of(family: str, parameters: Mapping[str, float]) -> str:
 
 
 def _azimuthal(name: str, e: Extent) -> Family:
-    limits = _centre_limits(e, "lon_0")
+    limits = _centre_limits(e)
     middle = {"lat_0": e.lat, "lon_0": e.lon}
     free: tuple[str, ...] = ("lat_0", "lon_0")
     text, rule = f"+proj={name}", "centred on the region"
@@ -189,7 +189,7 @@ def _azimuthal(name: str, e: Extent) -> Family:
     )
 
 
-def _centre_limits(e: Extent, longitude: str) -> dict[str, Limits]:
+def _centre_limits(e: Extent) -> dict[str, Limits]:
     """Limits of a centre in the region or beside it: for an arc of land it lies where the arc bends around."""
     side = _BESIDE * e.radius
     across = side / max(np.cos(np.radians(e.lat)), 0.1)
@@ -197,7 +197,7 @@ def _centre_limits(e: Extent, longitude: str) -> dict[str, Limits]:
     if east - west > 360.0:
         west, east = e.lon - 180.0, e.lon + 180.0
     south, north = min(e.south, e.lat - side), max(e.north, e.lat + side)
-    return {"lat_0": (max(south, -90.0 - _OVER), min(north, 90.0 + _OVER)), longitude: (west, east)}
+    return {"lat_0": (max(south, -90.0 - _OVER), min(north, 90.0 + _OVER)), "lon_0": (west, east)}
 
 
 def _cylinder(name: str, e: Extent) -> Family:

@@ -555,7 +555,7 @@ def _notes(stage: Stage, made: MapFigures) -> Iterator[str]:
     if stage.objective.exponent:
         yield (
             "Scales leave the range in which the Airy-Kavrayskiy energy is elliptic, so that a finer map could tear: "
-            "its exponentiated twin was made small."
+            "its exponentiated twin was minimised."
         )
     if made.coverage < _CUT:
         yield f"The map shows {100.0 * made.coverage:.6g} % of the region."

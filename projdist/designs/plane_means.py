@@ -161,8 +161,8 @@ def mean_plane_map(
     Raises
     ------
     ValueError
-        For other shapes, Jacobians that are not finite or turn over, and points that do not tell polynomials of the
-        degree apart.
+        For other shapes, Jacobians that are not finite or mirrored, and points that do not determine polynomials of
+        the degree.
 
     References
     ----------

@@ -23,7 +23,7 @@ LEVEL = FIGURES["airy_kavrayskiy"]
 """The figure that orders maps for which the criterion vanishes."""
 
 Key = tuple[float, float]
-"""What maps are ordered by: the figure, 0 if it is no more than rounding, then the Airy-Kavrayskiy error."""
+"""The order of maps: by the figure, 0 if it is no more than rounding, then by the Airy-Kavrayskiy error."""
 
 _LEAST_COVERED = 0.99  # of the region: less is no map of it
 _UNMEASURED = Distortion(**dict.fromkeys((one.name for one in fields(Distortion)), float("nan")))

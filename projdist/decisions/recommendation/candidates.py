@@ -56,7 +56,8 @@ def probe_of(region: Region) -> WeightedPoints:
 class Lattice(WeightedPoints):
     """Some thousand points of a region with weights by area whose sum is 1, to find its share in areas of use.
 
-    In a box they lie on some dozens of meridians and parallels, each with the numbers of the points' own.
+    `meridians` and `parallels` are their different longitudes and latitudes, a few dozen in a box, and the number of
+    each point's.
     """
 
     bounds: Area

@@ -34,10 +34,10 @@ def suits(kept: tuple[str, ...], purpose: str) -> bool:
 
 
 _VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")
-"""How EPSG's names of CRSs end that differ from others only by their axes, or by a zone number in the easting."""
+"""The end of EPSG's names of CRSs that differ from others only by their axes, or by a zone number in the easting."""
 
 _REALISATION = re.compile(r"\s*[(/\[]|\s+v\d")
-"""Where the name of a datum ends and that of its realisation begins."""
+"""The beginning of a realisation's name after that of its datum."""
 
 _CLOSE = 0.01  # of the trials' figures: a sphere and an ellipsoid differ by half of that on a map of the world
 _ALIKE = 1e-7  # of J: the same map by another method or with other parameters
@@ -146,7 +146,7 @@ what the ground's height does to distances within 200 m.
 """
 
 WIDE_FACTOR = 2.0
-"""How many times better a map of the world or a continent must be than a country's own, or a zone's."""
+"""The factor by which a map of the world or a continent must be better than a national one, or a zone."""
 
 
 def weight_of(one: Candidate, least_share: float) -> float:

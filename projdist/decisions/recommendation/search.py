@@ -41,7 +41,7 @@ from projdist.support import (
 )
 
 AREAS = ("preferred", "contains", "intersects")
-"""How a CRS's area of use counts: the more of the region it holds the better, it must hold it, or it need not."""
+"""Rules for areas of use: the more of the region they hold the better, they must hold it, or they do not count."""
 
 _HEAVY = 24  # trials that take as long as a custom projection, at least
 
@@ -205,7 +205,7 @@ def recommend(
     uninterrupted : bool
         Whether to leave out maps that are cut within the region (around the Earth: by more than a meridian).
     custom : bool
-        Whether to find the best custom projections, too, by the same criterion.
+        Whether to find also the best custom projections for the same purpose and by the same criterion.
     executor : concurrent.futures.Executor, optional
         What the work runs on; else on processes of its own where they can be forked.
     progress : callable, optional

@@ -35,7 +35,7 @@ _CYLINDRICAL, _SCALE_FACTOR = (9807, 9808), 8805  # EPSG's codes of Transverse M
 _PPM = FIGURES["max_scale_error_ppm"]
 _LEVEL = 1e-4  # the Airy-Kavrayskiy error of a zone, about
 
-# What differs in the names of zones of one system: numbers, also Roman, with degrees and hemispheres.
+# The part in which names of zones of one system differ: numbers, also Roman, with degrees and hemispheres.
 _NUMBER = re.compile(r"\d+(?:[.'/-]\d+)*\s*[NSEW]?\b|\b[IVX]+\b|\d+")
 
 
