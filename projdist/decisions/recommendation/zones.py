@@ -103,24 +103,17 @@ class _System:
 
 
 def find_zones(
-    region: Region,
-    lattice: Lattice,
-    records: Sequence[CrsRecord],
-    facts: Mapping[str, Facts],
-    ranking: Figure,
-    above_ppm: float,
-    executor: Executor | None,
-    *,
-    national: bool,
-    modern: bool,
+    shortlist: Shortlist, records: Sequence[CrsRecord], above_ppm: float, *, national: bool
 ) -> tuple[ZoneSystem, ...]:
-    """Systems of conformal zones that cover a region with scale errors below `above_ppm`.
+    """Systems of conformal zones that cover the region with scale errors below `above_ppm`.
 
     A system has no CRS for the whole region. Systems on an older datum than others are left out; so are those on a
-    datum from before satellites, unless there are no others, with `modern` even then. Those for general use come first,
-    of these those with the fewest zones.
+    datum from before satellites, unless there are no others; in a state of the USA even then. Those for general use
+    come first, of these those with the fewest zones.
     """
-    systems = _systems(records, facts, lattice)
+    pool, executor = shortlist.pool, shortlist.executor
+    lattice, modern = pool.lattice, bool(pool.part.state)
+    systems = _systems(records, pool.facts, lattice)
     trials = {
         record.code: functools.partial(try_crs, record, _probe(lattice, held), _PPM)
         for system in systems
@@ -129,7 +122,7 @@ def find_zones(
     }
     found = dict(zip(trials, run_all(executor, operator.call, list(trials.values())), strict=True))
     kept = _in_force([system for system in systems if _serves(system, found, above_ppm)], found, modern)
-    made = (_measured(region, lattice, system, ranking, executor, national) for system in kept[:_SHOWN])
+    made = (_measured(pool.region, lattice, system, shortlist.ranking, executor, national) for system in kept[:_SHOWN])
     return tuple(system for system in made if system is not None and system.max_scale_error_ppm < above_ppm)
 
 
@@ -253,26 +246,23 @@ def _measured(
     region: Region, lattice: Lattice, system: _System, ranking: Figure, executor: Executor | None, national: bool
 ) -> ZoneSystem | None:
     """A system with the figures of its zones that meet the region, each over its part of it."""
-    found = {record.code: _part(region, record.area_of_use) for record in system.records}
-    parts = {code: part for code, part in found.items() if part is not None}
-    meeting = [record for record in system.records if record.code in parts]
-    probes = {
-        record.code: _probe(lattice, held) if held.any() else probe_of(parts[record.code])
+    meeting = [
+        (record, part, _probe(lattice, held) if held.any() else probe_of(part))
         for record, held in zip(system.records, system.held, strict=True)
-        if record.code in parts
-    }
+        if (part := _part(region, record.area_of_use)) is not None
+    ]
     tasks = [
         Full(
             code=record.code,
             name=record.name,
-            region=parts[record.code],
-            probe=probes[record.code],
+            region=part,
+            probe=probe,
             keeps=("conformal",),
             level=_LEVEL,
             ranking=figure,
         )
         for figure in dict.fromkeys((ranking, _PPM))
-        for record in meeting
+        for record, part, probe in meeting
     ]
     settled = run_all(executor, settle, tasks)
     figures = [one for one in settled if not isinstance(one, Rejected)]
@@ -280,8 +270,8 @@ def _measured(
         return None
     values, worst = figures[: len(meeting)], figures[-len(meeting) :]
     zones = tuple(
-        Zone(record.code, record.name, parts[record.code].area_km2 / region.area_km2, value, ppm)
-        for record, value, ppm in zip(meeting, values, worst, strict=True)
+        Zone(record.code, record.name, part.area_km2 / region.area_km2, value, ppm)
+        for (record, part, _), value, ppm in zip(meeting, values, worst, strict=True)
     )
     return ZoneSystem(
         name=f"{zones[0].name} to {zones[-1].name.partition(' / ')[2] or zones[-1].name}",
@@ -333,29 +323,16 @@ def remark_on_own(maps: Sequence[Candidate], best: Sequence[Candidate], shortlis
 def zones_of(maps: Sequence[Candidate], shortlist: Shortlist, purpose: str) -> tuple[ZoneSystem, ...]:
     """Systems of zones, national or else UTM's, where no conformal map serves for engineering.
 
-    Those of a state or a part far away come before those of all of the country; no state works on a datum from before
-    satellites.
+    Those of a state or a part far away come before those of all of the country.
     """
-    pool = shortlist.pool
     least = min(
         (_PPM(one.trial.jacobian, shortlist.probe.weight) for one in maps if "conformal" in one.keeps and not one.wide),
         default=np.inf if suits(("conformal",), purpose) else 0.0,
     )
     if least <= ENGINEERING_PPM:
         return ()
-    for records, national in _zone_records(pool):
-        found = find_zones(
-            pool.region,
-            pool.lattice,
-            records,
-            pool.facts,
-            shortlist.ranking,
-            least,
-            shortlist.executor,
-            national=national,
-            modern=bool(pool.part.state),
-        )
-        if found:
+    for records, national in _zone_records(shortlist.pool):
+        if found := find_zones(shortlist, records, least, national=national):
             return found
     return ()
 
