@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from projdist._typing import AnyArray, FloatArray
 from projdist.field import Quality, derivatives, measure_at, named_measures, tell_of_contradiction
 from projdist.matrices import FACTORS, Measure, factors_of
-from projdist.projections import Frame, Projection, ProjectionLike, add_columns, is_frame, places
+from projdist.projections import FrameLike, Projection, ProjectionLike, add_columns, is_frame, places
 from projdist.regions import Box
 from projdist.support import Answer, check_degrees, plain, tell
 
@@ -64,7 +64,7 @@ class Factors(Answer):
         return {name: np.ravel(values) for name, values in (columns | self.extra).items()}
 
 
-_AnyFrame = TypeVar("_AnyFrame", bound=Frame)
+_AnyFrame = TypeVar("_AnyFrame", bound=FrameLike)
 
 
 @overload

@@ -19,11 +19,11 @@ from projdist.decisions.recommendation.crs_for_data import crs_for_data
 from projdist.decisions.recommendation.preference import get_purpose
 from projdist.earth import MEAN_EARTH_RADIUS
 from projdist.projections import (
+    DataCrs,
     Projection,
     ProjectionLike,
-    Source,
+    data_crs_of,
     is_geographic,
-    source_of,
     tell_of_frame_in_degrees,
 )
 from projdist.regions import Box, bounding_box
@@ -207,7 +207,7 @@ def check(
     if purpose is not None:
         get_purpose(purpose)
     projection = Projection.from_user_input(data.crs if crs is None else crs)
-    source = source_of(projection, data.crs, "the data")
+    source = data_crs_of(projection, data.crs, "the data")
     drawn = outlines(data.geometry.to_numpy(), has_degrees=source.has_degrees)
     if not len(drawn.edges):
         kinds = ", ".join(sorted({note for note in drawn.notes if note})) or "no features"
@@ -223,7 +223,7 @@ def check(
     result = replace(result, notes=(*result.notes, *notes))
     if best is None:
         return result
-    return replace(result, recommended=_measured(best, source_of(best, data.crs, "the data"), drawn, labels))
+    return replace(result, recommended=_measured(best, data_crs_of(best, data.crs, "the data"), drawn, labels))
 
 
 def _names(data: Any, column: str | None) -> tuple[AnyArray, tuple[str, ...]]:
@@ -256,7 +256,7 @@ def _only_texts(data: Any, columns: Sequence[str]) -> str | None:
 
 def _recommended(
     projection: Projection,
-    source: Source,
+    source: DataCrs,
     crs: Any,
     edges: FloatArray,
     region: Box | None,
@@ -276,7 +276,7 @@ def _recommended(
     return Projection.from_user_input(found.code), tuple(f"{found.code}: {note}" for note in found.notes)
 
 
-def _extent(source: Source, edges: FloatArray) -> Box | None:
+def _extent(source: DataCrs, edges: FloatArray) -> Box | None:
     """The narrowest box about the ends of edges; None if they have no place."""
     (lon0, lat0), (lon1, lat1) = (source.degrees(edges[:, k], edges[:, k + 1]) for k in (0, 2))
     east = (lon1 - lon0 + 180.0) % 360.0 - 180.0
@@ -291,7 +291,7 @@ def _extent(source: Source, edges: FloatArray) -> Box | None:
 # ---- measurement ----------------------------------------------------------------------------
 
 
-def _measured(projection: Projection, source: Source, drawn: Any, labels: dict[str, AnyArray]) -> Check:
+def _measured(projection: Projection, source: DataCrs, drawn: Any, labels: dict[str, AnyArray]) -> Check:
     """The errors of outlines in a map."""
     found = measure_chains(projection, source.degrees_on_map, drawn.edges, drawn.chain)
     count = len(drawn.notes)

@@ -21,12 +21,12 @@ from projdist.field import AiryKavrayskiy, Extreme, nodes_of, sample
 from projdist.matrices import fisher, log_anisotropy, log_areal_scale, principal_scales
 from projdist.numerics import Estimate, quantile
 from projdist.projections import (
-    Particulars,
+    CrsMetadata,
     Projection,
     ProjectionLike,
     codes_of_same_map,
-    nature_of,
-    particulars_of,
+    declared_property_of,
+    metadata_of,
 )
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import Answer, plain
@@ -148,7 +148,7 @@ class MapInfo(Answer):
 
     projection: Projection
     given: str
-    particulars: Particulars
+    particulars: CrsMetadata
     keeps: tuple[str, ...]
     departures: dict[str, float]
     promises: str
@@ -282,14 +282,15 @@ def info(projection: ProjectionLike, region: RegionLike | None = None, *, tolera
     place = region_for(region, [measured])
     field = sample(measured, place, measures=INFO_MEASURES, tolerance=tolerance)
     extremes = field.extremes(INFO_MEASURES)
-    stated, nature, properties = particulars_of(measured), nature_of(measured), properties_where_it_is_for(measured)
+    stated, declared = metadata_of(measured), declared_property_of(measured)
+    properties = properties_where_it_is_for(measured)
     return MapInfo(
         projection=measured,
         given=given or measured.label,
         particulars=stated,
         keeps=properties.keeps,
         departures=properties.departures,
-        promises=nature.keeps if nature else "",
+        promises=declared.keeps if declared else "",
         same_map=codes_of_same_map(stated.code) if stated.code else {},
         region=place,
         coverage=field.coverage,

@@ -152,7 +152,7 @@ def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
 # ---- breaks --------------------------------------------------------------------------------------
 
 
-class Breaks(NamedTuple):
+class Discontinuities(NamedTuple):
     """Parallels, and meridians of the northern and of the southern hemisphere, in degrees."""
 
     parallels: tuple[float, ...]
@@ -160,7 +160,7 @@ class Breaks(NamedTuple):
     southern: tuple[float, ...]
 
 
-SMOOTH = Breaks((), (), ())
+SMOOTH = Discontinuities((), (), ())
 """Of a map of which nothing is known."""
 
 

@@ -249,7 +249,7 @@ Bounds = tuple[float, float, float, float]
 _MARGIN = 0.5  # degrees: arcs end short of the antimeridian by less
 
 
-class Border(NamedTuple):
+class CountryBorder(NamedTuple):
     """A piece of land border."""
 
     countries: frozenset[str]
@@ -390,7 +390,7 @@ def _arcs(what: str, resolution: str) -> list[FloatArray]:
 
 
 @functools.cache
-def borders(resolution: str = "50m") -> tuple[Border, ...]:
+def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
     """Land borders: the arcs that two countries share; those that only one uses are coast.
 
     Longitudes run on across the antimeridian, as those of `coastlines`.
@@ -401,7 +401,7 @@ def borders(resolution: str = "50m") -> tuple[Border, ...]:
         for index in arcs_used(geometry):
             users.setdefault(index, set()).add(_key(geometry))
     return tuple(
-        Border(frozenset(keys), part)
+        CountryBorder(frozenset(keys), part)
         for index, keys in sorted(users.items())
         if len(keys) > 1
         for part in _without_cuts(arcs[index])

@@ -15,7 +15,7 @@ from projdist.field.panels import tails
 from projdist.field.stencils import hessian
 from projdist.matrices import areal_scale, factor_distance, field_mdt, field_median, fisher, log_areal_scale, log_scales
 from projdist.numerics import Estimate, interpolate, mean, median
-from projdist.projections import Projection, ProjectionError, own_pole_of
+from projdist.projections import Projection, ProjectionError, native_pole_of
 from projdist.regions import Box, Place, PointSet, Region, TurnedGlobe
 from projdist.support import check_number
 
@@ -208,7 +208,7 @@ def charted_for(projection: Projection, region: Region) -> Region:
 
     Not for second derivatives, as east and north turn without bound about the Earth's poles, which its panels hold.
     """
-    pole = own_pole_of(projection) if isinstance(region, Box) and region.is_globe else None
+    pole = native_pole_of(projection) if isinstance(region, Box) and region.is_globe else None
     return TurnedGlobe(*pole) if pole else region
 
 

@@ -37,7 +37,7 @@ from projdist.matrices import (
     orientation,
 )
 from projdist.numerics import Estimate, get_criterion
-from projdist.projections import Nature, Projection, ProjectionLike, nature_of
+from projdist.projections import DeclaredProperty, Projection, ProjectionLike, declared_property_of
 from projdist.regions import Place, PointSet, RegionLike, region_for
 from projdist.support import check_numbers, tell
 
@@ -53,7 +53,7 @@ def tell_of_contradiction(
 
     Of those with weights (...) the heaviest count: nodes crowd where a map is singular, and PROJ's rounding is large.
     """
-    nature = nature_of(projection)
+    nature = declared_property_of(projection)
     if nature is None:
         return
     J = J.reshape(-1, 2, 2)
@@ -71,7 +71,7 @@ def tell_of_contradiction(
         )
 
 
-def _told(nature: Nature, off: float) -> str:
+def _told(nature: DeclaredProperty, off: float) -> str:
     if nature.keeps == "conformal":  # tan^2 of (90 degrees + omega) / 4 is the ratio of the scales
         return f"angles are off by {_figure(np.degrees(2.0 * np.arcsin(np.tanh(off / 2.0))))} degrees"
     return f"areas differ by {_figure(100.0 * np.expm1(off))} %"
@@ -82,7 +82,7 @@ def _figure(value: float) -> str:
     return f"{value:.2g}" if value < 99.5 else f"{value:,.0f}"
 
 
-def departure(nature: Nature, J: FloatArray) -> float:
+def departure(nature: DeclaredProperty, J: FloatArray) -> float:
     """How far most Jacobians (n, 2, 2) are from what a method keeps, as a logarithm of scales."""
     return _DEPARTURES[nature.keeps](J)
 

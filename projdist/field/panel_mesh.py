@@ -24,7 +24,7 @@ from projdist.field.panels import (
 )
 from projdist.matrices import log_scales
 from projdist.numerics import NODES, PLANE_WEIGHTS
-from projdist.projections import Projection, breaks_of
+from projdist.projections import Projection, discontinuities_of
 from projdist.regions import Clips, Region
 
 Integrand = Callable[[FloatArray], FloatArray]
@@ -115,7 +115,7 @@ class Mesh:
         self.limited = False  # whether the map is known to end within the region
         self.peaks = np.zeros(2 + len(self.integrands) + len(self.second_order))  # the largest of each integrand seen
         self.pieces: list[Pieces] = []
-        first = self.plan.first(breaks_of(projection))
+        first = self.plan.first(discontinuities_of(projection))
         self.evaluations = first.lon.size
         xy, sides = first.parts(np.stack(projection(first.lon, first.lat)))
         patch, rectangles = first.layout.patch, first.clips.rectangles

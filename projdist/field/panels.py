@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import Breaks, Ellipsoid
+from projdist.earth import Discontinuities, Ellipsoid
 from projdist.numerics import DIFFERENTIATE, LEGENDRE, NODES, ORDER
 from projdist.projections import Projection
 from projdist.regions import Clips, Region
@@ -302,9 +302,9 @@ class Plan:
     def __init__(self, region: Region, ellipsoid: Ellipsoid) -> None:
         self.region, self.ellipsoid = region, ellipsoid
         self._kept: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = {}
-        self._first: dict[Breaks, First] = {}
+        self._first: dict[Discontinuities, First] = {}
 
-    def first(self, breaks: Breaks) -> First:
+    def first(self, breaks: Discontinuities) -> First:
         """The region's own panels for maps with such breaks."""
         if breaks not in self._first:
             if len(self._first) == _WAYS:
@@ -312,7 +312,7 @@ class Plan:
             self._first[breaks] = self._started(breaks)
         return self._first[breaks]
 
-    def _started(self, breaks: Breaks) -> First:
+    def _started(self, breaks: Discontinuities) -> First:
         patch, rectangles = self.region.panels(breaks)
         clips = self.region.clip(patch, rectangles)
         layout = self._laid(patch[clips.kept], clips)

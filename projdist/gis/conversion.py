@@ -20,7 +20,7 @@ from projdist.projections import (
     CRS,
     Projection,
     crs_of,
-    plane_of,
+    projected_crs_of,
     same_map,
     tell_of_degrees,
     tell_of_frame_in_degrees,
@@ -383,7 +383,7 @@ def _flavour(target: CRS) -> str | None:
     if not target.is_projected or target.to_authority(auth_name="EPSG") is not None:
         return FLAVOURS[0]
     projection = Projection.from_user_input(target)
-    plane = plane_of(projection)
+    plane = projected_crs_of(projection)
     return None if plane is None else flavour_of(projection, plane)
 
 

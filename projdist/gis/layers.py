@@ -16,7 +16,7 @@ from projdist._typing import FloatArray
 from projdist.answers import factors
 from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, isolines
 from projdist.matrices import decompose
-from projdist.projections import Plane, Projection, ProjectionLike, plane_of
+from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.regions import RegionLike, geojson_of, get_region
 from projdist.support import check_choice, check_instance, one_line, replacing
 from projdist.surfaces import ellipses, fit, surface_of, tissot_points
@@ -111,7 +111,7 @@ def indicatrices(
     surface = surface_of(projection, region)
     size, (panel,) = fit([tissot_points(surface, step)], radius)
     rings = ellipses(panel, size, _VERTICES)
-    plane = plane_of(projection)
+    plane = projected_crs_of(projection)
     if plane is not None:
         rings = rings @ np.linalg.inv(plane.to_metres).T
     found = factors(projection, panel.lon, panel.lat)
@@ -273,16 +273,16 @@ def old_map_layers(
     return layers
 
 
-def _plane(crs: ProjectionLike | None) -> Plane | None:
+def _plane(crs: ProjectionLike | None) -> ProjectedCrs | None:
     if crs is None:
         return None
     projection = Projection.from_user_input(crs)
-    plane = plane_of(projection)
+    plane = projected_crs_of(projection)
     if plane is None:
         raise ValueError(f"Invalid CRS '{projection.label}'. PROJ has no CRS of it.")
     return plane
 
 
-def _native(places: FloatArray, plane: Plane | None) -> FloatArray:
+def _native(places: FloatArray, plane: ProjectedCrs | None) -> FloatArray:
     """Coordinates of the CRS of places in metres."""
     return places if plane is None else np.asarray(places @ np.linalg.inv(plane.to_metres).T)

@@ -14,7 +14,15 @@ from projdist._typing import FloatArray
 from projdist.field import jacobian, measure_at
 from projdist.gis.layers import needed_for
 from projdist.matrices import Measure, get_measure
-from projdist.projections import Graticule, Plane, Projection, ProjectionLike, graticule_of, plane_of, same_map
+from projdist.projections import (
+    Graticule,
+    ProjectedCrs,
+    Projection,
+    ProjectionLike,
+    graticule_of,
+    projected_crs_of,
+    same_map,
+)
 from projdist.regions import Place, RegionLike, region_for
 from projdist.support import replacing
 from projdist.surfaces import normalised, surface_of
@@ -120,7 +128,7 @@ def _check_number(values: float, what: str) -> None:
 # ---- on a map's plane -----------------------------------------------------------------------
 
 
-def plane_extent(projection: Projection, plane: Plane, region: Place) -> Extent:
+def plane_extent(projection: Projection, plane: ProjectedCrs, region: Place) -> Extent:
     """The extent of a region on a map's plane; maps without end end where their pictures do."""
     x0, x1, y0, y1 = surface_of(projection, region).extent
     corners = np.array([[x0, x0, x1, x1], [y0, y1, y0, y1]])
@@ -133,7 +141,7 @@ class OnPlane:
     """Coordinates of the map's own CRS; `side` is a pixel's in its unit."""
 
     projection: Projection
-    plane: Plane
+    plane: ProjectedCrs
     side: float
 
     @property
@@ -291,9 +299,9 @@ FLAVOURS = ("STANDARD", "ESRI_PE")  # of GeoTIFF keys: the second holds more, Eq
 BESIDE = ".aux.xml"  # where GDAL puts what a GeoTIFF cannot hold
 
 
-def _held_plane(projection: Projection) -> tuple[Plane | None, str, str]:
+def _held_plane(projection: Projection) -> tuple[ProjectedCrs | None, str, str]:
     """The CRS of a map, how a GeoTIFF can hold it, and a note; None where it cannot, or has no inverse."""
-    plane = plane_of(projection)
+    plane = projected_crs_of(projection)
     if plane is None:
         return None, FLAVOURS[0], f"{projection.name} has no CRS; {_INSTEAD}"
     if not plane.has_inverse:
@@ -310,12 +318,12 @@ def _held_plane(projection: Projection) -> tuple[Plane | None, str, str]:
     return None, FLAVOURS[0], f"A GeoTIFF cannot hold the CRS of {projection.name}; {_INSTEAD}"
 
 
-def flavour_of(projection: Projection, plane: Plane) -> str | None:
+def flavour_of(projection: Projection, plane: ProjectedCrs) -> str | None:
     """How a GeoTIFF can hold the CRS of a map by itself; None where it cannot."""
     return next((flavour for flavour in FLAVOURS if _is_held(projection, plane, flavour, beside=False)), None)
 
 
-def _is_held(projection: Projection, plane: Plane, flavour: str, beside: bool) -> bool:
+def _is_held(projection: Projection, plane: ProjectedCrs, flavour: str, beside: bool) -> bool:
     """Whether the CRS read back from a GeoTIFF, and from what may lie beside it, is the same map."""
     with needed_for("raster"):
         import rasterio

@@ -13,7 +13,7 @@ from projdist.applications.mosaics import Georeference, MeanGeoreference
 from projdist.applications.oldmaps import RectifiedScan
 from projdist.gis.layers import needed_for
 from projdist.gis.rasters import FLAVOURS, flavour_of
-from projdist.projections import Projection, ProjectionLike, plane_of
+from projdist.projections import Projection, ProjectionLike, projected_crs_of
 from projdist.support import one_line, replacing
 
 
@@ -96,7 +96,7 @@ def place_of_sheet(sheet: RectifiedScan, crs: ProjectionLike | None) -> tuple[Ge
     if crs is None:
         return Georeference(matrix, ""), FLAVOURS[0]
     projection = Projection.from_user_input(crs)
-    plane = plane_of(projection)
+    plane = projected_crs_of(projection)
     flavour = None if plane is None else flavour_of(projection, plane)
     if plane is None or flavour is None:
         raise ValueError(f"Invalid CRS '{projection.label}'. A GeoTIFF has no room for it.")

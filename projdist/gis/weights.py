@@ -175,9 +175,9 @@ class _Inside:
     """Which cells have their middles in a region: squares of cells that its border does not cross in one look each."""
 
     def __init__(self, region: Region, lonlat: ToLonLat) -> None:
-        from projdist.regions import Border  # shapely is slow to load
+        from projdist.regions import RegionEdges  # shapely is slow to load
 
-        self._region, self._lonlat, self._border = region, lonlat, Border(region)
+        self._region, self._lonlat, self._border = region, lonlat, RegionEdges(region)
 
     def mask(self, tile: _Window, asked: BoolArray) -> BoolArray:
         """A mask of the cells of a tile, right where they are asked for."""

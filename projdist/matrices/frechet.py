@@ -13,7 +13,7 @@ from projdist.matrices.spd import (
     JacobiSet,
     LapackSets,
     View,
-    Whitened,
+    WhitenedSets,
     logarithms,
     lower_factor,
     pieces,
@@ -55,7 +55,7 @@ def gradient(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     return _refined(A, w, _descend(LapackSets(A, w, start), _gradient_step, _GRADIENT_STEPS))
 
 
-def _newton_step(sets: Whitened, view: View) -> FloatArray:
+def _newton_step(sets: WhitenedSets, view: View) -> FloatArray:
     V = sets.newton_step(view.logarithm)
     if np.abs(V).max() * V.shape[-1] < 1.0:
         return V  # no eigenvalue of which is above 1
@@ -63,7 +63,7 @@ def _newton_step(sets: Whitened, view: View) -> FloatArray:
     return V * damping(0.5 * (values[:, -1] - values[:, 0]), view.bend)[:, None, None]
 
 
-def _gradient_step(_: Whitened, view: View) -> FloatArray:
+def _gradient_step(_: WhitenedSets, view: View) -> FloatArray:
     return view.logarithm * (2.0 / (1.0 + view.bend))[:, None, None]
 
 
@@ -85,7 +85,7 @@ def settled(size: FloatArray, previous: FloatArray, floor: FloatArray) -> BoolAr
     return (size <= np.minimum(floor, 1e-6)) | ((size <= np.minimum(4.0 * floor, 1e-4)) & (size > 0.5 * previous))
 
 
-def _descend(sets: Whitened, step: Callable[[Whitened, View], FloatArray], limit: int) -> Mean:
+def _descend(sets: WhitenedSets, step: Callable[[WhitenedSets, View], FloatArray], limit: int) -> Mean:
     """Steps until each set has settled; one that made the cost rise is taken back by half."""
     b, n, _ = sets.T.shape
     active, iterations = np.ones(b, dtype=bool), np.zeros(b, dtype=int)

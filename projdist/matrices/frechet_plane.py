@@ -25,7 +25,7 @@ _STEPS = 100  # 2 to 4 do, from far away some 15
 _CENTRE_STEPS = 10
 
 
-class Points(NamedTuple):
+class PlanePoints(NamedTuple):
     """Coordinates of matrices on the line and in the half-plane, each of shape (B, N)."""
 
     v: FloatArray
@@ -42,12 +42,12 @@ class _Moments(NamedTuple):
     hessian: FloatArray  # h11, h22, h12
 
 
-def points(A: FloatArray) -> tuple[Points, BoolArray]:
+def points(A: FloatArray) -> tuple[PlanePoints, BoolArray]:
     """The points of matrices of shape (B, N, 2, 2), and where A is singular or not finite."""
-    found = Points(*(np.empty(A.shape[:2]) for _ in range(3)))
+    found = PlanePoints(*(np.empty(A.shape[:2]) for _ in range(3)))
     wrong = np.zeros(A.shape[:2], dtype=bool)
     for part in _slices(A.shape[1]):
-        piece = Points(*(values[:, part] for values in found))
+        piece = PlanePoints(*(values[:, part] for values in found))
         _locate(A[:, part], piece)
         v, x, y = piece
         # NaN compares as false. Where a square may have left the range of doubles divide each matrix by a power of 2.
@@ -59,7 +59,7 @@ def points(A: FloatArray) -> tuple[Points, BoolArray]:
     return found, wrong
 
 
-def _locate(A: FloatArray, found: Points) -> None:
+def _locate(A: FloatArray, found: PlanePoints) -> None:
     a, b, c, d = A[..., 0, 0], A[..., 0, 1], A[..., 1, 0], A[..., 1, 1]
     v, x, y = found
     with np.errstate(all="ignore"):
@@ -75,7 +75,7 @@ def _locate(A: FloatArray, found: Points) -> None:
         x /= row
 
 
-def newton(points: Points, w: FloatArray, start: FloatArray | None = None) -> Mean:
+def newton(points: PlanePoints, w: FloatArray, start: FloatArray | None = None) -> Mean:
     """The Frechet mean by Newton's method, weights w of shape (B, N) and sum 1; `start`: x and y, shape (2, B)."""
     inverse, squares = 1.0 / points.y, np.empty(w.shape)
     centre = _start(points, inverse, w) if start is None else start
@@ -116,7 +116,7 @@ def newton(points: Points, w: FloatArray, start: FloatArray | None = None) -> Me
 
 
 def _result(
-    points: Points,
+    points: PlanePoints,
     w: FloatArray,
     centre: FloatArray,
     squares: FloatArray,
@@ -143,7 +143,7 @@ def _size(gradient: FloatArray) -> FloatArray:
     return np.sqrt(2.0) * np.hypot(gradient[0], gradient[1])
 
 
-def _start(points: Points, inverse: FloatArray, w: FloatArray) -> FloatArray:
+def _start(points: PlanePoints, inverse: FloatArray, w: FloatArray) -> FloatArray:
     """The centre of gravity on the hyperboloid; of many points that of every eighth, and one Newton step from there.
 
     That centre is the midpoint of the arithmetic and the harmonic mean of the matrices, for determinant 1.
@@ -154,7 +154,7 @@ def _start(points: Points, inverse: FloatArray, w: FloatArray) -> FloatArray:
         total = some.sum(axis=1, keepdims=True)
         many = bool((total > 0).all())
     if many:
-        points, w = Points(points.v, *(values[:, ::_STRIDE].copy() for values in points[1:])), some / total
+        points, w = PlanePoints(points.v, *(values[:, ::_STRIDE].copy() for values in points[1:])), some / total
         inverse = 1.0 / points.y
     centre = np.array([_mean(w, points.x), np.exp(_mean(w, np.log(points.y)))])
     for _ in range(_CENTRE_STEPS):
@@ -194,7 +194,7 @@ def _mean(w: FloatArray, values: FloatArray) -> FloatArray:
     return total
 
 
-class _Seen(NamedTuple):
+class _FromCentre(NamedTuple):
     """Points from a centre: s = sinh(r) times the direction, cosh(r), cosh(r) - 1 and sinh(r)^2."""
 
     s1: FloatArray
@@ -204,7 +204,7 @@ class _Seen(NamedTuple):
     square: FloatArray
 
 
-def _seen(points: Points, inverse: FloatArray, part: slice, centre: FloatArray) -> _Seen:
+def _seen(points: PlanePoints, inverse: FloatArray, part: slice, centre: FloatArray) -> _FromCentre:
     """Some points after an isometry that puts the centre at (0, 1); `inverse` is 1 / y."""
     (x0, y0), reciprocal = centre, inverse[:, part]
     dx, dy = points.x[:, part] - x0[:, None], points.y[:, part] - y0[:, None]
@@ -220,10 +220,12 @@ def _seen(points: Points, inverse: FloatArray, part: slice, centre: FloatArray) 
     s2 += cosh
     square = excess + 2.0
     square *= excess
-    return _Seen(dx, s2, cosh, excess, square)
+    return _FromCentre(dx, s2, cosh, excess, square)
 
 
-def _centroid(points: Points, inverse: FloatArray, w: FloatArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _centroid(
+    points: PlanePoints, inverse: FloatArray, w: FloatArray, centre: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """The weighted means of s and of cosh r."""
     sums = np.zeros((3, len(w)))
     for part in _slices(w.shape[1]):
@@ -234,7 +236,7 @@ def _centroid(points: Points, inverse: FloatArray, w: FloatArray, centre: FloatA
     return sums[:2], sums[2]
 
 
-def _moments(points: Points, inverse: FloatArray, w: FloatArray, centre: FloatArray) -> _Moments:
+def _moments(points: PlanePoints, inverse: FloatArray, w: FloatArray, centre: FloatArray) -> _Moments:
     sums = np.zeros((7, len(w)))
     for part in _slices(w.shape[1]):
         (s1, s2, cosh, _, square), weight = _seen(points, inverse, part, centre), w[:, part]
@@ -263,7 +265,7 @@ def _moments(points: Points, inverse: FloatArray, w: FloatArray, centre: FloatAr
 
 
 def _distances(
-    points: Points, inverse: FloatArray, w: FloatArray, centre: FloatArray, squares: FloatArray
+    points: PlanePoints, inverse: FloatArray, w: FloatArray, centre: FloatArray, squares: FloatArray
 ) -> FloatArray:
     """The gradient alone, and r^2 to full relative accuracy into `squares`."""
     gradient = np.zeros((2, len(w)))

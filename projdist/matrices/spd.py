@@ -200,7 +200,7 @@ class View(NamedTuple):
     bend: FloatArray  # (B,), that of r coth r, which bounds the Hessian
 
 
-class Whitened(Protocol):
+class WhitenedSets(Protocol):
     """B sets of N matrices, seen from T of shape (B, n, n)."""
 
     T: FloatArray

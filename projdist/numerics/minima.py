@@ -26,7 +26,7 @@ _DAMPING = 1e-3
 _AT_EDGE = 1e-4  # of the box: descents stay inside it, and the edge itself is tried
 
 
-class Minimum(NamedTuple):
+class BoxMinimum(NamedTuple):
     """A place in the box, the value there, and how many evaluations it took."""
 
     place: FloatArray
@@ -64,7 +64,9 @@ def lattice(dimensions: int, count: int) -> FloatArray:
     return np.mod(0.5 + np.arange(count)[:, None] * steps, 1.0)
 
 
-def minimise(function: Terms, low: FloatArray, high: FloatArray, *, worst: bool, count: int | None = None) -> Minimum:
+def minimise(
+    function: Terms, low: FloatArray, high: FloatArray, *, worst: bool, count: int | None = None
+) -> BoxMinimum:
     """The least value over the box of the sum of squares of a function's terms, or, with `worst`, of the largest.
 
     With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is made least.
@@ -73,21 +75,21 @@ def minimise(function: Terms, low: FloatArray, high: FloatArray, *, worst: bool,
     counted = _Counted(function, low, high, worst)
     dimensions = low.size
     if not dimensions:
-        return Minimum(low, counted.value(low), 1)
+        return BoxMinimum(low, counted.value(low), 1)
     points = lattice(dimensions, count or int(12 * dimensions * (dimensions + 3) ** 0.5))
     values = np.array([counted.value(point) for point in points])
     found = [_descend(counted, start, _ROUGH) for start in _starts(points, values)]
     best = _descend(counted, min(found, key=counted.value), _FINE)
-    return Minimum(counted.place(best), counted.value(best), counted.evaluations)
+    return BoxMinimum(counted.place(best), counted.value(best), counted.evaluations)
 
 
-def descend(function: Terms, start: FloatArray, low: FloatArray, high: FloatArray, *, worst: bool) -> Minimum:
+def descend(function: Terms, start: FloatArray, low: FloatArray, high: FloatArray, *, worst: bool) -> BoxMinimum:
     """The local minimum from a start; as `minimise`."""
     counted = _Counted(function, low, high, worst)
     if not low.size:
-        return Minimum(low, counted.value(low), 1)
+        return BoxMinimum(low, counted.value(low), 1)
     best = _descend(counted, (start - low) / counted.width, _FINE)
-    return Minimum(counted.place(best), counted.value(best), counted.evaluations)
+    return BoxMinimum(counted.place(best), counted.value(best), counted.evaluations)
 
 
 def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tuple[FloatArray, Any]:

@@ -17,7 +17,7 @@ from projdist.earth import Ellipsoid
 from projdist.matrices import get_measure
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.pictures import AnyMeasure, Levels, draw_colourbar, draw_ellipses, draw_field
-from projdist.projections import Plane, Projection, ProjectionError, ProjectionLike, plane_of
+from projdist.projections import ProjectedCrs, Projection, ProjectionError, ProjectionLike, projected_crs_of
 from projdist.regions import Box, RegionLike, region_for
 from projdist.support import check_instance
 from projdist.surfaces import Surface, boundary_polygon, field, fit, measured, surface_of, tissot_points
@@ -246,8 +246,8 @@ def _plate_carree(crs: Any) -> tuple[Projection, FloatArray]:
     return dataclasses.replace(sphere, ellipsoid=Ellipsoid(a, 1.0 - b / a)), np.eye(2) / np.radians(a)
 
 
-def _plane_of(projection: Projection) -> Plane:
-    plane = plane_of(projection)
+def _plane_of(projection: Projection) -> ProjectedCrs:
+    plane = projected_crs_of(projection)
     if plane is None:
         raise ProjectionError(
             f"Invalid projection '{projection.name}' for cartopy. It must be one that PROJ has a CRS for."

@@ -20,8 +20,8 @@ from projdist.projections.operations import (
     Parts,
     geographic_base,
     greenwich_offset,
-    own_figure,
-    tell_of_figure,
+    operation_ellipsoid,
+    tell_of_ellipsoid,
     units_per_degree,
 )
 from projdist.projections.wkt import (
@@ -163,8 +163,8 @@ def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
 def _drawn(function: CrsOperation, stated: Ellipsoid) -> Ellipsoid:
     """The figure on which PROJ draws a CRS: the stated one, unless PROJ's operation has its own."""
     for operation in re.findall(r"\bproj=(\w+)", function.transformer.definition):
-        tell_of_figure(operation, stated)
-        stated = own_figure(operation, stated)
+        tell_of_ellipsoid(operation, stated)
+        stated = operation_ellipsoid(operation, stated)
     return stated
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from pyproj import CRS
 
-from projdist.earth import SMOOTH, SPHERE, WGS84, Breaks
+from projdist.earth import SMOOTH, SPHERE, WGS84, Discontinuities
 from projdist.projections.catalogue import operation_titles
 from projdist.projections.names import Turned
 from projdist.projections.operations import CrsOperation, Pipeline
@@ -25,7 +25,7 @@ _METRES = "metre"
 _SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *ELLIPSOID_KEYS}
 
 
-class Axis(NamedTuple):
+class CrsAxis(NamedTuple):
     """An axis of a map's coordinates, in their order, and where it points."""
 
     name: str
@@ -41,7 +41,7 @@ class Setting(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Particulars:
+class CrsMetadata:
     """What is stated of a projection; texts are empty, and `unit_metres` is NaN, where nothing is.
 
     `code` is AUTHORITY:CODE, `geographic_crs` the CRS that a CRS is made from, `replaced_by` the codes of what shall be
@@ -61,12 +61,12 @@ class Particulars:
     prime_meridian: str = ""
     unit: str = ""
     unit_metres: float = math.nan
-    axes: tuple[Axis, ...] = ()
+    axes: tuple[CrsAxis, ...] = ()
     method: str = ""
     parameters: tuple[Setting, ...] = ()
 
 
-def particulars_of(projection: Projection) -> Particulars:
+def metadata_of(projection: Projection) -> CrsMetadata:
     """The particulars of a projection of any kind."""
     function = projection.function
     if isinstance(function, CrsOperation):
@@ -75,17 +75,17 @@ def particulars_of(projection: Projection) -> Particulars:
         return _of_string(projection, function)
     own = isinstance(function, Turned) or function in WORLD_MAPS.values()
     kind = "map that PROJ lacks" if own else "function of longitude and latitude"
-    return Particulars(kind=kind, ellipsoid_name=_ellipsoid_name(projection))
+    return CrsMetadata(kind=kind, ellipsoid_name=_ellipsoid_name(projection))
 
 
-def _metadata_of_crs(projection: Projection, plane: CRS) -> Particulars:
+def _metadata_of_crs(projection: Projection, plane: CRS) -> CrsMetadata:
     """Of a CRS, whose projected part is `plane`."""
     stated = CRS.from_user_input(projection.definition)
     operation, geographic = plane.coordinate_operation, plane.geodetic_crs
     replaced = stated.get_non_deprecated() if stated.is_deprecated else []
     meridian = plane.prime_meridian
     axes = plane.axis_info
-    return Particulars(
+    return CrsMetadata(
         kind=_kind(stated),
         code=_code(stated),
         area_name=(stated.area_of_use.name or "") if stated.area_of_use else "",
@@ -99,7 +99,7 @@ def _metadata_of_crs(projection: Projection, plane: CRS) -> Particulars:
         prime_meridian=meridian.name if meridian and meridian.longitude else "",
         unit=axes[0].unit_name,
         unit_metres=axes[0].unit_conversion_factor,
-        axes=tuple(Axis(axis.name, axis.direction) for axis in axes),
+        axes=tuple(CrsAxis(axis.name, axis.direction) for axis in axes),
         method=operation.method_name if operation else "",
         parameters=tuple(Setting(one.name, one.value, _unit(one.unit_name)) for one in operation.params)
         if operation
@@ -121,7 +121,7 @@ def _unit(name: str) -> str:
     return "" if name in ("unity", "Unity", "unitless") else name
 
 
-def _of_string(projection: Projection, function: Pipeline) -> Particulars:
+def _of_string(projection: Projection, function: Pipeline) -> CrsMetadata:
     """Of a PROJ string; of a pipeline, which has parameters in each step, the steps are in its definition."""
     tokens = [token.lstrip("+").partition("=") for token in function.pipeline.split()]
     operations = [value for key, _, value in tokens if key == "proj"]
@@ -129,7 +129,7 @@ def _of_string(projection: Projection, function: Pipeline) -> Particulars:
     stated = {key: value for key, _, value in tokens}
     known = operation_titles()
     unit = stated.get("units", _METRES if function.to_metre == 1.0 else "")
-    return Particulars(
+    return CrsMetadata(
         kind="PROJ string" if alone else "PROJ pipeline",
         ellipsoid_name=_ellipsoid_name(projection),
         unit=_METRES if unit == "m" else unit,
@@ -153,14 +153,14 @@ def _ellipsoid_name(projection: Projection) -> str:
 # ---- natures -------------------------------------------------------------------------------------
 
 
-class Nature(NamedTuple):
+class DeclaredProperty(NamedTuple):
     """The name of a CRS's method or a PROJ operation, and what it keeps: "conformal" or "equal-area"."""
 
     name: str
     keeps: str
 
 
-def nature_of(projection: Projection) -> Nature | None:
+def declared_property_of(projection: Projection) -> DeclaredProperty | None:
     """What a map's method promises on its figure; None for methods that promise nothing, pipelines and functions."""
     function = projection.function
     if isinstance(function, CrsOperation):
@@ -172,7 +172,7 @@ def nature_of(projection: Projection) -> Nature | None:
     keeps, figure = _promises().get(key, ("", ""))
     if not keeps or (figure == "sphere" and not projection.ellipsoid.is_sphere):
         return None
-    return Nature(key[1], keeps)
+    return DeclaredProperty(key[1], keeps)
 
 
 def _method_of(wkt: str) -> str:
@@ -189,8 +189,8 @@ def _operation_of(pipeline: str) -> str:
 @functools.cache
 def _promises() -> dict[tuple[str, str], tuple[str, str]]:
     """What is kept, and on which figure, "any" or "sphere", by kind and name."""
-    text = resources.files("projdist").joinpath("data", "natures.csv").read_text(encoding="utf-8")
-    return {(row["kind"], row["name"]): (row["nature"], row["figure"]) for row in csv.DictReader(text.splitlines())}
+    text = resources.files("projdist").joinpath("data", "declared_properties.csv").read_text(encoding="utf-8")
+    return {(row["kind"], row["name"]): (row["keeps"], row["figure"]) for row in csv.DictReader(text.splitlines())}
 
 
 # ---- breaks --------------------------------------------------------------------------------------
@@ -199,26 +199,26 @@ def _promises() -> dict[tuple[str, str], tuple[str, str]]:
 _SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
 
 
-def breaks_of(projection: Projection) -> Breaks:
+def discontinuities_of(projection: Projection) -> Discontinuities:
     """What is known of a map; nothing of functions, pipelines and oblique maps."""
     function = projection.function
     if isinstance(function, Pipeline):
-        found = _breaks_of_text(function.pipeline)
+        found = _discontinuities_of_text(function.pipeline)
     elif isinstance(function, CrsOperation) and function.angle_unit == 1.0:
-        found = _breaks_of_crs(function.crs, function.greenwich)
+        found = _discontinuities_of_crs(function.crs, function.greenwich)
     else:
         return SMOOTH
     return found
 
 
 @functools.lru_cache(maxsize=256)
-def _breaks_of_text(pipeline: str) -> Breaks:
+def _discontinuities_of_text(pipeline: str) -> Discontinuities:
     """Of a PROJ string."""
     if any(part in pipeline for part in _SHIFTED):
         return SMOOTH
     values = numbers_of(pipeline)
     centre = values.get("lon_0", 0.0)
-    return known_breaks(str(values.get("proj")), centre) if isinstance(centre, float) else SMOOTH
+    return known_discontinuities(str(values.get("proj")), centre) if isinstance(centre, float) else SMOOTH
 
 
 def numbers_of(pipeline: str) -> dict[str, float | str]:
@@ -233,13 +233,13 @@ def numbers_of(pipeline: str) -> dict[str, float | str]:
     return found
 
 
-def known_breaks(operation: str, centre: float) -> Breaks:
+def known_discontinuities(operation: str, centre: float) -> Discontinuities:
     """The breaks of one of PROJ's operations about a central meridian, and the meridian opposite."""
     return _turned(_known().get(("operation", operation), SMOOTH), centre)
 
 
 @functools.lru_cache(maxsize=256)
-def _breaks_of_crs(wkt: str, greenwich: float) -> Breaks:
+def _discontinuities_of_crs(wkt: str, greenwich: float) -> Discontinuities:
     """Of a projected CRS: of some methods only, as others have more than one meridian."""
     method = re.search(r'METHOD\["([^"]*)"', wkt)
     known = _known().get(("method", method[1])) if method and wkt.startswith("PROJCRS[") else None
@@ -249,24 +249,24 @@ def _breaks_of_crs(wkt: str, greenwich: float) -> Breaks:
     return _turned(known, float(centre[1]) + greenwich)
 
 
-def _turned(breaks: Breaks, centre: float) -> Breaks:
+def _turned(breaks: Discontinuities, centre: float) -> Discontinuities:
     """Breaks about a central meridian, and the meridian opposite."""
     opposite = (180.0,)
     northern, southern = (
         tuple(sorted((lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, *opposite))) for lons in breaks[1:]
     )
-    return Breaks(breaks.parallels, northern, southern)
+    return Discontinuities(breaks.parallels, northern, southern)
 
 
 @functools.cache
-def _known() -> dict[tuple[str, str], Breaks]:
+def _known() -> dict[tuple[str, str], Discontinuities]:
     """Breaks of methods with the central meridian 0, by kind and name."""
-    text = resources.files("projdist").joinpath("data", "breaks.csv").read_text(encoding="utf-8")
+    text = resources.files("projdist").joinpath("data", "discontinuities.csv").read_text(encoding="utf-8")
     found = {}
     for row in csv.DictReader(text.splitlines()):
         parallels = _numbers(row["parallels"])
         both = tuple(sorted({*parallels, *(-lat for lat in parallels)}))
-        found[row["kind"], row["name"]] = Breaks(both, _numbers(row["northern"]), _numbers(row["southern"]))
+        found[row["kind"], row["name"]] = Discontinuities(both, _numbers(row["northern"]), _numbers(row["southern"]))
     return found
 
 
@@ -285,7 +285,7 @@ _SHIFTING = frozenset(["pm", "over", "axis"])
 _QUARTER = 90.0  # degrees about a centre in which sines and cosines of the azimuth are resolved
 
 
-class OwnPole(NamedTuple):
+class NativePole(NamedTuple):
     """A pole in degrees, and the map's breaks in longitudes and latitudes about it, from its meridian to the south.
 
     `widest` is how many degrees about the pole are resolved at once. Maps that grow without bound towards the pole or
@@ -294,21 +294,21 @@ class OwnPole(NamedTuple):
 
     lon: float
     lat: float
-    breaks: Breaks
+    breaks: Discontinuities
     widest: float
     graded: bool
 
 
-def own_pole_of(projection: Projection) -> OwnPole | None:
+def native_pole_of(projection: Projection) -> NativePole | None:
     """The pole of a map in PROJ's words; None where it is the Earth's, or not known."""
     function = projection.function
-    return (
-        _own_pole_of_text(function.pipeline, projection.ellipsoid.is_sphere) if isinstance(function, Pipeline) else None
-    )
+    if not isinstance(function, Pipeline):
+        return None
+    return _native_pole_of_text(function.pipeline, projection.ellipsoid.is_sphere)
 
 
 @functools.lru_cache(maxsize=256)
-def _own_pole_of_text(pipeline: str, sphere: bool) -> OwnPole | None:
+def _native_pole_of_text(pipeline: str, sphere: bool) -> NativePole | None:
     values = numbers_of(pipeline)
     if values.keys() & _SHIFTING or not (sphere or values.get("proj") in _ON_ELLIPSOIDS):
         return None
@@ -316,15 +316,15 @@ def _own_pole_of_text(pipeline: str, sphere: bool) -> OwnPole | None:
     if not isinstance(lon, float) or not isinstance(lat, float):
         return None
     if name in _AZIMUTHAL:
-        return OwnPole(lon, lat, SMOOTH, _QUARTER, name in _ENDLESS) if abs(lat) < 90.0 else None
+        return NativePole(lon, lat, SMOOTH, _QUARTER, name in _ENDLESS) if abs(lat) < 90.0 else None
     if name in _TRANSVERSE:
-        return OwnPole(lon + 90.0, 0.0, SMOOTH, _QUARTER, True)
+        return NativePole(lon + 90.0, 0.0, SMOOTH, _QUARTER, True)
     if name == "ob_tran":
         return _oblique(values, lon)
     return None
 
 
-def _oblique(values: dict[str, float | str], lon: float) -> OwnPole | None:
+def _oblique(values: dict[str, float | str], lon: float) -> NativePole | None:
     """The pole that ob_tran states; its own longitudes are less by a half turn than those to the south of it."""
     base, lat, turn = values.get("o_proj"), values.get("o_lat_p"), values.get("o_lon_p", 0.0)
     plain = {"proj", "o_proj", "o_lat_p", "o_lon_p", "lon_0", "R", "a", "b", "ellps", "units", "x_0", "y_0", "no_defs"}
@@ -332,4 +332,4 @@ def _oblique(values: dict[str, float | str], lon: float) -> OwnPole | None:
         return None
     if not isinstance(base, str) or base in _AZIMUTHAL | _TRANSVERSE | _ENDLESS:
         return None
-    return OwnPole(lon + 180.0, lat, known_breaks(base, 180.0 - turn), 180.0, False)
+    return NativePole(lon + 180.0, lat, known_discontinuities(base, 180.0 - turn), 180.0, False)

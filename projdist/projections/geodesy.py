@@ -152,7 +152,7 @@ def _geod(ellipsoid: Ellipsoid) -> Geod:
 
 
 @dataclass(frozen=True)
-class DatumShift:
+class DatumTransformation:
     """A change of datum at a place: by how many metres coordinates differ, and how well PROJ knows that.
 
     Both are NaN where they are not known; a grid that is not installed is a reason for that.
@@ -172,7 +172,7 @@ class DatumShift:
         return f"{change}: coordinates of the same place differ by {self.metres:.3g} m{sure}."
 
 
-def datum_shift(source: Any, target: Any, lon: float, lat: float) -> DatumShift | None:
+def datum_transformation(source: Any, target: Any, lon: float, lat: float) -> DatumTransformation | None:
     """The change of datum between two CRSs at a place in Greenwich degrees; None where the datum is the same."""
     one, other = (CRS.from_user_input(crs).geodetic_crs for crs in (source, target))
     if one is None or other is None or _datum_name(one) == _datum_name(other):
@@ -184,12 +184,12 @@ def datum_shift(source: Any, target: Any, lon: float, lat: float) -> DatumShift 
         u = (lon - greenwich_offset(one)) * units_per_degree(one)
         x, y = transformer.transform(u, lat * units_per_degree(one), errcheck=True)
     except pyproj.exceptions.ProjError:
-        return DatumShift(one.name, other.name, np.nan, np.nan)
+        return DatumTransformation(one.name, other.name, np.nan, np.nan)
     east, north = x / units_per_degree(other) + greenwich_offset(other), y / units_per_degree(other)
     geod = other.get_geod()
     assert geod is not None  # of a geodetic CRS
     metres = geod.inv(lon, lat, east, north)[2]
-    return DatumShift(one.name, other.name, float(metres), _accuracy(transformer))
+    return DatumTransformation(one.name, other.name, float(metres), _accuracy(transformer))
 
 
 def _accuracy(transformer: Transformer) -> float:

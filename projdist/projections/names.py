@@ -28,7 +28,7 @@ from projdist.projections.catalogue import (
 )
 from projdist.projections.crs import parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
-from projdist.projections.operations import Function, Parts, figure_parameters, own_figure
+from projdist.projections.operations import Function, Parts, ellipsoid_parameters, operation_ellipsoid
 from projdist.projections.proj_parameters import check_read, number_text
 from projdist.projections.projstrings import ELLIPSOID_KEYS, ellipsoid_of, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
@@ -280,7 +280,7 @@ def proj_tokens(name: str, words: Words) -> list[str]:
     tokens = [f"proj={operation}", *(token for token in fixed if token.partition("=")[0] not in words.keys)]
     tokens += words.parameters
     if not ELLIPSOID_KEYS & set(words.keys):
-        tokens += figure_parameters(own_figure(operation, SPHERE)).replace("+", "").split()
+        tokens += ellipsoid_parameters(operation_ellipsoid(operation, SPHERE)).replace("+", "").split()
     if words.centre is None:
         return tokens
     return turned_tokens([token for token in tokens if token != _POLE], *words.centre)
@@ -364,5 +364,5 @@ def _textbook(name: str) -> str:
     operation = NAMES.get(name) or TEXTBOOK_PARAMETERS.get(name, name)
     parameters = [f"+proj={operation}", *NEEDED_PARAMETERS.get(name, "").split()]
     if "ellps" not in needed_parameters(name):
-        parameters.append(figure_parameters(own_figure(operation, SPHERE)))
+        parameters.append(ellipsoid_parameters(operation_ellipsoid(operation, SPHERE)))
     return " ".join(parameters)

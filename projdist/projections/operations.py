@@ -84,7 +84,7 @@ _PARAMETERS = {_BESSEL: "+ellps=bessel", _INTERNATIONAL: "+ellps=intl", _CLARKE_
 _SAME = 1e-6  # of size and flattening: ellipsoids that people take for one another differ by less
 
 
-def own_figure(operation: str, stated: Ellipsoid) -> Ellipsoid:
+def operation_ellipsoid(operation: str, stated: Ellipsoid) -> Ellipsoid:
     """The figure on which PROJ has an operation where a figure is stated."""
     if operation in _OF_TWO:
         return _CLARKE_SPHERE if stated.is_sphere else _CLARKE_1866
@@ -93,23 +93,23 @@ def own_figure(operation: str, stated: Ellipsoid) -> Ellipsoid:
     return _ALWAYS.get(operation, stated)
 
 
-def has_own_figure(operation: str) -> bool:
+def has_own_ellipsoid(operation: str) -> bool:
     """Whether PROJ passes over the figure that is stated, or its size."""
     return operation in (*_ALWAYS, *_OF_TWO, _OF_ONE_SIZE)
 
 
-def figure_parameters(figure: Ellipsoid) -> str:
+def ellipsoid_parameters(figure: Ellipsoid) -> str:
     """PROJ's parameters of a figure."""
     if figure.is_sphere:
         return f"+R={figure.a:.12g}"
     return _PARAMETERS.get(figure, f"+a={figure.a:.12g} +rf={1.0 / figure.f:.12g}")
 
 
-def tell_of_figure(operation: str, stated: Ellipsoid) -> None:
+def tell_of_ellipsoid(operation: str, stated: Ellipsoid) -> None:
     """Tell that a map is measured on a figure of its own, where that is not the stated one."""
-    figure = own_figure(operation, stated)
+    figure = operation_ellipsoid(operation, stated)
     if abs(figure.a / stated.a - 1.0) > _SAME or abs(figure.f - stated.f) > _SAME:
-        tell(f"PROJ draws {operation} on a figure of its own, {figure_parameters(figure)}; it is measured on that.")
+        tell(f"PROJ draws {operation} on a figure of its own, {ellipsoid_parameters(figure)}; it is measured on that.")
 
 
 def tell_of_sphere(operation: str, stated: Ellipsoid) -> None:

@@ -31,7 +31,7 @@ _SMALLEST_BODY = 1e3  # metres
 
 
 @runtime_checkable
-class Frame(Protocol):
+class FrameLike(Protocol):
     """What is asked of a pandas DataFrame."""
 
     @property
@@ -45,9 +45,9 @@ class Frame(Protocol):
         """A copy with more columns."""
 
 
-def is_frame(value: object) -> TypeGuard[Frame]:
+def is_frame(value: object) -> TypeGuard[FrameLike]:
     """Whether a value is a DataFrame or GeoDataFrame."""
-    return isinstance(value, Frame)
+    return isinstance(value, FrameLike)
 
 
 def is_geographic(frame: Any) -> bool:
@@ -218,7 +218,7 @@ def check_new_names(names: Iterable[Any], new: Iterable[str]) -> None:
         )
 
 
-def add_columns(frame: Frame, columns: Mapping[str, AnyArray], prefix: str) -> Any:
+def add_columns(frame: FrameLike, columns: Mapping[str, AnyArray], prefix: str) -> Any:
     """A copy of a frame with more columns; raises ValueError where one is there already."""
     named = {prefix + name: values for name, values in columns.items()}
     check_new_names(frame.columns, named)

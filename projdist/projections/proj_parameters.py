@@ -327,7 +327,7 @@ def _parameter(row: _Row, value: float) -> Parameter:
 @functools.cache
 def _table() -> dict[str, tuple[_Row, ...]]:
     """The rows of each operation, in their order."""
-    text = resources.files("projdist").joinpath("data", "parameters.csv").read_text(encoding="utf-8")
+    text = resources.files("projdist").joinpath("data", "parameter_ranges.csv").read_text(encoding="utf-8")
     found: dict[str, tuple[_Row, ...]] = {}
     for row in csv.DictReader(text.splitlines()):
         low, high, step = (float(row[key]) for key in ("low", "high", "step"))

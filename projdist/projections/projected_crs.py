@@ -33,7 +33,7 @@ _EARTHLY = 2e-3  # of the radius: spheres for the Earth have 6370 to 6378 km
 
 
 @dataclass(frozen=True)
-class Plane:
+class ProjectedCrs:
     """The plane of a map that is a CRS: coordinates u, v of that CRS, in the order in which GIS programs have them.
 
     `wkt` is the 2-D CRS in WKT2.
@@ -61,7 +61,7 @@ class Plane:
         return np.where(on_map, lon, np.nan), np.where(on_map, lat, np.nan)
 
 
-def plane_of(projection: Projection) -> Plane | None:
+def projected_crs_of(projection: Projection) -> ProjectedCrs | None:
     """The CRS of a map's plane; None for functions and for maps whose CRS in PROJ is another map, as Winkel Tripel's.
 
     The CRS made for a PROJ string is compared with the map before it is taken for one.
@@ -70,9 +70,9 @@ def plane_of(projection: Projection) -> Plane | None:
     if crs is None:
         return None
     if isinstance(projection.function, CrsOperation):
-        return Plane(crs.to_wkt(), projection.function)
+        return ProjectedCrs(crs.to_wkt(), projection.function)
     candidate = same_map(projection, crs.to_wkt())
-    return Plane(crs.to_wkt(), candidate) if candidate else None
+    return ProjectedCrs(crs.to_wkt(), candidate) if candidate else None
 
 
 def same_map(projection: Projection, wkt: str) -> CrsOperation | None:
@@ -128,7 +128,7 @@ def graticule_of(projection: Projection) -> Graticule:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source:
+class DataCrs:
     """The coordinates u, v that data have, in the order of GIS programs, and the datum of a map that they go to.
 
     `has_degrees` tells whether they are longitudes and latitudes in degrees.
@@ -180,7 +180,7 @@ class Source:
         return np.where(undefined, np.nan, lon), np.where(undefined, np.nan, lat)
 
 
-def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source:
+def data_crs_of(projection: Projection, crs: Any, thing: str = "points") -> DataCrs:
     """What leads from coordinates in a CRS to the datum of a map.
 
     A map that states no datum (a name, a PROJ string, a function) takes the data's own longitudes
@@ -200,7 +200,7 @@ def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source
         ) from error
     unit = source.axis_info[0].unit_conversion_factor if source.axis_info else 1.0
     of_angles = source.is_geographic or source.type_name == "Geodetic CRS"
-    return Source(
+    return DataCrs(
         name=source.name,
         has_degrees=has_plain_axes(source) and units_per_degree(source) == 1.0,
         transformer=transformer,
@@ -213,6 +213,6 @@ def source_of(projection: Projection, crs: Any, thing: str = "points") -> Source
 def geographic(projection: Projection, crs: Any, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Longitude and latitude in Greenwich degrees of points in a CRS, on the datum of the map; NaN where undefined.
 
-    x, y are in the order of GIS programs. Raises ProjectionError as `source_of` does.
+    x, y are in the order of GIS programs. Raises ProjectionError as `data_crs_of` does.
     """
-    return source_of(projection, crs).degrees(x, y)
+    return data_crs_of(projection, crs).degrees(x, y)

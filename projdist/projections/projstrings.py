@@ -19,10 +19,10 @@ from projdist.projections.errors import ProjectionError, proj_reason
 from projdist.projections.operations import (
     Parts,
     Pipeline,
-    figure_parameters,
-    has_own_figure,
-    own_figure,
-    tell_of_figure,
+    ellipsoid_parameters,
+    has_own_ellipsoid,
+    operation_ellipsoid,
+    tell_of_ellipsoid,
     tell_of_sphere,
     transform,
 )
@@ -81,8 +81,8 @@ def parse_proj_string(text: str) -> Parts:
         if operations[0] != "pipeline":
             tokens = [token for token, key in zip(tokens, keys, strict=True) if key not in _DATUM_SHIFT_KEYS]
             tokens = [_ellipsoid_of_datum(token) if token.startswith("datum=") else token for token in tokens]
-            if has_own_figure(operation):
-                tokens = _with_own_figure(operation, tokens)
+            if has_own_ellipsoid(operation):
+                tokens = _with_own_ellipsoid(operation, tokens)
                 definition = " ".join(f"+{token}" for token in tokens)
         pipeline = " ".join(f"+{token}" for token in tokens)
         function = Pipeline(pipeline, _metres_per_unit(text, tokens))
@@ -99,9 +99,9 @@ def parse_proj_string(text: str) -> Parts:
         raise _no_map(text)
     tell_of_idle(tokens)
     stated = ellipsoid_of(tokens)
-    _tell_of_figure(operation, tokens, stated)
+    _tell_of_ellipsoid(operation, tokens, stated)
     tell_of_sphere(operation, stated)
-    return Parts(operation_name(operations, inner), definition, own_figure(operation, stated), function)
+    return Parts(operation_name(operations, inner), definition, operation_ellipsoid(operation, stated), function)
 
 
 def _check_metres(text: str, tokens: list[str], operations: Iterable[str]) -> None:
@@ -113,20 +113,20 @@ def _check_metres(text: str, tokens: list[str], operations: Iterable[str]) -> No
             )
 
 
-def _with_own_figure(operation: str, tokens: list[str]) -> list[str]:
+def _with_own_ellipsoid(operation: str, tokens: list[str]) -> list[str]:
     """The tokens of an operation that has a figure of its own with that in the place of what they state."""
     stated = ellipsoid_of(tokens)
-    own = figure_parameters(own_figure(operation, stated)).replace("+", "").split()
+    own = ellipsoid_parameters(operation_ellipsoid(operation, stated)).replace("+", "").split()
     if set(own) <= set(tokens):
         return tokens
-    _tell_of_figure(operation, tokens, stated)
+    _tell_of_ellipsoid(operation, tokens, stated)
     return [*(token for token in tokens if token.partition("=")[0] not in ELLIPSOID_KEYS), *own]
 
 
-def _tell_of_figure(operation: str, tokens: list[str], stated: Ellipsoid) -> None:
+def _tell_of_ellipsoid(operation: str, tokens: list[str], stated: Ellipsoid) -> None:
     """Tell those who stated a figure, and did not leave it to PROJ's default, of one that is used in its place."""
     if any(token.partition("=")[0] in ELLIPSOID_KEYS for token in tokens):
-        tell_of_figure(operation, stated)
+        tell_of_ellipsoid(operation, stated)
 
 
 def operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:

@@ -1,7 +1,7 @@
 from .boxes import GLOBE, Box, TurnedGlobe, bounding_box, height_of, latitude_of
 from .caps import Cap, reaches
 from .cells import cells_of
-from .combinations import Border, combine, geojson_of, polygons_of
+from .combinations import RegionEdges, combine, geojson_of, polygons_of
 from .countries import folded, full_name, region_names
 from .files import crs_name, features_from_file, polygons_from_geojson, tell_of_geojson_in_degrees, with_gpx_heights
 from .language import (
@@ -26,7 +26,6 @@ from .region import ChartPoints, Clips, Region
 
 __all__ = [
     "GLOBE",
-    "Border",
     "Box",
     "Cap",
     "ChartPoints",
@@ -36,6 +35,7 @@ __all__ = [
     "PointSet",
     "Polygons",
     "Region",
+    "RegionEdges",
     "RegionLike",
     "TurnedGlobe",
     "bounding_box",

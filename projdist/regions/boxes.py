@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid, unit_vectors
+from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid, unit_vectors
 from projdist.regions.region import ChartPoints, Unclipped
 
 _POLAR = 80.0
@@ -27,7 +27,7 @@ SLIVER = 1e-13
 
 
 def patch_panels(
-    bounds: tuple[float, float, float, float], breaks: Breaks = SMOOTH, widest: float = _WIDEST
+    bounds: tuple[float, float, float, float], breaks: Discontinuities = SMOOTH, widest: float = _WIDEST
 ) -> tuple[IntArray, FloatArray]:
     """Patch numbers (n,) and rectangles (n, 4) of u and v that make up a box, and end where a map is known to."""
     west, south, east, north = bounds
@@ -45,7 +45,7 @@ def patch_panels(
 
 
 def plain_panels(
-    bounds: tuple[float, float, float, float], breaks: Breaks, widest: float
+    bounds: tuple[float, float, float, float], breaks: Discontinuities, widest: float
 ) -> tuple[IntArray, FloatArray]:
     """The same in patch 0 alone, for maps that are smooth at the poles, or have too much rounding there."""
     west, south, east, north = bounds
@@ -54,7 +54,7 @@ def plain_panels(
 
 
 def _crossed(
-    bands: list[tuple[int, list[float]]], ends: tuple[float, float], breaks: Breaks, widest: float
+    bands: list[tuple[int, list[float]]], ends: tuple[float, float], breaks: Discontinuities, widest: float
 ) -> tuple[IntArray, FloatArray]:
     """The panels of bands of patches, between longitudes."""
     lons = [_meridians(*ends, meridians, widest) for meridians in (breaks.northern, breaks.southern)]
@@ -232,7 +232,7 @@ class Box(Unclipped):
         lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
         return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
 
-    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """The panels of `patch_panels`."""
         return patch_panels(self.bounds, breaks)
 
@@ -279,7 +279,7 @@ class TurnedGlobe(Unclipped):
 
     lon: float
     lat: float
-    breaks: Breaks = SMOOTH
+    breaks: Discontinuities = SMOOTH
     widest: float = 180.0
     graded: bool = True
 
@@ -302,7 +302,7 @@ class TurnedGlobe(Unclipped):
         """All points are in it."""
         return GLOBE.contains(lon, lat)
 
-    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """The panels of `patch_panels` about the chart's poles; the Earth's meridians and parallels cross them."""
         if self.graded:
             return patch_panels(GLOBE.bounds, self.breaks, self.widest)

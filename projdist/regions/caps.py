@@ -13,7 +13,7 @@ from numpy.polynomial.chebyshev import chebder, chebval
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
+from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid
 from projdist.projections import geodesic_arrivals, geodesic_destination, geodesic_lengths
 from projdist.regions.region import ChartPoints, Unclipped, rectangles_of
 
@@ -148,7 +148,7 @@ class Cap(Unclipped):
             inside[near] = length <= 1000.0 * self.radius_km + _ON_RIM * self.figure.a
         return inside
 
-    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """One patch in azimuth and distance, in degrees; meridians and parallels cross it."""
         rectangles = rectangles_of(np.linspace(0.0, 360.0, 5), self._distances())
         return np.zeros(len(rectangles), dtype=int), rectangles

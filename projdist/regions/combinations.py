@@ -127,7 +127,7 @@ def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
 # ---- border --------------------------------------------------------------------------------------
 
 
-class Border:
+class RegionEdges:
     """The edges of a region within longitudes -180 to 180, also those along the antimeridian where it is cut."""
 
     def __init__(self, region: Region) -> None:

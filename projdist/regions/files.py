@@ -50,7 +50,7 @@ class Shape(NamedTuple):
     fields: dict[str, Any]
 
 
-class Source(NamedTuple):
+class ReadShapes(NamedTuple):
     """What is in a file, the function from its coordinates to longitude and latitude, and their CRS if stated."""
 
     shapes: list[Shape]
@@ -58,7 +58,7 @@ class Source(NamedTuple):
     crs: str | None = None
 
 
-def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> Source:
+def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> ReadShapes:
     """The shapes of a vector file with these columns, or with all; raises ValueError, which begins with a text.
 
     Without a layer it is the first, or, where that has nothing of these `kinds`, the only one that has. What looks like
@@ -69,13 +69,13 @@ def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tu
     return found
 
 
-def _read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> Source:
+def _read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> ReadShapes:
     if path.suffix.lower() == ".wkt":
         return _read_wkt(path, text)
     if path.suffix.lower() not in (".geojson", ".json"):
         return _read_vector(path, layer, text, columns, kinds)
     value = _read_json(path, text)
-    return Source(list(shapes_of(value, text)), stated_transform(value, text), crs_name(value.get("crs"), text))
+    return ReadShapes(list(shapes_of(value, text)), stated_transform(value, text), crs_name(value.get("crs"), text))
 
 
 def tell_of_shapes_in_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
@@ -172,7 +172,7 @@ def crs_name(crs: Any, text: str) -> str | None:
     return name
 
 
-def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> Source:
+def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...]) -> ReadShapes:
     try:
         pyogrio = importlib.import_module("pyogrio")
     except ImportError as error:
@@ -203,7 +203,7 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
         else _shape(geometry, dict(zip(names, row, strict=True)))
         for geometry, row in zip(geometries, rows, strict=True)
     ]
-    return Source(found, crs, meta["crs"] or None)
+    return ReadShapes(found, crs, meta["crs"] or None)
 
 
 @contextlib.contextmanager
@@ -264,7 +264,7 @@ def _shape(geometry: shapely.Geometry, fields: dict[str, Any]) -> Shape:
 _SRID = re.compile(r"\s*SRID\s*=\s*(\d+)\s*;", re.IGNORECASE)
 
 
-def _read_wkt(path: Path, text: str) -> Source:
+def _read_wkt(path: Path, text: str) -> ReadShapes:
     """Geometries of well-known text, one after the other, perhaps with `SRID=4326;` before them, which must be one."""
     words = read_text(path, text)
     codes = set(_SRID.findall(words))
@@ -282,7 +282,7 @@ def _read_wkt(path: Path, text: str) -> Source:
             raise ValueError(f"{text} It must hold WKT of geometries: {one_line(error)}.") from error
         shapes += [_shape(member, {}) for member in members if not member.is_empty]
     code = f"EPSG:{codes.pop()}" if codes else None
-    return Source(shapes, None if code is None else to_lonlat(code), code)
+    return ReadShapes(shapes, None if code is None else to_lonlat(code), code)
 
 
 def positions(given: Any, text: str) -> FloatArray:

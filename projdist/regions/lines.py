@@ -14,7 +14,7 @@ from projdist.regions.language import layer_path
 from projdist.support import quoted
 
 if TYPE_CHECKING:
-    from projdist.regions.files import Source
+    from projdist.regions.files import ReadShapes
 
 _ALLOWED = "LON,LAT,LON,LAT,..., positions (n, 2) or (n, 3), a line, or the path of a file with one"
 _LARGEST = 360.0  # degrees of longitude
@@ -27,7 +27,7 @@ def line_of(line: Any) -> FloatArray:
     shape = getattr(line, "__geo_interface__", line)
     if isinstance(shape, Mapping):
         from projdist.regions.files import (  # shapely is slow to load
-            Source,
+            ReadShapes,
             shapes_of,
             stated_transform,
             tell_of_geojson_in_degrees,
@@ -36,7 +36,7 @@ def line_of(line: Any) -> FloatArray:
         text = "Invalid line."
         crs = getattr(line, "crs", None)
         transform = stated_transform(shape, text) if crs is None else to_lonlat(crs)
-        found = _joined(Source([*shapes_of(dict(shape), text)], transform), text)
+        found = _joined(ReadShapes([*shapes_of(dict(shape), text)], transform), text)
         tell_of_geojson_in_degrees(shape, crs, text)
         return found
     text = f"Invalid line {quoted(line)}."
@@ -74,7 +74,7 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _joined(source: Source, text: str) -> FloatArray:
+def _joined(source: ReadShapes, text: str) -> FloatArray:
     """The one line that the lines of shapes make, end to end."""
     parts: list[Any] = []
     for shape in source.shapes:

@@ -19,7 +19,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
+from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid
 from projdist.numerics import ORDER, PLANE_WEIGHTS
 from projdist.regions import chains
 from projdist.regions.boxes import SLIVER, height_of, latitude_of, patch_chart, patch_panels, tightened
@@ -130,7 +130,7 @@ class Polygons:
             inside = inside | (seam & shapely.intersects_xy(self.geometry, -wrapped, lat))
         return np.asarray(inside)
 
-    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """Panels from pole to pole, also divided at the antimeridian, where most maps of the world end."""
         west, _, east, _ = self.bounds
         meridians = [west, *(lon for lon in (-180.0, 180.0) if west < lon < east), east]

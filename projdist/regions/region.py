@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Breaks, Ellipsoid
+from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid
 from projdist.numerics import PLANE_WEIGHTS
 
 
@@ -84,7 +84,7 @@ class Region(Protocol):
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
         """Whether points in degrees are in the region, its edge included."""
 
-    def panels(self, breaks: Breaks = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """Patch numbers (n,) and rectangles (n, 4) of u0, u1, v0, v1 to start from; together they cover the region.
 
         Those in longitude and latitude end where a map is known to be torn or bent.

@@ -262,7 +262,7 @@ def test_unusual_crs(crs):
     stated = pyproj.CRS(crs)
     area = stated.area_of_use
     here = projdist.factors(crs, 0.6 * area.west + 0.4 * area.east, 0.6 * area.south + 0.4 * area.north)
-    plane = projdist.projections.plane_of(here.projection)
+    plane = projdist.projections.projected_crs_of(here.projection)
     centre = np.linalg.solve(plane.to_metres, [float(here.x), float(here.y)])
     side = 1000.0 / stated.axis_info[0].unit_conversion_factor
     found = checked(shapely.transform(box(-0.5, -0.5, 0.5, 0.5), lambda xy: centre + side * xy), crs=crs).overall

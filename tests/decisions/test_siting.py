@@ -10,7 +10,7 @@ from shapely import box
 import projdist
 from projdist import Notice
 from projdist.decisions.recommendation.crs_for_data import TURNED, _turned, crs_for_data, estimate_crs
-from projdist.projections import datum_shift, keeps_datum
+from projdist.projections import datum_transformation, keeps_datum
 from projdist.regions import Box
 
 geopandas = pytest.importorskip("geopandas")
@@ -74,7 +74,7 @@ def to_older(lon, lat, shift, ellipsoid):
 def test_shifts(source, target, place, metres, accuracy):
     """A change of datum in metres: of geocentric shifts in closed form, else about what is published."""
     lon, lat = PLACES[place]
-    found = datum_shift(source, target, lon, lat)
+    found = datum_transformation(source, target, lon, lat)
     if metres is None:
         assert found.metres == pytest.approx(to_older(lon, lat, np.array([674.374, 15.056, 405.346]), BESSEL), abs=0.01)
     else:
@@ -85,8 +85,8 @@ def test_shifts(source, target, place, metres, accuracy):
 def test_prime_meridians_are_no_change_of_datum():
     """From Paris, in grads, or from Greenwich, in degrees: what a change of datum moves is the same (IGN's shift)."""
     lon, lat = PLACES["Colmar"]
-    paris, greenwich = (datum_shift(source, "EPSG:4171", lon, lat) for source in ("EPSG:27572", "EPSG:4275"))
-    back = datum_shift("EPSG:4171", "EPSG:27572", lon, lat)
+    paris, greenwich = (datum_transformation(source, "EPSG:4171", lon, lat) for source in ("EPSG:27572", "EPSG:4275"))
+    back = datum_transformation("EPSG:4171", "EPSG:27572", lon, lat)
     assert greenwich.metres == pytest.approx(to_older(lon, lat, np.array([-168.0, -60.0, 320.0]), CLARKE), abs=5.0)
     assert paris.metres == pytest.approx(greenwich.metres, abs=0.01)
     assert back.metres == pytest.approx(greenwich.metres, abs=0.5)
@@ -100,11 +100,11 @@ def test_the_convergence_of_a_zone():
 
 def test_no_shift_is_no_ballpark():
     """What PROJ knows no way for is not known, and not 0; one datum is no change."""
-    assert datum_shift("EPSG:4258", "EPSG:25832", 8.0, 48.0) is None
+    assert datum_transformation("EPSG:4258", "EPSG:25832", 8.0, 48.0) is None
     assert keeps_datum("EPSG:4258", "EPSG:3035")
     assert not keeps_datum("EPSG:4326", "EPSG:3035")
     odd = pyproj.CRS.from_user_input("+proj=longlat +ellps=intl +type=crs")
-    found = datum_shift(odd, "EPSG:25832", 8.0, 48.0)
+    found = datum_transformation(odd, "EPSG:25832", 8.0, 48.0)
     assert np.isnan(found.metres)
     assert str(found).endswith("by how much is not known to PROJ here.")
 

@@ -17,7 +17,7 @@ from projdist import factors, summarize
 from projdist.field.at_points import Quality, derivatives
 from projdist.field.field import departure, tell_of_contradiction
 from projdist.matrices.distortions import log_anisotropy, log_areal_scale, orientation
-from projdist.projections import Projection, ProjectionError, nature_of
+from projdist.projections import Projection, ProjectionError, declared_property_of
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_MAPS
 from projdist.support.messages import Notice
 
@@ -54,7 +54,7 @@ def assert_sound(code):
     J = found.jacobian[found.quality <= Quality.ONE_SIDED]
     assert len(J), f"{code} has no coordinates in its area of use"
     assert (orientation(J) > 0).all(), f"{code} is mirrored"
-    nature = nature_of(projection)
+    nature = declared_property_of(projection)
     assert_in_metres(projection, code, lon, lat)
     if nature is None or projection.ellipsoid.f > FLAT:
         return ""
@@ -113,15 +113,15 @@ def test_methods_that_promise_nothing_are_no_news():
         "EPSG:4087",
         lambda lon, lat: (lon, lat),
     ):
-        assert nature_of(Projection.from_user_input(given)) is None
-    assert nature_of(Projection.from_user_input("ESRI:53009")).keeps == "equal-area"
-    assert nature_of(Projection.from_user_input("EPSG:32633")) == ("Transverse Mercator", "conformal")
-    assert nature_of(Projection.from_user_input("moll")) == ("moll", "equal-area")
+        assert declared_property_of(Projection.from_user_input(given)) is None
+    assert declared_property_of(Projection.from_user_input("ESRI:53009")).keeps == "equal-area"
+    assert declared_property_of(Projection.from_user_input("EPSG:32633")) == ("Transverse Mercator", "conformal")
+    assert declared_property_of(Projection.from_user_input("moll")) == ("moll", "equal-area")
 
 
 def natures():
     """The rows of the list."""
-    file = importlib.resources.files("projdist") / "data" / "natures.csv"
+    file = importlib.resources.files("projdist") / "data" / "declared_properties.csv"
     return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 
@@ -140,9 +140,9 @@ def test_operations_of_the_list(row):
         warnings.simplefilter("ignore", Notice)  # of figures of their own
         for figure in figures:
             projection = Projection.from_user_input(f"+proj={name} {needed} {figure}")
-            assert nature_of(projection) == (name, row["nature"])
+            assert declared_property_of(projection) == (name, row["keeps"])
             found = derivatives(projection, lon + np.array([0.3, 1.1, 2.7, 3.3]), lat + np.array([0.2, -1.9, 2.3, 4.1]))
-            kept = log_anisotropy if row["nature"] == "conformal" else lambda J: np.ptp(log_areal_scale(J))
+            kept = log_anisotropy if row["keeps"] == "conformal" else lambda J: np.ptp(log_areal_scale(J))
             assert np.max(kept(found.jacobian)) < 3e-6  # hatano's iteration and guyou's integrals leave 1e-6
 
 
@@ -151,7 +151,7 @@ def test_each_row_of_the_list_has_its_source():
     rows = natures()
     assert len({(row["kind"], row["name"]) for row in rows}) == len(rows)
     for row in rows:
-        assert row["nature"] in ("conformal", "equal-area")
+        assert row["keeps"] in ("conformal", "equal-area")
         assert row["figure"] in ("any", "sphere")
         assert len(row["source"]) > 10
 
@@ -201,7 +201,7 @@ def test_departure_of_areas_is_a_range_of_quartiles(count):
     J = np.tile(np.eye(2), (count, 1, 1))
     J[:, 0, 0] = np.exp(np.random.default_rng(count).normal(size=count))
     upper, lower = np.quantile(np.log(J[:, 0, 0]), [0.75, 0.25])
-    nature = nature_of(Projection.from_user_input("moll"))
+    nature = declared_property_of(Projection.from_user_input("moll"))
     assert departure(nature, J) == pytest.approx(upper - lower, abs=1e-14)
     J[0] = 0.0
     assert np.isnan(departure(nature, J))

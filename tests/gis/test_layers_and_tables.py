@@ -14,7 +14,7 @@ import shapely
 from gis_files import greenwich_degrees, some_slow
 
 from projdist import Projection, factors, gis
-from projdist.projections import plane_of, same_map
+from projdist.projections import projected_crs_of, same_map
 
 geopandas = pytest.importorskip("geopandas")
 pd = pytest.importorskip("pandas")
@@ -260,6 +260,6 @@ def test_unknown_suffixes(save: object) -> None:
 
 def test_planes_of_crss() -> None:
     """A CRS is its own plane, whatever its unit and axes; the matrix leads to metres east and north."""
-    np.testing.assert_allclose(plane_of(Projection.from_user_input("EPSG:5513")).to_metres, [[0, -1], [-1, 0]])
-    feet = plane_of(Projection.from_user_input("EPSG:2263")).to_metres
+    np.testing.assert_allclose(projected_crs_of(Projection.from_user_input("EPSG:5513")).to_metres, [[0, -1], [-1, 0]])
+    feet = projected_crs_of(Projection.from_user_input("EPSG:2263")).to_metres
     np.testing.assert_allclose(feet, np.eye(2) * 1200 / 3937, rtol=1e-15)

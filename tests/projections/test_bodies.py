@@ -17,12 +17,12 @@ from projdist.projections import (
     Projection,
     compose,
     crs_wkt,
+    data_crs_of,
     geographic,
     graticule_of,
     parameters_of,
     pipeline_of,
-    plane_of,
-    source_of,
+    projected_crs_of,
     unprojected,
     wkt_of,
 )
@@ -177,7 +177,7 @@ def test_inverses_and_exports_agree(code):
     """Inverse, graticule, pipeline, WKT and composition are those of the map with longitudes east."""
     projection = Projection.from_user_input(code)
     x, y = projection(*POINTS)
-    plane = plane_of(projection)
+    plane = projected_crs_of(projection)
     u, v = plane.operation.native(*POINTS)
     np.testing.assert_allclose(plane.to_metres @ (u, v), (x, y), rtol=1e-14)
     np.testing.assert_allclose(plane.inverse(u, v, 1e-3), POINTS, atol=1e-11)
@@ -211,7 +211,7 @@ def test_a_crs_made_on_west_longitudes_is_the_map():
 
 def test_data_in_longitudes_west():
     """Points in a CRS with longitudes positive west lie where they are on a map of another CRS of the body."""
-    source = source_of(Projection.from_user_input("IAU_2015:49977"), "IAU_2015:49901")
+    source = data_crs_of(Projection.from_user_input("IAU_2015:49977"), "IAU_2015:49901")
     assert not source.has_degrees
     np.testing.assert_allclose(source.degrees(POINTS[1], -POINTS[0]), POINTS, atol=1e-12)
 

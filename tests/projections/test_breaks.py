@@ -9,10 +9,12 @@ from tables import each
 
 from projdist.answers.summaries import summarize
 from projdist.earth import SMOOTH
-from projdist.projections import Projection, breaks_of
+from projdist.projections import Projection, discontinuities_of
 
 ROWS = list(
-    csv.DictReader(resources.files("projdist").joinpath("data", "breaks.csv").read_text(encoding="utf-8").splitlines())
+    csv.DictReader(
+        resources.files("projdist").joinpath("data", "discontinuities.csv").read_text(encoding="utf-8").splitlines()
+    )
 )
 OPERATIONS = [row["name"] for row in ROWS if row["kind"] == "operation"]
 _STEP = 0.01  # degrees
@@ -29,7 +31,7 @@ def roughness(projection, lon, lat, along):
 def test_maps_are_rough_there(name):
     """Across each break the differences of x and y are far larger than a tenth of a degree beside it."""
     projection = Projection.from_user_input(f"+proj={name} +R=6371008.7714")
-    breaks = breaks_of(projection)
+    breaks = discontinuities_of(projection)
     for lat in breaks.parallels:
         beside = max(roughness(projection, 33.0, lat + away, "lat") for away in (-0.1, 0.1))
         assert roughness(projection, 33.0, lat, "lat") > 5.0 * beside
@@ -54,11 +56,11 @@ def test_figures_are_the_same_without(name):
 
 def test_breaks_turn_with_the_central_meridian():
     """Interruptions move with lon_0, and there is the meridian opposite; of a CRS likewise."""
-    turned = breaks_of(Projection.from_user_input("+proj=igh +lon_0=30 +R=1"))
+    turned = discontinuities_of(Projection.from_user_input("+proj=igh +lon_0=30 +R=1"))
     assert turned.southern == pytest.approx((-150.0, -70.0, 10.0, 110.0))
     assert turned.northern == pytest.approx((-150.0, -10.0))
-    assert breaks_of(Projection.from_user_input("+proj=merc +lon_0=-100 +R=1")).northern == (80.0,)
-    assert len(breaks_of(Projection.from_user_input("ESRI:54030")).parallels) == 34
+    assert discontinuities_of(Projection.from_user_input("+proj=merc +lon_0=-100 +R=1")).northern == (80.0,)
+    assert len(discontinuities_of(Projection.from_user_input("ESRI:54030")).parallels) == 34
 
 
 @pytest.mark.parametrize(
@@ -66,5 +68,5 @@ def test_breaks_turn_with_the_central_meridian():
 )
 def test_nothing_is_known_of_others(text):
     """Oblique maps have no break along meridians; shifted ones and most CRSs are left alone."""
-    assert breaks_of(Projection.from_user_input(text)) == SMOOTH
-    assert breaks_of(Projection.from_function(lambda lon, lat: (lon, lat))) == SMOOTH
+    assert discontinuities_of(Projection.from_user_input(text)) == SMOOTH
+    assert discontinuities_of(Projection.from_function(lambda lon, lat: (lon, lat))) == SMOOTH

@@ -13,9 +13,9 @@ from tables import each
 
 from projdist.answers.point_factors import factors
 from projdist.earth.ellipsoid import Ellipsoid
-from projdist.projections import Projection, ProjectionError, pipeline_of, plane_of, projection_names
+from projdist.projections import Projection, ProjectionError, pipeline_of, projected_crs_of, projection_names
 from projdist.projections.catalogue import NEEDED_PARAMETERS, NOT_IN_METRES, NOT_MAPS
-from projdist.projections.operations import has_own_figure
+from projdist.projections.operations import has_own_ellipsoid
 from projdist.support.messages import Notice
 
 LENGTHS = ("h", "h_0")  # parameters in metres, which grow with the Earth
@@ -58,7 +58,7 @@ def test_all_operations_that_pass_over_the_figure_are_known():
         for name in maps
     }
     found = {name for name in maps if keeps_its_size(f"+proj={name} {needed[name]}")}
-    assert found == {name for name in maps if has_own_figure(name)} | set(NOT_IN_METRES)
+    assert found == {name for name in maps if has_own_ellipsoid(name)} | set(NOT_IN_METRES)
 
 
 # Semi-axes of EPSG's 7004, 7022, 7008, and Snyder's sphere for the United States.
@@ -211,7 +211,7 @@ def test_planes_and_pipelines_of_own_figures():
     np.testing.assert_allclose(
         Transformer.from_pipeline(pipeline_of(projection, np.eye(2))).transform(15.0, 49.5), truth, rtol=1e-13
     )
-    assert CRS.from_wkt(plane_of(projection).wkt).ellipsoid.inverse_flattening == pytest.approx(299.1528128)
+    assert CRS.from_wkt(projected_crs_of(projection).wkt).ellipsoid.inverse_flattening == pytest.approx(299.1528128)
 
 
 REFUSED = [
@@ -266,7 +266,7 @@ def test_where_get_factors_is_wrong(text):
 )
 def test_strings_without_a_figure_have_a_crs(text):
     """PROJ's default is GRS 80, as its documentation has it ("Ellipsoids"); that of CRSs made of strings is WGS 84."""
-    plane = plane_of(Projection.from_user_input(text))
+    plane = projected_crs_of(Projection.from_user_input(text))
     assert plane is not None
     crs = CRS(plane.wkt)
     assert crs.ellipsoid.name.startswith("GRS 1980")

@@ -5,7 +5,7 @@ import pytest
 from tables import each
 
 from projdist.answers.summaries import summarize
-from projdist.projections import Projection, own_pole_of
+from projdist.projections import Projection, native_pole_of
 from projdist.regions import GLOBE, TurnedGlobe
 
 R = 6371008.7714
@@ -18,7 +18,7 @@ def in_its_chart(text):
     """x and y (5, 4) at longitudes U and latitudes V about the map's own pole."""
     projection = Projection.from_user_input(f"{text} +R={R}")
     u, v = np.meshgrid(U, V, indexing="ij")
-    points = TurnedGlobe(*own_pole_of(projection)).chart(np.zeros(u.shape, dtype=int), u, v)
+    points = TurnedGlobe(*native_pole_of(projection)).chart(np.zeros(u.shape, dtype=int), u, v)
     return projection(points.lon, points.lat)
 
 
@@ -75,5 +75,5 @@ def test_figures_over_the_globe_are_the_same_without(text):
 )
 def test_maps_without_a_pole_of_their_own(text):
     """The Earth's pole serves normal and polar maps; most ellipsoids, CRSs and other words are left alone."""
-    assert own_pole_of(Projection.from_user_input(text)) is None
-    assert own_pole_of(Projection.from_function(lambda lon, lat: (lon, lat))) is None
+    assert native_pole_of(Projection.from_user_input(text)) is None
+    assert native_pole_of(Projection.from_function(lambda lon, lat: (lon, lat))) is None

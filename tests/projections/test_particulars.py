@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from projdist.projections import Axis, Projection, Setting, particulars_of
+from projdist.projections import CrsAxis, Projection, Setting, metadata_of
 
 
 def of(given):
-    return particulars_of(Projection.from_user_input(given))
+    return metadata_of(Projection.from_user_input(given))
 
 
 def test_a_crs() -> None:
@@ -19,7 +19,7 @@ def test_a_crs() -> None:
     assert found.method == "Lambert Conic Conformal (1SP)"
     assert Setting("Latitude of natural origin", 52.0, "grad") in found.parameters
     assert Setting("Scale factor at natural origin", 0.99987742, "") in found.parameters
-    assert found.axes == (Axis("Easting", "east"), Axis("Northing", "north"))
+    assert found.axes == (CrsAxis("Easting", "east"), CrsAxis("Northing", "north"))
 
 
 def test_a_deprecated_one() -> None:

@@ -7,7 +7,7 @@ from shapely import MultiPoint, Point, Polygon
 from tables import each
 
 from projdist import Notice, Projection, ProjectionError, factors
-from projdist.projections import geographic, graticule_of, plane_of, source_of
+from projdist.projections import data_crs_of, geographic, graticule_of, projected_crs_of
 
 geopandas = pytest.importorskip("geopandas")
 pd = pytest.importorskip("pandas")
@@ -62,7 +62,7 @@ def test_a_map_without_a_datum_takes_longitudes_and_latitudes_as_they_are() -> N
 def test_points_on_the_edge_of_their_map(unit: str, metres: float, beyond: float) -> None:
     """Beyond Mollweide's edge, 2 sqrt(2) R, by rounding they are 6 mm inside of where they lie; by a metre nowhere."""
     crs = f"+proj=moll +R=6371000 +units={unit} +type=crs"
-    source = source_of(Projection.from_user_input("+proj=robin +R=6371000"), crs)
+    source = data_crs_of(Projection.from_user_input("+proj=robin +R=6371000"), crs)
     edge = 2.0 * np.sqrt(2.0) * 6371000.0
     x = np.array([edge + beyond, edge + 1.0, -edge - beyond])
     lon, lat = source.degrees_on_map(x / metres, np.zeros(3))
@@ -137,7 +137,7 @@ def test_a_frame_is_alone() -> None:
 @pytest.mark.parametrize("projection", [lambda lon, lat: (lon, lat), "+proj=pipeline +step +proj=moll"])
 def test_maps_without_a_plane(projection: object) -> None:
     """Functions and pipelines have no CRS."""
-    assert plane_of(Projection.from_user_input(projection)) is None
+    assert projected_crs_of(Projection.from_user_input(projection)) is None
 
 
 @pytest.mark.parametrize(

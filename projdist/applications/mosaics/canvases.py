@@ -14,7 +14,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.mosaics.homographies import corners, places
 from projdist.applications.mosaics.images import Box, Piece, Pixels, opencv, reduced, shift, warped
-from projdist.projections import Plane
+from projdist.projections import ProjectedCrs
 from projdist.support import replacing
 
 _BACK = 1e-6  # radii: the inverse of a map is that where the map comes back
@@ -109,7 +109,7 @@ class SphereCanvas:
     width: int
     height: int
     cameras: tuple[Camera, ...]
-    plane: Plane
+    plane: ProjectedCrs
     radius: float
     origin: tuple[float, float]
     pixel: float
@@ -195,7 +195,7 @@ class SphereCanvas:
 AnyCanvas = Canvas | SphereCanvas
 
 
-def sphere_canvas(cameras: Sequence[Camera], plane: Plane, radius: float, most_pixels: float) -> SphereCanvas:
+def sphere_canvas(cameras: Sequence[Camera], plane: ProjectedCrs, radius: float, most_pixels: float) -> SphereCanvas:
     """The canvas of a map that holds what cameras see, its pixels as large as the images' in the mean.
 
     Raises ValueError where the map shows nothing of it.
@@ -222,7 +222,7 @@ def _nodes(size: Sequence[float]) -> FloatArray:
 
 
 def _extent(
-    u: FloatArray, v: FloatArray, cameras: Sequence[Camera], plane: Plane, radius: float
+    u: FloatArray, v: FloatArray, cameras: Sequence[Camera], plane: ProjectedCrs, radius: float
 ) -> tuple[FloatArray, FloatArray]:
     """The least and the greatest coordinates of what is seen.
 
@@ -246,7 +246,7 @@ def _extent(
     return low, high
 
 
-def _scale_of(plane: Plane, cameras: Sequence[Camera], radius: float) -> float:
+def _scale_of(plane: ProjectedCrs, cameras: Sequence[Camera], radius: float) -> float:
     """The mean scale of a map where cameras look: the root of areas on the map over those on the sphere."""
     h = 1e-4
     middles = [camera.rotation[:, 2] for camera in cameras]

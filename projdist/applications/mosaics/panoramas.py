@@ -12,7 +12,7 @@ from projdist.applications.mosaics.cameras import Cameras, turned_cameras
 from projdist.applications.mosaics.canvases import Camera, SphereCanvas, angles_of, sphere_canvas
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.registration import alone, left_out_note
-from projdist.projections import Plane, Projection, ProjectionLike, plane_of
+from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.support import Answer, plain
 
 _MOST_PIXELS = 1e8  # of a canvas
@@ -142,7 +142,7 @@ class MappedPanorama:
 
     panorama: Panorama
     projection: Projection
-    plane: Plane
+    plane: ProjectedCrs
     most_pixels: float
 
     @property
@@ -161,14 +161,14 @@ class MappedPanorama:
         return sphere_canvas(self.panorama.views, self.plane, self.projection.ellipsoid.a, most)
 
 
-def map_of_sphere(projection: ProjectionLike) -> tuple[Projection, Plane]:
+def map_of_sphere(projection: ProjectionLike) -> tuple[Projection, ProjectedCrs]:
     """A map of the sphere and its plane, with an inverse; raises ValueError for others."""
     given = Projection.from_user_input(projection)
     if not given.ellipsoid.is_sphere:
         raise ValueError(
             f"Invalid projection '{given.label}'. It must be of a sphere: a name, or with +R=6371008.7714."
         )
-    plane = plane_of(given)
+    plane = projected_crs_of(given)
     if plane is None or not plane.has_inverse:
         raise ValueError(f"Invalid projection '{given.label}'. It must be one that PROJ has the inverse of.")
     return given, plane

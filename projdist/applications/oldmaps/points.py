@@ -20,7 +20,7 @@ from projdist.projections import (
     check_degrees,
     crs_of,
     geographic,
-    plane_of,
+    projected_crs_of,
     same_map,
     tell_of_degrees,
 )
@@ -227,7 +227,7 @@ def _stated(text: str, given: Projection | None) -> CRS | None:
 
 def _is_same_plane(one: Projection, other: Projection) -> bool:
     """Whether coordinates of two CRSs are the same, in the same unit."""
-    planes = plane_of(one), plane_of(other)
+    planes = projected_crs_of(one), projected_crs_of(other)
     if planes[0] is None or planes[1] is None:
         return False
     return np.array_equal(planes[0].to_metres, planes[1].to_metres) and same_map(one, planes[1].wkt) is not None
@@ -241,7 +241,7 @@ def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> Flo
     """The truth in metres of a projection's plane, of degrees or of coordinates of the CRS."""
     if is_degrees or _are_mostly_degrees(new):
         return np.stack(projection(*check_degrees(*new.T)), axis=-1)
-    plane = plane_of(projection)
+    plane = projected_crs_of(projection)
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused by its name
         return new if plane is None else np.asarray(new @ plane.to_metres.T)
 

@@ -11,7 +11,7 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.applications.oldmaps.field import OldMap, hull_nodes
 from projdist.applications.oldmaps.rectifying import old_places
-from projdist.projections import Projection, plane_of
+from projdist.projections import Projection, projected_crs_of
 from projdist.support import check_choice, check_instance
 
 _SAME_PLACE = 0.01  # metres: zones in feet have their origins rounded to 0.1 mm
@@ -104,7 +104,7 @@ def _check_one_plane(maps: Sequence[OldMap]) -> None:
 
 def _is_same_ground(new: FloatArray, crs: Projection, other: Projection) -> bool:
     """Whether places in metres of the plane of a CRS have the same in that of another."""
-    plane = plane_of(crs)
+    plane = projected_crs_of(crs)
     if crs.definition == other.definition or plane is None or not plane.has_inverse:
         return True
     u, v = np.linalg.solve(plane.to_metres, new.T)

@@ -15,10 +15,10 @@ from projdist.field import jacobian, nodes_of
 from projdist.matrices import meridian_convergence
 from projdist.projections import (
     CRS,
-    DatumShift,
+    DatumTransformation,
     Projection,
     crs_of,
-    datum_shift,
+    datum_transformation,
     is_geographic,
     keeps_datum,
     kept_datum,
@@ -49,7 +49,7 @@ class CrsForData:
     """
 
     code: str
-    shift: DatumShift | None
+    shift: DatumTransformation | None
     convergence: float
     foreign: str = ""
 
@@ -93,7 +93,7 @@ def crs_for_data(
         best = less[0] if less else best
     code = best.code if keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
     foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
-    return CrsForData(code, datum_shift(crs, code, float(lon[0]), float(lat[0])), _turned(code, lon, lat), foreign)
+    return CrsForData(code, datum_transformation(crs, code, float(lon[0]), float(lat[0])), _turned(code, lon, lat), foreign)
 
 
 def _candidates(crs: Any, region: Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
@@ -116,7 +116,7 @@ def _of_near_datum(crs: Any, found: list[Candidate], lon: float, lat: float) -> 
     """National CRSs on the data's datum to 2 m, else national ones on the latest datum, else others near, else all."""
     metres = {}
     for one in found:
-        shift = datum_shift(crs, _twin_on_datum(crs, one), lon, lat)
+        shift = datum_transformation(crs, _twin_on_datum(crs, one), lon, lat)
         metres[one.code] = 0.0 if shift is None else shift.metres
     known = [one for one in found if np.isfinite(metres[one.code])]
     near = [one for one in known if metres[one.code] <= _UNSEEN and one.share >= _WHOLE and not one.wide]

@@ -179,7 +179,7 @@ def test_names_are_open() -> None:
 
 def test_parameters_are_open() -> None:
     """Every number of every operation, in all the spellings of numbers and angles."""
-    table = importlib.resources.files("projdist") / "data" / "parameters.csv"
+    table = importlib.resources.files("projdist") / "data" / "parameter_ranges.csv"
     rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
     assert len(rows) > 100
     for row in rows:
