@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from projdist.earth import WGS84, Ellipsoid, unit_vectors
 from projdist.field import nodes_of
 from projdist.projections import WINKEL_PARALLEL, Projection, ProjectionError, projection_names
 from projdist.regions import Place
-from projdist.support import suggestion
+from projdist.support import Registry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -314,6 +314,15 @@ def _winkel(e: Extent) -> Family:
 FAMILIES = (*_CONES, "tmerc", "omerc", *_AZIMUTHALS, "merc", "cea", "eqc", "wintri", "ob_tran:NAME")
 
 
+_ONE_OF_A_KIND: Registry[Callable[[Extent], Family]] = Registry(
+    "family",
+    {"tmerc": _transverse, "omerc": _oblique, "wintri": _winkel},
+    suggested=FAMILIES,
+    rule=f"It must be auto, one of {', '.join(FAMILIES)}, or a PROJ string with free parameters, as +proj=lcc "
+    "+lat_1={30..50} +lat_2={40..60}.",
+)
+
+
 def get_family(name: str, extent: Extent) -> Family:
     """The family of a name, or of a PROJ string with free parameters as `{lat_1:20..60}`; raises ValueError."""
     if "=" in name:
@@ -326,14 +335,7 @@ def get_family(name: str, extent: Extent) -> Family:
         return _cylinder(name, extent)
     if name.startswith("ob_tran:"):
         return _rotated(name, extent)
-    other = {"tmerc": _transverse, "omerc": _oblique, "wintri": _winkel}.get(name)
-    if other is None:
-        raise ValueError(
-            f"Invalid family '{name}'. {suggestion(name, FAMILIES)}It must be auto, one of "
-            f"{', '.join(FAMILIES)}, or a PROJ string with free parameters, as +proj=lcc +lat_1={{30..50}} "
-            "+lat_2={40..60}."
-        )
-    return other(extent)
+    return _ONE_OF_A_KIND.named(name)(extent)
 
 
 def sensible_families(extent: Extent, ellipsoid: Ellipsoid | None) -> list[str]:

@@ -16,7 +16,7 @@ from projdist.designs.sites import BaseNodes
 from projdist.field import FIGURES, Figure
 from projdist.matrices import EXPONENT, Energy, Measure
 from projdist.regions import Place
-from projdist.support import check_choice, check_number, quoted
+from projdist.support import Registry, check_choice, check_number, quoted
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,7 @@ KINDS = {
 
 def get_kind(name: str) -> Kind:
     """The kind of a name; raises ValueError with those there are."""
-    check_choice("kind", name, KINDS)
-    return KINDS[name]
+    return Registry("kind", KINDS).named(name)
 
 
 def needs_exponent(J: FloatArray, weight: FloatArray, objective: DesignObjective) -> bool:

@@ -21,7 +21,7 @@ from projdist.matrices import (
     principal_scales,
 )
 from projdist.numerics import get_criterion, mean, rms
-from projdist.support import check_choice, check_text, quoted, suggestion
+from projdist.support import Registry, check_choice, check_text
 
 # 0.1 ppm, in each unit: derivatives are good to 1e-10 and better, true differences begin at 1e-6.
 _ROUNDING = {"ppm": 0.1, "deg": float(np.degrees(1e-7))}
@@ -166,7 +166,7 @@ _CANTERS = "Canters & Decleir 1989, The World in Perspective"
 _GOTT = "Goldberg & Gott 2007, Flexion and Skewness in Map Projections of the Earth, Cartographica 42:297"
 _KLINGATSCH = "weights of angles and areas as Klingatsch has them, of logarithms; not read in the original"
 
-FIGURES: dict[str, Figure] = {
+_FIGURES = {
     figure.name: figure
     for figure in (
         Figure(
@@ -366,9 +366,11 @@ FIGURES: dict[str, Figure] = {
     )
 }
 
-_ALLOWED = (
-    "It must be one of airy_kavrayskiy, airy, max_scale_error_ppm, mean_omega, ... (see 'projdist list figures', or "
-    "projdist.FIGURES), or a function of J."
+FIGURES: Registry[Figure] = Registry(
+    "criterion",
+    _FIGURES,
+    rule="It must be one of airy_kavrayskiy, airy, max_scale_error_ppm, mean_omega, ... (see 'projdist list figures', "
+    "or projdist.FIGURES), or a function of J.",
 )
 
 
@@ -410,7 +412,4 @@ def get_figure(figure: AnyFigure) -> Figure:
     if callable(figure):
         measure = get_measure(figure)
         return Figure(name=measure.name, description=measure.description, measure=measure, statistic="mean")
-    if isinstance(figure, str) and figure in FIGURES:
-        return FIGURES[figure]
-    hint = suggestion(figure, FIGURES) if isinstance(figure, str) else ""
-    raise ValueError(f"Invalid criterion {quoted(figure)}. {hint}{_ALLOWED}")
+    return FIGURES.named(figure)

@@ -31,7 +31,7 @@ from projdist.matrices.distortions import (
     tissot_semimajor,
     tissot_semiminor,
 )
-from projdist.support import listed_values, quoted, suggestion
+from projdist.support import Registry, listed_values, quoted
 
 
 def flexion(J: FloatArray, H: FloatArray) -> FloatArray:
@@ -237,7 +237,7 @@ class Measure:
         return (self.function.__doc__ or "").strip().partition("\n")[0]
 
 
-MEASURES: dict[str, Measure] = {
+_MEASURES = {
     measure.name: measure
     for measure in (
         Measure("fisher", fisher),
@@ -263,15 +263,18 @@ MEASURES: dict[str, Measure] = {
     )
 }
 
-ALIASES: dict[str, str] = {measure.symbol: measure.name for measure in MEASURES.values() if measure.symbol} | {
+ALIASES: dict[str, str] = {measure.symbol: measure.name for measure in _MEASURES.values() if measure.symbol} | {
     "max_scale": "tissot_semimajor",
     "min_scale": "tissot_semiminor",
 }
 
-
-_ALLOWED = (
-    "It must be one of fisher, h, k, s, a, b, omega, ... (see 'projdist list measures', or projdist.MEASURES), "
-    "scale@AZIMUTH, or a function of J."
+MEASURES: Registry[Measure] = Registry(
+    "measure",
+    _MEASURES,
+    aliases=ALIASES,
+    suggested=[*_MEASURES, *ALIASES, "scale@AZIMUTH"],
+    rule="It must be one of fisher, h, k, s, a, b, omega, ... (see 'projdist list measures', or projdist.MEASURES), "
+    "scale@AZIMUTH, or a function of J.",
 )
 
 
@@ -313,15 +316,9 @@ def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> 
         return measure
     if callable(measure):
         return Measure(getattr(measure, "__name__", "custom"), measure)
-    if not isinstance(measure, str):
-        raise ValueError(f"Invalid measure {quoted(measure)}. {_ALLOWED}")
-    name = ALIASES.get(measure, measure)
-    if name in MEASURES:
-        return MEASURES[name]
-    if name.startswith("scale@"):
-        return _scale_measure(name)
-    hint = suggestion(measure, [*MEASURES, *ALIASES, "scale@AZIMUTH"])
-    raise ValueError(f"Invalid measure {quoted(measure)}. {hint}{_ALLOWED}")
+    if isinstance(measure, str) and measure.startswith("scale@"):
+        return _scale_measure(measure)
+    return MEASURES.named(measure)
 
 
 def listed_measures(measures: Any) -> list[Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.support import quoted, suggestion
+from projdist.support import Registry
 
 
 class Estimate(NamedTuple):
@@ -108,19 +108,11 @@ def _of_positive_weight(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArr
     return values, weights
 
 
-CRITERIA: dict[str, Criterion] = {
-    "mean": mean,
-    "rms": rms,
-    "std": std,
-    "median": median,
-    "p95": p95,
-    "max": maximum,
-    "min": minimum,
-}
-
-
-_ALLOWED = (
-    f"It must be one of {', '.join(CRITERIA)}, pNN (see 'projdist list criteria'), or a function of values and weights."
+CRITERIA: Registry[Criterion] = Registry(
+    "criterion",
+    {"mean": mean, "rms": rms, "std": std, "median": median, "p95": p95, "max": maximum, "min": minimum},
+    rule="It must be one of mean, rms, std, median, p95, max, min, pNN (see 'projdist list criteria'), or a "
+    "function of values and weights.",
 )
 
 
@@ -156,11 +148,7 @@ def get_criterion(criterion: str | Criterion) -> Criterion:
     """
     if callable(criterion):
         return criterion
-    if not isinstance(criterion, str):
-        raise ValueError(f"Invalid criterion {quoted(criterion)}. {_ALLOWED}")
-    if criterion in CRITERIA:
-        return CRITERIA[criterion]
-    percentile = re.fullmatch(r"p(\d{1,2}(?:\.\d+)?)", criterion)
-    if percentile:
+    percentile = re.fullmatch(r"p(\d{1,2}(?:\.\d+)?)", criterion) if isinstance(criterion, str) else None
+    if percentile and criterion not in CRITERIA:
         return functools.partial(quantile, share=float(percentile[1]) / 100.0)
-    raise ValueError(f"Invalid criterion {quoted(criterion)}. {suggestion(criterion, CRITERIA)}{_ALLOWED}")
+    return CRITERIA.named(criterion)

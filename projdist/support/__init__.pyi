@@ -1,5 +1,6 @@
 from .answers import Answer, plain
 from .checks import (
+    Registry,
     check_bool,
     check_choice,
     check_degrees,
@@ -50,6 +51,7 @@ __all__ = [
     "Answer",
     "Notice",
     "Processes",
+    "Registry",
     "answering",
     "cells_of",
     "check_bool",

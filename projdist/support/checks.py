@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from projdist._typing import FloatArray
 from projdist.support.messages import shown, suggestion
 
 _Kind = TypeVar("_Kind")
+_Thing = TypeVar("_Thing")
 
 
 def quoted(value: Any) -> str:
@@ -73,12 +74,38 @@ def check_degrees(lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArra
     return lons, lats
 
 
+class Registry(dict[str, _Thing], Generic[_Thing]):
+    """Things of one kind by name.
+
+    `aliases` are other names of them, `suggested` the words that a misspelt name is compared with (the names), and
+    `rule` what the message says must be given (one of the names).
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        things: Mapping[str, _Thing],
+        *,
+        aliases: Mapping[str, str] | None = None,
+        suggested: Collection[str] = (),
+        rule: str = "",
+    ) -> None:
+        super().__init__(things)
+        self.kind, self.aliases, self.suggested = kind, aliases or {}, suggested or tuple(things)
+        self.rule = rule or f"It must be one of {', '.join(things)}."
+
+    def named(self, name: Any) -> _Thing:
+        """The thing of a name or alias; raises ValueError with close words."""
+        if isinstance(name, str) and (found := self.aliases.get(name, name)) in self:
+            return self[found]
+        hint = suggestion(name, self.suggested) if isinstance(name, str) else ""
+        raise ValueError(f"Invalid {self.kind} {quoted(name)}. {hint}{self.rule}")
+
+
 def check_choice(thing: str, value: Any, allowed: Collection[str], *, also: str = "") -> str:
-    """One of the words that are allowed; `also` tells what else would be taken."""
-    if isinstance(value, str) and value in allowed:
-        return value
-    hint = suggestion(value, allowed) if isinstance(value, str) else ""
-    raise ValueError(f"Invalid {thing} {quoted(value)}. {hint}It must be one of {', '.join(allowed)}{also}.")
+    """One of the allowed words; `also` ends the list of them in the message."""
+    words = {word: word for word in allowed}
+    return Registry(thing, words, rule=f"It must be one of {', '.join(words)}{also}.").named(value)
 
 
 def check_text(thing: str, value: Any) -> str:

@@ -10,7 +10,7 @@ from projdist.answers.published_indices import terms
 from projdist.answers.published_indices.index import Index, ScaledField
 from projdist.field import FIGURES
 from projdist.numerics import Estimate
-from projdist.support import check_number, check_text, listed_values, quoted, suggestion
+from projdist.support import Registry, check_number, check_text, listed_values, quoted
 
 NORMALISERS = {"I": 0.51, "A": 0.41, "F": 0.64, "S": 0.60, "D": 0.449, "B": 0.25}
 """The plate carree's row as Goldberg & Gott (2007) print it, rounded, which the published scores are made with."""
@@ -135,7 +135,7 @@ _SCORED = {
     "B": terms.boundary_cuts,
 }
 
-INDICES: dict[str, Index] = {
+_INDICES = {
     index.name: index
     for index in (
         _view("airy", "E_A", "airy", "half of the sum, root", terms.best_for_airy),
@@ -354,18 +354,20 @@ INDICES: dict[str, Index] = {
     )
 }
 
-GROUPS: tuple[str, ...] = tuple(dict.fromkeys(index.group for index in INDICES.values()))
+GROUPS: tuple[str, ...] = tuple(dict.fromkeys(index.group for index in _INDICES.values()))
 
-_ALLOWED = f"It must be all, a group ({', '.join(GROUPS)}), or an index (see 'projdist list indices')."
+INDICES: Registry[Index] = Registry(
+    "index",
+    _INDICES,
+    aliases={name: index.name for index in reversed(_INDICES.values()) for name in (index.symbol, index.name)},
+    suggested=["all", *GROUPS, *_INDICES],
+    rule=f"It must be all, a group ({', '.join(GROUPS)}), or an index (see 'projdist list indices').",
+)
 
 
 def get_index(name: str) -> Index:
     """The index of a name or symbol; raises ValueError with close matches."""
-    for index in INDICES.values():
-        if name in (index.name, index.symbol):
-            return index
-    hint = suggestion(name, ["all", *GROUPS, *INDICES]) if isinstance(name, str) else ""
-    raise ValueError(f"Invalid index {quoted(name)}. {hint}{_ALLOWED}")
+    return INDICES.named(name)
 
 
 def get_indices(names: str | Iterable[str] = "all") -> list[Index]:

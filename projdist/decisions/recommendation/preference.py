@@ -11,18 +11,15 @@ import numpy as np
 from projdist.decisions.map_info import PROPERTIES
 from projdist.decisions.recommendation.candidate_crs import Candidate, Key
 from projdist.projections import AUTHORITIES, CrsRecord
-from projdist.support import close_words, did_you_mean, listed, quoted
+from projdist.support import Registry, listed
 
 PURPOSES = ("any", *PROPERTIES, "compromise")
 
 
 def get_purpose(name: str) -> str:
     """The purpose of a name; raises ValueError with close matches."""
-    if not isinstance(name, str) or name not in PURPOSES:
-        words = close_words(name.lower().replace("_", "-"), PURPOSES) if isinstance(name, str) else []
-        hint = did_you_mean(words)
-        raise ValueError(f"Invalid purpose {quoted(name)}. {hint}It must be {listed(PURPOSES, 'or')}.")
-    return name
+    purposes = {purpose: purpose for purpose in PURPOSES}
+    return Registry("purpose", purposes, rule=f"It must be {listed(PURPOSES, 'or')}.").named(name)
 
 
 def suits(kept: tuple[str, ...], purpose: str) -> bool:
