@@ -11,6 +11,7 @@ from .ellipsoid import (
     latitude_text,
     longitude_text,
     unit_vectors,
+    wrapped,
 )
 from .natural_earth import (
     GEOS_ARITHMETIC,
@@ -34,7 +35,7 @@ from .natural_earth import (
     state_outline,
     unwrapped,
 )
-from .places import Cities, cities
+from .places import Cities, cities, data_rows
 
 __all__ = [
     "GEOS_ARITHMETIC",
@@ -54,6 +55,7 @@ __all__ = [
     "closed_round_pole",
     "coastlines",
     "cut_at_antimeridian",
+    "data_rows",
     "destination",
     "even_odd",
     "goes_round",
@@ -71,4 +73,5 @@ __all__ = [
     "state_outline",
     "unit_vectors",
     "unwrapped",
+    "wrapped",
 ]

@@ -138,6 +138,12 @@ def unit_vectors(lon: ArrayLike, lat: ArrayLike) -> FloatArray:
     return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
 
 
+def wrapped(lon: ArrayLike) -> FloatArray:
+    """Longitudes moved by whole turns into -180 to 180 degrees; those already there keep every digit."""
+    lon = np.asarray(lon, dtype=float)
+    return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
+
+
 def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
     """The angles in radians between unit vectors (3, ...), which broadcast; from the chord between their ends.
 

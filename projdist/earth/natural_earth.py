@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 import importlib.resources
 import io
@@ -15,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from projdist._typing import BoolArray, FloatArray
+from projdist.earth.places import data_rows
 
 _HALF_TURN, _TURN = 180.0, 360.0
 _HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
@@ -318,8 +318,7 @@ def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
 @functools.cache
 def country_keys() -> tuple[dict[str, str], ...]:
     """The rows of countries.csv: `name`, `iso_a2`, `iso_a3`, `iso_n3`, `continent`, `other_names` with | between."""
-    file = importlib.resources.files("projdist") / "data" / "countries.csv"
-    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+    return tuple(data_rows("countries.csv"))
 
 
 @functools.cache
@@ -453,8 +452,7 @@ def _less(line: FloatArray, left_out: BoolArray) -> Iterator[FloatArray]:
 @functools.cache
 def state_keys() -> tuple[dict[str, str], ...]:
     """The rows of states.csv: `name`, `postal`, `fips`, `other_names` with | between."""
-    file = importlib.resources.files("projdist") / "data" / "states.csv"
-    return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+    return tuple(data_rows("states.csv"))
 
 
 def state_outline(fips: str) -> shapely.MultiPolygon:

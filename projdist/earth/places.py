@@ -13,6 +13,12 @@ from numpy.typing import NDArray
 from projdist._typing import BoolArray, FloatArray, IntArray
 
 
+def data_rows(name: str) -> list[dict[str, str]]:
+    """The rows of a CSV file shipped in projdist/data, by column."""
+    file = importlib.resources.files("projdist") / "data" / name
+    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cities:
     """Cities as columns of one length, the better known first: by people times names in other languages."""

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray
 from projdist.matrices import frechet, frechet_plane
-from projdist.matrices import frechet as frechet_medians
 from projdist.matrices.spd import place
 from projdist.support import Answer, check_choice, check_numbers
 
@@ -147,7 +146,7 @@ def _solved(A: FloatArray, w: FloatArray, method: str, noise: float = 0.0) -> MD
     shape, (count, n, _) = A.shape[:-3], A.shape[-3:]
     A, w = A.reshape(-1, count, n, n), w.reshape(-1, count)
     rows = max(1, _GROUP // (count * n * n))
-    found: list[frechet.Mean | frechet_medians.Median] = []
+    found: list[frechet.Mean | frechet.Median] = []
     for first in range(0, len(A), rows):
         part = slice(first, first + rows)
         try:
@@ -171,7 +170,7 @@ class _Singular(Exception):
     """The first singular matrix: the numbers of its set and in it."""
 
 
-def _mean(A: FloatArray, w: FloatArray, method: str, noise: float) -> frechet.Mean | frechet_medians.Median:
+def _mean(A: FloatArray, w: FloatArray, method: str, noise: float) -> frechet.Mean | frechet.Median:
     """The means of sets of matrices, shape (B, N, n, n)."""
     if A.shape[-1] == 2 and method in ("auto", "newton"):
         points, wrong = frechet_plane.points(A)
@@ -182,7 +181,7 @@ def _mean(A: FloatArray, w: FloatArray, method: str, noise: float) -> frechet.Me
         start, wrong = frechet.middle(A, w)
         _refuse(wrong)
         if method == "median":
-            return frechet_medians.medians(A, w, start, noise)
+            return frechet.medians(A, w, start, noise)
         found = frechet.METHODS["newton" if method == "auto" else method](A, w, start)
     return found
 

@@ -79,7 +79,7 @@ from .point_tables import (
     tell_of_frame_in_degrees,
     tell_of_missing,
 )
-from .proj_parameters import Parameter, number_text
+from .proj_parameters import Parameter, defined_by, number_text
 from .projected_crs import (
     DataCrs,
     Graticule,
@@ -91,7 +91,7 @@ from .projected_crs import (
     same_map,
 )
 from .projection import Body, Projection, ProjectionLike, is_same_body, listed_projections
-from .tuning import Tunable, defined_by, tunable, tuned, with_parameters
+from .tuning import Tunable, tunable, tuned, with_parameters
 from .wkt import cf_attributes
 from .worldmaps import WORLD_MAPS, distance_around_edge
 

@@ -6,16 +6,15 @@ others in silence and takes defaults. `data/methods.csv` lists what each method 
 
 from __future__ import annotations
 
-import csv
 import difflib
 import functools
 import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from importlib import resources
 from typing import Any, NamedTuple
 
+from projdist.earth import data_rows
 from projdist.projections.catalogue import folded
 from projdist.projections.errors import ProjectionError
 from projdist.support import NEAR, did_you_mean, listed, shown, tell
@@ -253,7 +252,6 @@ def _is_same(value: float, other: float) -> bool:
 
 @functools.cache
 def _methods() -> tuple[_Method, ...]:
-    text = resources.files("projdist").joinpath("data/methods.csv").read_text(encoding="utf-8")
     return tuple(
         _Method(
             row["method"],
@@ -262,7 +260,7 @@ def _methods() -> tuple[_Method, ...]:
             tuple(map(_parameter, row["parameters"].split())),
             {folded(key): float(value) for key, _, value in (text.partition("=") for text in row["options"].split())},
         )
-        for row in csv.DictReader(text.splitlines())
+        for row in data_rows("methods.csv")
     )
 
 

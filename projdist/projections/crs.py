@@ -18,6 +18,7 @@ from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
 from projdist.projections.operations import (
     CrsOperation,
     Parts,
+    ellipsoid_of_crs,
     geographic_base,
     greenwich_offset,
     operation_ellipsoid,
@@ -54,7 +55,8 @@ def parse_crs(value: Any, *, registered: bool = True) -> Parts:
         raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
     crs = _projected_part(stated, quoted)
     geodetic = geographic_base(crs)
-    if geodetic is None or crs.ellipsoid is None:
+    stated_ellipsoid = ellipsoid_of_crs(crs)
+    if geodetic is None or stated_ellipsoid is None:
         raise ProjectionError(f"Invalid projection '{quoted}'. The CRS states no ellipsoid.")
     function = CrsOperation(crs.to_wkt(), greenwich_offset(crs), units_per_degree(geodetic), _axes_to_metres(crs))
     try:
@@ -68,8 +70,7 @@ def parse_crs(value: Any, *, registered: bool = True) -> Parts:
         if operation is not None and not known_method(operation.method_name):
             reason = f"PROJ does not know the method '{shown(operation.method_name)}' of {shown(stated.name)}."
         raise ProjectionError(f"Invalid projection '{quoted}'. {reason}") from error
-    rf = crs.ellipsoid.inverse_flattening
-    ellipsoid = _drawn(function, Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0))
+    ellipsoid = _drawn(function, stated_ellipsoid)
     definition = (_code(stated, crs) if registered else "") or str(stated.to_wkt())
     return Parts(_name(stated, crs), definition, ellipsoid, function, bounds_of(stated) or bounds_of(crs))
 

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 import math
 import re
 from dataclasses import dataclass
-from importlib import resources
 from typing import NamedTuple
 
 from pyproj import CRS
 
-from projdist.earth import SMOOTH, SPHERE, WGS84, Discontinuities
+from projdist.earth import SMOOTH, SPHERE, WGS84, Discontinuities, data_rows
 from projdist.projections.catalogue import operation_titles
 from projdist.projections.names import Turned
 from projdist.projections.operations import CrsOperation, Pipeline
+from projdist.projections.proj_parameters import ELLIPSOID_KEYS, numbers_in
 from projdist.projections.projection import Projection
-from projdist.projections.projstrings import ELLIPSOID_KEYS
 from projdist.projections.worldmaps import WORLD_MAPS
 
 _METRES = "metre"
@@ -189,8 +187,8 @@ def _operation_of(pipeline: str) -> str:
 @functools.cache
 def _promises() -> dict[tuple[str, str], tuple[str, str]]:
     """What is kept, and on which figure, "any" or "sphere", by kind and name."""
-    text = resources.files("projdist").joinpath("data", "declared_properties.csv").read_text(encoding="utf-8")
-    return {(row["kind"], row["name"]): (row["keeps"], row["figure"]) for row in csv.DictReader(text.splitlines())}
+    rows = data_rows("declared_properties.csv")
+    return {(row["kind"], row["name"]): (row["keeps"], row["figure"]) for row in rows}
 
 
 # ---- breaks --------------------------------------------------------------------------------------
@@ -216,21 +214,9 @@ def _discontinuities_of_text(pipeline: str) -> Discontinuities:
     """Of a PROJ string."""
     if any(part in pipeline for part in _SHIFTED):
         return SMOOTH
-    values = numbers_of(pipeline)
+    values = numbers_in(pipeline)
     centre = values.get("lon_0", 0.0)
     return known_discontinuities(str(values.get("proj")), centre) if isinstance(centre, float) else SMOOTH
-
-
-def numbers_of(pipeline: str) -> dict[str, float | str]:
-    """The parameters of a PROJ string: numbers, and what else is text."""
-    found: dict[str, float | str] = {}
-    for token in pipeline.split():
-        name, _, text = token.removeprefix("+").partition("=")
-        try:
-            found[name] = float(text)
-        except ValueError:
-            found[name] = text
-    return found
 
 
 def known_discontinuities(operation: str, centre: float) -> Discontinuities:
@@ -261,9 +247,8 @@ def _turned(breaks: Discontinuities, centre: float) -> Discontinuities:
 @functools.cache
 def _known() -> dict[tuple[str, str], Discontinuities]:
     """Breaks of methods with the central meridian 0, by kind and name."""
-    text = resources.files("projdist").joinpath("data", "discontinuities.csv").read_text(encoding="utf-8")
     found = {}
-    for row in csv.DictReader(text.splitlines()):
+    for row in data_rows("discontinuities.csv"):
         parallels = _numbers(row["parallels"])
         both = tuple(sorted({*parallels, *(-lat for lat in parallels)}))
         found[row["kind"], row["name"]] = Discontinuities(both, _numbers(row["northern"]), _numbers(row["southern"]))
@@ -309,7 +294,7 @@ def native_pole_of(projection: Projection) -> NativePole | None:
 
 @functools.lru_cache(maxsize=256)
 def _native_pole_of_text(pipeline: str, sphere: bool) -> NativePole | None:
-    values = numbers_of(pipeline)
+    values = numbers_in(pipeline)
     if values.keys() & _SHIFTING or not (sphere or values.get("proj") in _ON_ELLIPSOIDS):
         return None
     name, lon, lat = values.get("proj"), values.get("lon_0", 0.0), values.get("lat_0", 0.0)

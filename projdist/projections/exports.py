@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from pyproj import CRS, Transformer
 
 from projdist._typing import FloatArray
-from projdist.earth import WGS84, Ellipsoid
+from projdist.earth import WGS84, Ellipsoid, wrapped
 from projdist.projections.catalogue import WINKEL_PARALLEL, close_codes
 from projdist.projections.crs import parse_crs, read_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
@@ -25,13 +25,14 @@ from projdist.projections.operations import (
     CrsOperation,
     Pipeline,
     check_grids,
+    ellipsoid_of_crs,
     geographic_base,
     greenwich_offset,
     has_plain_axes,
     transform,
     units_per_degree,
 )
-from projdist.projections.proj_parameters import prime_meridian
+from projdist.projections.proj_parameters import Stated, prime_meridian, stated_in, string_of
 from projdist.projections.projection import Projection
 from projdist.support import did_you_mean, shown
 
@@ -112,26 +113,23 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
             continue
         coordinates = _coordinates(found, points)
         if coordinates is not None and agree(projection, coordinates, truth):
-            return _text(found)
+            return string_of(found)
     return None
 
 
-Parameters = dict[str, str | None]
 _OPEN = "1"  # a scale that is still to be found
 
 
-def _text(parameters: Parameters) -> str:
-    return " ".join(f"+{key}" if value is None else f"+{key}={value}" for key, value in parameters.items())
-
-
-def _coordinates(parameters: Parameters, points: tuple[FloatArray, FloatArray]) -> FloatArray | None:
+def _coordinates(parameters: Stated, points: tuple[FloatArray, FloatArray]) -> FloatArray | None:
     try:
-        return np.array(Projection.from_user_input(_text(parameters))(*points))
+        return np.array(Projection.from_user_input(string_of(parameters))(*points))
     except ProjectionError:
         return None
 
 
-def _scaled(parameters: Parameters, points: tuple[FloatArray, FloatArray], truth: FloatArray) -> Parameters | None:
+def _scaled(
+    parameters: dict[str, str], points: tuple[FloatArray, FloatArray], truth: FloatArray
+) -> dict[str, str] | None:
     """The parameters with the k_0 for which the coordinates come nearest to the truth."""
     unscaled = _coordinates(parameters, points)
     if unscaled is None:
@@ -139,7 +137,7 @@ def _scaled(parameters: Parameters, points: tuple[FloatArray, FloatArray], truth
     origin = np.array([[float(parameters.get(key) or 0.0)] for key in ("x_0", "y_0")])
     both = np.isfinite(unscaled + truth).all(axis=0)
     f, t = (values[:, both] - origin for values in (unscaled, truth))
-    return parameters | {"k_0": repr(float(np.sum(f * t) / np.sum(f * f)))} if f.any() else None
+    return {**parameters, "k_0": repr(float(np.sum(f * t) / np.sum(f * f)))} if f.any() else None
 
 
 def tried(projection: Projection) -> tuple[FloatArray, FloatArray]:
@@ -211,8 +209,8 @@ def _derived_wkt(base: str, coefficients: FloatArray, name: str) -> str:
     )
 
 
-def _projecting_step(projection: Projection) -> Parameters | None:
-    """Parameters of the only step of a PROJ operation that is a map, or None."""
+def _projecting_step(projection: Projection) -> dict[str, str] | None:
+    """dict[str, str] of the only step of a PROJ operation that is a map, or None."""
     function = projection.function
     if isinstance(function, Pipeline):
         text = function.pipeline
@@ -220,12 +218,9 @@ def _projecting_step(projection: Projection) -> Parameters | None:
         text = function.transformer.definition
     else:
         return None
-    found: list[Parameters] = []
+    found: list[dict[str, str]] = []
     for step in re.split(r"(?:^|\s)\+?step\s", text):
-        parameters: Parameters = {}
-        for token in step.split():
-            key, equals, value = token.lstrip("+").partition("=")
-            parameters.setdefault(key, value if equals else None)
+        parameters = stated_in(step.split())
         if parameters.get("proj") not in _BESIDE | {"pipeline"}:
             found.append(parameters)
     if isinstance(function, CrsOperation) and function.greenwich:
@@ -236,12 +231,12 @@ def _projecting_step(projection: Projection) -> Parameters | None:
     return found[0] if len(found) == 1 and "inv" not in found[0] else None
 
 
-def _changed_parameters(tokens: Parameters, x: float, y: float) -> Iterator[Parameters]:
-    """Parameters that may stretch the map by x and y along its axes."""
+def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[dict[str, str]]:
+    """dict[str, str] that may stretch the map by x and y along its axes."""
     if x == y == 1.0:
         yield dict(tokens)
     try:
-        shifts: Parameters = {
+        shifts: dict[str, str] = {
             key: f"{float(tokens[key] or 0) * by!r}" for key, by in (("x_0", x), ("y_0", y)) if key in tokens
         }
         if x == y:
@@ -258,7 +253,7 @@ def _changed_parameters(tokens: Parameters, x: float, y: float) -> Iterator[Para
         return  # numbers in PROJ's other ways, as 30d
 
 
-def _as_tmerc(tokens: Parameters, scale: float) -> Parameters:
+def _as_tmerc(tokens: dict[str, str], scale: float) -> dict[str, str]:
     """The transverse Mercator map of a zone of UTM, its false origin scaled."""
     rest = {key: value for key, value in tokens.items() if key not in ("proj", "zone", "south")}
     north = 1e7 if "south" in tokens else 0.0
@@ -275,10 +270,9 @@ _VERSIONS = ("WKT2_2019", "WKT1_ESRI")
 
 def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
     """The ellipsoid of a geographic CRS, as EPSG:6318; raises ProjectionError."""
-    crs = _geodetic(geodetic)
-    assert crs.ellipsoid is not None
-    rf = crs.ellipsoid.inverse_flattening
-    return Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0)
+    ellipsoid = ellipsoid_of_crs(_geodetic(geodetic))
+    assert ellipsoid is not None  # as `_geodetic` sees to
+    return ellipsoid
 
 
 def geodetic_of(projection: Projection) -> str | None:
@@ -418,17 +412,12 @@ class AreaOfUse(NamedTuple):
             west, east = -180.0, 180.0
         sides = {
             "south_latitude": south,
-            "west_longitude": _usual(west),
+            "west_longitude": float(wrapped(west)),
             "north_latitude": north,
-            "east_longitude": _usual(east),
+            "east_longitude": float(wrapped(east)),
         }
         parts = crs.to_json_dict() | {"scope": _SCOPE, "area": self.name}
         return CRS.from_json_dict(parts | {"bbox": {name: round(side, _DECIMALS) for name, side in sides.items()}})
-
-
-def _usual(longitude: float) -> float:
-    """A longitude within half a turn of Greenwich."""
-    return longitude if abs(longitude) <= 180.0 else (longitude + 180.0) % 360.0 - 180.0
 
 
 @dataclass(frozen=True)

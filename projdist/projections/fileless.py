@@ -19,8 +19,8 @@ from pyproj.datadir import get_data_dir
 
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.names import has_words, words_of
-from projdist.projections.proj_parameters import ANGLES, FLAGS, NUMBERS, TEXTS, WHOLE_NUMBERS
-from projdist.projections.projstrings import ELLIPSOID_KEYS, proj_string_of_parameters
+from projdist.projections.proj_parameters import ANGLES, ELLIPSOID_KEYS, FLAGS, NUMBERS, TEXTS, WHOLE_NUMBERS
+from projdist.projections.projstrings import proj_string_of_parameters
 from projdist.projections.wkt import WktNode, is_wkt, parse_wkt, with_spaces
 from projdist.support import close_words, shown
 

@@ -18,7 +18,13 @@ from projdist.projections.catalogue import close_codes
 from projdist.projections.crs import bounds_of, read_crs
 from projdist.projections.errors import ProjectionError
 from projdist.projections.exports import unprojected
-from projdist.projections.operations import check_grids, greenwich_offset, has_plain_axes, units_per_degree
+from projdist.projections.operations import (
+    check_grids,
+    ellipsoid_of_crs,
+    greenwich_offset,
+    has_plain_axes,
+    units_per_degree,
+)
 from projdist.support import did_you_mean, shown
 
 
@@ -44,11 +50,8 @@ def area_of_use(value: Any) -> tuple[float, float, float, float]:
 
 def ground_of(value: Any) -> Ellipsoid | None:
     """The figure on which regions in a CRS are measured, None where it states none; raises ValueError."""
-    figure = crs_of(value).ellipsoid
-    if figure is None:
-        return None
-    rf = figure.inverse_flattening
-    return Ellipsoid(figure.semi_major_metre, 1.0 / rf if rf else 0.0).ground
+    ellipsoid = ellipsoid_of_crs(crs_of(value))
+    return ellipsoid.ground if ellipsoid else None
 
 
 def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None:

@@ -11,7 +11,7 @@ import numpy as np
 import pyproj.list
 
 from projdist._typing import FloatArray
-from projdist.earth import SPHERE
+from projdist.earth import SPHERE, wrapped
 from projdist.projections.catalogue import (
     NAMES,
     NEEDED_PARAMETERS,
@@ -29,8 +29,8 @@ from projdist.projections.catalogue import (
 from projdist.projections.crs import parse_crs
 from projdist.projections.errors import ALLOWED, ProjectionError
 from projdist.projections.operations import Function, Parts, ellipsoid_parameters, operation_ellipsoid
-from projdist.projections.proj_parameters import check_read, number_text
-from projdist.projections.projstrings import ELLIPSOID_KEYS, ellipsoid_of, parse_proj_string
+from projdist.projections.proj_parameters import ELLIPSOID_KEYS, check_read, number_text
+from projdist.projections.projstrings import ellipsoid_of, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import did_you_mean, listed, shown
 
@@ -76,17 +76,12 @@ class Turned:
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
         """x, y in metres."""
         if self.lat == 0.0:
-            return self.function(_around(lon - self.lon), lat)
+            return self.function(wrapped(lon - self.lon), lat)
         lam, phi, tilt = np.radians(lon - self.lon), np.radians(lat), np.radians(self.lat)
         ahead = np.cos(tilt) * np.cos(phi) * np.cos(lam) + np.sin(tilt) * np.sin(phi)
         right = np.cos(phi) * np.sin(lam)
         up = np.cos(tilt) * np.sin(phi) - np.sin(tilt) * np.cos(phi) * np.cos(lam)
         return self.function(np.degrees(np.arctan2(right, ahead)), np.degrees(np.arctan2(up, np.hypot(right, ahead))))
-
-
-def _around(degrees: FloatArray) -> FloatArray:
-    """Longitudes from -180 to 180, which are left as they are."""
-    return np.where(np.abs(degrees) <= 180.0, degrees, np.mod(degrees + 180.0, 360.0) - 180.0)
 
 
 def has_words(text: str) -> bool:
@@ -135,7 +130,7 @@ def _centre(point: str, text: str) -> tuple[float, float]:
     if not (abs(lat) <= 90.0 and abs(lon) <= 360.0):
         swapped = f" Did you mean @{lon:g},{lat:g}?" if abs(lon) <= 90.0 < abs(lat) <= 360.0 else ""
         raise ProjectionError(f"{complaint} The latitude, which stands first, must be -90 to 90.{swapped}")
-    return lat, float(np.mod(lon + 180.0, 360.0) - 180.0) if abs(lon) > 180.0 else lon
+    return lat, float(wrapped(lon))
 
 
 def turned_tokens(tokens: Sequence[str], lat: float, lon: float) -> list[str]:

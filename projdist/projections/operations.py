@@ -47,6 +47,14 @@ def geographic_base(crs: CRS) -> CRS | None:
     return CRS.from_json_dict(parts)
 
 
+def ellipsoid_of_crs(crs: CRS) -> Ellipsoid | None:
+    """The ellipsoid of a CRS in metres; None where it states none."""
+    if crs.ellipsoid is None:
+        return None
+    rf = crs.ellipsoid.inverse_flattening
+    return Ellipsoid(crs.ellipsoid.semi_major_metre, 1.0 / rf if rf else 0.0)
+
+
 def has_plain_axes(geodetic: CRS) -> bool:
     """Whether `always_xy` makes of a geodetic CRS's axes longitudes east, then geodetic latitudes north."""
     return geodetic.is_geographic and [axis.direction for axis in geodetic.axis_info[:2]] in _GIVES_LONGITUDE_FIRST

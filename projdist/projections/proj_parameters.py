@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
 
 import numpy as np
 import pyproj.exceptions
 import pyproj.list
 from pyproj import Transformer
 
+from projdist.earth import data_rows
 from projdist.projections.catalogue import NOT_MAPS
 from projdist.projections.errors import ProjectionError
 from projdist.projections.operations import transform
@@ -30,6 +29,7 @@ NUMBERS = frozenset(
     scrolly t_0 toff tscale x_0 xoff y_0 yoff z_0 zoff""".split()
 )
 WHOLE_NUMBERS = frozenset("aperture lsat north_square path resolution south_square zone".split())
+ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
 FLAGS = frozenset("approx exact geoc guam inv no_cut no_rot ns omit_fwd omit_inv over south".split())
 TEXTS = frozenset("algo axis ellps mode no_off no_uoff o_proj orient pm shape sweep to_meter units".split())
 """The parameters of maps by what PROJ reads of them, from its source and the strings in its library."""
@@ -201,17 +201,61 @@ def _meant(token: str, step: Sequence[str]) -> Iterator[str]:
             yield name
 
 
+# ---- PROJ strings as dictionaries ----------------------------------------------------------------
+
+
+Stated = Mapping[str, str]
+"""The parameters of a PROJ string and their values, as texts; "" for flags."""
+
+
+def stated_in(tokens: Iterable[str]) -> dict[str, str]:
+    """Keys and values of tokens; of a repeated key the first value."""
+    found: dict[str, str] = {}
+    for token in tokens:
+        key, _, value = token.lstrip("+").partition("=")
+        found.setdefault(key, value)
+    return found
+
+
+def tokens_of(stated: Stated) -> list[str]:
+    """The tokens of parameters, `key=value` or a flag."""
+    return [f"{key}={value}" if value else key for key, value in stated.items()]
+
+
+def string_of(stated: Stated) -> str:
+    """The PROJ string of parameters."""
+    return " ".join(f"+{token}" for token in tokens_of(stated))
+
+
+def numbers_in(pipeline: str) -> dict[str, float | str]:
+    """The parameters of a PROJ string, those that are numbers as numbers; of a repeated key the last value."""
+    found: dict[str, float | str] = {}
+    for token in pipeline.split():
+        name, _, text = token.removeprefix("+").partition("=")
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = text
+    return found
+
+
+def defined_by(text: str, parameters: Mapping[str, float]) -> str:
+    """A PROJ string of one step with other values of numeric parameters."""
+    for key, value in parameters.items():
+        token = f"+{key}={number_text(value)}"
+        text, count = re.subn(rf"(?<!\S)\+?{re.escape(key)}=\S+", token, text, count=1)
+        if not count:
+            text = f"{text} {token}"
+    return text
+
+
 def number_text(value: float) -> str:
     """A number for a PROJ string: with twelve decimals, less the zeros at its end."""
     text = f"{value:.12f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
 
-# ---- knobs ---------------------------------------------------------------------------------------
-
-
-Stated = Mapping[str, str]
-"""The parameters of a PROJ string and their values, as texts."""
+# ---- ranges of numeric parameters ----------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -296,7 +340,7 @@ def degrees_of(text: str) -> float:
     return sign * sum(float(part or 0.0) / by for part, by in zip(parts.groups(), (1.0, 60.0, 3600.0), strict=True))
 
 
-def prime_meridian(stated: Mapping[str, str | None]) -> float:
+def prime_meridian(stated: Stated) -> float:
     """The meridian from which the longitudes of a map are counted, in degrees from Greenwich."""
     meridian = stated.get("pm") or "0"
     return degrees_of(pyproj.list.get_prime_meridians_map().get(meridian, meridian))
@@ -327,9 +371,8 @@ def _parameter(row: _Row, value: float) -> Parameter:
 @functools.cache
 def _table() -> dict[str, tuple[_Row, ...]]:
     """The rows of each operation, in their order."""
-    text = resources.files("projdist").joinpath("data", "parameter_ranges.csv").read_text(encoding="utf-8")
     found: dict[str, tuple[_Row, ...]] = {}
-    for row in csv.DictReader(text.splitlines()):
+    for row in data_rows("parameter_ranges.csv"):
         low, high, step = (float(row[key]) for key in ("low", "high", "step"))
         made = _Row(row["key"], row["label"], row["unit"], low, high, step, row["default"], row["form"], row["where"])
         found[row["operation"]] = (*found.get(row["operation"], ()), made)

@@ -26,10 +26,9 @@ from projdist.projections.operations import (
     tell_of_sphere,
     transform,
 )
-from projdist.projections.proj_parameters import check_values, tell_of_idle
+from projdist.projections.proj_parameters import ELLIPSOID_KEYS, check_values, tell_of_idle
 from projdist.support import did_you_mean, shown
 
-ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
 # These tell how a datum relates to WGS 84 or name a height: no part of the map, but PROJ would apply them.
 _DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
 

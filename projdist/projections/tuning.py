@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -35,11 +34,15 @@ from projdist.projections.proj_parameters import (
     Parameter,
     Stated,
     check_value,
+    defined_by,
     degrees_of,
     longitude_key,
     number_text,
     parameters_in,
     prime_meridian,
+    stated_in,
+    string_of,
+    tokens_of,
 )
 from projdist.projections.projection import Projection, ProjectionLike
 from projdist.projections.projstrings import is_proj_string, operation_name
@@ -73,16 +76,6 @@ def run_as(projection: Projection, definition: str, pipeline: str) -> Projection
         message = f"Invalid PROJ string '{changed.pipeline}'. PROJ says: {proj_reason(error)}."
         raise ProjectionError(message) from error
     return dataclasses.replace(projection, definition=definition, function=changed)
-
-
-def defined_by(text: str, parameters: Mapping[str, float]) -> str:
-    """A PROJ string of one step with other values of numeric parameters."""
-    for key, value in parameters.items():
-        token = f"+{key}={number_text(value)}"
-        text, count = re.subn(rf"(?<!\S)\+?{re.escape(key)}=\S+", token, text, count=1)
-        if not count:
-            text = f"{text} {token}"
-    return text
 
 
 # ---- tuning --------------------------------------------------------------------------------------
@@ -155,7 +148,7 @@ class _Plan:
     def made(self, values: Stated, centre: Centre | None) -> Projection:
         """The map with other values and another centre."""
         if centre is not None and self.tunable.drags == "longitude":
-            lon = _around(centre[0] - prime_meridian(self.stated))
+            lon = _wrapped(centre[0] - prime_meridian(self.stated))
             values = {**values, longitude_key(self.tunable.parameters): number_text(lon)}
             centre = None
         return self._string(values, centre) if self.words is None else self._name(self.words, values, centre)
@@ -164,7 +157,7 @@ class _Plan:
         function = self.projection.function
         assert isinstance(function, Pipeline)
         definition, pipeline = (
-            _text(_moved(_with(_pairs(text.split()), values), centre))
+            string_of(_moved(_with(stated_in(text.split()), values), centre))
             for text in (self.projection.definition, function.pipeline)
         )
         made = run_as(self.projection, definition, pipeline)
@@ -177,7 +170,7 @@ class _Plan:
         definition = _words_text(changed)
         if changed.name in WORLD_MAPS:
             return Projection.from_user_input(definition)
-        pipeline = _text(_pairs(proj_tokens(changed.name, changed)))
+        pipeline = string_of(stated_in(proj_tokens(changed.name, changed)))
         return replace(run_as(self.projection, definition, pipeline), name=title_of(changed))
 
 
@@ -226,11 +219,11 @@ def _idle(projection: Projection) -> _Plan:
 
 
 def _plan_of_string(projection: Projection) -> _Plan:
-    stated = _pairs(projection.definition.split())
+    stated = stated_in(projection.definition.split())
     if stated["proj"] == "pipeline":
         return _plan_of_operation(projection)
     if stated["proj"] == "utm":
-        return _plan_of_text(_text(_as_tmerc(stated)))
+        return _plan_of_text(string_of(_as_tmerc(stated)))
     parameters = _parameters(stated, sphere=projection.ellipsoid.is_sphere)
     found = Tunable(definition=projection.definition, parameters=parameters, drags="none", centre=None)
     return _with_drags(_Plan(projection, found, stated), _latitude(stated, sphere=projection.ellipsoid.is_sphere))
@@ -238,9 +231,9 @@ def _plan_of_string(projection: Projection) -> _Plan:
 
 def _plan_of_name(projection: Projection, words: Words) -> _Plan:
     if words.name in WORLD_MAPS:
-        stated = {"proj": "robin", **_pairs(words.parameters)}  # which has no parameter but lon_0, too
+        stated = {"proj": "robin", **stated_in(words.parameters)}  # which has no parameter but lon_0, too
     else:
-        stated = _pairs(proj_tokens(words.name, replace(words, centre=None)))
+        stated = stated_in(proj_tokens(words.name, replace(words, centre=None)))
     latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
     if words.centre is not None:
         latitude = words.centre[0]
@@ -256,7 +249,7 @@ def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
     if not key:
         return plan
     lon = next(parameter.value for parameter in plan.tunable.parameters if parameter.name == key)
-    lon = _around(lon + prime_meridian(plan.stated))
+    lon = _wrapped(lon + prime_meridian(plan.stated))
     if latitude is not None:
         both = replace(plan, tunable=replace(plan.tunable, drags="both", centre=(lon, latitude)))
         if _is_centred(both):
@@ -308,44 +301,44 @@ def _moved(stated: Stated, centre: Centre | None) -> dict[str, str]:
     """The parameters of a map with a point at its origin."""
     if centre is None:
         return dict(stated)
-    lon, lat = _around(centre[0] - prime_meridian(stated)), centre[1]
+    lon, lat = _wrapped(centre[0] - prime_meridian(stated)), centre[1]
     operation = stated["proj"]
     if operation in _WITH_LATITUDE:
         longitude = "lonc" if operation == "omerc" else "lon_0"
         return {**stated, "lat_0": number_text(lat), longitude: number_text(lon)}
     turned = stated.get("o_proj", operation)
     rest = {key: value for key, value in stated.items() if key not in ("proj", "o_proj", "lon_0", "lat_0", *_POLES)}
-    return _pairs(turned_tokens([f"proj={turned}", *_tokens(rest)], lat, lon))
+    return stated_in(turned_tokens([f"proj={turned}", *tokens_of(rest)], lat, lon))
 
 
 def _with_values(words: Words, values: Stated) -> Words:
     """Words with other values: of a map that is another with fixed parameters, that one's."""
     operation, fixed = operation_of(words.name)
-    name, stated = words.name, _pairs(words.parameters)
-    own = _pairs(fixed)
+    name, stated = words.name, stated_in(words.parameters)
+    own = stated_in(fixed)
     if name in NAMES and own.keys() & values.keys():
         name, stated = operation, own | stated
     if words.centre is None:
-        return Words(name, tuple(_tokens(_with(stated, values))), None)
+        return Words(name, tuple(tokens_of(_with(stated, values))), None)
     lat, lon = (float(values.get(key, at)) for key, at in zip(("lat_0", "lon_0"), words.centre, strict=True))
     others = {key: value for key, value in values.items() if key not in ("lat_0", "lon_0")}
-    return _centred(Words(name, tuple(_tokens(_with(stated, others))), None), (lon, lat))
+    return _centred(Words(name, tuple(tokens_of(_with(stated, others))), None), (lon, lat))
 
 
 def _centred(words: Words, centre: Centre) -> Words:
     """Words with a point at the origin."""
     lon, lat = centre
     operation, fixed = operation_of(words.name)
-    stated = {key: value for key, value in _pairs(words.parameters).items() if key not in ("lat_0", "lon_0")}
+    stated = {key: value for key, value in stated_in(words.parameters).items() if key not in ("lat_0", "lon_0")}
     name = operation if "lat_0=90" in fixed and lat != 90.0 else words.name
     if "lat_0" in needed_parameters(name):
         stated = _moved({"proj": operation, **stated}, centre)
         del stated["proj"]
     elif operation in _WITH_LATITUDE or lat != 0.0:
-        return Words(name, tuple(_tokens(stated)), (lat, lon))
+        return Words(name, tuple(tokens_of(stated)), (lat, lon))
     else:
         stated["lon_0"] = number_text(lon)
-    return Words(name, tuple(_tokens(stated)), None)
+    return Words(name, tuple(tokens_of(stated)), None)
 
 
 def _with(stated: Stated, values: Stated) -> dict[str, str]:
@@ -354,7 +347,7 @@ def _with(stated: Stated, values: Stated) -> dict[str, str]:
 
 
 def _operation_name(definition: str) -> str:
-    stated = _pairs(definition.split())
+    stated = stated_in(definition.split())
     return operation_name([stated["proj"]], [stated["o_proj"]] if "o_proj" in stated else [])
 
 
@@ -388,29 +381,12 @@ def _checked(found: Tunable, centre: Centre) -> Centre:
             f"Invalid centre '{lon:g}, {lat:g}' of '{shown(found.definition)}'. It must be a longitude, and a latitude "
             f"of {low:g} to {high:g}."
         )
-    return _around(lon), lat
+    return _wrapped(lon), lat
 
 
-def _around(lon: float) -> float:
-    """A longitude from -180 to 180, which is left as it is."""
+def _wrapped(lon: float) -> float:
+    """A longitude within -180 and 180 degrees; `wrapped` is for arrays, and ten times slower."""
     return lon if abs(lon) <= 180.0 else (lon + 180.0) % 360.0 - 180.0
-
-
-def _pairs(tokens: Iterable[str]) -> dict[str, str]:
-    """Keys and values of tokens, of each key the first, "" for flags."""
-    found: dict[str, str] = {}
-    for token in tokens:
-        key, _, value = token.lstrip("+").partition("=")
-        found.setdefault(key, value)
-    return found
-
-
-def _tokens(stated: Stated) -> list[str]:
-    return [f"{key}={value}" if value else key for key, value in stated.items()]
-
-
-def _text(stated: Stated) -> str:
-    return " ".join(f"+{token}" for token in _tokens(stated))
 
 
 def _words_text(words: Words) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from projdist._typing import AnyArray, FloatArray
-from projdist.earth import MEAN_EARTH_RADIUS
+from projdist.earth import MEAN_EARTH_RADIUS, wrapped
 
 __all__ = [
     "WORLD_MAPS",
@@ -46,7 +46,7 @@ def gott_elliptical(lon: FloatArray, lat: FloatArray) -> XY:
     again; that part of a transverse Mollweide map is stretched. Gott, Mugnolo & Colley 2007, "Map projections
     minimizing distance errors", page 4.
     """
-    phi, half = np.radians(lat), np.radians(_turned(lon)) / 2
+    phi, half = np.radians(lat), np.radians(wrapped(lon)) / 2
     ahead = np.cos(phi) * np.cos(half)
     sine, cosine = _mollweide(np.cos(phi) * np.sin(half), np.hypot(np.sin(phi), ahead))
     turn = np.arctan2(np.sin(phi), ahead)
@@ -69,7 +69,7 @@ def gott_wagner(lon: FloatArray, lat: FloatArray) -> XY:
     that improve on the Winkel Tripel" (arXiv 2102.08176), after a program that implements it: its score, as
     they define it, computes to 4.55, where they print 4.497, so that a detail may differ.
     """
-    return _equidistant(np.radians(_turned(lon)) / np.sqrt(12), np.radians(lat) * 2 / 3, 2.0, 1.0)
+    return _equidistant(np.radians(wrapped(lon)) / np.sqrt(12), np.radians(lat) * 2 / 3, 2.0, 1.0)
 
 
 # ---- Briesemeister, Francula ----------------------------------------------------------------
@@ -99,14 +99,14 @@ def francula_1(lon: FloatArray, lat: FloatArray) -> XY:
     middle = np.radians(63.0)
     width = np.cos(middle) / np.cos(share * middle)
     phi = np.radians(lat)
-    return MEAN_EARTH_RADIUS * width * np.radians(_turned(lon)) * np.cos(share * phi), MEAN_EARTH_RADIUS * phi
+    return MEAN_EARTH_RADIUS * width * np.radians(wrapped(lon)) * np.cos(share * phi), MEAN_EARTH_RADIUS * phi
 
 
 def francula_2(lon: FloatArray, lat: FloatArray) -> XY:
     """Francula's second map: meridians are parts of ellipses, parallels equally spaced. As the first."""
     phi = np.radians(lat)
     ellipse = np.sqrt(1.0 - (83.0769 / 90 * 2 / np.pi * phi) ** 2)
-    return MEAN_EARTH_RADIUS * 0.621462 * np.radians(_turned(lon)) * ellipse, MEAN_EARTH_RADIUS * phi
+    return MEAN_EARTH_RADIUS * 0.621462 * np.radians(wrapped(lon)) * ellipse, MEAN_EARTH_RADIUS * phi
 
 
 # ---- Wagner ---------------------------------------------------------------------------------
@@ -118,7 +118,7 @@ def wagner_9(lon: FloatArray, lat: FloatArray) -> XY:
     7/9 of the latitude and 5/18 of the longitude, stretched by the inverses: the equator and the central meridian
     have their true lengths. Wagner 1949, "Kartographische Netzentwürfe".
     """
-    return _equidistant(np.radians(_turned(lon)) * 5 / 18, np.radians(lat) * 7 / 9, 18 / 5, 9 / 7)
+    return _equidistant(np.radians(wrapped(lon)) * 5 / 18, np.radians(lat) * 7 / 9, 18 / 5, 9 / 7)
 
 
 # ---- double-sided ---------------------------------------------------------------------------
@@ -176,12 +176,6 @@ def distance_around_edge(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: Flo
 
 
 # ---- parts ----------------------------------------------------------------------------------
-
-
-def _turned(lon: FloatArray) -> FloatArray:
-    """Longitudes within -180 and 180, which stay as they are."""
-    lon = np.asarray(lon, dtype=float)
-    return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
 
 
 def _equidistant(lam: FloatArray, phi: FloatArray, across: float, along: float) -> XY:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 import shapely
@@ -23,11 +23,6 @@ from projdist.regions.caps import Cap
 from projdist.regions.points import PointSet
 from projdist.regions.polygons import Polygons
 from projdist.regions.region import Region
-
-if TYPE_CHECKING:
-    from projdist.regions.points import PointSet
-    from projdist.regions.polygons import Polygons
-
 
 RIM_TOLERANCE = 1e-6
 """By how many degrees the polygon of a cap may leave its rim: 0.1 m."""

@@ -16,7 +16,6 @@ from projdist.regions.points import PointSet
 from projdist.regions.region import Region
 
 if TYPE_CHECKING:
-    from projdist.regions.points import PointSet
     from projdist.regions.polygons import Polygons
 
 MAIN_KM = 400.0

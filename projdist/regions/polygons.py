@@ -19,7 +19,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
-from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid
+from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid, wrapped
 from projdist.numerics import ORDER, PLANE_WEIGHTS
 from projdist.regions import chains
 from projdist.regions.boxes import SLIVER, height_of, latitude_of, patch_chart, patch_panels, tightened
@@ -123,11 +123,11 @@ class Polygons:
         """Whether points in degrees are in the polygons, their edges included."""
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
         shapely.prepare(self.geometry)
-        wrapped = np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
-        inside = shapely.intersects_xy(self.geometry, wrapped, lat)
-        seam = np.abs(wrapped) == 180.0
+        lon = wrapped(lon)
+        inside = shapely.intersects_xy(self.geometry, lon, lat)
+        seam = np.abs(lon) == 180.0
         if seam.any():
-            inside = inside | (seam & shapely.intersects_xy(self.geometry, -wrapped, lat))
+            inside = inside | (seam & shapely.intersects_xy(self.geometry, -lon, lat))
         return np.asarray(inside)
 
     def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
