@@ -1,7 +1,7 @@
-"""The parameters that a CRS states for its method, as PROJ needs them: other programs' names, the missing, the unused.
+"""Parameters of a CRS's method translated for PROJ: names of other programs, missing and unused parameters.
 
 PROJ knows a parameter by EPSG's code or name, and in WKT 1 by the name that GDAL or Esri has for the method. It drops
-others in silence and takes defaults. `data/methods.csv` lists what each method takes.
+others silently and uses defaults. `data/methods.csv` lists what each method takes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from projdist.support import NEAR, did_you_mean, listed, shown, tell
 
 
 class Stated(NamedTuple):
-    """A parameter as it is written in a definition; the value is in the unit that it has there."""
+    """A parameter as written in a definition; the value is in the definition's unit."""
 
     name: str
     value: float
@@ -29,120 +29,19 @@ class Stated(NamedTuple):
 
 @dataclass(frozen=True)
 class _Kind:
-    """A kind of parameters: the quantity, and the names that programs have for it, the first of which WKT 1 has."""
+    """A kind of parameter: its quantity, and its names in different programs, that of WKT 1 first."""
 
-    quantity: str  # angle, length, scale, or option for what chooses between methods
+    quantity: str  # angle, length, scale, or option (a choice between methods)
     names: tuple[str, ...]
 
 
 # EPSG's names, GDAL's and GeoTools' of WKT 1, Esri's, and those of the CF conventions; case and spaces do not count.
 _KINDS = {
-    "latitude": _Kind(
-        "angle",
-        (
-            *("latitude_of_origin", "Latitude of natural origin", "Latitude of false origin", "latitude_of_center"),
-            *("latitude_of_centre", "Latitude of projection centre", "latitude_of_projection_center"),
-            *("latitude_of_projection_origin", "Latitude of topocentric origin", "Spherical latitude of origin"),
-            "Central_Parallel",
-        ),
-    ),
-    "longitude": _Kind(
-        "angle",
-        (
-            *("central_meridian", "Longitude of natural origin", "Longitude of false origin", "Longitude of origin"),
-            *("longitude_of_center", "longitude_of_centre", "Longitude of projection centre"),
-            *("longitude_of_projection_center", "longitude_of_projection_origin", "longitude_of_central_meridian"),
-            *("straight_vertical_longitude_from_pole", "Longitude of topocentric origin"),
-            "Spherical longitude of origin",
-        ),
-    ),
-    "parallel_1": _Kind(
-        "angle",
-        (
-            *("standard_parallel_1", "standard_parallel", "Latitude of 1st standard parallel"),
-            *("Latitude of standard parallel", "Latitude of true scale", "Latitude of first standard parallel"),
-        ),
-    ),
-    "parallel_2": _Kind(
-        "angle",
-        ("standard_parallel_2", "Latitude of 2nd standard parallel", "Latitude of second standard parallel"),
-    ),
-    "scale": _Kind(
-        "scale",
-        (
-            *("scale_factor", "Scale factor at natural origin", "Scale factor on initial line"),
-            *("Scale factor at projection centre", "Scale factor at projection center"),
-            *("scale_factor_at_central_meridian", "scale_factor_at_projection_origin", "Ellipsoid scaling factor"),
-            "Scale factor on pseudo standard parallel",
-        ),
-    ),
-    "easting": _Kind("length", ("false_easting", "Easting at false origin", "Easting at projection centre")),
-    "northing": _Kind("length", ("false_northing", "Northing at false origin", "Northing at projection centre")),
-    "azimuth": _Kind(
-        "angle",
-        (
-            *("azimuth", "Azimuth of initial line", "Azimuth at projection centre", "Azimuth at projection center"),
-            *("azimuth_of_central_line", "Co-latitude of cone axis"),
-        ),
-    ),
-    "skew": _Kind("angle", ("rectified_grid_angle", "Angle from Rectified to Skew Grid")),
-    "pseudo_parallel": _Kind("angle", ("pseudo_standard_parallel_1", "Latitude of pseudo standard parallel")),
-    "lat_1st": _Kind("angle", ("latitude_of_1st_point", "latitude_of_point_1")),
-    "lon_1st": _Kind("angle", ("longitude_of_1st_point", "longitude_of_point_1")),
-    "lat_2nd": _Kind("angle", ("latitude_of_2nd_point", "latitude_of_point_2")),
-    "lon_2nd": _Kind("angle", ("longitude_of_2nd_point", "longitude_of_point_2")),
-    "height": _Kind("length", ("satellite_height", "height", "perspective_point_height", "Viewpoint height")),
-    "origin_height": _Kind("length", ("Ellipsoidal height of topocentric origin", "Projection plane origin height")),
-    "peg_latitude": _Kind("angle", ("peg_point_latitude",)),
-    "peg_longitude": _Kind("angle", ("peg_point_longitude",)),
-    "peg_heading": _Kind("angle", ("peg_point_heading",)),
-    "peg_height": _Kind("length", ("peg_point_height",)),
-    "option": _Kind("option", ("option", "auxiliary_sphere_type", "x_scale", "y_scale", "xy_plane_rotation")),
+    row["kind"]: _Kind(row["quantity"], tuple(row["names"].split(";"))) for row in data_rows("parameter_names.csv")
 }
 _KIND_OF = {folded(name): key for key, kind in _KINDS.items() for name in kind.names}
-
 # The names of parameters in WKT 2 by EPSG's code, or by a word of ours where there is none.
-_NAMES = {
-    "8801": "Latitude of natural origin",
-    "8802": "Longitude of natural origin",
-    "8805": "Scale factor at natural origin",
-    "8806": "False easting",
-    "8807": "False northing",
-    "8811": "Latitude of projection centre",
-    "8812": "Longitude of projection centre",
-    "8813": "Azimuth at projection centre",
-    "8814": "Angle from Rectified to Skew Grid",
-    "8815": "Scale factor at projection centre",
-    "8816": "Easting at projection centre",
-    "8817": "Northing at projection centre",
-    "8818": "Latitude of pseudo standard parallel",
-    "8819": "Scale factor on pseudo standard parallel",
-    "8821": "Latitude of false origin",
-    "8822": "Longitude of false origin",
-    "8823": "Latitude of 1st standard parallel",
-    "8824": "Latitude of 2nd standard parallel",
-    "8826": "Easting at false origin",
-    "8827": "Northing at false origin",
-    "8832": "Latitude of standard parallel",
-    "8833": "Longitude of origin",
-    "8834": "Latitude of topocentric origin",
-    "8835": "Longitude of topocentric origin",
-    "8836": "Ellipsoidal height of topocentric origin",
-    "8840": "Viewpoint height",
-    "1036": "Co-latitude of cone axis",
-    "1038": "Ellipsoid scaling factor",
-    "1039": "Projection plane origin height",
-    "lat_1st": "Latitude of 1st point",
-    "lon_1st": "Longitude of 1st point",
-    "lat_2nd": "Latitude of 2nd point",
-    "lon_2nd": "Longitude of 2nd point",
-    "satellite_height": "Satellite Height",
-    "true_scale": "Latitude of true scale",
-    "peg_latitude": "Peg point latitude",
-    "peg_longitude": "Peg point longitude",
-    "peg_heading": "Peg point heading",
-    "peg_height": "Peg point height",
-}
+_NAMES = {row["code"]: row["name"] for row in data_rows("method_parameters.csv")}
 _LATITUDES = {"latitude", "parallel_1", "parallel_2"}
 _ROTATIONS = {"option", "skew"}  # Esri's XY_Plane_Rotation is one
 _UNITS = {"angle": "degree", "length": "metre", "scale": "unity"}
@@ -154,8 +53,8 @@ _SAME_VALUE = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and Esri anot
 class _Parameter:
     """A parameter that a method takes.
 
-    `values` are the only ones that PROJ has for it, one or two; none where it takes any. `instead` is a kind that
-    files have in its place.
+    `values` are the only ones that PROJ supports; empty if it takes any. `instead` is a kind that files may state in
+    its place.
     """
 
     name: str
@@ -171,21 +70,21 @@ class _Parameter:
 
     @property
     def spoken(self) -> str:
-        """Its name for a message, with that of WKT 1."""
+        """Its name in messages, followed by that of WKT 1."""
         return f"{self.name} ({_KINDS[self.kind].names[0]})"
 
     def takes(self, kind: str) -> bool:
-        """Whether a stated parameter of the kind is this one."""
+        """True if a stated parameter of this kind stands for this one."""
         return kind != "" and kind in (self.kind, self.instead)
 
     def has(self, value: float) -> bool:
-        """Whether PROJ has the value for it."""
+        """True if PROJ supports the value."""
         return not self.values or any(abs(value - known) < _SAME_VALUE for known in self.values)
 
 
 @dataclass(frozen=True)
 class _Method:
-    """A method of PROJ's: its name in WKT 2, EPSG's code, other names, what it takes, and Esri's options for it."""
+    """A method of PROJ: name in WKT 2, EPSG code, other names, parameters, and Esri's options."""
 
     name: str
     code: str
@@ -196,7 +95,7 @@ class _Method:
 
 @dataclass
 class _Reading:
-    """How the stated parameters serve a method: PROJJSON of those taken, and their values by folded names there."""
+    """Match of stated parameters to a method: PROJJSON of those taken, and their values by folded stated name."""
 
     method: _Method
     taken: dict[_Parameter, dict[str, Any]] = field(default_factory=dict)
@@ -212,13 +111,13 @@ class _Reading:
         ]
 
     def take(self, wanted: _Parameter, item: dict[str, Any], name: str) -> None:
-        """Let what is stated by a name serve as a parameter, if PROJ has its value for that."""
+        """Take a stated parameter for one of the method's, if PROJ supports its value."""
         if wanted.optional or wanted.has(item["value"]):
             self.taken[wanted] = item
             self.names[folded(name)] = item["value"]
 
     def uses(self, item: Stated) -> bool:
-        """Whether a stated parameter is one of those taken: by its name, or by its value and what it is."""
+        """True if a stated parameter is among those taken, by name, or by value and kind."""
         name, kind = folded(item.name), _kind_of(item)
         if kind == "option" and self.method.options.get(name) == item.value:
             return True
@@ -231,7 +130,7 @@ class _Reading:
         )
 
     def is_idle(self, item: Stated) -> bool:
-        """Whether a parameter that the method has not got changes nothing: 0, a scale of 1, the pole of a polar map."""
+        """True if a parameter unknown to the method changes nothing: 0, a scale of 1, the pole of a polar map."""
         kind = _kind_of(item)
         if kind == "latitude" and abs(item.value) == 90.0:
             return any(
@@ -241,7 +140,7 @@ class _Reading:
         return kind != "" and item.value == neutral
 
     def contradicts(self, item: Stated) -> bool:
-        """Whether a stated latitude is the pole that the standard parallel of a polar map does not lie about."""
+        """True if a stated latitude is the pole opposite to the standard parallel of a polar map."""
         parallel = next((value["value"] for wanted, value in self.taken.items() if wanted.code == "8832"), 0.0)
         return _kind_of(item) == "latitude" and abs(item.value) == 90.0 and parallel * item.value < 0.0
 
@@ -281,17 +180,17 @@ def _parameter(entry: str) -> _Parameter:
 
 
 def is_parameter(name: str) -> bool:
-    """Whether a program has the name for a parameter of a method."""
+    """True if any program uses the name for a parameter."""
     return folded(name) in _KIND_OF
 
 
 def known_method(name: str) -> bool:
-    """Whether a method has a row in the table, by its name there or another one."""
+    """True if the table has a method of this name or alias."""
     return bool(_candidates(name, ""))
 
 
 def _candidates(name: str, code: str) -> list[_Method]:
-    """The methods of a code or else of a name, and those that other programs call so."""
+    """Methods with the EPSG code or else the name, then those with the name as an alias."""
     wanted = folded(name)
     own = [method for method in _methods() if code and method.code == code] or [
         method for method in _methods() if folded(method.name) == wanted
@@ -300,11 +199,11 @@ def _candidates(name: str, code: str) -> list[_Method]:
 
 
 def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str, Any]:
-    """PROJJSON of a projected CRS with the parameters that are stated, those included that PROJ did not understand.
+    """PROJJSON of a projected CRS with all stated parameters, including those that PROJ did not understand.
 
-    It is what was given where nothing is to be changed. `stated` are the parameters of a text that PROJ has not kept
-    all of; None for those of the CRS itself. Tells of what has no use, and raises ProjectionError where a method lacks
-    what it needs.
+    Returns the given object if nothing changes. `stated` are the parameters of the original text, some of which PROJ
+    may have dropped; None for those of the CRS itself. Warns of unused parameters, and raises ProjectionError if a
+    required one is missing.
     """
     conversion = crs["conversion"]
     read = conversion.get("parameters", [])
@@ -314,7 +213,7 @@ def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str
     identity = method.get("id", {})
     code = str(identity["code"]) if identity.get("authority") == "EPSG" else ""  # PROJ has ids of its own, too
     reading = _best_reading(_candidates(method["name"], code), read, stated, code)
-    if reading is None:  # PROJ knows it, or refuses it
+    if reading is None:  # not in the table: left to PROJ
         return crs
     _complete(reading, str(crs["name"]))
     if _is_as_read(reading, read):
@@ -344,16 +243,16 @@ def conversion_of(method: str, parameters: Iterable[dict[str, Any]], name: str) 
 def _best_reading(
     candidates: Sequence[_Method], read: Sequence[dict[str, Any]], stated: Sequence[Stated], code: str = ""
 ) -> _Reading | None:
-    """How the stated parameters serve the method that lacks least and leaves least unused; None without a method.
+    """The match with the fewest missing, then the fewest unused parameters; None without candidates.
 
-    `code` is that of the method for which PROJ has read parameters.
+    `code` is that of the method for which PROJ read the parameters.
     """
     readings = [_reading(method, read, stated, code) for method in candidates]
     return min(readings, key=lambda reading: (len(reading.missing), len(reading.unused)), default=None)
 
 
 def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[Stated], code: str) -> _Reading:
-    """Give each parameter of a method what PROJ has read of it, else what is stated by another name."""
+    """Match each parameter of a method to what PROJ read, else to what is stated by another name."""
     reading = _Reading(method)
     for wanted in method.parameters:
         for item in read if code in ("", method.code) else ():
@@ -375,7 +274,7 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
 
 
 def _is_named(item: dict[str, Any], wanted: _Parameter) -> bool:
-    """Whether a parameter that PROJ has read has the code or the name of one of the method's."""
+    """True if a parameter read by PROJ has the code or the name of the method's parameter."""
     code = str(item.get("id", {}).get("code", ""))
     return code == wanted.code if code and wanted.code else folded(item["name"]) == folded(wanted.name)
 
@@ -385,7 +284,7 @@ def _kind_of(item: Stated) -> str:
 
 
 def _item(wanted: _Parameter, found: Stated, read: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """PROJJSON of a parameter, in the unit that PROJ has read for others of its quantity."""
+    """PROJJSON of a parameter, in the unit that PROJ read for others of its quantity."""
     alike = (item for item in read if folded(item["name"]) == folded(found.name))
     others = (item for item in read if _quantity_of(item) == wanted.quantity)
     unit = next((item["unit"] for item in (*alike, *others) if "unit" in item), _UNITS[wanted.quantity])
@@ -401,7 +300,7 @@ def _quantity_of(item: dict[str, Any]) -> str:
 
 
 def _is_as_read(reading: _Reading, read: Sequence[dict[str, Any]]) -> bool:
-    """Whether PROJ has understood all that is taken."""
+    """True if PROJ itself read all parameters that are taken."""
     return all(
         any(item is known for known in read) and _is_plain(wanted, item) for wanted, item in reading.taken.items()
     )
@@ -412,7 +311,7 @@ def _is_plain(wanted: _Parameter, item: dict[str, Any]) -> bool:
 
 
 def _complete(reading: _Reading, name: str) -> None:
-    """Tell of parameters without use, take scales that are missing for 1, and refuse a method that lacks others."""
+    """Warn of unused parameters, set missing scales to 1, and raise if any other parameter is missing."""
     method = reading.method
     strange = [item for item in reading.unused if not _kind_of(item)]
     needed = [wanted for wanted in reading.missing if wanted.quantity != "scale"]
@@ -441,7 +340,7 @@ def _complete(reading: _Reading, name: str) -> None:
 
 
 def _close(name: str, wanted: Sequence[_Parameter]) -> list[str]:
-    """Names that a parameter may have been meant for, spelt as it is."""
+    """The closest known name of a misspelt parameter, in its style of capitals."""
     known = {folded(spelling): spelling for item in wanted for spelling in _KINDS[item.kind].names}
     found = difflib.get_close_matches(folded(name), known, n=1, cutoff=NEAR)
     capitals = re.search(r"_[A-Z]", name) is not None

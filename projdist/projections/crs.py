@@ -40,9 +40,9 @@ from projdist.support import did_you_mean, listed, shown
 
 
 def parse_crs(value: Any, *, registered: bool = True) -> Parts:
-    """The projection of all that pyproj takes for a projected CRS; raises ProjectionError.
+    """The projection of anything that pyproj accepts as a projected CRS; raises ProjectionError.
 
-    Its definition is the code of one that is `registered`, else WKT. PROJ looks for it in 0.1 s.
+    Its definition is WKT, or, with `registered`, the code of a CRS that has one, which takes PROJ 0.1 s to find.
     """
     given = value if isinstance(value, str) else getattr(value, "name", None) or str(value)
     quoted = shown(given)
@@ -76,9 +76,9 @@ def parse_crs(value: Any, *, registered: bool = True) -> Parts:
 
 
 def read_crs(value: Any) -> CRS:
-    """The CRS of all that pyproj takes, as it was meant where PROJ does not understand its WKT.
+    """The CRS of anything that pyproj accepts, with parameters of its WKT that PROJ alone would drop.
 
-    Raises pyproj's CRSError, TypeError or ValueError, and ProjectionError for what PROJ would read as something else.
+    Raises pyproj's CRSError, TypeError or ValueError, and ProjectionError for input that PROJ would misread.
     """
     mapping = grid_mapping_in(value)
     if mapping is not None:
@@ -101,10 +101,10 @@ def read_crs(value: Any) -> CRS:
 
 
 def _with_registered_base(crs: dict[str, Any]) -> dict[str, Any]:
-    """PROJJSON of a projected CRS on the geographic CRS whose code it states.
+    """PROJJSON of a projected CRS, its base replaced by the registered geographic CRS whose code it states.
 
-    WKT 1 states no axes for it, and PROJ, which supposes longitudes first, swaps them for those of the registered one
-    on the way to another datum behind a pipeline.
+    WKT 1 states no axes for the base; PROJ assumes longitude first, and on the way from a pipeline to another datum
+    swaps them.
     """
     identity = crs.get("base_crs", {}).get("id")
     if identity is None:
@@ -114,14 +114,14 @@ def _with_registered_base(crs: dict[str, Any]) -> dict[str, Any]:
 
 
 def _is_definition(value: Any) -> bool:
-    """Whether it is WKT or PROJJSON, and no code of a registered CRS or PROJ string."""
+    """True for WKT and PROJJSON, False for codes and PROJ strings."""
     if isinstance(value, str):
         return is_wkt(value) or value.lstrip().startswith("{")
     return isinstance(value, Mapping) and "proj" not in value
 
 
 def _with_conversion(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str, Any]:
-    """PROJJSON of a CRS, or of one that holds a projected one, with what is stated of its conversion."""
+    """PROJJSON of a CRS, also bound or compound, with the stated parameters in its conversion."""
     if crs["type"] == "ProjectedCRS":
         return reconciled(crs, stated)
     if crs["type"] == "BoundCRS":
@@ -135,7 +135,7 @@ def _with_conversion(crs: dict[str, Any], stated: Sequence[Stated] | None) -> di
 
 
 def _parameters_in(roots: Sequence[WktNode]) -> list[Stated] | None:
-    """The parameters of WKT 1, of which PROJ drops those that it does not know; None for others."""
+    """The parameters in WKT 1, including those that PROJ drops; None for other WKT."""
     projected = next((node for root in roots if (node := root.find("PROJCS"))), None)
     if projected is None:
         return None
@@ -144,7 +144,7 @@ def _parameters_in(roots: Sequence[WktNode]) -> list[Stated] | None:
 
 
 def _code(stated: CRS, projected: CRS) -> str:
-    """AUTHORITY:CODE of a registered CRS, else nothing; none has a PROJ string for its method."""
+    """AUTHORITY:CODE of a registered CRS, else ""; no registered CRS has a PROJ string as its method."""
     operation = projected.coordinate_operation
     if operation is not None and operation.method_name.startswith("PROJ-based operation method"):
         return ""
@@ -152,7 +152,7 @@ def _code(stated: CRS, projected: CRS) -> str:
 
 
 def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
-    """West, south, east, north of the area of use; None where there is none, or PROJ has -1000 for unknown bounds."""
+    """West, south, east, north of the area of use; None if it is missing or unknown (-1000 in PROJ)."""
     area = crs.area_of_use
     if area is None or not -90.0 <= area.south < area.north <= 90.0:
         return None
@@ -162,7 +162,7 @@ def bounds_of(crs: CRS) -> tuple[float, float, float, float] | None:
 
 
 def _drawn(function: CrsOperation, stated: Ellipsoid) -> Ellipsoid:
-    """The figure on which PROJ draws a CRS: the stated one, unless PROJ's operation has its own."""
+    """The ellipsoid that PROJ uses for a CRS: the stated one, unless PROJ's operation has a fixed one."""
     for operation in re.findall(r"\bproj=(\w+)", function.transformer.definition):
         tell_of_ellipsoid(operation, stated)
         stated = operation_ellipsoid(operation, stated)
@@ -170,7 +170,7 @@ def _drawn(function: CrsOperation, stated: Ellipsoid) -> Ellipsoid:
 
 
 def _check_spread(function: CrsOperation, crs: CRS, quoted: str) -> None:
-    """Refuse a derived CRS all of which PROJ lays on one point, as it does where it does not know the conversion."""
+    """Raise for a derived CRS that PROJ maps to a single point, as it does with an unknown conversion."""
     conversion = crs.coordinate_operation
     if crs.type_name != "Derived Projected CRS" or conversion is None:
         return
@@ -185,7 +185,7 @@ def _check_spread(function: CrsOperation, crs: CRS, quoted: str) -> None:
 
 
 def _unknown(given: str) -> str:
-    """What is wrong with a text that names no CRS, and what is allowed, or meant."""
+    """Reason for a text that names no CRS, with what is allowed or may have been meant."""
     authority, colon, code = given.partition(":")
     if not colon or authority.upper() not in (*pyproj.database.get_authorities(), "URN"):
         return f"{did_you_mean(close_codes(given))}{ALLOWED}"
@@ -199,13 +199,13 @@ def _registered_name(code: str) -> str:
 
 
 def _name(stated: CRS, projected: CRS) -> str:
-    """The CRS's name, or, where it has none, that of its projection's method."""
+    """Name of the CRS, or of its method if it is unnamed."""
     operation = projected.coordinate_operation
     return str(operation.method_name if operation and stated.name == "unknown" else stated.name)
 
 
 def _projected_part(crs: CRS, quoted: str) -> CRS:
-    """The 2-D projected CRS within bound, compound and 3-D ones; raises ProjectionError where there is none."""
+    """The 2-D projected CRS inside bound, compound and 3-D CRSs; raises ProjectionError if there is none."""
     while crs.is_bound or crs.is_compound:
         crs = cast(CRS, crs.source_crs) if crs.is_bound else crs.sub_crs_list[0]
     if not (crs.is_projected or crs.type_name == "Derived Projected CRS"):
@@ -218,7 +218,7 @@ def _projected_part(crs: CRS, quoted: str) -> CRS:
 
 
 def _axes_to_metres(crs: CRS) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The matrix from the axes that `always_xy` gives to metres east and north."""
+    """Matrix from coordinates in `always_xy` order to metres east and north."""
     axes = [(axis.direction, axis.unit_conversion_factor) for axis in crs.axis_info[:2]]
     if [direction for direction, _ in axes] == ["north", "east"]:
         axes.reverse()  # as always_xy does

@@ -1,4 +1,4 @@
-"""What is known of a map without measuring it: what its CRS states, what its method promises, its breaks and poles."""
+"""Facts about a map known without measuring: CRS metadata, declared properties, discontinuities, native poles."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from projdist.projections.projection import Projection
 from projdist.projections.worldmaps import WORLD_MAPS
 
 _METRES = "metre"
-# Tokens of a PROJ string that are said elsewhere, or say nothing.
+# Tokens of a PROJ string that other fields show, or that have no meaning for the map.
 _SAID = {"proj", "units", "to_meter", "type", "no_defs", "wktext", "datum", *ELLIPSOID_KEYS}
 
 
 class CrsAxis(NamedTuple):
-    """An axis of a map's coordinates, in their order, and where it points."""
+    """A coordinate axis: its name and direction."""
 
     name: str
     direction: str
 
 
 class Setting(NamedTuple):
-    """A parameter of a method: a number, or PROJ's text, None of a flag; "" for no unit."""
+    """A parameter of a method; the value is a number, PROJ's text, or None for a flag, the unit "" for none."""
 
     name: str
     value: float | str | None
@@ -40,10 +40,10 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class CrsMetadata:
-    """What is stated of a projection; texts are empty, and `unit_metres` is NaN, where nothing is.
+    """What the definition of a projection states; "" and, for `unit_metres`, NaN where it states nothing.
 
-    `code` is AUTHORITY:CODE, `geographic_crs` the CRS that a CRS is made from, `replaced_by` the codes of what shall be
-    used in place of a deprecated one.
+    `code` is AUTHORITY:CODE, `geographic_crs` the base of the CRS, `replaced_by` the codes of the successors of a
+    deprecated CRS.
     """
 
     kind: str
@@ -65,7 +65,7 @@ class CrsMetadata:
 
 
 def metadata_of(projection: Projection) -> CrsMetadata:
-    """The particulars of a projection of any kind."""
+    """The metadata of a projection of any kind."""
     function = projection.function
     if isinstance(function, CrsOperation):
         return _metadata_of_crs(projection, CRS.from_wkt(function.crs))
@@ -77,7 +77,7 @@ def metadata_of(projection: Projection) -> CrsMetadata:
 
 
 def _metadata_of_crs(projection: Projection, plane: CRS) -> CrsMetadata:
-    """Of a CRS, whose projected part is `plane`."""
+    """Metadata of a CRS whose projected part is `plane`."""
     stated = CRS.from_user_input(projection.definition)
     operation, geographic = plane.coordinate_operation, plane.geodetic_crs
     replaced = stated.get_non_deprecated() if stated.is_deprecated else []
@@ -115,12 +115,12 @@ def _code(crs: CRS) -> str:
 
 
 def _unit(name: str) -> str:
-    """The unit of a parameter; that of ratios is none."""
+    """Unit of a parameter, "" for ratios."""
     return "" if name in ("unity", "Unity", "unitless") else name
 
 
 def _of_string(projection: Projection, function: Pipeline) -> CrsMetadata:
-    """Of a PROJ string; of a pipeline, which has parameters in each step, the steps are in its definition."""
+    """Metadata of a PROJ string; of a pipeline without parameters, which its definition shows step by step."""
     tokens = [token.lstrip("+").partition("=") for token in function.pipeline.split()]
     operations = [value for key, _, value in tokens if key == "proj"]
     alone = len(operations) == 1
@@ -140,7 +140,7 @@ def _of_string(projection: Projection, function: Pipeline) -> CrsMetadata:
 
 
 def _ellipsoid_name(projection: Projection) -> str:
-    """The name of a figure that everybody knows."""
+    """Name of a well-known ellipsoid, else "sphere" or ""."""
     if projection.ellipsoid.is_close(SPHERE):
         return "sphere of the Earth's mean radius"
     if projection.ellipsoid.is_close(WGS84):
@@ -148,18 +148,18 @@ def _ellipsoid_name(projection: Projection) -> str:
     return "sphere" if projection.ellipsoid.is_sphere else ""
 
 
-# ---- natures -------------------------------------------------------------------------------------
+# ---- declared properties -------------------------------------------------------------------------
 
 
 class DeclaredProperty(NamedTuple):
-    """The name of a CRS's method or a PROJ operation, and what it keeps: "conformal" or "equal-area"."""
+    """Name of a method or PROJ operation, and the property that it keeps: "conformal" or "equal-area"."""
 
     name: str
     keeps: str
 
 
 def declared_property_of(projection: Projection) -> DeclaredProperty | None:
-    """What a map's method promises on its figure; None for methods that promise nothing, pipelines and functions."""
+    """The property that a map's method declares on its ellipsoid; None for others, pipelines and functions."""
     function = projection.function
     if isinstance(function, CrsOperation):
         key = "method", _method_of(function.crs)
@@ -174,31 +174,31 @@ def declared_property_of(projection: Projection) -> DeclaredProperty | None:
 
 
 def _method_of(wkt: str) -> str:
-    """The method in the WKT2 of a projected CRS, in a hundredth of the time that PROJ takes; "" of a derived one."""
+    """Name of the method in the WKT2 of a projected CRS, 100 times faster than by PROJ; "" for derived CRSs."""
     method = re.search(r'METHOD\["([^"]*)"', wkt) if wkt.startswith("PROJCRS[") else None
     return method[1] if method else ""
 
 
 def _operation_of(pipeline: str) -> str:
-    """The first operation, which is `pipeline` for several."""
+    """First operation of a PROJ string; `pipeline` if there are several."""
     return next((token[6:] for token in pipeline.split() if token.startswith("+proj=")), "")
 
 
 @functools.cache
 def _promises() -> dict[tuple[str, str], tuple[str, str]]:
-    """What is kept, and on which figure, "any" or "sphere", by kind and name."""
+    """Property and figure ("any" or "sphere") on which it holds, by kind and name."""
     rows = data_rows("declared_properties.csv")
     return {(row["kind"], row["name"]): (row["keeps"], row["figure"]) for row in rows}
 
 
-# ---- breaks --------------------------------------------------------------------------------------
+# ---- discontinuities -----------------------------------------------------------------------------
 
 
 _SHIFTED = ("+pm=", "+over", "+proj=pipeline", "+proj=ob_tran", "+axis=")
 
 
 def discontinuities_of(projection: Projection) -> Discontinuities:
-    """What is known of a map; nothing of functions, pipelines and oblique maps."""
+    """Known discontinuities of a map; `SMOOTH` for functions, pipelines and oblique maps."""
     function = projection.function
     if isinstance(function, Pipeline):
         found = _discontinuities_of_text(function.pipeline)
@@ -211,7 +211,7 @@ def discontinuities_of(projection: Projection) -> Discontinuities:
 
 @functools.lru_cache(maxsize=256)
 def _discontinuities_of_text(pipeline: str) -> Discontinuities:
-    """Of a PROJ string."""
+    """Discontinuities of a PROJ string."""
     if any(part in pipeline for part in _SHIFTED):
         return SMOOTH
     values = numbers_in(pipeline)
@@ -220,33 +220,33 @@ def _discontinuities_of_text(pipeline: str) -> Discontinuities:
 
 
 def known_discontinuities(operation: str, centre: float) -> Discontinuities:
-    """The breaks of one of PROJ's operations about a central meridian, and the meridian opposite."""
-    return _turned(_known().get(("operation", operation), SMOOTH), centre)
+    """Discontinuities of a PROJ operation about a central meridian, with the meridian opposite."""
+    return _moved_to(_known().get(("operation", operation), SMOOTH), centre)
 
 
 @functools.lru_cache(maxsize=256)
 def _discontinuities_of_crs(wkt: str, greenwich: float) -> Discontinuities:
-    """Of a projected CRS: of some methods only, as others have more than one meridian."""
+    """Discontinuities of a projected CRS; of some methods only, as others have more than one meridian."""
     method = re.search(r'METHOD\["([^"]*)"', wkt)
     known = _known().get(("method", method[1])) if method and wkt.startswith("PROJCRS[") else None
     centre = re.search(r'PARAMETER\["Longitude of natural origin",([-+.\deE]+),ANGLEUNIT\["Degree"', wkt, re.IGNORECASE)
     if known is None or centre is None:
         return SMOOTH
-    return _turned(known, float(centre[1]) + greenwich)
+    return _moved_to(known, float(centre[1]) + greenwich)
 
 
-def _turned(breaks: Discontinuities, centre: float) -> Discontinuities:
-    """Breaks about a central meridian, and the meridian opposite."""
+def _moved_to(known: Discontinuities, centre: float) -> Discontinuities:
+    """The same moved to a central meridian, with the meridian opposite."""
     opposite = (180.0,)
     northern, southern = (
-        tuple(sorted((lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, *opposite))) for lons in breaks[1:]
+        tuple(sorted((lon + centre + 180.0) % 360.0 - 180.0 for lon in (*lons, *opposite))) for lons in known[1:]
     )
-    return Discontinuities(breaks.parallels, northern, southern)
+    return Discontinuities(known.parallels, northern, southern)
 
 
 @functools.cache
 def _known() -> dict[tuple[str, str], Discontinuities]:
-    """Breaks of methods with the central meridian 0, by kind and name."""
+    """Discontinuities of methods with the central meridian 0, by kind and name."""
     found = {}
     for row in data_rows("discontinuities.csv"):
         parallels = _numbers(row["parallels"])
@@ -259,33 +259,33 @@ def _numbers(text: str) -> tuple[float, ...]:
     return tuple(float(word) for word in text.split())
 
 
-# ---- own poles -----------------------------------------------------------------------------------
+# ---- native poles --------------------------------------------------------------------------------
 
 
 _AZIMUTHAL = frozenset("laea aeqd stere ortho gnom airy nsper".split())  # about lon_0, lat_0
-_ENDLESS = frozenset("stere merc webmerc cc lcc".split())  # they leave the plane at a pole
+_ENDLESS = frozenset("stere merc webmerc cc lcc".split())  # unbounded at a pole
 _TRANSVERSE = frozenset("tmerc cass tcea".split())  # cylinders about the point 90 degrees east of lon_0
-_ON_ELLIPSOIDS = frozenset(["laea", "ortho"])  # others have rounding about their poles there that graded panels see
+_ON_ELLIPSOIDS = frozenset(["laea", "ortho"])  # others show rounding at their poles that graded panels would resolve
 _SHIFTING = frozenset(["pm", "over", "axis"])
-_QUARTER = 90.0  # degrees about a centre in which sines and cosines of the azimuth are resolved
+_QUARTER = 90.0  # degrees of azimuth over which a panel resolves its sine and cosine
 
 
 class NativePole(NamedTuple):
-    """A pole in degrees, and the map's breaks in longitudes and latitudes about it, from its meridian to the south.
+    """A pole in degrees, and the discontinuities in longitude and latitude about it, from its southern meridian on.
 
-    `widest` is how many degrees about the pole are resolved at once. Maps that grow without bound towards the pole or
-    its antipode are `graded` there; in others nodes so near would see how PROJ snaps to these points.
+    `widest` is the width in degrees of the widest panel about the pole. Panels of maps that grow without bound towards
+    the pole or its antipode are `graded` there; nodes so near would see in other maps how PROJ snaps to these points.
     """
 
     lon: float
     lat: float
-    breaks: Discontinuities
+    discontinuities: Discontinuities
     widest: float
     graded: bool
 
 
 def native_pole_of(projection: Projection) -> NativePole | None:
-    """The pole of a map in PROJ's words; None where it is the Earth's, or not known."""
+    """The native pole of a map, from its PROJ string; None if it is the Earth's or unknown."""
     function = projection.function
     if not isinstance(function, Pipeline):
         return None
@@ -310,7 +310,7 @@ def _native_pole_of_text(pipeline: str, sphere: bool) -> NativePole | None:
 
 
 def _oblique(values: dict[str, float | str], lon: float) -> NativePole | None:
-    """The pole that ob_tran states; its own longitudes are less by a half turn than those to the south of it."""
+    """The native pole of ob_tran, whose own longitudes are half a turn less than those from the southern meridian."""
     base, lat, turn = values.get("o_proj"), values.get("o_lat_p"), values.get("o_lon_p", 0.0)
     plain = {"proj", "o_proj", "o_lat_p", "o_lon_p", "lon_0", "R", "a", "b", "ellps", "units", "x_0", "y_0", "no_defs"}
     if not values.keys() <= plain or not isinstance(lat, float) or not isinstance(turn, float) or abs(lat) >= 90.0:
