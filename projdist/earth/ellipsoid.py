@@ -1,4 +1,4 @@
-"""The figure of the Earth, points on the sphere, and longitudes and latitudes as people write them."""
+"""The ellipsoid, points on the sphere, discontinuities of maps, and longitudes and latitudes as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 
-_LARGEST_GLOBE = 100.0  # metres; the least figure of a body that PROJ knows, Itokawa, has 173
+_LARGEST_GLOBE = 100.0  # metres; the smallest body that PROJ knows, Itokawa, has 173
 
 
 @dataclass(frozen=True)
@@ -38,28 +38,28 @@ class Ellipsoid:
 
     @property
     def is_sphere(self) -> bool:
-        """Whether the flattening is zero."""
+        """True if the flattening is zero."""
         return self.f == 0.0
 
     @property
     def is_earthly(self) -> bool:
-        """Whether its size is that of a figure, or a sphere, for the Earth."""
+        """True if it has the size of the Earth."""
         return 6.35e6 < self.a < 6.45e6
 
     @property
     def is_of_another_body(self) -> bool:
-        """Whether its size is that of a planet, a moon or the like.
+        """True if it has the size of another body, as a planet or moon.
 
-        It is not where it may be a globe's, a unit sphere's, or the Earth's in kilometres.
+        False for sizes of a globe, a unit sphere, or the Earth in kilometres.
         """
         in_metres = self.a > _LARGEST_GLOBE and not Ellipsoid(1000.0 * self.a).is_earthly
         return in_metres and not self.is_earthly
 
     @property
     def ground(self) -> Ellipsoid:
-        """The figure on which regions and kilometres of maps on it are measured, whatever its scale.
+        """The ellipsoid on which regions and distances for maps on this one are measured, regardless of its scale.
 
-        Another body's is its own; the Earth's are two, its mean sphere for spheres of any size, and WGS 84.
+        For another body the ellipsoid itself; for the Earth the mean sphere for spheres of any size, else WGS 84.
         """
         if self.is_of_another_body:
             return self
@@ -71,7 +71,7 @@ class Ellipsoid:
         return self.a * (1.0 - self.f / 3.0)
 
     def is_close(self, other: Ellipsoid) -> bool:
-        """Whether another is the same but for rounding: GRS 80 and WGS 84 differ by 1.6e-11 of f, 0.1 mm."""
+        """True if another is equal up to rounding; GRS 80 and WGS 84 are, with 1.6e-11 in f, 0.1 mm."""
         return abs(self.a - other.a) < 1e-9 * self.a and abs(self.f - other.f) < 1e-13
 
     def radii(self, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -119,9 +119,9 @@ WGS84 = Ellipsoid(6378137.0, 1 / 298.257223563)
 def destination(
     lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, distance: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Longitude and latitude of the points at a distance along great circles; all in degrees, broadcast together.
+    """Longitude and latitude at a distance along great circles; all in degrees, broadcast together.
 
-    The azimuth is clockwise from north. Exact at the poles, too, where north is along the meridian `lon`.
+    The azimuth is clockwise from north. Exact also at the poles, where north is along the meridian `lon`.
     """
     turn, arc, lat = (np.radians(value) for value in (azimuth, distance, lat))
     east, north, up = np.sin(arc) * np.sin(turn), np.sin(arc) * np.cos(turn), np.cos(arc)
@@ -133,7 +133,7 @@ def destination(
 
 
 def unit_vectors(lon: ArrayLike, lat: ArrayLike) -> FloatArray:
-    """Points in degrees as vectors from the centre, shape (3, ...)."""
+    """Points in degrees as unit vectors, shape (3, ...)."""
     lon, lat = np.broadcast_arrays(np.radians(lon), np.radians(lat))
     return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
 
@@ -145,9 +145,9 @@ def wrapped(lon: ArrayLike) -> FloatArray:
 
 
 def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
-    """The angles in radians between unit vectors (3, ...), which broadcast; from the chord between their ends.
+    """Angles in radians between unit vectors (3, ...), broadcast, computed from the chord.
 
-    To rounding where they are near each other, and to 1e-8 where they are opposite.
+    Exact to rounding for near vectors, to 1e-8 for opposite ones.
     """
     square = np.square(one[0] - other[0])
     square += np.square(one[1] - other[1])
@@ -155,11 +155,11 @@ def chord_angle(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(square), 1.0)))
 
 
-# ---- breaks --------------------------------------------------------------------------------------
+# ---- discontinuities -----------------------------------------------------------------------------
 
 
 class Discontinuities(NamedTuple):
-    """Parallels, and meridians of the northern and of the southern hemisphere, in degrees."""
+    """Lines where a map is torn or bent: parallels, and meridians by hemisphere, in degrees."""
 
     parallels: tuple[float, ...]
     northern: tuple[float, ...]
@@ -167,7 +167,7 @@ class Discontinuities(NamedTuple):
 
 
 SMOOTH = Discontinuities((), (), ())
-"""Of a map of which nothing is known."""
+"""No known discontinuities."""
 
 
 # ---- degree texts --------------------------------------------------------------------------------
@@ -185,13 +185,13 @@ def latitude_text(lat: float, *, minutes: bool = False) -> str:
 
 
 def _text(value: float, letters: str, end: float, minutes: bool) -> str:
-    # The equator, the first meridian and the one opposite to it are on neither side.
+    # The equator, the prime meridian and its antimeridian get no letter.
     letter = "" if value == 0.0 or (end == 180.0 and value == end) else letters[int(value < 0)]
     return f"{_sexagesimal(abs(value)) if minutes else f'{abs(value):.7g}°'}{letter}"
 
 
 def _sexagesimal(value: float) -> str:
-    """Degrees with as many of minutes, seconds and hundredths of them as there are."""
+    """Degrees, minutes and seconds to hundredths, without trailing zeros."""
     hundredths = int(np.rint(value * 360_000.0))
     degrees, rest = divmod(hundredths, 360_000)
     minutes, seconds = divmod(rest, 6_000)

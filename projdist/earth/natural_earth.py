@@ -1,4 +1,4 @@
-"""Land, lakes, countries, states of the USA and the lines between them, from the data shipped with the package."""
+"""Land, lakes, countries, states of the USA and their borders, from the shipped data."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ from projdist.earth.places import data_rows
 
 _HALF_TURN, _TURN = 180.0, 360.0
 _HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
-# Shares of a curve's size: by how much its chords may leave it (their areas are corrected), and what need not be.
+# Relative to a curve's size: largest distance of chords, whose areas are corrected; distance without correction.
 _NEAR, _NOTHING = 1e-5, 1e-10
-# GEOS divides by nothing where edges touch, knows it, and numpy would tell.
+# GEOS divides by zero where edges touch and handles it; numpy would warn.
 GEOS_ARITHMETIC = np.errstate(divide="ignore", invalid="ignore", over="ignore")
 
 
 def unwrapped(ring: FloatArray) -> FloatArray:
-    """The same points with longitudes that run on across the antimeridian: each edge goes the shorter way."""
+    """The ring with continuous longitudes across the antimeridian: each edge goes the shorter way."""
     if (np.abs(np.diff(ring[:, 0])) < _HALF_TURN).all():
         return ring
     return np.column_stack([np.unwrap(ring[:, 0], period=_TURN), ring[:, 1]])
 
 
 def beside(hole: FloatArray, shell: FloatArray) -> FloatArray:
-    """The hole, moved by whole turns to the longitudes of its shell."""
+    """A hole moved by full turns to the longitudes of its shell."""
     turns = np.ceil((shell[:, 0].min() - hole[:, 0].min()) / _TURN)
     return np.asarray(hole + np.array([_TURN * turns, 0.0]))
 
 
 def closed_round_pole(ring: FloatArray) -> FloatArray:
-    """A ring that goes once round a pole, closed along that pole; other rings as they are."""
+    """A ring around a pole closed along that pole; other rings unchanged."""
     if not goes_round(ring):
         return ring
     turn = np.array([ring[-1, 0] - ring[0, 0], 0.0])
     pole = 90.0 if ring[:, 1].mean() > 0 else -90.0
-    # From the vertex that is nearest to the pole, so that the way there crosses nothing of the ring.
+    # Start at the vertex nearest to the pole, so that the path to the pole does not cross the ring.
     first = int(np.argmin(np.abs(pole - ring[:-1, 1])))
     ring = np.concatenate([ring[first:-1], ring[: first + 1] + turn])
     return np.concatenate([ring, [[ring[-1, 0], pole], [ring[0, 0], pole]]])
 
 
 def goes_round(ring: FloatArray) -> bool:
-    """Whether a ring of unwrapped longitudes goes round a pole."""
+    """True if a ring of unwrapped longitudes encloses a pole."""
     return bool(abs(ring[-1, 0] - ring[0, 0]) >= _HALF_TURN)
 
 
@@ -60,7 +60,7 @@ def cut_at_antimeridian(polygon: shapely.Geometry) -> Iterator[shapely.Polygon]:
     for turn in range(int(np.floor((west + _HALF_TURN) / _TURN)), int(np.ceil((east + _HALF_TURN) / _TURN))):
         window = shapely.box(-180.0 + _TURN * turn, -90.0, 180.0 + _TURN * turn, 90.0)
         inside = polygon if window.covers(polygon) else shapely.intersection(polygon, window)
-        # What was made valid may be polygons beside lines: parts of parts.
+        # make_valid may return collections of polygons and lines: parts of parts.
         for part in shapely.get_parts(shapely.get_parts(inside)):
             if isinstance(part, shapely.Polygon) and part.area > 0:
                 yield shapely.transform(part, lambda xy, shift=_TURN * turn: xy - [shift, 0.0]) if turn else part
@@ -68,15 +68,15 @@ def cut_at_antimeridian(polygon: shapely.Geometry) -> Iterator[shapely.Polygon]:
 
 @GEOS_ARITHMETIC
 def merged(parts: Sequence[shapely.Geometry]) -> shapely.MultiPolygon:
-    """Polygons as one valid multi-polygon, in which what overlaps counts once."""
+    """Union of polygons as one valid multi-polygon."""
     union = shapely.union_all(list(parts))
     return shapely.MultiPolygon([part for part in shapely.get_parts(union) if isinstance(part, shapely.Polygon)])
 
 
 def planar(rings: Sequence[FloatArray]) -> shapely.Polygon:
-    """A shell and its holes as a polygon of unwrapped longitudes, perhaps not valid.
+    """A shell and its holes as a polygon of unwrapped longitudes, possibly invalid.
 
-    A ring that is nothing but width when its edges go the shorter way is a band round the Earth, and taken as it is.
+    A ring without area when its edges go the shorter way is a band round the Earth, and kept as given.
     """
     shell, *holes = rings
     ring = closed_round_pole(unwrapped(shell))
@@ -87,30 +87,30 @@ def planar(rings: Sequence[FloatArray]) -> shapely.Polygon:
 
 @GEOS_ARITHMETIC
 def even_odd(rings: Sequence[FloatArray]) -> shapely.Geometry:
-    """What is within an odd number of rings, as polygons within -180 .. 180.
+    """The points inside an odd number of rings, as polygons within -180 .. 180.
 
-    So a hole that leaves its shell adds what is outside, as GIS programs have it.
+    A hole that leaves its shell then adds its outer part, as in GIS programs.
     """
     parts = [merged(list(cut_at_antimeridian(shapely.make_valid(planar([ring]))))) for ring in rings]
     return functools.reduce(shapely.symmetric_difference, parts)
 
 
 def signed_area(ring: FloatArray) -> float:
-    """Area of a closed ring in the plane, positive where it runs anticlockwise."""
+    """Area of a closed ring in the plane, positive if anticlockwise."""
     x, y = (ring - ring[0]).T
     return float(0.5 * np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
 
 
 Curve = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Longitudes and latitudes in degrees at parameters t; they begin and end together on closed curves."""
+"""A function from parameters t to longitudes and latitudes in degrees; closed curves end at their start."""
 
 
 def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
-    """Points (m, 2) whose polygon leaves a curve by no more than `tolerance` degrees, and has its area to fourth order.
+    """Points (m, 2) of a polygon within `tolerance` degrees of a curve, with its area to fourth order.
 
-    `t` are parameters to begin with; intervals are halved until their middles are as near to their chords, and within
-    1e-5 of the curve's size. Then a middle is moved out from its chord by a third, so that the triangle there has the
-    area under the curve, by Simpson's rule.
+    `t` are initial parameters; intervals are halved until their middles are within the tolerance, and 1e-5 of the
+    curve's size, of their chords. Then each middle is moved to 4/3 of its distance from the chord, so that the triangle
+    has the area under the curve by Simpson's rule.
     """
     lon, lat = curve(t)
     size = _size(lon, lat)
@@ -122,8 +122,8 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
             break
         middle = 0.5 * (t[new] + t[new + 1])
         lon_m, lat_m = curve(middle)
-        # How far the middle is from the chord's, whatever turns the longitudes have.
-        # Where the curve is not defined, as between places of a CRS that are, it stays a chord.
+        # Distance of the curve's middle from the chord's, modulo turns of longitude. Where the curve is undefined, as
+        # between defined places of a CRS, the chord stays.
         lon_m, lat_m = (np.where(np.isfinite(values), values, np.nan) for values in (lon_m, lat_m))
         east = 0.5 * (np.mod(2.0 * lon_m - lon[new] - lon[new + 1] + 180.0, 360.0) - 180.0)
         north = lat_m - 0.5 * (lat[new] + lat[new + 1])
@@ -143,23 +143,23 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
 
 
 def _size(lon: FloatArray, lat: FloatArray) -> float:
-    """The extent of points in degrees, wherever on the sphere they are."""
+    """Extent of points in degrees of arc, anywhere on the sphere."""
     lam, phi = np.radians(lon), np.radians(lat)
     space = np.column_stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
     return float(np.degrees(np.ptp(space, axis=0).max()))
 
 
-# ---- topojson ------------------------------------------------------------------------------------
+# ---- TopoJSON ------------------------------------------------------------------------------------
 
 
 Geometry = dict[str, Any]
-"""A geometry as the file has it, with indices of arcs in place of points."""
+"""A TopoJSON geometry, with indices of arcs in place of points."""
 
-POLE_CAP = 89.99  # degrees; a ring north or south of this is an artefact of closing Antarctica, not a coast
+POLE_CAP = 89.99  # degrees; a ring beyond is an artefact of closing Antarctica, not a coast
 
 
 class Topology(NamedTuple):
-    """Geometries by the name of their object, and the arcs that they share, in degrees."""
+    """Geometries by object name, and their shared arcs in degrees."""
 
     objects: dict[str, list[Geometry]]
     arcs: list[FloatArray]
@@ -167,7 +167,7 @@ class Topology(NamedTuple):
 
 @functools.cache
 def topology(name: str) -> Topology:
-    """The topology of a file of the package's data, by its name: TopoJSON, or packed by tools/make_outlines.py."""
+    """The topology of a shipped file: TopoJSON, or packed by tools/make_outlines.py."""
     file = importlib.resources.files("projdist") / "data" / name
     if name.endswith(".npz"):
         return _unpacked(file.read_bytes())
@@ -178,7 +178,7 @@ def topology(name: str) -> Topology:
 
 
 def _unpacked(content: bytes) -> Topology:
-    """Steps with their signs in the lowest bits, and the bytes of all of them by rank."""
+    """Topology of a packed file: steps with the sign in the lowest bit, stored by byte rank."""
     with np.load(io.BytesIO(content)) as file:
         unsigned = np.ascontiguousarray(file["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
         ends, scale, origin = np.cumsum(file["sizes"]), file["scale"], file["origin"]
@@ -188,7 +188,7 @@ def _unpacked(content: bytes) -> Topology:
 
 
 def arcs_used(geometry: Geometry) -> set[int]:
-    """The arcs of a geometry, whichever way it goes along them."""
+    """Indices of the arcs of a geometry, without direction."""
     return {_forward(index) for rings in _polygons(geometry) for ring in rings for index in ring}
 
 
@@ -198,26 +198,26 @@ def decoded(geometry: Geometry, arcs: Sequence[FloatArray]) -> shapely.MultiPoly
     parts: list[shapely.Polygon] = []
     for polygon in as_stored(geometry, arcs):
         parts.extend(cut_at_antimeridian(polygon if polygon.is_valid else shapely.make_valid(polygon)))
-    # The data has polygons that share an edge at the antimeridian; together they are valid only when merged.
+    # Polygons that share an edge at the antimeridian are valid only when merged.
     return merged(parts)
 
 
 def as_stored(geometry: Geometry, arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
-    """The polygons of a geometry, closed along the poles, of unwrapped longitudes, some of which cross themselves."""
+    """The polygons of a geometry, closed along the poles, with unwrapped longitudes; some cross themselves."""
     for rings in _polygons(geometry):
         points = [unwrapped(_join(arcs, ring)) for ring in rings]
-        # A ring round a pole as narrow as that may stand before Antarctica's coast as if it were the shell.
+        # A tiny ring round the pole may precede Antarctica's coast as if it were the shell.
         shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
         yield shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
 
 
 def _polygons(geometry: Geometry) -> list[list[list[int]]]:
-    """The polygons of a geometry, each a list of rings, each a list of arc indices."""
+    """Polygons of a geometry as lists of rings of arc indices."""
     return geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
 
 
 def _forward(index: int) -> int:
-    """The arc of an index; a negative one, ~i, means arc i backwards."""
+    """Arc number of an index; ~i means arc i backwards."""
     return index if index >= 0 else ~index
 
 
@@ -226,7 +226,7 @@ def _join(arcs: Sequence[FloatArray], ring: list[int]) -> FloatArray:
     return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 
 
-# ---- natural earth -------------------------------------------------------------------------------
+# ---- Natural Earth -------------------------------------------------------------------------------
 
 
 RESOLUTIONS = ("110m", "50m", "10m")
@@ -246,31 +246,31 @@ _FILES = {
 
 Bounds = tuple[float, float, float, float]
 
-_MARGIN = 0.5  # degrees: arcs end short of the antimeridian by less
+_MARGIN = 0.5  # degrees: the gap between arcs and the antimeridian is smaller
 
 
 class CountryBorder(NamedTuple):
     """A piece of land border."""
 
     countries: frozenset[str]
-    """Keys of the countries on either side, as `country` takes them."""
+    """Keys of the countries on both sides, as for `country`."""
     line: FloatArray
     """Longitudes and latitudes in degrees, of shape (n, 2)."""
 
 
 @functools.cache
 def land(resolution: str = "110m") -> shapely.MultiPolygon:
-    """The land as polygons in degrees, longitudes -180 to 180; at 10m it takes some seconds to make."""
+    """The land as polygons in degrees, longitudes -180 to 180; 10m takes some seconds."""
     return _only("land", resolution)
 
 
 def land_within(bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
-    """The part of `land` within bounds W, S, E, N in degrees, of which E may pass 180; at 10m 0.2 s, then some ms."""
+    """The part of `land` in bounds W, S, E, N in degrees, E may exceed 180; 10m takes 0.2 s, then some ms."""
     return _within("land", bounds, resolution)
 
 
 def lakes_within(bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
-    """The part of `lakes` within bounds, as `land_within` has them."""
+    """The part of `lakes` in bounds, as for `land_within`."""
     return _within("lakes", bounds, resolution)
 
 
@@ -281,7 +281,7 @@ def _within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
     parts: list[shapely.Polygon] = []
     for turn in _TURNS:
         window = west + turn, south, east + turn, north
-        # Few of the rings that cross themselves, and which take seconds to mend, do so within a small window.
+        # Self-crossing rings take seconds to repair as a whole; few cross inside a small window.
         clipped = shapely.make_valid(shapely.clip_by_rect(polygons[_touching(polygons, window)], *window))
         parts.extend(part for one in clipped if not one.is_empty for part in cut_at_antimeridian(one))
     return merged(parts)
@@ -291,7 +291,7 @@ _TURNS = (-360.0, 0.0, 360.0)
 
 
 def _touching(polygons: NDArray[np.object_], window: tuple[float, float, float, float]) -> BoolArray:
-    """Which polygons may have anything of a window."""
+    """Mask of polygons whose bounds overlap a window."""
     west, south, east, north = shapely.bounds(polygons).T
     return np.asarray((west < window[2]) & (east > window[0]) & (south < window[3]) & (north > window[1]))
 
@@ -305,12 +305,12 @@ def _stored(what: str, resolution: str) -> NDArray[np.object_]:
 
 @functools.cache
 def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
-    """The lakes as polygons in degrees, longitudes -180 to 180, less their islands, at 110m and 50m.
+    """The lakes as polygons in degrees, longitudes -180 to 180, without their islands, at 110m and 50m.
 
-    The Caspian Sea is none, and not land.
+    The Caspian Sea is neither a lake nor land.
 
-    Of the lakes at 1 : 50 million 253 have their vertices to 2 km, 22 of Siberia, New Zealand and Australia to 4 km;
-    Tanganyika and Balkhash are those at 1 : 110 million.
+    At 1 : 50 million vertices are accurate to 2 km for 253 lakes and to 4 km for 22 of Siberia, New Zealand and
+    Australia; Tanganyika and Balkhash are as at 1 : 110 million.
     """
     return _only("lakes", resolution)
 
@@ -323,7 +323,7 @@ def country_keys() -> tuple[dict[str, str], ...]:
 
 @functools.cache
 def country(key: str, resolution: str = "50m") -> shapely.MultiPolygon | None:
-    """The polygons of a numeric ISO code, or of a name where there is none; None for those too small for the data."""
+    """The polygons of a country by numeric ISO code, or name if it has none; None if it is too small for the data."""
     objects, arcs = _topology("countries", resolution)
     found = [decoded(one, arcs) for one in objects["countries"] if key == _key(one)]
     if len(found) > 1:
@@ -332,14 +332,14 @@ def country(key: str, resolution: str = "50m") -> shapely.MultiPolygon | None:
 
 
 def near(outline: shapely.MultiPolygon, lon: FloatArray, lat: FloatArray, degrees: float) -> BoolArray:
-    """Whether points in degrees, longitudes -180 to 180, are in an outline or within some degrees of it."""
+    """True for points in degrees, longitudes -180 to 180, within `degrees` of an outline."""
     return np.asarray(shapely.dwithin(outline, shapely.points(lon, lat), degrees), dtype=bool)
 
 
 def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
-    """By their keys, the countries in whose box any of some points is, longitudes -180 to 180, and which of these are.
+    """Masks of the points in the box of each country, by key, without empty ones; longitudes -180 to 180.
 
-    Nothing is decoded for it.
+    No geometry is decoded.
     """
     boxes = _boxes().items()
     within = ((key, (lon >= w) & (lon <= e) & (lat >= s) & (lat <= n)) for key, (w, s, e, n) in boxes)
@@ -348,7 +348,7 @@ def countries_about(lon: FloatArray, lat: FloatArray) -> dict[str, BoolArray]:
 
 @functools.cache
 def _boxes() -> dict[str, FloatArray]:
-    """West, south, east, north of countries with a margin; of those that the antimeridian cuts all longitudes."""
+    """West, south, east, north of countries with a margin; all longitudes if the antimeridian cuts one."""
     objects, arcs = _topology("countries", "50m")
     low, high = (np.array([end(arc, axis=0) for arc in arcs]) for end in (np.min, np.max))
     used: dict[str, set[int]] = {}
@@ -364,25 +364,25 @@ def _boxes() -> dict[str, FloatArray]:
 def coastlines(resolution: str = "110m") -> tuple[FloatArray, ...]:
     """Coastlines as arrays of shape (n, 2) of longitudes and latitudes in degrees.
 
-    Longitudes run on across the antimeridian, so that neighbouring points are close.
+    Longitudes are continuous across the antimeridian.
     """
     return tuple(part for arc in _arcs("land", resolution) for part in _without_cuts(arc))
 
 
 @functools.cache
 def shores(resolution: str = "50m") -> tuple[FloatArray, ...]:
-    """The shores of lakes and of their islands, as `coastlines` has those of the sea."""
+    """Shores of lakes and of their islands, in the form of `coastlines`."""
     lines = _arcs("lakes", resolution)
     places = [line[:, 0] + 1j * line[:, 1] for line in lines]
     edges = np.concatenate([np.sort(np.column_stack([line[:-1], line[1:]]), axis=1) for line in places])
-    # An edge that two rings have lies between two parts of one lake.
+    # An edge in two rings separates two parts of one lake.
     _, which, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     inner = np.split(count[which.ravel()] > 1, np.cumsum([len(line) - 1 for line in lines])[:-1])
     return tuple(part for line, left_out in zip(lines, inner, strict=True) for part in _less(line, left_out))
 
 
 def _arcs(what: str, resolution: str) -> list[FloatArray]:
-    """The arcs of the one geometry of a file."""
+    """Arcs of the only geometry of a file."""
     objects, arcs = _topology(what, resolution)
     (geometry,) = objects[what]
     return [arcs[index] for index in sorted(arcs_used(geometry))]
@@ -390,9 +390,9 @@ def _arcs(what: str, resolution: str) -> list[FloatArray]:
 
 @functools.cache
 def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
-    """Land borders: the arcs that two countries share; those that only one uses are coast.
+    """Land borders: the arcs shared by two countries; arcs of one country are coast.
 
-    Longitudes run on across the antimeridian, as those of `coastlines`.
+    Longitudes are continuous, as in `coastlines`.
     """
     objects, arcs = _topology("countries", resolution)
     users: dict[int, set[str]] = {}
@@ -408,7 +408,7 @@ def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
 
 
 def _only(what: str, resolution: str) -> shapely.MultiPolygon:
-    """The one geometry of a file."""
+    """The only geometry of a file as polygons."""
     objects, arcs = _topology(what, resolution)
     (geometry,) = objects[what]
     return decoded(geometry, arcs)
@@ -429,7 +429,7 @@ _ON_CUT = 1e-6  # degrees
 
 
 def _without_cuts(arc: FloatArray) -> Iterator[FloatArray]:
-    """The pieces of an arc that are coast or border: not along the antimeridian, and not round a pole."""
+    """Pieces of an arc without edges along the antimeridian and round a pole."""
     if np.abs(arc[:, 0]).max() < 180.0 - _ON_CUT and np.abs(arc[:, 1]).max() < POLE_CAP:
         yield arc
         return
@@ -440,7 +440,7 @@ def _without_cuts(arc: FloatArray) -> Iterator[FloatArray]:
 
 
 def _less(line: FloatArray, left_out: BoolArray) -> Iterator[FloatArray]:
-    """The pieces of a line without some of its edges."""
+    """Pieces of a line without the edges in a mask."""
     for piece in np.split(np.arange(len(left_out)), np.flatnonzero(np.diff(left_out)) + 1):
         if piece.size and not left_out[piece[0]]:
             yield line[piece[0] : piece[-1] + 2]

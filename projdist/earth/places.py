@@ -1,4 +1,4 @@
-"""Cities of the Earth, from the GeoNames data that is shipped with the package."""
+"""Cities of the Earth from the shipped GeoNames data, and rows of shipped tables."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ def data_rows(name: str) -> list[dict[str, str]]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cities:
-    """Cities as columns of one length, the better known first: by people times names in other languages."""
+    """Cities as columns, ordered by population times the number of names in other languages."""
 
     name: NDArray[np.str_]
-    """In English where there is an English name, else with the accents of its own language."""
+    """English if there is an English name, else local with accents."""
     lon: FloatArray
     """Degrees, to 0.001, -180 to 180."""
     lat: FloatArray
     """Degrees, to 0.001."""
     population: IntArray
     country: NDArray[np.str_]
-    """ISO 3166 codes of two letters, also of territories: GF for French Guiana."""
+    """ISO 3166 codes of two letters, also of territories (GF for French Guiana)."""
     is_capital: BoolArray
-    """Whether it is the capital of the country or territory of its code."""
+    """True for the capital of the country or territory."""
 
 
 @functools.cache
 def cities() -> Cities:
-    """All capitals, and towns that stand apart from better known ones.
+    """All capitals, and towns at a distance from better known ones.
 
-    By 12 km if they have 100,000 people or more, by 25 km with 15,000, by 80 km if smaller: no suburbs, but the
-    village of a lonely island. The data is GeoNames (https://www.geonames.org), CC BY 4.0.
+    The distance is 12 km for 100,000 people or more, 25 km for 15,000, 80 km for fewer: no suburbs, but the village of
+    a remote island. The data is GeoNames (https://www.geonames.org), CC BY 4.0.
     """
     file = importlib.resources.files("projdist") / "data" / "cities.csv"
     _, *rows = csv.reader(file.read_text(encoding="utf-8").splitlines())

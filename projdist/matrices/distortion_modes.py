@@ -1,9 +1,9 @@
-"""The modes of a distortion: in which independent ways matrices differ from their mean, and how much each way has.
+"""The modes of a distortion: independent ways in which matrices differ from their mean, with the share of each.
 
-Seen from the mean T, a matrix A lies at Z = ln(T^-1 A A^T T^-T) / 2, a symmetric matrix of the norm Dist_F(T^-1 A). The
-modes are the principal components of these (Fletcher, Lu, Pizer & Joshi 2004, Principal geodesic analysis for the study
-of nonlinear statistics of shape, IEEE Transactions on Medical Imaging 23): symmetric matrices E_k of norm 1 whose
-scores <Z, E_k> are uncorrelated. The squares of the scores have the mean square of Dist_F for their sum.
+Relative to the mean T, a matrix A is Z = ln(T^-1 A A^T T^-T) / 2, a symmetric matrix of norm Dist_F(T^-1 A). The modes
+are the principal components of these (Fletcher, Lu, Pizer & Joshi 2004, Principal geodesic analysis for the study of
+nonlinear statistics of shape, IEEE Transactions on Medical Imaging 23): symmetric matrices E_k of norm 1 whose scores
+<Z, E_k> are uncorrelated. The squares of the scores have the mean square of Dist_F for their sum.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from projdist.matrices.mean_transformation import check_matrices, check_weights,
 from projdist.matrices.spd import logarithms
 from projdist.support import Answer, check_numbers
 
-_PURE = 0.1  # a ratio of two scales that is as near as that to 1, 0 or -1 is named so
-_ALONG = 7.5  # degrees, within which a direction is named
-_LEAST = 0.1  # of a mode, what is named of it in more than two dimensions
+_PURE = 0.1  # distance from 1, 0 or -1 within which a ratio of two scales is named so
+_ALONG = 7.5  # degrees within which a direction is named
+_LEAST = 0.1  # smallest entry of a mode that is named in more than two dimensions
 _LEAST_SHARE = 0.005
-_NOTHING = 1e-12  # of the RMS that rounding leaves, in logarithms
+_NOTHING = 1e-12  # RMS of logarithms that counts as rounding
 _AXES = "xyz"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Modes(Answer):
-    """The d = n (n + 1) / 2 modes of matrices, that with the greatest share first.
+    """The d = n (n + 1) / 2 modes of matrices, largest share first.
 
-    `T` (n, n): what they are seen from. `matrices` (d, n, n): symmetric, of norm 1; where s is the score of a mode
+    `T` (n, n): the reference. `matrices` (d, n, n): symmetric, of norm 1; where s is the score of a mode
     E, T^-1 A is exp(s E) up to rotations: in the direction of an eigenvector the scale is exp of s times its
     eigenvalue. The largest eigenvalue is positive. `rms` (d,): the RMS of the scores, whose squares have the mean
     square of Dist_F(T^-1 A) for their sum; `shares` (d,): of that sum, 0 where nothing is distorted.
@@ -43,14 +43,14 @@ class Modes(Answer):
 
     @property
     def shares(self) -> FloatArray:
-        """The parts of the mean square of the distortion, of sum 1."""
+        """Shares of the mean square of the distortion, of sum 1."""
         squares = self.rms**2
         total = float(squares.sum())
         return squares / total if total > 0 else squares
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What each mode is, on the axes of T^-1 A."""
+        """Description of each mode, in the axes of T^-1 A."""
         return tuple(map(_words, self.matrices))
 
     def scores(self, A: ArrayLike) -> FloatArray:
@@ -68,7 +68,7 @@ class Modes(Answer):
 
     @property
     def summary(self) -> str:
-        """The modes in a line, without those that have less than half a per cent."""
+        """The modes in a line, without those below half a per cent."""
         told = [(share, word) for share, word in zip(self.shares, self.words, strict=True) if share >= _LEAST_SHARE]
         return "; ".join(f"{100.0 * share:.0f} % {word}" for share, word in told) or "nothing is distorted"
 
@@ -76,7 +76,7 @@ class Modes(Answer):
         return self.summary
 
     def to_dict(self) -> dict[str, Any]:
-        """`{"T", "modes": [{"share", "rms", "words", "matrix"}]}`, the greatest first."""
+        """`{"T", "modes": [{"share", "rms", "words", "matrix"}]}`, largest first."""
         rows = zip(self.shares.tolist(), self.rms.tolist(), self.words, self.matrices.tolist(), strict=True)
         return {
             "T": self.T.tolist(),
@@ -84,16 +84,16 @@ class Modes(Answer):
         }
 
     def _table(self) -> dict[str, Any]:
-        """A row a mode; its matrix as E_00, E_01, ..."""
+        """One row per mode; its matrix as E_00, E_01, ..."""
         n = self.T.shape[0]
         entries = {f"E_{i}{j}": self.matrices[:, i, j] for i in range(n) for j in range(n)}
         return {"share": self.shares, "rms": self.rms, "words": list(self.words)} | entries
 
 
 def modes(A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None = None) -> Modes:
-    """The principal components of how matrices A_i differ from their mean: the modes of a distortion, and their shares.
+    """The modes of a distortion: principal components of matrices A_i about their mean, and their shares.
 
-    Of the Jacobians of a map they tell whether it is sizes that are wrong, or one direction, or angles.
+    For the Jacobians of a map they show whether sizes, one direction or angles are distorted.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def modes(A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None
     weights : array_like (N,), optional
         Not negative, of any sum; equal ones if there are none.
     T : array_like (n, n), optional
-        What they are seen from; the mean distorting transformation if not given. The modes are described in the axes
+        The reference; by default the mean distorting transformation. The modes are described in the axes
         of T^-1 A.
 
     Returns
@@ -167,7 +167,7 @@ def _modes(A: FloatArray, w: FloatArray, T: FloatArray) -> Modes:
 
 
 def _upright(E: FloatArray) -> FloatArray:
-    """E or -E: the largest eigenvalue is positive, or, if its opposite is one, too, the first entry that is not 0."""
+    """E or -E, so that the eigenvalue of largest modulus, or in a tie the first non-zero entry, is positive."""
     low, high = np.linalg.eigvalsh(E)[[0, -1]]
     if abs(low + high) > 1e-6:
         return -E if -low > high else E
@@ -176,7 +176,7 @@ def _upright(E: FloatArray) -> FloatArray:
 
 
 def _settled(vectors: FloatArray, rms: FloatArray) -> FloatArray:
-    """The eigenvectors, those of no score in the order and direction of the coordinates, which else are at random."""
+    """The eigenvectors, with those of zero score, which are arbitrary, aligned with the coordinates."""
     none = rms <= _NOTHING
     if not none.any():
         return vectors
@@ -194,7 +194,7 @@ def _settled(vectors: FloatArray, rms: FloatArray) -> FloatArray:
 
 
 def _words(E: FloatArray) -> str:
-    """What a symmetric matrix of norm 1 does."""
+    """Description of a symmetric matrix of norm 1."""
     n = len(E)
     if abs(np.trace(E)) / np.sqrt(n) > 1.0 - 0.5 * _PURE**2:
         return "size"
@@ -202,7 +202,7 @@ def _words(E: FloatArray) -> str:
 
 
 def _plane_words(E: FloatArray) -> str:
-    """By the scales along and across the direction of the largest."""
+    """Description in the plane, by the scales along and across the direction of the largest."""
     turned = float(np.degrees(0.5 * np.arctan2(2.0 * E[0, 1], E[0, 0] - E[1, 1])))
     low, high = np.linalg.eigvalsh(E)
     ratio = low / high
@@ -226,7 +226,7 @@ def _direction(degrees: float) -> str:
 
 
 def _space_words(E: FloatArray) -> str:
-    """By the entries that matter."""
+    """Description in more dimensions, by the entries above `_LEAST`."""
     n = len(E)
     names = _AXES if n <= len(_AXES) else [f"{k + 1}" for k in range(n)]
     named = [

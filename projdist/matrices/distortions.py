@@ -1,4 +1,4 @@
-"""What a Jacobian tells of a map's distortion at a point: scales, angles, and its decomposition."""
+"""Distortion at a point from the Jacobian of a map: scales, angles, and decomposition."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Affine:
 
 _SMALL, _LARGE = 1e-290, 1e300  # squares that have all their digits
 _DEGREES = 180.0 / np.pi
-_CHUNK = 8192  # Jacobians at a time: what is computed of them stays in the cache
+_CHUNK = 8192  # Jacobians at a time, so that results stay in the cache
 
 FACTORS = ("h", "k", "a", "b", "s", "omega", "theta", "convergence", "fisher")
 
@@ -104,7 +104,7 @@ def _principal(J: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _length(x: FloatArray, y: FloatArray) -> FloatArray:
-    """sqrt(x^2 + y^2), at a tenth of what `np.hypot` takes, which is for squares that are too large or too small."""
+    """sqrt(x^2 + y^2), ten times faster than `np.hypot`, which serves squares out of range."""
     with np.errstate(over="ignore", under="ignore"):
         square = x * x + y * y
     odd = (square < _SMALL) | (square > _LARGE)
@@ -114,7 +114,7 @@ def _length(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def _log(value: FloatArray) -> FloatArray:
-    """The natural logarithm; NaN, not -inf, where the value is zero."""
+    """The natural logarithm; NaN, not -inf, of zero."""
     return np.log(_where(value > 0, value))
 
 
@@ -147,9 +147,9 @@ def _fisher(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def factors_of(J: FloatArray) -> dict[str, FloatArray]:
-    """h, k, a, b, s, omega, theta, convergence and fisher of Jacobians (..., 2, 2), with what they share done once."""
+    """h, k, a, b, s, omega, theta, convergence and fisher of Jacobians (..., 2, 2), sharing intermediate results."""
     flat = J.reshape(-1, 2, 2)
-    found = np.empty((len(FACTORS), len(flat)))  # one array: the system is slow to give many
+    found = np.empty((len(FACTORS), len(flat)))  # one array: allocating many is slow
     for start in range(0, len(flat), _CHUNK):
         part = slice(start, start + _CHUNK)
         some = flat[part]
@@ -238,7 +238,7 @@ def log_areal_scale(J: FloatArray) -> FloatArray:
 
 
 def log_scales(J: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ln^2 a + ln^2 b and ln(a b) in one go, NaN where the map is singular."""
+    """ln^2 a + ln^2 b and ln(a b) together, NaN where the map is singular."""
     east_x, north_x, east_y, north_y = J[..., 0, 0], J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
     with np.errstate(over="ignore", invalid="ignore"):
         one, other = (np.sqrt((east_x + k * north_y) ** 2 + (east_y - k * north_x) ** 2) for k in (1.0, -1.0))
@@ -319,16 +319,16 @@ def orientation(J: FloatArray) -> FloatArray:
 # ---- decomposition -------------------------------------------------------------------------------
 
 
-_ROUND = 1e-9  # of a stretch: below it a circle has no longer axis
+_ROUND = 1e-9  # relative: below it the axes of the indicatrix are equal
 
 
 class Decomposition(NamedTuple):
     """The parts of linear maps, each of shape (...).
 
     `scale`: sqrt |det M|. `stretch`: the greatest scale over the smallest, 1 for a similarity.
-    `stretch_azimuth`: the direction that is stretched most, degrees clockwise from the y axis, within
-    [0, 180); NaN where none is. `shear`: by how many degrees less than 90 the axes' images stand
-    apart. `rotation`: degrees by which the y axis turns clockwise.
+    `stretch_azimuth`: the direction of the greatest scale, degrees clockwise from the y axis, in
+    [0, 180); NaN for a similarity. `shear`: 90 degrees minus the angle between the images of the
+    axes. `rotation`: clockwise rotation of the y axis in degrees.
     """
 
     scale: FloatArray

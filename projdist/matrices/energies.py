@@ -1,10 +1,10 @@
-"""Energies of Jacobians: what a map that is made to measure makes small, with their exact second derivatives.
+"""Energies of Jacobians, which custom maps minimise, with exact second derivatives.
 
 With the principal scales a >= b of a Jacobian, s = ln(ab) and d = ln(a / b), an energy is S(s) + D(d). The square of
 the Fisher distortion, ln^2 a + ln^2 b, is s^2 / 2 + d^2 / 2, so that its mean is the square of the Airy-Kavrayskiy
 error.
-With m = U^T dJ V, of J = U diag(a, b) V^T, the second derivatives fall apart into four directions: two in the plane of
-the stretches (m11, m22), the twist (m12 - m21), and the flip (m12 + m21).
+With m = U^T dJ V for J = U diag(a, b) V^T, the Hessian splits into four directions: two in the plane of the stretches
+(m11, m22), the twist (m12 - m21), and the flip (m12 + m21).
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 
 EXPONENT = 0.125
-"""The least exponent of an energy that is elliptic everywhere."""
+"""Smallest exponent for which the energy is elliptic everywhere."""
 
 _AZIMUTHS = np.pi * np.arange(96) / 96.0
-_NEAR = 1e-4  # of (a - b) / (a + b): there atanh(t) / t is 1 + t^2 / 3 to rounding
+_NEAR = 1e-4  # of t = (a - b) / (a + b): below, atanh(t) / t is 1 + t^2 / 3 to rounding
 _SQRT_HALF = float(np.sqrt(0.5))
 
 
 class Expansion(NamedTuple):
-    """An energy to second order about Jacobians: values (n,), gradients (n, 2, 2), and the eigen-system of the Hessian.
+    """An energy to second order about Jacobians: values (n,), gradients (n, 2, 2), and eigensystem of the Hessian.
 
-    `directions` (n, 4, 2, 2) are orthonormal, `curvatures` (n, 4) what the second derivative along each is.
+    `directions` (n, 4, 2, 2) are orthonormal, `curvatures` (n, 4) the second derivatives along them.
     """
 
     value: FloatArray
@@ -36,7 +36,7 @@ class Expansion(NamedTuple):
     curvatures: FloatArray
 
     def is_elliptic(self) -> BoolArray:
-        """Whether the energy is convex along all changes of rank one (n,), to 2 degrees of them: else maps may tear."""
+        """Mask (n,) of rank-one convexity, checked every 2 degrees; without it maps may tear."""
         cos, sin = np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)
         east, north = self.directions[:, :, 0], self.directions[:, :, 1]
         squares = np.stack([cos**2, 2.0 * cos * sin, sin**2])
@@ -64,7 +64,7 @@ class Energy:
     exponent: float = 0.0
 
     def value(self, J: FloatArray) -> FloatArray:
-        """Values (n,) of Jacobians (n, 2, 2); infinite where they turn over, or are not finite."""
+        """Values (n,) of Jacobians (n, 2, 2); infinite if they mirror or are not finite."""
         z, w = _conformal_parts(J)
         a, b = np.abs(z) + np.abs(w), np.abs(z) - np.abs(w)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -99,11 +99,11 @@ class Energy:
         return weight * (0.5 * t * t if k == 0.0 else np.expm1(k * t * t) / (2.0 * k))
 
     def _slope_over(self, weight: float, t: FloatArray) -> FloatArray:
-        """The first derivative over t."""
+        """First derivative divided by t."""
         return weight * np.exp(self.exponent * t * t)
 
     def _slopes(self, weight: float, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The first and the second derivative."""
+        """First and second derivative."""
         by = self._slope_over(weight, t)
         return by * t, by * (1.0 + 2.0 * self.exponent * t * t)
 

@@ -21,15 +21,15 @@ from projdist.matrices.spd import (
     transposed,
 )
 
-_NEWTON_STEPS = 100  # 3 to 5 do, from far away some 15
-_GRADIENT_STEPS = 1000  # some 15; conditions of 1e6 take 300
-# Where the Jacobi rotations of many matrices at once are faster than a LAPACK call for each.
+_NEWTON_STEPS = 100  # 3 to 5 suffice, from far away about 15
+_GRADIENT_STEPS = 1000  # about 15 suffice; conditions of 1e6 take 300
+# Largest n, and smallest N, for which vectorised Jacobi rotations are faster than LAPACK calls.
 _SMALL, _MANY = 4, 256
-_POOR = 100.0  # of |T^-1| |T|, which a scaling of rows does not change: from here on a refinement is worth its price
+_POOR = 100.0  # of |T^-1| |T|, invariant under scaling of rows: above it a refinement pays
 
 
 class Mean(NamedTuple):
-    """The means T of B sets of N matrices and how good they are."""
+    """The means T of B sets of N matrices and their accuracy."""
 
     T: FloatArray  # (B, n, n), lower triangular with a positive diagonal
     cost: FloatArray  # (B,), the weighted mean of the distances
@@ -58,7 +58,7 @@ def gradient(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 def _newton_step(sets: WhitenedSets, view: View) -> FloatArray:
     V = sets.newton_step(view.logarithm)
     if np.abs(V).max() * V.shape[-1] < 1.0:
-        return V  # no eigenvalue of which is above 1
+        return V  # all eigenvalues are below 1
     values = np.linalg.eigvalsh(V)
     return V * damping(0.5 * (values[:, -1] - values[:, 0]), view.bend)[:, None, None]
 
@@ -68,25 +68,25 @@ def _gradient_step(_: WhitenedSets, view: View) -> FloatArray:
 
 
 def damping(length: FloatArray, bend: FloatArray) -> FloatArray:
-    """The part of a long Newton step to take, for its length in the hyperbolic plane and the mean of r coth r.
+    """Factor of a long Newton step, by its length in the hyperbolic plane and the mean of r coth r.
 
     Along a geodesic of unit speed the third derivative of the cost is at most twice the second, and far less where the
-    points are near (bend 1); ln(1 + b) / b is the step that such a bound allows. Half of it is found to be enough.
+    points are near (bend 1); ln(1 + b) / b is the step that such a bound allows. Half of the bound proved enough.
     """
     b = np.maximum(length * (1.0 - 1.0 / bend), 1.0)
     return np.asarray(np.where(b > 1.0, np.log1p(b) / b, 1.0))
 
 
 def settled(size: FloatArray, previous: FloatArray, floor: FloatArray) -> BoolArray:
-    """Whether a gradient is rounding: below the floor, or near it and no longer falling.
+    """Mask of gradients that are rounding: below the floor, or near it and no longer falling.
 
-    The floor bounds what is mostly less, and matrices far apart raise it without end: then 1e-6 stands in for it.
+    The floor is a pessimistic bound that grows without limit for matrices far apart: it is capped at 1e-6.
     """
     return (size <= np.minimum(floor, 1e-6)) | ((size <= np.minimum(4.0 * floor, 1e-4)) & (size > 0.5 * previous))
 
 
 def _descend(sets: WhitenedSets, step: Callable[[WhitenedSets, View], FloatArray], limit: int) -> Mean:
-    """Steps until each set has settled; one that made the cost rise is taken back by half."""
+    """Steps until each set has settled; half of a step that raised the cost is undone."""
     b, n, _ = sets.T.shape
     active, iterations = np.ones(b, dtype=bool), np.zeros(b, dtype=int)
     best, previous, V = np.full(b, np.inf), np.full(b, np.inf), np.zeros((b, n, n))
@@ -107,14 +107,14 @@ def _descend(sets: WhitenedSets, step: Callable[[WhitenedSets, View], FloatArray
 
 
 def _floor(view: View) -> FloatArray:
-    """What rounding may leave of the gradient."""
+    """Bound of the gradient's rounding."""
     return 2.0 * view.logarithm.shape[-1] * EPS * (view.cosh + np.sqrt(view.cost))
 
 
 def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
-    """One more Newton step from T itself, where its condition let the rounding of the steps pile up.
+    """One more Newton step from T itself if its condition let rounding accumulate over the steps.
 
-    What remains is the rounding of A and T, some eps times the condition: a third to a tenth of it before.
+    The rounding of A and T remains, some eps times the condition: a third to a tenth of the error before.
     """
     poor = (np.abs(np.linalg.inv(mean.T)) @ np.abs(mean.T)).max(axis=(-1, -2)) > _POOR
     if not poor.any():
@@ -133,10 +133,10 @@ def _refined(A: FloatArray, w: FloatArray, mean: Mean) -> Mean:
 
 
 def middle(A: FloatArray, w: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The midpoint of the arithmetic and the harmonic mean, and where A is singular, shape (B, N).
+    """The midpoint of the arithmetic and the harmonic mean, and a mask (B, N) of singular matrices.
 
-    Invariant as the Frechet mean is, and near it: ten times nearer than the log-Cholesky mean on matrices of moderate
-    spread. Both means come as triangular factors of stacked matrices, so that no condition is squared.
+    It is affine-invariant like the Frechet mean and near it: ten times nearer than the log-Cholesky mean for moderate
+    spread. Both means are computed as triangular factors of stacked matrices, so that no condition is squared.
     """
     b, count, n, _ = A.shape
     straight, inverse = np.zeros((b, n, n)), np.zeros((b, n, n))
@@ -158,7 +158,7 @@ def _stack(R: FloatArray, rows: FloatArray) -> FloatArray:
 
 
 def _inverses(A: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """A^-1, and where a row of A is, to rounding, a combination of the others; there the identity."""
+    """A^-1, and a mask of singular matrices, whose inverse is set to the identity."""
     one = np.eye(A.shape[-1])
     try:
         inverse = np.asarray(np.linalg.inv(A), dtype=float)
@@ -166,18 +166,18 @@ def _inverses(A: FloatArray) -> tuple[FloatArray, BoolArray]:
         zero = np.linalg.slogdet(A)[0] == 0
         inverse = np.asarray(np.linalg.inv(np.where(zero[..., None, None], one, A)), dtype=float)
         inverse[zero] = np.inf
-    # 1 over a column of the inverse is the distance of a row from the span of the others; here in sums of moduli.
+    # The inverse norm of a column of A^-1 is the distance of a row of A from the span of the others (here 1-norms).
     ratio = np.abs(A).sum(axis=-1) * np.abs(inverse).sum(axis=-2)
     wrong = ~(ratio.max(axis=-1) < 1.0 / EPS)
     inverse[wrong] = one
     return inverse, wrong
 
 
-# ---- means that are not the Frechet mean ------------------------------------------------------
+# ---- other means ------------------------------------------------------------------------------
 
 
 def _known(A: FloatArray, w: FloatArray, T: FloatArray, iterations: int = 0) -> Mean:
-    """What is to be said of means T that were found otherwise."""
+    """The `Mean` of factors T found by another method."""
     T = lower_factor(T)
     view = LapackSets(A, w, T).look()
     size = np.linalg.norm(view.logarithm, axis=(-1, -2))
@@ -213,7 +213,7 @@ def log_euclidean(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
     return _known(A, w, symmetric_exp(logs)[0])
 
 
-_ORDER = 0.01  # of the two power means whose midpoint `mpm` takes; their distance is of this size, its error the square
+_ORDER = 0.01  # of the two power means of `mpm`; its error is of the order of the square
 _POWER_STEPS, _POWER_TOLERANCE = 500, 1e-12
 
 
@@ -228,7 +228,7 @@ def mpm(A: FloatArray, w: FloatArray, start: FloatArray) -> Mean:
 
 
 def _power_mean(A: FloatArray, w: FloatArray, T: FloatArray, order: float) -> tuple[FloatArray, int]:
-    """T with the mean of (T^-1 A_i A_i^T T^-T)^order = 1, by the fixed point of that paper, and the steps it took."""
+    """T with the mean of (T^-1 A_i A_i^T T^-T)^order = 1, by that paper's fixed point, and the number of steps."""
     for count in range(_POWER_STEPS):  # noqa: B007 the steps taken
         inverse = np.linalg.inv(T)[:, None]
         power = np.zeros_like(T)
@@ -253,21 +253,21 @@ METHODS: dict[str, Callable[[FloatArray, FloatArray, FloatArray], Mean]] = {
 }
 
 
-# ---- frechet medians -----------------------------------------------------------------------------
+# ---- geometric medians ---------------------------------------------------------------------------
 
 
-_STEPS = 500  # some ten; more where many matrices lie about the median
-_WHOLE = 20  # the largest n whose Hessian, n (n + 1) / 2 on a side, is made
-_SAME = 64.0 * EPS  # times the condition: what is nearer is the same matrix
-_FLAT = 1e-12  # of the largest curvature: a smaller one is rounding
-_LINE = 1e-6  # of distances: what is nearer to a geodesic than that on average has a median near that of numbers
-_ENOUGH = 0.05  # of the gradient's rounding, whose bound is wide
-_GAIN = 0.1  # of what the gradient promises, that a step must bring
-_SEEN = 1e-11  # of a sum of distances: gains below it are not seen in the sum, but in the gradient
+_STEPS = 500  # about ten suffice; more if many matrices are near the median
+_WHOLE = 20  # largest n for which the full Hessian, n (n + 1) / 2 on a side, is used
+_SAME = 64.0 * EPS  # times the condition: matrices nearer than that are equal
+_FLAT = 1e-12  # of the largest curvature: smaller ones are rounding
+_LINE = 1e-6  # of distances: mean distance from a geodesic below which the median is near that on the geodesic
+_ENOUGH = 0.05  # of the bound of the gradient's rounding, which is pessimistic
+_GAIN = 0.1  # of the gain predicted by the gradient, required of a step
+_SEEN = 1e-11  # of a sum of distances: smaller gains are judged by the gradient
 
 
 class Median(NamedTuple):
-    """The medians T of B sets of N matrices and how good they are."""
+    """The medians T of B sets of N matrices and their accuracy."""
 
     T: FloatArray  # (B, n, n), lower triangular with a positive diagonal
     cost: FloatArray  # (B,), the weighted mean of Dist_F
@@ -279,7 +279,7 @@ class Median(NamedTuple):
 
 
 class _View(NamedTuple):
-    """N matrices seen from T."""
+    """N matrices relative to T."""
 
     Z: FloatArray  # (N, n, n)
     spread: FloatArray  # (N,), r, the logarithm of the condition of T^-1 A_i
@@ -296,22 +296,22 @@ class _View(NamedTuple):
 
     @property
     def is_least(self) -> bool:
-        """Whether T is the median, to rounding."""
+        """True if T is the median to rounding."""
         return self.size <= self.floor
 
 
 def medians(A: FloatArray, w: FloatArray, start: FloatArray, noise: float = 0.0) -> Median:
-    """The medians of sets A (B, N, n, n), weights w (B, N) of sum 1, from a start T (B, n, n).
+    """Medians of sets A (B, N, n, n) with weights w (B, N) of sum 1, from a start T (B, n, n).
 
-    What is no farther from a geodesic than `noise` lies on it; where there is some, one matrix more or less does not
-    matter, and directions are balanced to the largest weight.
+    Matrices within `noise` of a geodesic count as on it; with noise, directions are balanced only to the largest
+    weight, as a single matrix does not matter.
     """
     found = [_median(*each, noise) for each in zip(A, w, start, strict=True)]
     return Median(*(np.array(values) for values in zip(*found, strict=True)))
 
 
 def _median(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[Any, ...]:
-    """What `Median` has, of one set."""
+    """The fields of `Median` for one set."""
     counts = w > 0
     T, on_line, is_unique = _on_a_line(A[counts], w[counts], T, noise)
     count = 0
@@ -324,7 +324,7 @@ def _median(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[
 
 
 def _descend_to_median(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, int]:
-    """The median and the steps to it, from T."""
+    """The median from the start T, and the number of steps."""
     view, tried, enough = _look(A, w, T), -1, float(w.max()) if noise > 0 else 0.0
     for count in range(_STEPS):
         if view.size <= max(_ENOUGH * view.floor, enough):
@@ -347,12 +347,12 @@ def _descend_to_median(A: FloatArray, w: FloatArray, T: FloatArray, noise: float
                 T, view = there, other
                 break
         else:
-            return T, count  # no step is known to be one to the better: what is left is rounding
+            return T, count  # no step improves: the rest is rounding
     return T, _STEPS
 
 
 def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
-    """Newton's step, where there is one, and Weiszfeld's with the bend of the manifold."""
+    """Candidate steps: Newton's if it exists, and Weiszfeld's corrected for curvature."""
     away = view.far > 0
     pull, ratio = view.pull, np.divide(w, view.far, out=np.zeros_like(w), where=away)
     bend = _bend(view.spread)
@@ -365,7 +365,7 @@ def _steps(view: _View, w: FloatArray) -> list[FloatArray]:
 
 
 def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
-    """The step of the whole Hessian: the sum of w / |Z| (Hessian of |Z|^2 / 2 - that of the direction itself)."""
+    """Newton step by the full Hessian: the sum of w / |Z| (Hessian of |Z|^2 / 2 - projector on the direction)."""
     n = view.Z.shape[-1]
     i, j = np.triu_indices(n)
     root = np.where(i == j, 1.0, np.sqrt(2.0))
@@ -388,7 +388,7 @@ def _newton(view: _View, ratio: FloatArray) -> FloatArray | None:
 
 
 def _across(Z: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit tangents (N, P, n, n) along which the Hessian of |Z|^2 / 2 is not 1, and by how much it is more, (N, P)."""
+    """Unit tangents (N, P, n, n) along which the Hessian of |Z|^2 / 2 exceeds 1, and its excess (N, P)."""
     n = Z.shape[-1]
     if n == 2:
         half = np.stack([-Z[:, 0, 1], 0.5 * (Z[:, 0, 0] - Z[:, 1, 1])], axis=-1)
@@ -422,7 +422,7 @@ def _look(A: FloatArray, w: FloatArray, T: FloatArray) -> _View:
 
 
 def _condition(T: FloatArray) -> float:
-    """That of T, in which the scales of its rows do not count."""
+    """Condition of T, invariant under scaling of rows."""
     return float((np.abs(np.linalg.inv(T)) @ np.abs(T)).max())
 
 
@@ -440,9 +440,9 @@ def _squares(Z: FloatArray) -> FloatArray:
 
 
 def _on_a_line(A: FloatArray, w: FloatArray, T: FloatArray, noise: float) -> tuple[FloatArray, bool, bool]:
-    """The median of matrices that lie on one geodesic to rounding, whether they do, and whether it is unique.
+    """The median of matrices on one geodesic to rounding, True if they are on one, and True if it is unique.
 
-    Of those that nearly do it is near the median, else it is T.
+    For matrices near a geodesic it is near the median; for others it is T.
     """
     base = lower_factor(A[np.argmin(_squares(logarithms(_whitened(T, A))[0]))])
     Z, spread = logarithms(_whitened(base, A))

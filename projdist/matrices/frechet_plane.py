@@ -20,8 +20,8 @@ from projdist.matrices.spd import EPS
 
 # Doubles of one array, of which a dozen are in use; BLAS starts no threads for the product of so few.
 _CHUNK = 10_000
-_MANY, _STRIDE = 8192, 8  # of so many matrices every eighth makes the start
-_STEPS = 100  # 2 to 4 do, from far away some 15
+_MANY, _STRIDE = 8192, 8  # above this number every eighth matrix gives the start
+_STEPS = 100  # 2 to 4 suffice, from far away about 15
 _CENTRE_STEPS = 10
 
 
@@ -43,14 +43,14 @@ class _Moments(NamedTuple):
 
 
 def points(A: FloatArray) -> tuple[PlanePoints, BoolArray]:
-    """The points of matrices of shape (B, N, 2, 2), and where A is singular or not finite."""
+    """Points of matrices (B, N, 2, 2), and a mask of singular or non-finite ones."""
     found = PlanePoints(*(np.empty(A.shape[:2]) for _ in range(3)))
     wrong = np.zeros(A.shape[:2], dtype=bool)
     for part in _slices(A.shape[1]):
         piece = PlanePoints(*(values[:, part] for values in found))
         _locate(A[:, part], piece)
         v, x, y = piece
-        # NaN compares as false. Where a square may have left the range of doubles divide each matrix by a power of 2.
+        # NaN compares as false. If a square may be out of range, each matrix is divided by a power of 2.
         if not (v.min() > -600 and y.min() > 1e-30 and y.max() < 1e30 and math.isfinite(x.sum())):
             exponents = np.frexp(np.abs(A[:, part]).max(axis=(2, 3)))[1]
             _locate(np.ldexp(A[:, part], -exponents[:, :, None, None]), piece)
@@ -83,11 +83,11 @@ def newton(points: PlanePoints, w: FloatArray, start: FloatArray | None = None) 
     best, previous, expected = np.full((3, len(w)), np.inf)
     floor, length, base, step = np.zeros(len(w)), np.ones(len(w)), centre, np.zeros((2, len(w)))
     for count in range(_STEPS + 1):
-        # Where no error is to be expected after the last step, the Hessian is not worth its price.
+        # If the last step leaves no error, the Hessian is not needed.
         last = bool((expected <= floor).all()) or count == _STEPS
         if not last:
             found = _moments(points, inverse, w, centre)
-            # The rounding of the points, and that of the centre itself.
+            # Rounding of the points and of the centre.
             size, floor = _size(found.gradient), 4.0 * EPS * (found.cosh + np.abs(centre[0] / centre[1]))
             last = bool((settled(size, previous, floor) | ~active).all())
         if last:
@@ -97,7 +97,7 @@ def newton(points: PlanePoints, w: FloatArray, start: FloatArray | None = None) 
                 break
             found = _moments(points, inverse, w, centre)
         active &= ~settled(size, previous, floor)
-        # Newton's error is that before squared times a constant, of which the steps so far tell more than theory.
+        # Newton's error is a constant times the square of that before; the steps so far estimate the constant.
         constant = size / (length * length) if count else 0.1
         risen = active & (found.square > best * (1.0 + 1e-9) + 10.0 * floor * np.sqrt(found.square))
         fresh = _solve(found.hessian, found.gradient) * active
@@ -124,7 +124,7 @@ def _result(
     iterations: IntArray,
     floor: FloatArray,
 ) -> Mean:
-    """The mean of a centre; `squares`, of the distances in the plane, become those of the matrices."""
+    """The mean at a centre; turns `squares` of distances in the plane into those of the matrices."""
     v0 = _mean(w, points.v)
     for part in _slices(w.shape[1]):
         square, dv = squares[:, part], points.v[:, part] - v0[:, None]
@@ -144,7 +144,7 @@ def _size(gradient: FloatArray) -> FloatArray:
 
 
 def _start(points: PlanePoints, inverse: FloatArray, w: FloatArray) -> FloatArray:
-    """The centre of gravity on the hyperboloid; of many points that of every eighth, and one Newton step from there.
+    """The centroid on the hyperboloid; of many points that of every eighth and one Newton step.
 
     That centre is the midpoint of the arithmetic and the harmonic mean of the matrices, for determinant 1.
     """
@@ -160,7 +160,7 @@ def _start(points: PlanePoints, inverse: FloatArray, w: FloatArray) -> FloatArra
     for _ in range(_CENTRE_STEPS):
         sums, cosh = _centroid(points, inverse, w, centre)
         length = np.hypot(*sums)
-        # Sums of points far on one side have lost the difference of cosh and length: then some steps instead of one.
+        # For points far on one side cosh and length cancel: then some steps instead of one.
         ratio = np.minimum(length / cosh, 1.0 - 1e-12)
         centre = _move(centre, sums * (np.arctanh(ratio) / np.where(length > 0, length, 1.0)))
         if (ratio < 0.9).all():
@@ -178,7 +178,7 @@ def _bend(found: _Moments) -> FloatArray:
 
 
 def _dot(a: FloatArray, b: FloatArray) -> Any:
-    """The sums of a b over the last axis; of one set by BLAS, which starts no threads for so few numbers."""
+    """Sums of a b over the last axis; for one set by BLAS, single-threaded at this size."""
     return a[0] @ b[0] if len(a) == 1 else np.einsum("bi,bi->b", a, b)
 
 
@@ -195,7 +195,7 @@ def _mean(w: FloatArray, values: FloatArray) -> FloatArray:
 
 
 class _FromCentre(NamedTuple):
-    """Points from a centre: s = sinh(r) times the direction, cosh(r), cosh(r) - 1 and sinh(r)^2."""
+    """Points relative to a centre: s = sinh(r) times the direction, cosh(r), cosh(r) - 1 and sinh(r)^2."""
 
     s1: FloatArray
     s2: FloatArray
@@ -205,7 +205,7 @@ class _FromCentre(NamedTuple):
 
 
 def _seen(points: PlanePoints, inverse: FloatArray, part: slice, centre: FloatArray) -> _FromCentre:
-    """Some points after an isometry that puts the centre at (0, 1); `inverse` is 1 / y."""
+    """Points after an isometry that moves the centre to (0, 1); `inverse` is 1 / y."""
     (x0, y0), reciprocal = centre, inverse[:, part]
     dx, dy = points.x[:, part] - x0[:, None], points.y[:, part] - y0[:, None]
     # cosh(r) - 1 = (dx^2 + dy^2) / (2 y y0), without cancellation; s2 = cosh(r) - y0 / y is good to eps cosh(r).
@@ -267,7 +267,7 @@ def _moments(points: PlanePoints, inverse: FloatArray, w: FloatArray, centre: Fl
 def _distances(
     points: PlanePoints, inverse: FloatArray, w: FloatArray, centre: FloatArray, squares: FloatArray
 ) -> FloatArray:
-    """The gradient alone, and r^2 to full relative accuracy into `squares`."""
+    """The gradient; writes r^2 to full relative accuracy into `squares`."""
     gradient = np.zeros((2, len(w)))
     for part in _slices(w.shape[1]):
         (s1, s2, _, excess, square), weight = _seen(points, inverse, part, centre), w[:, part]

@@ -20,13 +20,13 @@ from projdist.matrices import frechet, frechet_plane
 from projdist.matrices.spd import place
 from projdist.support import Answer, check_choice, check_numbers
 
-_GROUP = 1 << 15  # doubles in the sets of matrices that are worked on together
+_GROUP = 1 << 15  # doubles in the sets of matrices processed together
 _TOO_FAR = "Invalid matrices. They lie so far apart that their squares leave the range of doubles."
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class MDT(Answer):
-    """A mean distorting transformation, and how good it is.
+    """A mean distorting transformation and its accuracy.
 
     `T`: shape (..., n, n), lower triangular with a positive diagonal. `distances`: Dist_F(T^-1 A_i)^2,
     shape (..., N). The others are numbers, or of shape (...) for the leading axes. `cost`: the
@@ -57,7 +57,7 @@ class MDT(Answer):
         return {name: np.asarray(getattr(self, name)).tolist() for name in ("T", *_FIGURES, "distances")}
 
     def _table(self) -> dict[str, FloatArray]:
-        """A row a set of matrices: the figures, and T's entries as T_00, T_01, ..."""
+        """One row per set of matrices: the figures, and T as T_00, T_01, ..."""
         columns = {name: np.ravel(getattr(self, name)) for name in _FIGURES}
         n = self.T.shape[-1]
         return columns | {f"T_{i}{j}": np.ravel(self.T[..., i, j]) for i in range(n) for j in range(n)}
@@ -67,7 +67,7 @@ _FIGURES = ("cost", "gradient_norm", "iterations", "floor", "unique")
 
 
 def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto") -> MDT:
-    """The mean distorting transformation of matrices A_i: the linear map T of the least mean of Dist_F(T^-1 A_i)^2.
+    """The mean distorting transformation of matrices A_i: the linear T that minimises the mean of Dist_F(T^-1 A_i)^2.
 
     T is unique up to an orthogonal factor from the right. Where the A_i are the Jacobians of a map, T^-1 after the map
     is its least distorting linear correction.
@@ -80,15 +80,15 @@ def mdt(A: ArrayLike, weights: ArrayLike | None = None, *, method: str = "auto")
         Not negative, of any sum; equal ones if there are none.
     method : str
         "auto" and "newton" are exact to rounding, by Newton's method, for n = 2 in coordinates of the hyperbolic plane;
-        "gradient" leaves up to 4 times the `floor`, and is slower. "median" is the geometric median, of the least mean
-        of Dist_F itself, to rounding, which few matrices far from the others move little. The others stand for
-        comparison, with the `cost` and the `gradient_norm` that they leave: "mpm" (multiplicative power means),
+        "gradient" leaves up to 4 times the `floor`, and is slower. "median" is the geometric median, which minimises
+        the mean of Dist_F itself, to rounding, and is robust against outliers. The others are for comparison, with
+        their own `cost` and `gradient_norm`: "mpm" (multiplicative power means),
         "log_euclidean", "log_cholesky" and "arithmetic".
 
     Returns
     -------
     MDT
-        T (..., n, n), lower triangular with a positive diagonal, its distances, and how good it is.
+        T (..., n, n), lower triangular with a positive diagonal, its distances, and its accuracy.
 
     Raises
     ------
@@ -135,9 +135,9 @@ def field_mdt(J: FloatArray, weights: FloatArray) -> MDT:
 
 
 def field_median(J: FloatArray, weights: FloatArray, noise: float) -> MDT:
-    """The geometric median of many samples J (N, n, n) of a smooth field, with weights that are not negative.
+    """The geometric median of many samples J (N, n, n) of a smooth field, with non-negative weights.
 
-    Distances and directions below `noise` are none. Raises ValueError for singular or non-finite matrices.
+    Distances and directions below `noise` count as 0. Raises ValueError for singular or non-finite matrices.
     """
     return _solved(J, weights / weights.sum(), "median", noise)
 
@@ -167,7 +167,7 @@ def _solved(A: FloatArray, w: FloatArray, method: str, noise: float = 0.0) -> MD
 
 
 class _Singular(Exception):
-    """The first singular matrix: the numbers of its set and in it."""
+    """The first singular matrix: index of its set, and index in the set."""
 
 
 def _mean(A: FloatArray, w: FloatArray, method: str, noise: float) -> frechet.Mean | frechet.Median:
@@ -212,7 +212,7 @@ def check_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> FloatArr
     if not (w.min() >= 0 and w.max() < np.inf):
         wrong = ~((w >= 0) & (w < np.inf))
         raise ValueError(f"Invalid weight {w[wrong][0]}{place(wrong)}. It must be finite and not negative.")
-    w = w / np.maximum(w.max(axis=-1, keepdims=True), np.finfo(float).tiny)  # so that no sum overflows
+    w = w / np.maximum(w.max(axis=-1, keepdims=True), np.finfo(float).tiny)  # avoids overflow of sums
     total = w.sum(axis=-1, keepdims=True)
     if not (total > 0).all():
         raise ValueError(f"Invalid weights{place(total[..., 0] == 0)}. They must not all be zero.")

@@ -121,7 +121,7 @@ def _antiderivative(form: _Form, angle: FloatArray) -> FloatArray:
     return np.asarray(by_sine - by_cosine)
 
 
-_SMALL, _TERMS = 0.1, 16  # of the series: 0.1^16 is rounding
+_SMALL, _TERMS = 0.1, 16  # of the series: 0.1^16 is below rounding
 
 
 def _fractions(x: FloatArray, complement: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -144,10 +144,10 @@ def _fractions(x: FloatArray, complement: FloatArray) -> tuple[FloatArray, Float
 
 
 def _roots(form: _Form) -> FloatArray:
-    """Three angles in an interval of length pi, ascending, where the form is zero; one zero alone stands three times.
+    """Three ascending angles in an interval of length pi where the form is zero; a single zero is repeated.
 
-    The direction of eight in which the form is largest is put at infinity, so that the leading coefficient does not
-    vanish; a form without any size has zeros anywhere.
+    Of four directions the one with the largest form is put at infinity, so that the leading coefficient does not
+    vanish; the zeros of a zero form are arbitrary.
     """
     p, q, r, s = form[:4]
     angles = np.arange(4) * (np.pi / 4)
@@ -167,7 +167,7 @@ def _roots(form: _Form) -> FloatArray:
 
 
 def _cubic_roots(b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
-    """The real roots (..., 3) of x^3 + b x^2 + c x + d, whose coefficients are (..., 1); one alone three times."""
+    """Real roots (..., 3) of x^3 + b x^2 + c x + d, coefficients (..., 1); a single root is repeated."""
     shift = b / 3.0
     # y^3 + 3 m y + 2 n with x = y - b / 3.
     m, n = c / 3.0 - shift**2, shift**3 - 0.5 * shift * c + 0.5 * d
@@ -197,8 +197,8 @@ _LIMITS = {
 class Measure:
     """A named pointwise measure.
 
-    `function` takes J, or J and H where `needs_hessian`. `kind` says how values compare and
-    are drawn: "ratio" is about 1 in the logarithm, "signed" about 0, "magnitude" from 0 up.
+    `function` takes J, or J and H where `needs_hessian`. `kind` tells how values are
+    compared and drawn: "ratio" about 1 in the logarithm, "signed" about 0, "magnitude" from 0 up.
     """
 
     name: str
@@ -220,12 +220,12 @@ class Measure:
 
     @property
     def bounded(self) -> bool:
-        """Whether no map can make it arbitrarily large: angles and signs."""
+        """True for angles and signs, which are bounded on all maps."""
         return self.unit == "deg" or self.name == "orientation"
 
     @property
     def limits(self) -> tuple[float, float]:
-        """What no map can go beyond, infinite where there is none; of functions of users nothing is known."""
+        """Bounds of the values on any map, infinite without any; those of user functions are unknown."""
         if self.name in _LIMITS:
             return _LIMITS[self.name]
         positive = self.kind == "ratio" or (self.kind == "magnitude" and MEASURES.get(self.name) is self)
@@ -322,7 +322,7 @@ def get_measure(measure: str | Measure | Callable[[FloatArray], FloatArray]) -> 
 
 
 def listed_measures(measures: Any) -> list[Any]:
-    """Measures as they are given: those of an iterable, one alone, or none for None."""
+    """The measures of an iterable, a single one as a list, or [] for None."""
     return [] if measures is None else listed_values(measures, (str, Measure))
 
 

@@ -1,8 +1,8 @@
 """The rigid correction that follows the mean distorting transformation: a rotation and a shift.
 
-The MDT is unique up to a rotation. Of the corrected matrices q T^-1 A_i the rotation q takes out the mean orientation;
-it stands outside, on the left of T^-1, where no distance sees it. A shift then brings the corrected points to the axes
-(D. Ozeri, "Riemannian Geometry Approach for Minimizing Distortion and its Applications").
+The MDT is unique up to a rotation. The rotation q removes the mean orientation of the corrected matrices q T^-1 A_i; it
+is on the left of T^-1, where distances do not change. A shift then brings the corrected points to the axes (D. Ozeri,
+"Riemannian Geometry Approach for Minimizing Distortion and its Applications").
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from projdist.matrices.mean_transformation import check_matrices, check_weights,
 from projdist.matrices.spd import lq, place, transposed
 from projdist.support import Answer, check_choice, check_numbers
 
-# Of N orientations without any order the mean resultant length is about 1 / sqrt(N).
+# The mean resultant length of N random orientations is about 1 / sqrt(N).
 _NO_ORDER = 0.1
-_HALF_TURN = 1e-8  # sine of an angle near 180 degrees below which the logarithm's plane is not known
+_HALF_TURN = 1e-8  # sine of an angle near 180 degrees below which the plane of rotation is undetermined
 _SHOWN = 10  # indices in one message
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Rotation(Answer):
-    """The rotation that takes out the mean orientation of T^-1 A_i.
+    """The rotation that removes the mean orientation of T^-1 A_i.
 
-    `q`: shape (..., n, n), determinant 1, to be put on the left: q T^-1 A_i. `reflection`: whether the
-    A_i mirror, all of them; then the mean orientation of q T^-1 A_i is not 1 but diag(1, .., 1, -1).
-    `mean_resultant_length`: 1 where all orientations agree, 0 where they cancel out.
+    `q`: shape (..., n, n), determinant 1, applied on the left: q T^-1 A_i. `reflection`: True if all
+    A_i mirror; then the mean orientation of q T^-1 A_i is diag(1, .., 1, -1) instead of 1.
+    `mean_resultant_length`: 1 if all orientations agree, 0 if they cancel.
     """
 
     q: FloatArray
@@ -47,14 +47,14 @@ class Rotation(Answer):
         return {name: np.asarray(getattr(self, name)).tolist() for name in names} | {"note": self.note}
 
     def _table(self) -> dict[str, Any]:
-        """A row a rotation, q's entries as q_00, q_01, ..."""
+        """One row per rotation, q as q_00, q_01, ..."""
         columns = {name: np.ravel(getattr(self, name)) for name in ("reflection", "mean_resultant_length")}
         n = self.q.shape[-1]
         return columns | {f"q_{i}{j}": np.ravel(self.q[..., i, j]) for i in range(n) for j in range(n)}
 
     @property
     def note(self) -> str:
-        """What is to be said of a mean orientation that means little; mostly nothing."""
+        """Note on a meaningless mean orientation; mostly ""."""
         least = float(np.min(self.mean_resultant_length))
         if least >= _NO_ORDER:
             return ""
@@ -64,7 +64,7 @@ class Rotation(Answer):
 def mean_rotation(
     A: ArrayLike, weights: ArrayLike | None = None, *, T: ArrayLike | None = None, method: str = "chordal"
 ) -> Rotation:
-    """The rotation q of the rigid correction: it takes out the mean orientation of T^-1 A_i.
+    """The rotation q of the rigid correction, which removes the mean orientation of T^-1 A_i.
 
     Parameters
     ----------
@@ -127,14 +127,14 @@ def field_rotation(J: FloatArray, weights: FloatArray, T: FloatArray) -> Rotatio
 def _rotation(A: FloatArray, w: FloatArray, factor: FloatArray, method: str) -> Rotation:
     reflection = _common((_orientation(factor, "T")[..., None] * _orientation(A, "matrix")) < 0)
     B = np.asarray(np.linalg.solve(factor[..., None, :, :], A), dtype=np.float64)
-    # A reflection of the last axis on the right is common to all and leaves rotations.
+    # A reflection of the last axis on the right, common to all, leaves rotations.
     B[..., -1] *= np.where(reflection, -1.0, 1.0)[..., None, None]
     R, length = ROTATIONS[method](B, w)
     return Rotation(q=transposed(R), reflection=reflection[()], mean_resultant_length=length[()])
 
 
 def axes_shift(points: ArrayLike) -> FloatArray:
-    """The shift that brings points to the axes: no coordinate negative, the least of each 0.
+    """The shift that brings points to the axes: the minimum of each coordinate becomes 0.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def _orientation(A: FloatArray, what: str) -> FloatArray:
 
 
 def _common(mirrors: BoolArray) -> BoolArray:
-    """Whether the matrices of a set mirror, shape (...); raises ValueError where some do and some do not."""
+    """Mask of sets (...) whose matrices mirror; raises ValueError if only some of a set do."""
     share = mirrors.mean(axis=-1)
     mixed = (share > 0) & (share < 1)
     if mixed.any():
@@ -234,7 +234,7 @@ def _logarithmic(B: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _rotation_log(Q: FloatArray) -> FloatArray:
-    """The principal logarithm of rotations: on the planes that Q turns, angle / sine times its skew part."""
+    """The principal logarithm of rotations: in each rotated plane, angle / sine times the skew part."""
     cos, U = np.linalg.eigh(0.5 * (Q + transposed(Q)))
     skew = 0.5 * (Q - transposed(Q))
     sin = np.linalg.norm(skew @ U, axis=-2)

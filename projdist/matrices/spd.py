@@ -27,7 +27,7 @@ __all__ = [
     "transposed",
 ]
 
-_ASYMMETRY = 1e-8  # of the largest entry: more is no rounding
+_ASYMMETRY = 1e-8  # relative to the largest entry: more is not rounding
 
 
 # ---- factors --------------------------------------------------------------------------------
@@ -48,7 +48,7 @@ def lq(A: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def lower_factor(A: FloatArray) -> FloatArray:
-    """L of A = L Q without Q and without checks."""
+    """L of A = L Q, unchecked."""
     L = transposed(np.asarray(np.linalg.qr(transposed(A), mode="r")))
     return np.asarray(L * np.where(np.einsum("...kk->...k", L) < 0, -1.0, 1.0)[..., None, :])
 
@@ -143,7 +143,7 @@ def symmetric_exp(V: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def place(wrong: BoolArray) -> str:
-    """Where the first true one stands, for messages: ` at index 3`, ` at index (1, 3)`, or nothing for a single one."""
+    """Index of the first True for messages: ` at index 3`, ` at index (1, 3)`, or "" for a scalar."""
     index = tuple(int(i) for i in np.argwhere(wrong)[0])
     return "" if not index else f" at index {index[0] if len(index) == 1 else index}"
 
@@ -154,7 +154,7 @@ def _whiten(L: FloatArray, V: ArrayLike) -> FloatArray:
 
 
 def _solve(A: FloatArray, B: FloatArray) -> FloatArray:
-    """A^-1 B. Stacked alike, since numpy below 2 takes a B with one axis less than A has for vectors."""
+    """A^-1 B, broadcast first, as numpy below 2 takes a B with one axis less than A for vectors."""
     B = np.broadcast_to(B, (*np.broadcast_shapes(A.shape[:-2], B.shape[:-2]), *B.shape[-2:]))
     return np.asarray(np.linalg.solve(A, B), dtype=float)
 
@@ -171,27 +171,27 @@ def _refuse(wrong: BoolArray, must: str) -> None:
         raise ValueError(f"Invalid matrix{place(wrong)}. It must be {must}.")
 
 
-# ---- frechet sets --------------------------------------------------------------------------------
+# ---- whitened sets -------------------------------------------------------------------------------
 
 
 EPS = float(np.finfo(float).eps)
-_CHUNK = 1 << 15  # doubles of one array: some eight such arrays stay in a second-level cache
+_CHUNK = 1 << 15  # doubles of an array: about eight fit into the second-level cache
 _WHOLE = 4  # the largest n whose Hessian, n^2 on a side, is made as a whole
 _SAME = 1e-8  # r below which r / sinh r and r coth r are 1
-# Eigenvectors serve as long as the logarithm has no more than this off the diagonal: its square is below rounding.
+# Eigenvectors are kept while the logarithm's off-diagonal part is below this: its square is below rounding.
 _OFF_DIAGONAL = 5e-8
-# While it has more than this, errors of the decomposition itself do not matter yet.
+# While it is above this, errors of the decomposition itself do not matter yet.
 _NEAR = 1e-2
-# A turn times the condition must stay below a tenth: then small eigenvalues are still seen beside large ones.
+# A turn times the condition must stay below a tenth to resolve small eigenvalues beside large ones.
 _TURN = 10 * _OFF_DIAGONAL
-# Products B B^T of a larger ratio of eigenvalues have lost the small ones' vectors; the SVD of B has not.
+# Below this ratio of eigenvalues B B^T has lost the eigenvectors of small ones; the SVD of B has not.
 _RATIO = 1e-7
-_SWEEPS = 30  # of Jacobi rotations; five or six do, whatever the matrices
+_SWEEPS = 30  # of Jacobi rotations; five or six suffice for all matrices
 _ORTHOGONAL = 1e-16  # cosine of two columns
 
 
 class View(NamedTuple):
-    """What B sets of N matrices look like from their trial means."""
+    """B sets of N matrices relative to trial means T, B_i = T^-1 A_i."""
 
     logarithm: FloatArray  # (B, n, n), the weighted mean of ln(B_i B_i^T)
     distances: FloatArray  # (B, N), Dist_F(B_i)^2
@@ -201,37 +201,38 @@ class View(NamedTuple):
 
 
 class WhitenedSets(Protocol):
-    """B sets of N matrices, seen from T of shape (B, n, n)."""
+    """B sets of N matrices relative to T of shape (B, n, n)."""
 
     T: FloatArray
 
     def look(self) -> View:
-        """The view from T."""
+        """The view relative to T."""
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """The symmetric V, shape (B, n, n), that the Hessian of the latest view takes to `logarithm`."""
+        """The symmetric V, shape (B, n, n), that the Hessian of the latest view maps to `logarithm`."""
 
     def move(self, V: FloatArray) -> None:
-        """Go along the geodesic of the symmetric V, shape (B, n, n): T becomes T exp(V / 2)."""
+        """Move along the geodesic of the symmetric V, shape (B, n, n): T becomes T exp(V / 2)."""
 
 
 class LapackSets:
     """Sets of any shape, by LAPACK.
 
-    The eigenvectors are kept. After a small move they still nearly diagonalise, and the logarithm comes from them by
-    first-order perturbation, for a third of the price of a decomposition.
+    The eigenvectors are kept. After a small move they still nearly diagonalise, and first-order perturbation gives the
+    logarithm at a third of the cost of a decomposition.
     """
 
     def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
         self.T, self._w, self._pieces = T, w, pieces(A)
-        # B_i^T and U_i^T, so that what is common to all i is one flat product.
+        # B_i^T and U_i^T, so that a common factor is one flat product.
         self._rows, self._basis, self._excess = np.empty_like(A), np.empty_like(A), np.empty_like(A)
         for part in self._pieces:
             self._rows[:, part] = transposed(_whitened_values(T, A[:, part]))
-        self._off_diagonal, self._gain = np.inf, 1.0  # a bound of the logarithm's, and its growth with a move
+        # A bound of the logarithm's off-diagonal part, and its growth per move.
+        self._off_diagonal, self._gain = np.inf, 1.0
 
     def move(self, V: FloatArray) -> None:
-        """Go along the geodesic of V."""
+        """Move along the geodesic of V."""
         there, back = symmetric_exp(0.5 * V)
         self.T = self.T @ there
         for part in self._pieces:
@@ -239,7 +240,7 @@ class LapackSets:
         self._off_diagonal += float(_norm(V).max()) * self._gain
 
     def look(self) -> View:
-        """The view from T."""
+        """The view relative to T."""
         b, count, n, _ = self._rows.shape
         mean, sums, distances = np.zeros((b, n, n)), np.zeros((3, b)), np.empty((b, count))
         stale, far = self._off_diagonal > _OFF_DIAGONAL, self._off_diagonal > _NEAR
@@ -269,11 +270,11 @@ class LapackSets:
         return View(0.5 * (mean + transposed(mean)), distances, *sums)
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """From the whole Hessian for small n, else by conjugate gradients."""
+        """By the full Hessian for small n, else by conjugate gradients."""
         return self._whole_step(logarithm) if logarithm.shape[-1] <= _WHOLE else self._conjugate_step(logarithm)
 
     def _conjugate_step(self, logarithm: FloatArray) -> FloatArray:
-        """To an error below the square of the step, which is Newton's own."""
+        """Newton step by conjugate gradients, to an error below the square of the step, Newton's own error."""
         size = _norm(logarithm)
         goal = np.maximum(size * np.minimum(0.1 * size, 0.03), 0.5 * EPS * logarithm.shape[-1])
         V, residual = np.zeros_like(logarithm), logarithm.copy()
@@ -315,7 +316,7 @@ class JacobiSet:
     """One set of many small matrices: one-sided Jacobi rotations of all of them at once (Hestenes 1958).
 
     Rotations from the right make the columns of each B_i orthogonal: then they are the eigenvectors times the singular
-    values. They stay, so that after a small move one sweep does. Arrays run over the matrices last.
+    values. They are kept, so that one sweep suffices after a small move. The matrices are the last axis of arrays.
     """
 
     def __init__(self, A: FloatArray, w: FloatArray, T: FloatArray) -> None:
@@ -325,14 +326,14 @@ class JacobiSet:
             self._columns[:, :, part] = np.moveaxis(_whitened_values(T, A[:, part])[0], 0, -1)
 
     def move(self, V: FloatArray) -> None:
-        """Go along the geodesic of V."""
+        """Move along the geodesic of V."""
         there, back = symmetric_exp(0.5 * V)
         self.T = self.T @ there
         for part in self._pieces:
             self._columns[:, :, part] = np.tensordot(back[0], self._columns[:, :, part], 1)
 
     def look(self) -> View:
-        """The view from T."""
+        """The view relative to T."""
         n, _, count = self._columns.shape
         mean, sums, distances = np.zeros((n, n)), np.zeros((3, 1)), np.empty((1, count))
         first, second = np.triu_indices(n, 1)
@@ -357,7 +358,7 @@ class JacobiSet:
         return View(0.5 * (mean + mean.T)[None], distances, *sums)
 
     def newton_step(self, logarithm: FloatArray) -> FloatArray:
-        """From the whole Hessian, n (n + 1) / 2 on a side."""
+        """Newton step by the full Hessian, n (n + 1) / 2 on a side."""
         i, j = np.triu_indices(logarithm.shape[-1])
         root = np.where(i == j, 1.0, np.sqrt(2.0))
         V = np.empty_like(logarithm)
@@ -382,7 +383,7 @@ def logarithms(B: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def pieces(A: FloatArray) -> list[slice]:
-    """Parts of the second axis of matrices of shape (B, N, n, n) that stay in a processor's cache."""
+    """Slices of the second axis of matrices (B, N, n, n) that fit into the cache."""
     b, count, n, _ = A.shape
     step = max(1, _CHUNK // (b * n * n))
     return [slice(start, start + step) for start in range(0, count, step)]
@@ -391,7 +392,7 @@ def pieces(A: FloatArray) -> list[slice]:
 def _whitened_values(T: FloatArray, A: FloatArray) -> FloatArray:
     """T^-1 A_i for A of shape (B, M, n, n).
 
-    Turned end for end, a lower triangular T is an upper one, its own LU factor: no error is common to all A_i then.
+    With rows and columns reversed a lower triangular T is upper, its own LU factor: then no error is common to all A_i.
     """
     b, count, n, _ = A.shape
     columns = A.swapaxes(1, 2)[:, ::-1].reshape(b, n, -1)
@@ -430,7 +431,7 @@ def _decompose(rows: FloatArray, basis: FloatArray) -> FloatArray:
 
 
 def _ratios(half: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """e^-r and r / (1 - e^-2r) for all pairs of half logarithms: r coth r and r / sinh r in the making."""
+    """q = e^-r and r / (1 - e^-2r) for all pairs of half logarithms, the factors of r coth r and r / sinh r."""
     r = half[..., :, None] - half[..., None, :]
     np.abs(r, out=r)
     q = np.exp(-r)
@@ -442,7 +443,7 @@ def _ratios(half: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _bends(q: FloatArray, r: FloatArray) -> FloatArray:
-    """r coth r from `_ratios`, in their place."""
+    """r coth r from `_ratios`, in place."""
     q *= q
     q += 1.0
     r *= q
@@ -457,13 +458,13 @@ def _perturbed_log(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, Flo
     scale = 1.0 / np.sqrt(squares)
     log *= scale[..., :, None]
     log *= scale[..., None, :]
-    # A slight turn towards the vector of a far larger eigenvalue adds to a small square what is not its own.
+    # A slight turn towards the vector of a far larger eigenvalue adds an error to a small square.
     own = 1.0 - np.einsum("...kl,...kl,kl->...k", log, log, 1.0 - np.tri(basis.shape[-1]))
     half = np.asarray(0.5 * np.log(squares * own))
     scale = 1.0 / np.sqrt(own)
     log *= scale[..., :, None]
     log *= scale[..., None, :]
-    # Off the diagonal the first order is the logarithm's divided difference, r / sinh r over the root of both squares.
+    # Off the diagonal first order gives the logarithm's divided difference, r / sinh r over the root of both squares.
     q, r = _ratios(half)
     log *= q
     log *= r
@@ -499,7 +500,7 @@ def _orthogonalize(B: FloatArray) -> None:
                 y *= cos
                 y += sin * x
                 x[...] = turned
-        # What a rotation leaves of the others' cosines: all but nothing, except where singular values are nearly equal.
+        # Effect of a rotation on the other cosines: negligible, except for nearly equal singular values.
         if cosine * angle < _ORTHOGONAL**2:
             return
 

@@ -18,16 +18,16 @@ Terms = Callable[[FloatArray], FloatArray]
 _STARTS = 4
 _APART = 0.15  # of the box: starts nearer to each other would descend to the same place
 _STEP = 1e-5  # of the box, for central differences of terms that are good to 1e-12
-_REACH, _MOST_STEPS = 0.1, 40  # of the steps of a descent: the first in widths of the box, and their number
+_REACH, _MOST_STEPS = 0.1, 40  # of a descent: first step in widths of the box, and number of steps
 _ROUNDING = 1e-9  # of a maximum
-_ACTIVE = 200  # terms of a group that a linear programme sees
-_MOST_ROUNDS, _GAINED = 1000, 1e-10  # of least squares: some valleys take hundreds; the share that the last gains
+_ACTIVE = 200  # terms of a group in a linear programme
+_MOST_ROUNDS, _GAINED = 1000, 1e-10  # of least squares: some valleys take hundreds; smallest relative gain
 _DAMPING = 1e-3
-_AT_EDGE = 1e-4  # of the box: descents stay inside it, and the edge itself is tried
+_AT_EDGE = 1e-4  # of the box: descents stop short of the edge, which is tried separately
 
 
 class BoxMinimum(NamedTuple):
-    """A place in the box, the value there, and how many evaluations it took."""
+    """A minimum in a box: place, value and number of evaluations."""
 
     place: FloatArray
     value: float
@@ -35,7 +35,7 @@ class BoxMinimum(NamedTuple):
 
 
 class _Counted:
-    """A function of variables in the unit box, from one of variables in a box."""
+    """A function on a box, rescaled to the unit box, with a count of evaluations."""
 
     def __init__(self, function: Terms, low: FloatArray, high: FloatArray, worst: bool) -> None:
         self.function, self.low, self.width, self.worst = function, low, high - low, worst
@@ -49,7 +49,7 @@ class _Counted:
         return self.function(self.place(unit))
 
     def value(self, unit: FloatArray) -> float:
-        """The sum of the groups' largest terms, or of all terms' squares."""
+        """Sum of the groups' largest terms, or sum of squares of all terms."""
         terms = self.terms(unit)
         return float(terms.max(axis=-1).sum()) if self.worst else float(np.sum(terms * terms))
 
@@ -67,9 +67,9 @@ def lattice(dimensions: int, count: int) -> FloatArray:
 def minimise(
     function: Terms, low: FloatArray, high: FloatArray, *, worst: bool, count: int | None = None
 ) -> BoxMinimum:
-    """The least value over the box of the sum of squares of a function's terms, or, with `worst`, of the largest.
+    """Minimum over the box of the sum of squares of a function's terms, or, with `worst`, of the largest term.
 
-    With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is made least.
+    With `worst` the terms have the shape (groups, n), and the sum of the groups' largest terms is minimised.
     `count` points are tried before the descents; by default 24 in one dimension, 60 in two, 180 in four.
     """
     counted = _Counted(function, low, high, worst)
@@ -84,7 +84,7 @@ def minimise(
 
 
 def descend(function: Terms, start: FloatArray, low: FloatArray, high: FloatArray, *, worst: bool) -> BoxMinimum:
-    """The local minimum from a start; as `minimise`."""
+    """Local minimum from a start; arguments as for `minimise`."""
     counted = _Counted(function, low, high, worst)
     if not low.size:
         return BoxMinimum(low, counted.value(low), 1)
@@ -93,9 +93,9 @@ def descend(function: Terms, start: FloatArray, low: FloatArray, high: FloatArra
 
 
 def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tuple[FloatArray, Any]:
-    """The place of whole numbers with the least value, and that value, by steps to the best of all neighbours.
+    """Integer place with the minimal value, and that value, by steps to the best neighbour.
 
-    Values need an order only: a tuple puts the first criterion before the second.
+    Values need an order only: tuples compare criteria one after the other.
     """
     place, least = start, value(start)
     offsets = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=start.size)))
@@ -114,14 +114,14 @@ def descend_lattice(value: Callable[[FloatArray], Any], start: FloatArray) -> tu
 
 
 def least_between(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function of one variable that falls, then rises, is least, to 1e-8: by parabolas and golden sections."""
+    """Minimum of a unimodal function of one variable, to 1e-8 (Brent's method)."""
     from scipy.optimize import minimize_scalar  # imported here: scipy is slow to load, and few need it
 
     return float(minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": 1e-8}).x)
 
 
 def _starts(points: FloatArray, values: FloatArray) -> list[FloatArray]:
-    """The best points that lie apart from each other."""
+    """The best points at a distance from each other."""
     chosen: list[FloatArray] = []
     for index in np.argsort(values):
         if all(np.abs(points[index] - other).max() > _APART for other in chosen):
@@ -132,7 +132,7 @@ def _starts(points: FloatArray, values: FloatArray) -> list[FloatArray]:
 
 
 class _Effort(NamedTuple):
-    """How far a descent goes: its last step, in widths of the box, and its last gain, as a part of the value."""
+    """Tolerances of a descent: last step in widths of the box, last relative gain, and kind of differences."""
 
     step: float
     gain: float
@@ -167,9 +167,9 @@ def _least_squares(counted: _Counted, start: FloatArray, effort: _Effort) -> Flo
 
 
 def _minimax(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArray:
-    """Sequential linear programming: each step makes the largest of the linearised terms least, within a trust region.
+    """Sequential linear programming: each step minimises the largest linearised term in a trust region.
 
-    At the minimum as many terms are equal as there are variables, and there the convergence is quadratic (Madsen 1975,
+    If as many terms are equal at the minimum as there are variables, the convergence is quadratic (Madsen 1975,
     "An algorithm for minimax solution of overdetermined systems of non-linear equations").
     """
     found, radius = np.clip(start, 0.0, 1.0), _REACH
@@ -194,7 +194,7 @@ def _minimax(counted: _Counted, start: FloatArray, effort: _Effort) -> FloatArra
 
 
 def _slopes(counted: _Counted, place: FloatArray) -> FloatArray:
-    """Central differences of the terms, (groups, n, dimensions); one-sided where the box ends."""
+    """Central differences of the terms, (groups, n, dimensions); one-sided at the edge of the box."""
     columns = []
     for axis in np.eye(place.size):
         ahead, behind = np.clip(place + _STEP * axis, 0.0, 1.0), np.clip(place - _STEP * axis, 0.0, 1.0)
@@ -203,7 +203,7 @@ def _slopes(counted: _Counted, place: FloatArray) -> FloatArray:
 
 
 def _linear_step(terms: FloatArray, slopes: FloatArray, place: FloatArray, radius: float) -> tuple[FloatArray, float]:
-    """The step within `radius` and the box that makes the sum of the groups' largest linearised terms least."""
+    """The step within `radius` and the box that minimises the sum of the groups' largest linearised terms."""
     from scipy.optimize import linprog  # as above
 
     groups, dimensions = terms.shape[0], place.size
@@ -224,17 +224,17 @@ def _linear_step(terms: FloatArray, slopes: FloatArray, place: FloatArray, radiu
 
 
 def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
-    """The x (m,) for which the largest |values + columns x| is least, columns (n, m): a linear programme.
+    """The x (m,) that minimises max |values + columns x|, columns (n, m), by linear programming.
 
-    It sees some of the rows at first, and then those that rise above its optimum, until none does (E. Remez, 1934).
-    Raises ValueError for columns beyond what the programme can tell.
+    The programme starts with some rows and adds those above its optimum until there are none (E. Remez, 1934). Raises
+    ValueError if the rows do not determine x.
     """
     from scipy.optimize import linprog  # as above
 
     count, size = columns.shape[1], np.abs(values).max()
     if size == 0.0:
         return np.zeros(count)
-    values = values / size  # the programme's own tolerances are 1e-7
+    values = values / size  # the solver's tolerances are 1e-7
     seen = np.unique(np.linspace(0, len(values) - 1, 8 * count).astype(int))
     while True:
         some, up = columns[seen], np.ones((seen.size, 1))
@@ -256,10 +256,9 @@ def least_largest(columns: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def least_squares(terms: Callable[[FloatArray], tuple[FloatArray, FloatArray]], start: FloatArray) -> FloatArray:
-    """Variables for which the sum of squares is least; `terms` gives these (n,) and their slopes (n, m).
+    """Variables that minimise the sum of squares of `terms`, which returns values (n,) and slopes (n, m).
 
-    By Levenberg's and Marquardt's method: a step that does not help is tried again, shorter and steeper. Terms that
-    overflow do not help.
+    Levenberg-Marquardt method: a step that does not reduce the sum, or overflows, is tried again with more damping.
     """
     place, damping = start, _DAMPING
     value, slopes = terms(place)

@@ -1,4 +1,4 @@
-"""Polynomials: on Gauss nodes of a square, orthonormal over weighted points, and harmonic fits."""
+"""Polynomials on Gauss nodes of a square, orthonormal polynomials over weighted points, and harmonic fits."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def _differentiation_matrix(x: FloatArray) -> FloatArray:
 
 
 DIFFERENTIATE = _differentiation_matrix(NODES)
-# Values at the nodes to Legendre coefficients.
+# From values at the nodes to Legendre coefficients.
 LEGENDRE = (np.arange(ORDER) + 0.5)[:, None] * np.polynomial.legendre.legvander(NODES, ORDER - 1).T * WEIGHTS
 
 
 def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
-    """Values at the nodes (n, p, p) to values at points r, s (m,) in [-1, 1]: shape (n, m)."""
+    """Values (n, m) at points r, s (m,) in [-1, 1] from values (n, p, p) at the nodes."""
     at_r, at_s = (np.polynomial.legendre.legvander(t, ORDER - 1) @ LEGENDRE for t in (r, s))
     both = (at_r[:, :, None] * at_s[:, None, :]).reshape(len(r), -1)
     return values.reshape(len(values), -1) @ both.T
@@ -40,14 +40,14 @@ def interpolate(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
 # ---- graded polynomials --------------------------------------------------------------------------
 
 
-_TWICE = 2  # Gram and Schmidt, so that rounding is orthogonal, too
+_TWICE = 2  # passes of Gram-Schmidt, for orthogonality to rounding
 
 
 @dataclass(frozen=True)
 class PlanePolynomials:
-    """Graded polynomials of x, y in [-1, 1] or so, made orthonormal at points (n,) with weights.
+    """Graded polynomials of x, y in about [-1, 1], orthonormal over weighted points (n,).
 
-    `values` (n, m) and `gradients` (n, m, 2) are theirs at these points; the first of them is constant.
+    `values` (n, m) and `gradients` (n, m, 2) are at these points; the first polynomial is constant.
     """
 
     degree: int
@@ -57,7 +57,7 @@ class PlanePolynomials:
 
     @classmethod
     def over(cls, x: FloatArray, y: FloatArray, weights: FloatArray, degree: int) -> PlanePolynomials:
-        """Those up to a degree over points; raises ValueError where the points do not tell them apart."""
+        """The polynomials up to a degree over points; raises ValueError if the points do not determine them."""
         count = (degree + 1) * (degree + 2) // 2
         root = np.sqrt(weights / weights.sum())
         variables = np.stack([x, y])
@@ -97,7 +97,7 @@ class PlanePolynomials:
         return values.T, np.moveaxis(gradients, -1, 0)
 
     def powers(self, coefficients: FloatArray) -> FloatArray:
-        """Coefficients (..., d + 1, d + 1) of x^i y^j, of sums of these polynomials with coefficients (..., m)."""
+        """Coefficients (..., d + 1, d + 1) of x^i y^j from coefficients (..., m) of these polynomials."""
         size = self.degree + 1
         basis = np.zeros((len(self.recurrence) + 1, size, size))
         basis[0, 0, 0] = 1.0
@@ -107,7 +107,7 @@ class PlanePolynomials:
 
 
 def _steps(degree: int) -> list[tuple[int, int]]:
-    """The variable and the earlier polynomial of each but the first: y times the last of a degree, x times all."""
+    """Factors (variable, earlier polynomial) of each polynomial but the first: x times all of a degree, y its last."""
     steps, first = [], 0
     for d in range(1, degree + 1):
         steps += [(0, first + k) for k in range(d)] + [(1, first + d - 1)]
@@ -117,14 +117,14 @@ def _steps(degree: int) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class ComplexPolynomials:
-    """Polynomials of z, |z| <= 1 or so, made orthonormal at points (n,) with weights; `values` (n, m)."""
+    """Polynomials of complex z, |z| up to about 1, orthonormal over weighted points (n,); `values` (n, m)."""
 
     values: Any
     recurrence: tuple[tuple[Any, float], ...]  # overlaps, norm
 
     @classmethod
     def over(cls, z: Any, weights: FloatArray, degree: int) -> ComplexPolynomials:
-        """Those up to a degree over points; raises ValueError where the points do not tell them apart."""
+        """The polynomials up to a degree over points; raises ValueError if the points do not determine them."""
         root = np.sqrt(weights / weights.sum())
         values = np.empty((degree + 1, z.size), dtype=complex)
         values[0] = 1.0
@@ -153,7 +153,7 @@ class ComplexPolynomials:
         return values.T
 
     def powers(self, coefficients: Any) -> Any:
-        """Coefficients (m,) of z^k of the sum of these polynomials with coefficients (m,)."""
+        """Coefficients (m,) of z^k from coefficients (m,) of these polynomials."""
         count = len(self.recurrence) + 1
         basis = np.eye(1, count, dtype=complex).repeat(count, axis=0)
         for k, (overlaps, norm) in enumerate(self.recurrence, start=1):
@@ -164,22 +164,22 @@ class ComplexPolynomials:
 # ---- harmonic fits -------------------------------------------------------------------------------
 
 
-_ROUNDS = 200  # of weights; they settle in some twenty
-_SETTLED = 1e-10  # of the largest rest
+_ROUNDS = 200  # of reweighting; some twenty suffice
+_SETTLED = 1e-10  # relative to the largest residual
 
 
 @dataclass(frozen=True)
 class HarmonicFit:
-    """Re p with `powers` (degree + 1,) of p by powers of z, and what is left, values + Re p, at all points (n,)."""
+    """A fit by Re p: coefficients `powers` (degree + 1,) of z^k, and residuals `rest` (n,), values + Re p."""
 
     powers: Any
     rest: FloatArray
 
 
 def fit_harmonic(z: Any, values: FloatArray, weights: FloatArray, degree: int, norm: float = 2.0) -> HarmonicFit:
-    """The p of a degree for which the sum of |values + Re p|^norm over points z (n,), |z| <= 1 or so, is least.
+    """The polynomial p that minimises the weighted sum of |values + Re p|^norm over points z (n,), |z| up to about 1.
 
-    Points of no weight count for an infinite norm only. Raises ValueError for a degree that the points do not resolve.
+    Points of weight 0 count for an infinite norm only. Raises ValueError for a degree that the points do not resolve.
     """
     counts = weights > 0.0
     basis = ComplexPolynomials.over(z[counts], weights[counts], degree)
@@ -189,24 +189,24 @@ def fit_harmonic(z: Any, values: FloatArray, weights: FloatArray, degree: int, n
     else:
         found = _by_norm(columns[counts], values[counts], weights[counts], norm)
     powers = basis.powers(found[: degree + 1] - 1j * np.append(0.0, found[degree + 1 :]))
-    powers[0] = powers[0].real  # the rest of it has no real part
+    powers[0] = powers[0].real  # its imaginary part does not matter
     return HarmonicFit(powers, values + columns @ found)
 
 
 def _real_columns(values: Any) -> FloatArray:
-    """Columns (n, 2 degree + 1) of which Re p is a sum: a constant, then real and imaginary parts."""
+    """Columns (n, 2 degree + 1) that span Re p: a constant, then real and imaginary parts."""
     return np.hstack([values.real, values.imag[:, 1:]])
 
 
 def _by_norm(columns: FloatArray, values: FloatArray, weights: FloatArray, norm: float) -> FloatArray:
-    """Least squares, whose weights follow what is left where the norm is above 2."""
+    """Least squares, iteratively reweighted for norms above 2."""
     rest, found = values, np.zeros(columns.shape[1])
     for turn in range(_ROUNDS):
         root = np.sqrt(weights * (np.abs(rest) / np.abs(rest).max(initial=1e-300)) ** (norm - 2.0) + 1e-14 * weights)
         new = np.linalg.lstsq(columns * root[:, None], -values * root, rcond=None)[0]
         if norm == 2.0:
             return new
-        # From the second round on the steps of Newton, which are shorter.
+        # From the second round on Newton's steps, which are shorter.
         change = (new - found) * (1.0 if turn == 0 else 1.0 / (norm - 1.0))
         found = found + change
         rest = values + columns @ found

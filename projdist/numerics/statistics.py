@@ -1,4 +1,4 @@
-"""Figures with their errors."""
+"""Weighted statistics of values, and figures with their errors."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from projdist.support import Registry
 
 
 class Estimate(NamedTuple):
-    """A figure and by how much it may be wrong; NaN where it is not defined, or has no bound."""
+    """A figure and a bound of its error; NaN if undefined or without a bound."""
 
     value: float
     error: float
 
     def root(self) -> Estimate:
-        """The square root; rounding may have left a square of nothing below 0."""
+        """The square root; slightly negative values count as 0."""
         if not math.isfinite(self.value):
             return Estimate(math.nan, math.nan)
         square = max(self.value, 0.0)
@@ -80,7 +80,7 @@ def quantile(values: ArrayLike, weights: ArrayLike, share: float) -> float:
 
 
 def quantiles(values: ArrayLike, weights: ArrayLike, shares: Sequence[float]) -> list[float]:
-    """Quantiles of several shares, for one sorting."""
+    """Quantiles of several shares, sorting once."""
     values, weights = _of_positive_weight(values, weights)
     if not values.size:
         return [np.nan] * len(shares)
@@ -98,7 +98,7 @@ def _defined(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArray, FloatAr
 
 
 def _of_positive_weight(values: ArrayLike, weights: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """The same, where no weight is negative: a node outside a polygon is no place of it, whatever its weight."""
+    """Finite values of positive weight; raises ValueError for negative weights, as of rules over polygons."""
     values, weights = _defined(values, weights)
     if (weights < 0).any():
         raise ValueError(

@@ -26,10 +26,10 @@ from projdist.support import (
     shown,
 )
 
-_AUTHORITIES = ("", "EPSG", "ESRI", "IGNF")  # in the order of hits that are as good; a bare name has none
-_MODERN = 1984  # the year of the first datum by satellites that is still in use
-_BEGINNING = 3  # letters of a word that find it
-# What a word of the query is worth where it is found.
+_AUTHORITIES = ("", "EPSG", "ESRI", "IGNF")  # order of equally good hits; "" is for bare names
+_MODERN = 1984  # year of the first satellite datum still in use
+_BEGINNING = 3  # letters that suffice to find a word
+# Score of a word of the query, by where it is found.
 _IN_NAME, _BEGINS, _ELSEWHERE, _BEGINS_ELSEWHERE = 6, 4, 2, 1
 _NO_NEWS = "zone"  # people say utm 33 for UTM zone 33
 _VARIANT = re.compile(r"\((?:z?E[-,]z?N|z?N[-,]z?E)\)$")  # of EPSG's names, by their axes or a zone in the easting
@@ -58,9 +58,9 @@ _OTHER_KINDS = "SELECT auth_name || ':' || code, name, type FROM crs_view WHERE 
 
 @dataclass(frozen=True, kw_only=True)
 class CrsHit:
-    """A projected CRS, or a map that has a name here: what it is called, and where it is used.
+    """A projected CRS or named map found by a search: its name and area of use.
 
-    `code` is what any command takes: AUTHORITY:CODE or the name. `area_of_use` is west, south, east, north in degrees,
+    `code` is AUTHORITY:CODE or the name, as any command takes it. `area_of_use` is west, south, east, north in degrees,
     None where none is stated.
     """
 
@@ -73,7 +73,7 @@ class CrsHit:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class CrsSearch(Answer):
-    """What a search found: the likeliest `results` first, of so many in `total`; `advice` where there is none."""
+    """Result of a search: the best `results` first, their number in `total`, and `advice` if there is none."""
 
     text: str
     total: int
@@ -91,7 +91,7 @@ class CrsSearch(Answer):
         return {"text": self.text, "total": self.total, "results": hits, "advice": self.advice}
 
     def rows(self) -> list[dict[str, Any]]:
-        """A flat row each."""
+        """One flat row per result."""
         ends = ("west", "south", "east", "north")
         rows = (asdict(hit) | dict(zip(ends, hit.area_of_use or (None,) * 4, strict=True)) for hit in self.results)
         return [{key: value for key, value in row.items() if key != "area_of_use"} for row in rows]
@@ -117,7 +117,7 @@ def find_crs(
     deprecated : bool, default False
         Deprecated ones, too. One whose code was given is found in any case.
     limit : int, default 10
-        How many are answered, at most.
+        Largest number of results.
 
     Returns
     -------
@@ -156,11 +156,11 @@ def find_crs(
     return CrsSearch(text=text, total=len(ranked), results=hits, advice=advice)
 
 
-# ---- what there is to be found --------------------------------------------------------------
+# ---- entries --------------------------------------------------------------------------------
 
 
 class _Entry(NamedTuple):
-    """A CRS with its words: of its names, of the name of its area of use, of its method and the area's countries."""
+    """A CRS and its searchable words: names, area of use, and `others` (method and countries of the area)."""
 
     authority: str
     code: str
@@ -176,7 +176,7 @@ class _Entry(NamedTuple):
 
 @functools.cache
 def _entries() -> tuple[_Entry, ...]:
-    """All of them, in 0.2 s."""
+    """All entries; reading takes 0.2 s."""
     try:
         with database() as db:
             rows = db.execute(_QUERY).fetchall()
@@ -186,7 +186,7 @@ def _entries() -> tuple[_Entry, ...]:
 
 
 def _named() -> list[_Entry]:
-    """The maps that have bare names."""
+    """Entries of the maps with bare names."""
     operations = pyproj.list.get_proj_operations_map()
     left_out = {*NOT_MAPS, *NOT_IN_METRES, *ID_TITLES}
     titles = {text: key for key, text in operations.items() if key not in left_out}
@@ -208,7 +208,7 @@ def _entry(
     method: str | None,
     *rest: Any,
 ) -> _Entry:
-    """A row of the database."""
+    """Entry of a row of the database."""
     *bounds, date, aliases = rest
     known = None not in bounds and bounds[1] >= -90.0  # PROJ has -1000 for what is unknown
     return _Entry(
@@ -226,24 +226,24 @@ def _entry(
 
 
 def _folded(text: str) -> str:
-    """Small letters without accents."""
+    """Text in lower case, without accents."""
     if not text.isascii():
         text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
     return text.lower()
 
 
 def _words(text: str) -> list[str]:
-    """Words and numbers: letters and digits are parted."""
+    """Words and numbers of a text; letters and digits are separated."""
     return _WORD.findall(_folded(text))
 
 
-# ---- which are meant ------------------------------------------------------------------------
+# ---- ranking --------------------------------------------------------------------------------
 
 Rank = tuple[Any, ...]
 
 
 def _code_of(text: str) -> tuple[str, str]:
-    """Authority, "" for any, and code of `EPSG:3035`, `epsg 3035` or `3035`; empty where it is none."""
+    """Authority ("" for any) and code of `EPSG:3035`, `epsg 3035` or `3035`; "", "" for other text."""
     match = re.fullmatch(r"\s*(?:([A-Za-z][A-Za-z_0-9]*)\s*[:\s]\s*)?(\w+)\s*", text)
     return ((match[1] or "").upper(), match[2].upper()) if match else ("", "")
 
@@ -253,11 +253,11 @@ def _is_code(one: _Entry, code: tuple[str, str]) -> bool:
 
 
 def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str]) -> Rank | None:
-    """What hits are sorted by; None for what has not all of the words."""
+    """Sort key of an entry; None if it lacks a word."""
     if _is_code(one, code):
         return (0, *_usual(one))
     text = f"{one.names} {one.area} {one.others}"
-    if not all(word in text for word in words):  # in a tenth of the time of what follows
+    if not all(word in text for word in words):  # ten times faster than what follows
         return None
     names, area, others = (_WORD.findall(words) for words in (one.names, one.area, one.others))
     worth = [_worth(word, (*names, *area), others) for word in words]
@@ -272,12 +272,12 @@ def _rank(one: _Entry, words: Sequence[str], code: tuple[str, str]) -> Rank | No
 
 
 def _phrase(words: Iterable[str]) -> str:
-    """Words in their order, with spaces about each."""
+    """Words joined in order, with a space around each."""
     return f" {' '.join(word for word in words if word != _NO_NEWS)} "
 
 
 def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
-    """What a word is worth where it is found; 0 where it is not."""
+    """Score of a word in an entry; 0 if it is not found."""
     if word in names:
         return _IN_NAME
     begins = len(word) >= _BEGINNING and not word[0].isdigit()
@@ -289,7 +289,7 @@ def _worth(word: str, names: Sequence[str], others: Sequence[str]) -> int:
 
 
 def _usual(one: _Entry) -> Rank:
-    """By authority, for larger areas first, and, of the same, by the lower code, which was registered before."""
+    """Sort key by authority, then by larger area, then by lower (older) code."""
     authority = _AUTHORITIES.index(one.authority) if one.authority in _AUTHORITIES else len(_AUTHORITIES)
     west, south, east, north = one.bounds or (0.0, 0.0, 0.0, 0.0)
     size = round(((east - west) % 360.0 or 360.0) * (north - south)) if one.bounds else 0
@@ -301,11 +301,11 @@ def _hit(one: _Entry) -> CrsHit:
     return CrsHit(code=code, name=one.name, area_name=one.area_name, area_of_use=one.bounds, deprecated=one.deprecated)
 
 
-# ---- where nothing is found -----------------------------------------------------------------
+# ---- advice ---------------------------------------------------------------------------------
 
 
 def _check_authorities(authorities: Iterable[str] | str) -> set[str]:
-    """Names of authorities in capitals; raises ValueError for one that has no maps."""
+    """Names of authorities in capitals; raises ValueError for one without maps."""
     known = sorted({one.authority for one in _entries()} - {""})
     given = {check_text("authority", name).strip().upper() for name in listed_values(authorities)}
     for name in sorted(given - set(known)):
@@ -315,7 +315,7 @@ def _check_authorities(authorities: Iterable[str] | str) -> set[str]:
 
 
 def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated: bool) -> str:
-    """What may have been meant: another kind of CRS, words that are spelt nearly so, or fewer of them."""
+    """Advice if nothing is found: another kind of CRS, close spellings, or fewer words."""
     other = _of_another_kind(text)
     if other:
         return other
@@ -332,7 +332,7 @@ def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated
 
 
 def _nearest(word: str, known: set[str]) -> str:
-    """The word itself where it finds anything, or one that is spelt nearly so; "" for nonsense."""
+    """The word itself if it finds anything, else a close spelling, else ""."""
     if word in known or word[0].isdigit():
         return word if word in known else ""
     if len(word) >= _BEGINNING and any(one.startswith(word) for one in known):
@@ -342,7 +342,7 @@ def _nearest(word: str, known: set[str]) -> str:
 
 
 def _of_another_kind(text: str) -> str:
-    """That a code or a name is a CRS which is no map."""
+    """Sentence that a code or name is a CRS without a map; "" if it is not."""
     wanted = _folded(" ".join(text.split()))
     with database() as db:
         for code, name, kind in db.execute(_OTHER_KINDS):

@@ -1,4 +1,4 @@
-"""The projected CRSs of PROJ's database: their index, what its registry says of them, and which draw the same map."""
+"""Projected CRSs of PROJ's database: index, registry facts, and CRSs that draw the same map."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from projdist.support import check_text, close_words, did_you_mean, listed, list
 
 _AT_ONCE = 500  # codes in a query: SQLite takes 999 values
 FALSE_ORIGINS = {8806, 8807, 8816, 8817, 8826, 8827}
-"""EPSG's codes of false eastings and northings, which move a map and do not change it."""
+"""EPSG's codes of false eastings and northings, which only translate a map."""
 
-# Scopes of those who ask for a map for their own use, and of those that nobody states.
+# Scopes of special users, and scopes that state nothing.
 _SPECIAL = re.compile(r"oil|gas |railway|tunnel|military|navigation|user-defined|not known|no official", re.IGNORECASE)
 
 
@@ -37,11 +37,11 @@ _YEAR = re.compile(r"\d{4}")
 
 @dataclass(frozen=True)
 class Facts:
-    """A projected CRS: `frame` is the code of its geodetic CRS, `since` the year of its datum, 0 where none is told.
+    """Registry facts of a projected CRS: `frame` is the code of its geodetic CRS, `since` the year of its datum or 0.
 
-    An ensemble of datums is as old as its first. `draws` identifies method, prime meridian and parameters but for the
-    false origin; `extents` are the names and descriptions of the areas of use. `special` is whether no scope is one for
-    everybody.
+    The year of a datum ensemble is that of its first member. `draws` identifies method, prime meridian and parameters
+    without the false origin; `extents` are the names and descriptions of the areas of use. `special` is True if no
+    scope is for general use.
     """
 
     frame: str
@@ -74,7 +74,7 @@ WHERE p.auth_name || ':' || p.code IN (%s)
 
 @contextlib.contextmanager
 def database() -> Iterator[sqlite3.Connection]:
-    """PROJ's database, to be read; raises sqlite3.Error where there is no such file."""
+    """Read-only connection to PROJ's database; raises sqlite3.Error if the file is missing."""
     path = Path(get_data_dir(), "proj.db").resolve().as_uri()
     with contextlib.closing(sqlite3.connect(f"{path}?mode=ro", uri=True)) as connection:
         yield connection
@@ -86,7 +86,7 @@ def proj_version() -> str:
 
 
 def facts_of(codes: Collection[str]) -> dict[str, Facts]:
-    """The facts of projected CRSs by their codes, as far as the database can be read."""
+    """Facts of projected CRSs by code; empty if the database cannot be read."""
     found: dict[str, list[Any]] = {}
     wanted = list(codes)
     try:
@@ -101,13 +101,13 @@ def facts_of(codes: Collection[str]) -> dict[str, Facts]:
 
 
 def year_of(date: str | None) -> int:
-    """The year of a date of the registry, mostly as 1995-03-07, but once March 2011; 0 where there is none."""
+    """Year of a registry date (1995-03-07, once March 2011); 0 if there is none."""
     year = _YEAR.search(date or "")
     return int(year[0]) if year else 0
 
 
 def _facts(rows: list[Any]) -> Facts:
-    """The facts of one CRS, from a row for each of its usages."""
+    """Facts of one CRS from its rows, one per usage."""
     frame, date, _, _, _, method, meridian, *parameters = rows[0]
     values = zip(parameters[::3], parameters[1::3], parameters[2::3], strict=True)
     kept = frozenset(value for value in values if value[0] and value[0] not in FALSE_ORIGINS)
@@ -120,15 +120,15 @@ def _facts(rows: list[Any]) -> Facts:
     )
 
 
-# ---- database ------------------------------------------------------------------------------------
+# ---- index ---------------------------------------------------------------------------------------
 
 
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
-"""Those with projected CRSs of the Earth; IAU_2015's are of other planets."""
+"""Authorities with projected CRSs of the Earth; IAU_2015's are of other planets."""
 
 OF_A_SPHERE = "It uses a sphere"
 _SPHEROID = re.compile(r'SPHEROID\["[^"]*",([^,\]]+),([^,\]]+)')
-_STANDS_FOR_AN_ELLIPSOID = 6.375e6  # metres; spheres of larger radius, that of an equator, PROJ may take for one
+_STANDS_FOR_AN_ELLIPSOID = 6.375e6  # metres: PROJ may take a sphere with the radius of the equator for an ellipsoid
 _KEPT = 512  # CRSs of 35 kB each
 _DIGITS = 11  # of parameters in SI units: 0.1 mm on the ground, and beyond the rounding of degrees to radians
 _SHIFTS = ("False easting", "False northing", "Easting at", "Northing at")
@@ -139,7 +139,7 @@ Conversion = tuple[str, tuple[tuple[str, float], ...]]
 
 @dataclass(frozen=True)
 class CrsRecord:
-    """A line of the index: code, name, method, the area of use (west, south, east, north in degrees) and its name."""
+    """Index entry: code, name, method, area of use (west, south, east, north in degrees) and its name."""
 
     code: str
     name: str
@@ -149,7 +149,7 @@ class CrsRecord:
 
     @property
     def extent_km2(self) -> float:
-        """The area between the meridians and parallels of the area of use, on a sphere."""
+        """Area of the box of the area of use, on a sphere."""
         west, south, east, north = self.area_of_use
         height = math.sin(math.radians(north)) - math.sin(math.radians(south))
         return math.radians((east - west) % 360.0 or 360.0) * height * (MEAN_EARTH_RADIUS / 1000.0) ** 2
@@ -157,10 +157,10 @@ class CrsRecord:
 
 @dataclass(frozen=True)
 class DatabaseCrs:
-    """A CRS as a projection, its datum by the name of the geodetic CRS, and the identity of its conversion.
+    """A CRS as a projection, with the name of its geodetic CRS as `datum` and its `conversion`.
 
-    Two CRSs of one `conversion` draw the same map, but for the figure of their ellipsoids and the
-    place of the false origin. `is_upright` is whether the axes point east and north.
+    CRSs with the same `conversion` draw the same map up to the ellipsoid and the false origin. `is_upright` is True if
+    the axes point east and north.
     """
 
     projection: Projection
@@ -189,7 +189,7 @@ def crs_records(authorities: Sequence[str], *, deprecated: bool = False) -> list
 
 @functools.cache
 def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
-    """The projected CRSs of an authority, each with its first area of use, as all but deprecated ones have one."""
+    """Projected CRSs of an authority, each with its first area of use; only deprecated ones have several."""
     found = query_crs_info(auth_name=authority, pj_types=[PJType.PROJECTED_CRS], allow_deprecated=deprecated)
     records = (
         CrsRecord(
@@ -210,7 +210,7 @@ def _records_of(authority: str, deprecated: bool) -> tuple[CrsRecord, ...]:
 
 @functools.lru_cache(maxsize=_KEPT)
 def load_crs(code: str) -> DatabaseCrs:
-    """The CRS of a code; raises ProjectionError where PROJ cannot compute it or it is not of the Earth's ellipsoid."""
+    """The CRS of a code; raises ProjectionError if PROJ cannot compute it or it is not on an Earth ellipsoid."""
     crs = CRS.from_user_input(code)
     ellipsoid, geodetic = crs.ellipsoid, crs.geodetic_crs
     figure = (ellipsoid.semi_major_metre, ellipsoid.inverse_flattening) if ellipsoid else (0.0, 0.0)
@@ -221,10 +221,9 @@ def load_crs(code: str) -> DatabaseCrs:
 
 
 def reasons_against(codes: Iterable[str]) -> dict[str, str]:
-    """Why CRSs are not of the Earth's ellipsoid, as `load_crs` says, by code, for those whose text tells it at once.
+    """Why CRSs are not on an Earth ellipsoid, by code, worded as in `load_crs`; only those that the database tells.
 
-    PROJ's database has the maps of the whole world of ESRI, half of them of spheres, as texts that
-    take PROJ ten milliseconds each to read.
+    PROJ's database holds ESRI's world maps, half of them on spheres, as texts that PROJ takes 10 ms each to read.
     """
     stated = _spheroids()
     found = {code: _reason_against(code, *stated[code]) for code in codes if code in stated}
@@ -232,7 +231,7 @@ def reasons_against(codes: Iterable[str]) -> dict[str, str]:
 
 
 def _reason_against(code: str, name: str, a: float, rf: float) -> str:
-    """Why a CRS is not of the Earth's ellipsoid, or nothing."""
+    """Why a CRS is not on an Earth ellipsoid; "" if it is."""
     if not (a > 0.0 and Ellipsoid(a).is_earthly):
         return f"Invalid CRS '{code}'. It is not of the Earth: {shown(name)}."
     return "" if rf else f"{OF_A_SPHERE}, from which the Earth departs by 20 km."
@@ -240,12 +239,12 @@ def _reason_against(code: str, name: str, a: float, rf: float) -> str:
 
 @functools.cache
 def _spheroids() -> dict[str, tuple[str, float, float]]:
-    """Name, semi-major axis and inverse flattening of CRSs by code, as far as the database's texts are clear."""
+    """Name, semi-major axis and inverse flattening of CRSs by code, where the database's text is unambiguous."""
     query = "SELECT auth_name || ':' || code, name, text_definition FROM projected_crs WHERE text_definition NOT NULL"
     try:
         with database() as db:
             rows = db.execute(query).fetchall()
-    except sqlite3.Error:  # no such file, or other tables: PROJ will read them
+    except sqlite3.Error:  # no such file or other tables: left to PROJ
         return {}
     found = {}
     for code, name, text in rows:
@@ -257,12 +256,12 @@ def _spheroids() -> dict[str, tuple[str, float, float]]:
 
 
 def to_pyproj(code: str) -> CRS:
-    """The CRS of a code as pyproj's."""
+    """The pyproj CRS of a code."""
     return CRS.from_user_input(code)
 
 
 def _conversion(crs: CRS) -> Conversion:
-    """Method, and parameters in SI units, longitudes from Greenwich; no false origins."""
+    """Method and parameters in SI units, longitudes from Greenwich, without false origins."""
     operation = crs.coordinate_operation
     if operation is None:
         return crs.name, ()
@@ -300,10 +299,10 @@ ORDER BY p.auth_name, p.code"""
 
 
 def codes_of_same_map(code: str) -> dict[str, str]:
-    """The names of other CRSs by their codes, none deprecated, which draw the map of a code.
+    """Names by code of the other CRSs that draw the same map as a CRS, without deprecated ones.
 
-    They differ in their datum, the false origin, the axes or the unit only. Nothing where the database has no
-    parameters of the CRS in its columns, as of some of ESRI's, or cannot be read.
+    They differ in datum, false origin, axes or unit only. Empty if the database has no parameters of the CRS in its
+    columns, as for some of ESRI's, or cannot be read.
     """
     try:
         with database() as db:
@@ -331,7 +330,7 @@ def _axes(row: Any) -> tuple[float, float]:
 
 
 def _drawn(row: Any, factors: Mapping[int, float | None]) -> Any:
-    """What makes a map but for its place in the plane: prime meridian, and parameters in SI units."""
+    """Prime meridian and parameters in SI units, which determine a map up to translation."""
     values = zip(row[7::3], row[8::3], row[9::3], strict=True)
     return row[2], frozenset(
         (key, _value(value, unit, factors)) for key, value, unit in values if key and key not in FALSE_ORIGINS
@@ -339,14 +338,14 @@ def _drawn(row: Any, factors: Mapping[int, float | None]) -> Any:
 
 
 def _value(value: float, unit: int, factors: Mapping[int, float | None]) -> float:
-    """A value in SI units; as it is where the unit is none of EPSG's."""
+    """A value in SI units; unchanged if the unit is not one of EPSG's."""
     if unit == _SEXAGESIMAL:
         value, unit = _degrees(value), _DEGREE
     return round(value * (factors.get(unit) or 1.0), _DIGITS)
 
 
 def _degrees(value: float) -> float:
-    """Degrees of DDD.MMSSsss, read from its digits."""
+    """Degrees from the digits of DDD.MMSSsss."""
     whole, _, digits = f"{abs(value):.11f}".partition(".")
     size = int(whole) + int(digits[:2]) / 60.0 + float(f"{digits[2:4]}.{digits[4:]}") / 3600.0
     return size if value >= 0.0 else -size

@@ -1,4 +1,4 @@
-"""What is raised for input that is no map projection, and the words of messages."""
+"""Errors for input that is not a map projection, and texts of their messages."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ ALLOWED = (
 
 
 class ProjectionError(ValueError):
-    """What was given is not a map projection that can be measured."""
+    """The input is not a map projection that can be measured."""
 
 
 class GridError(ProjectionError):
-    """PROJ cannot read a grid that coordinates need: what was given is right."""
+    """PROJ cannot read a grid that the coordinates need; the input itself is valid."""
 
 
 def proj_reason(error: BaseException) -> str:

@@ -1,4 +1,4 @@
-"""The forms in which a projection can leave: PROJ pipeline, WKT2, Esri's WKT, derived CRSs."""
+"""Exports of projections: PROJ pipelines, WKT2, Esri's WKT and derived CRSs."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ from projdist.support import did_you_mean, shown
 _SAME = 1e-12  # of the semi-major axis: rounding of coordinates and of parameters
 _SAME_MERIDIAN = 1e-13  # degrees, 0.01 micrometres
 _SHARES = np.meshgrid((np.arange(18) + 0.5) / 18.0, (np.arange(17) + 0.5) / 17.0)
-# Defaults of PROJ's own that a CRS made of its string takes for others: arccos(2 / pi), for which PROJ has 0 there.
+# Defaults of a PROJ operation that its CRS does not keep: arccos(2 / pi), for which the CRS has 0.
 _LOST = {"wintri": ("lat_1", str(WINKEL_PARALLEL))}
-# Of a string that states none of these PROJ's operation is on GRS 80, and the CRS made of it on WGS 84: 0.1 mm away.
+# Without any of these keys PROJ's operation is on GRS 80, but the CRS made of the string on WGS 84: 0.1 mm away.
 _ELLIPSOIDS, _DEFAULT_ELLIPSOID = frozenset("ellps datum a R init".split()), "GRS80"
-_BESIDE = frozenset("unitconvert axisswap longlat".split())  # steps that only dress up a projection
+_BESIDE = frozenset("unitconvert axisswap longlat".split())  # steps around the projecting one
 _REPLACED = frozenset("k k_0 lat_ts units to_meter".split())
 _WITH_K_0 = frozenset("merc tmerc etmerc stere sterea lcc somerc omerc krovak labrd gstmerc".split())
 
@@ -73,10 +73,10 @@ def pipeline_of(projection: Projection, matrix: FloatArray) -> str | None:
 
 
 def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str | None, str | None]:
-    """WKT2 of a derived projected CRS in metres east and north; or None, and the reason why there is none.
+    """WKT2 of a derived projected CRS in metres east and north, and None; or None and the reason.
 
-    Its deriving conversion is EPSG's affine parametric transformation (method 9624). It is read
-    back and compared with the map, so that what a CRS cannot hold is not passed over.
+    Its deriving conversion is EPSG's affine parametric transformation (method 9624). The WKT is read back and compared
+    with the map, so that nothing a CRS cannot hold is lost silently.
     """
     base = base_crs(projection)
     if base is None:
@@ -98,7 +98,7 @@ def wkt_of(projection: Projection, matrix: FloatArray, name: str) -> tuple[str |
 
 
 def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
-    """The same map by the projection's own parameters, as k_0 or lat_ts, as a PROJ string; None where it has none.
+    """A PROJ string of `matrix` times the projection, by its own parameters such as k_0 or lat_ts; None if impossible.
 
     The coordinates agree to 1e-12 of their size and the Earth's, on a grid over the area of use.
     """
@@ -117,7 +117,7 @@ def parameters_of(projection: Projection, matrix: FloatArray) -> str | None:
     return None
 
 
-_OPEN = "1"  # a scale that is still to be found
+_OPEN = "1"  # placeholder of a scale to be fitted
 
 
 def _coordinates(parameters: Stated, points: tuple[FloatArray, FloatArray]) -> FloatArray | None:
@@ -130,7 +130,7 @@ def _coordinates(parameters: Stated, points: tuple[FloatArray, FloatArray]) -> F
 def _scaled(
     parameters: dict[str, str], points: tuple[FloatArray, FloatArray], truth: FloatArray
 ) -> dict[str, str] | None:
-    """The parameters with the k_0 for which the coordinates come nearest to the truth."""
+    """The parameters with the k_0 whose coordinates fit the truth best (least squares)."""
     unscaled = _coordinates(parameters, points)
     if unscaled is None:
         return None
@@ -141,27 +141,27 @@ def _scaled(
 
 
 def tried(projection: Projection) -> tuple[FloatArray, FloatArray]:
-    """Points of a grid over the area of use, or the globe."""
+    """Test points: a grid over the area of use or the globe."""
     west, south, east, north = projection.area_of_use or (-180.0, -90.0, 180.0, 90.0)
     width = east - west if east > west else east - west + 360.0
     return (west + width * _SHARES[0]).ravel(), (south + (north - south) * _SHARES[1]).ravel()
 
 
 def same_coordinates(projection: Projection, other: Projection) -> bool:
-    """Whether two projections have the same coordinates wherever both have any, on a grid of points."""
+    """True if two projections agree at all test points where both are defined."""
     points = tried(projection)
     return agree(projection, np.array(other(*points)), np.array(projection(*points)))
 
 
 def agree(projection: Projection, found: FloatArray, truth: FloatArray) -> bool:
-    """Whether two maps have the same coordinates wherever they have any, on a grid of points."""
+    """True if two sets of coordinates agree wherever both are finite."""
     both = np.isfinite(truth) & np.isfinite(found)
     size = float(np.abs(truth[both]).max(initial=0.0))
     return bool(both.any() and np.abs(found - truth)[both].max() <= _SAME * (projection.ellipsoid.a + size))
 
 
 def base_crs(projection: Projection) -> CRS | None:
-    """The projected CRS, made anew for a PROJ string; that one may be another map."""
+    """The projected CRS of a map, or one made of its PROJ string, which may be another map; None without any."""
     if isinstance(projection.function, CrsOperation):
         return CRS.from_wkt(projection.function.crs)
     if not isinstance(projection.function, Pipeline) or "+proj=pipeline" in projection.function.pipeline:
@@ -179,10 +179,10 @@ def base_crs(projection: Projection) -> CRS | None:
 
 
 def _native_axes(crs: CRS) -> Iterator[FloatArray]:
-    """Matrices from the CRS's own coordinates to metres, the likely ones first.
+    """Candidate matrices from the CRS's own coordinates to metres, likely ones first.
 
-    PROJ applies the affine transformation to them in the order and the unit of the CRS; their
-    directions alone do not tell which is which on polar maps.
+    PROJ applies the affine transformation in the axis order and unit of the CRS; on polar maps the axis directions do
+    not tell the order.
     """
     u, v = (axis.unit_conversion_factor for axis in crs.axis_info[:2])
     for sign_u, sign_v in itertools.product((1.0, -1.0), repeat=2):
@@ -210,7 +210,7 @@ def _derived_wkt(base: str, coefficients: FloatArray, name: str) -> str:
 
 
 def _projecting_step(projection: Projection) -> dict[str, str] | None:
-    """dict[str, str] of the only step of a PROJ operation that is a map, or None."""
+    """Parameters of the only projecting step of a PROJ operation; None if there is not exactly one."""
     function = projection.function
     if isinstance(function, Pipeline):
         text = function.pipeline
@@ -232,7 +232,7 @@ def _projecting_step(projection: Projection) -> dict[str, str] | None:
 
 
 def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[dict[str, str]]:
-    """dict[str, str] that may stretch the map by x and y along its axes."""
+    """Candidate parameters of the map stretched by x and y along its axes."""
     if x == y == 1.0:
         yield dict(tokens)
     try:
@@ -250,11 +250,11 @@ def _changed_parameters(tokens: dict[str, str], x: float, y: float) -> Iterator[
         elif tokens["proj"] == "hammer":
             yield tokens | shifts | {"M": repr(x * float(tokens.get("M") or 1.0))}
     except ValueError:
-        return  # numbers in PROJ's other ways, as 30d
+        return  # numbers in PROJ's other notations, as 30d
 
 
 def _as_tmerc(tokens: dict[str, str], scale: float) -> dict[str, str]:
-    """The transverse Mercator map of a zone of UTM, its false origin scaled."""
+    """Parameters of the transverse Mercator map of a UTM zone, false origin scaled."""
     rest = {key: value for key, value in tokens.items() if key not in ("proj", "zone", "south")}
     north = 1e7 if "south" in tokens else 0.0
     meridian = 6 * int(tokens["zone"] or 0) - 183
@@ -276,8 +276,7 @@ def geodetic_ellipsoid(geodetic: str) -> Ellipsoid:
 
 
 def geodetic_of(projection: Projection) -> str | None:
-    """WKT of the geographic CRS that a CRS is based on, None for what is no CRS, or counts otherwise than in degrees
-    east of Greenwich."""
+    """WKT of the geographic CRS under a CRS; None without one, or if it is not in degrees east of Greenwich."""
     if not isinstance(projection.function, CrsOperation):
         return None
     geodetic = CRS.from_wkt(projection.function.crs).geodetic_crs
@@ -291,7 +290,7 @@ def geodetic_of(projection: Projection) -> str | None:
 def crs_wkt(
     projection: Projection, name: str, *, geodetic: str | None = None, version: str = "WKT2_2019"
 ) -> tuple[str | None, str | None]:
-    """WKT of a CRS that is the projection; or None, and the reason why there is none.
+    """WKT of a CRS that is the projection, and None; or None and the reason.
 
     It is based on the geographic CRS `geodetic`; by default on WGS 84 where the ellipsoid is that of WGS 84, else on
     an unnamed datum. `version` is WKT2_2019 or WKT1_ESRI. The WKT is read back and compared with the map.
@@ -336,7 +335,7 @@ def _geodetic(text: str) -> CRS:
 
 
 def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Greenwich degrees, on its own datum, of coordinates in a CRS: longitudes, latitudes; raises ProjectionError."""
+    """Longitudes and latitudes in Greenwich degrees, on the CRS's own datum, of coordinates; raises ProjectionError."""
     try:
         stated = read_crs(crs)
         base = geographic_base(stated)
@@ -357,7 +356,7 @@ def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, Flo
 
 @dataclass(frozen=True)
 class Composed:
-    """x, y of a projection times a 2 x 2 matrix, given as its rows; defined where the projection is."""
+    """A projection followed by a 2 x 2 matrix, given by rows."""
 
     base: Projection
     matrix: tuple[tuple[float, float], tuple[float, float]]
@@ -370,10 +369,10 @@ class Composed:
 
 
 def compose(projection: Projection, matrix: ArrayLike, name: str) -> Projection:
-    """The projection whose coordinates are `matrix` (2, 2) times those of another.
+    """A projection followed by `matrix` (2, 2).
 
-    Its definition is the PROJ pipeline, where there is one. Raises ProjectionError for a matrix
-    that is not finite and invertible.
+    Its definition is the PROJ pipeline if there is one. Raises ProjectionError for a matrix that is not finite and
+    invertible.
     """
     M = np.asarray(matrix, dtype=float)
     if M.shape != (2, 2) or not np.isfinite(M).all() or np.linalg.det(M) == 0.0:
@@ -385,7 +384,7 @@ def compose(projection: Projection, matrix: ArrayLike, name: str) -> Projection:
 
 
 def uncomposed(projection: Projection, matrix: FloatArray) -> tuple[Projection, FloatArray]:
-    """The base of a projection times a matrix, which may be a composition itself, and the whole matrix."""
+    """Base projection and total matrix of a projection, perhaps `Composed` itself, times a matrix."""
     if isinstance(projection.function, Composed):
         return projection.function.base, matrix @ np.array(projection.function.matrix)
     return projection, matrix
@@ -400,7 +399,7 @@ _DECIMALS = 6  # of degrees: a tenth of a metre
 
 
 class AreaOfUse(NamedTuple):
-    """The area that a CRS is for: its name, and west, south, east, north in degrees."""
+    """Area of use of a CRS: its name, and west, south, east, north in degrees."""
 
     name: str
     bounds: tuple[float, float, float, float]
@@ -424,8 +423,7 @@ class AreaOfUse(NamedTuple):
 class DerivedCrs:
     """A CRS as text: a PROJ pipeline from degrees, and WKT2.
 
-    `wkt` is a projected CRS whose conversion is the pipeline, which programs take for what it is; `wkt_derived` one
-    that is derived from the CRS of the base, which it names.
+    `wkt` is a projected CRS with the pipeline as its conversion; `wkt_derived` is derived from the CRS of the base.
     """
 
     pipeline: str
@@ -443,9 +441,9 @@ class DerivedCrs:
         return Projection.from_user_input(self.wkt)
 
     def inverse(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Longitudes and latitudes in degrees of coordinates; infinite where there are none."""
+        """Longitudes and latitudes in degrees of coordinates; infinite where undefined."""
         operation = self.projection.function
-        assert isinstance(operation, CrsOperation)  # as that of any CRS
+        assert isinstance(operation, CrsOperation)  # true of every CRS
         return operation.inverse(x, y)
 
 

@@ -1,8 +1,8 @@
-"""Projections that need no file: what of a text may name one, before PROJ is asked; and PROJ without its user's files.
+"""Check that the text of a projection names no file, before PROJ reads it; and an environment without user files.
 
-PROJ opens what a text names while it reads it. So a text is parsed here first, and allowed is what is known: PROJ's
-parameters that are numbers and words, the keywords of CRSs in WKT, the types of CRSs in PROJJSON. Strings that PROJ
-runs, of methods and extensions, are PROJ strings again.
+PROJ opens the files that a text names. So untrusted text is parsed here first against a list of what is allowed:
+PROJ parameters that are numbers or words, keywords of CRSs in WKT, types of CRSs in PROJJSON. Methods and extensions
+that PROJ runs are checked as PROJ strings.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from projdist.projections.wkt import WktNode, is_wkt, parse_wkt, with_spaces
 from projdist.support import close_words, shown
 
 _READERS = frozenset("defmodel deformation gridshift hgridshift tinshift vgridshift xyzgridshift".split())
-"""PROJ's operations that read files."""
+"""PROJ operations that read files."""
 
 _NUMBER = r"[+-]?(?:\d+(?:_\d+)*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _LISTS = frozenset(
@@ -38,7 +38,7 @@ _STEPS = frozenset(
 )
 _OF_CRSS = frozenset("datum geoid_crs no_defs pm type vunits wktext".split())
 _PLAIN = ANGLES | NUMBERS | WHOLE_NUMBERS | FLAGS | TEXTS | ELLIPSOID_KEYS | _STEPS | _OF_CRSS
-"""The parameters that are numbers or words."""
+"""Parameters whose values are numbers or words."""
 
 _TOKEN = re.compile(r"\+?([A-Za-z]\w*)(?:=(\S+))?", re.ASCII)
 _VALUE = re.compile(r"[\w.+-]+|[+-]?[\d.][\w.'\"°+-]*", re.ASCII)  # a number, an angle, a word
@@ -71,7 +71,7 @@ _KEYWORDS = _CRSS | frozenset(
 _METHODS = ("METHOD", "PROJECTION")
 _QUOTED = re.compile(r'"(?:[^"]|"")*"')
 _BARE_WKT = re.compile(r"[\w.,+\-:\s\[\]()\"]*", re.ASCII)
-_LOOSE_QUOTE = re.compile(r'[^\[(,\s]\s*""|""\s*[^\])\],\s]')  # a quoted text that is not all there is between commas
+_LOOSE_QUOTE = re.compile(r'[^\[(,\s]\s*""|""\s*[^\])\],\s]')  # a quoted text with something beside it
 
 _TYPES = frozenset(
     """AbridgedTransformation AngularUnit BoundCRS CompoundCRS Conversion DatumEnsemble DerivedGeodeticCRS
@@ -84,7 +84,7 @@ _DEEPEST = 50
 
 
 def file_named_in(text: str) -> str:
-    """What of a projection's text names a file, or may; nothing where none of it does. Raises ProjectionError."""
+    """The part of a projection's text that names or may name a file; "" if none does. Raises ProjectionError."""
     text = text.strip()
     init = _INIT.fullmatch(text)
     if text.lower().endswith(_SUFFIXES):
@@ -105,13 +105,13 @@ def file_named_in(text: str) -> str:
 
 
 def close_parameters(token: str) -> list[str]:
-    """The known parameters that one that is not may have been meant for."""
+    """Known parameters spelt like an unknown one."""
     key = token.lstrip("+").partition("=")[0]
     return close_words(key, sorted(_PLAIN)) if key not in _PLAIN else []
 
 
 def environment_without_files() -> dict[str, str]:
-    """The variables that make PROJ read its own data only, for a process that is started with them."""
+    """Environment variables with which a new process's PROJ reads its own data only."""
     folders = get_data_dir().split(os.pathsep)
     own = next((folder for folder in folders if Path(folder, "proj.db").exists()), folders[0])
     # GDAL has data of its own, which the first two would hide from it.
@@ -120,7 +120,7 @@ def environment_without_files() -> dict[str, str]:
 
 
 def _in_plain(text: str) -> str:
-    """Of a name, a code or a URN: nothing, if it is one."""
+    """Suspect part of a name, code or URN; "" if it is one."""
     run = _RUN.search(text)
     if run:
         return text[run.start() :]
@@ -136,7 +136,7 @@ def _in_parameters(tokens: Iterable[str]) -> str:
 
 
 def _is_plain(token: str) -> bool:
-    """Whether a parameter of PROJ is known, and a number, a word, or a list of numbers."""
+    """True if a PROJ parameter is known and its value a number, a word, or a list of numbers."""
     found = _TOKEN.fullmatch(token)
     if found is None:
         return False
@@ -155,7 +155,7 @@ def _is_plain(token: str) -> bool:
 
 
 def _in_method(name: str) -> str:
-    """Of a method's name: PROJ runs what stands behind `PROJ-based operation method:`, or behind `PROJ `."""
+    """Suspect part of a method's name: PROJ runs the text after `PROJ-based operation method:` or `PROJ `."""
     words = re.sub(r"^PROJ[-_ ]based[^:=]*:[\s_]*", "", with_spaces(name), flags=re.IGNORECASE)
     if words != name or _RUN.search(words):
         return _in_proj_string(words)
@@ -164,7 +164,7 @@ def _in_method(name: str) -> str:
 
 
 def _in_remark(text: str) -> str:
-    """Of any other text within WKT and PROJJSON, where PROJ may find a PROJ string, as in remarks."""
+    """Suspect part of other text in WKT and PROJJSON, where PROJ may find a PROJ string, as in remarks."""
     run = _RUN.search(text)
     return _in_proj_string(text[run.start() :].partition(". ")[0].rstrip(".")) if run else ""
 
@@ -203,7 +203,7 @@ def _in_node(node: WktNode) -> str:
 
 def _in_json(text: str) -> str:
     try:
-        value = json.loads(text, object_pairs_hook=_without_doubles)
+        value = json.loads(text, object_pairs_hook=_without_repeats)
     except (ValueError, RecursionError) as error:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It is no JSON: {error}. {ALLOWED}") from error
     if "proj" in value:
@@ -213,8 +213,8 @@ def _in_json(text: str) -> str:
     return next(filter(None, (_in_member(path, key, one) for path, key, one in _members(value, text))), "")
 
 
-def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object, whose members have different names: of two of one name readers take this or that."""
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Dictionary of the members of a JSON object; raises for repeated names, of which readers take either."""
     found = dict(pairs)
     if len(found) < len(pairs):
         raise ValueError("two members of an object have one name")
@@ -222,7 +222,7 @@ def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _members(value: Any, text: str) -> Iterator[tuple[str, str, Any]]:
-    """Each member below a value: the name of the object that it is in, its own, and its value."""
+    """All members below a value: name of the enclosing object, own name, value."""
     waiting: list[tuple[str, Any, int]] = [("", value, 0)]
     while waiting:
         name, one, depth = waiting.pop()

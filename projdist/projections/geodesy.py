@@ -1,4 +1,4 @@
-"""What needs pyproj besides maps: coordinates of other CRSs, geodesics, and changes of datum."""
+"""Coordinates of other CRSs, geodesics and datum transformations, by pyproj."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from projdist.support import did_you_mean, shown
 
 
 def crs_of(value: Any) -> CRS:
-    """The CRS of whatever pyproj takes; raises ValueError."""
+    """The CRS of anything that pyproj accepts; raises ValueError."""
     try:
         return read_crs(value)
     except ProjectionError:
@@ -40,7 +40,7 @@ def crs_of(value: Any) -> CRS:
 
 
 def area_of_use(value: Any) -> tuple[float, float, float, float]:
-    """West, south, east, north of the area that a CRS is for, in degrees; raises ValueError where it states none."""
+    """West, south, east, north in degrees of a CRS's area of use; raises ValueError if it states none."""
     crs = crs_of(value)
     bounds = bounds_of(crs)
     if bounds is None:
@@ -49,15 +49,15 @@ def area_of_use(value: Any) -> tuple[float, float, float, float]:
 
 
 def ground_of(value: Any) -> Ellipsoid | None:
-    """The figure on which regions in a CRS are measured, None where it states none; raises ValueError."""
+    """The ellipsoid on which regions in a CRS are measured; None if it states none; raises ValueError."""
     ellipsoid = ellipsoid_of_crs(crs_of(value))
     return ellipsoid.ground if ellipsoid else None
 
 
 def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None:
-    """The function from coordinates of a CRS to longitude and latitude; None for a CRS that has these.
+    """Function from coordinates of a CRS to longitude and latitude; None if they are the same.
 
-    They are WGS 84's, and on another body those of its own datum, longitudes east and latitudes geodetic.
+    The result is on WGS 84; on another body on the CRS's own datum, longitudes east, latitudes geodetic.
     """
     crs = crs_of(value)
     ground = ground_of(crs)
@@ -79,7 +79,7 @@ def to_lonlat(value: Any) -> Callable[[FloatArray, FloatArray], tuple[FloatArray
 
 
 def geodesics(ring: FloatArray, ellipsoid: Ellipsoid) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
-    """The geodesics of an ellipsoid from vertex to vertex (m, 2), as a curve: vertex k is at the parameter k."""
+    """Curve along geodesics through vertices (m, 2) of a ring; vertex k is at parameter k."""
     geod = _geod(ellipsoid)
     lon, lat = ring.T
     azimuth, _, length = (np.asarray(values) for values in geod.inv(lon[:-1], lat[:-1], lon[1:], lat[1:]))
@@ -87,7 +87,7 @@ def geodesics(ring: FloatArray, ellipsoid: Ellipsoid) -> Callable[[FloatArray], 
     def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
         k = np.minimum(t.astype(int), len(azimuth) - 1)
         to_lon, to_lat, _ = geod.fwd(lon[k], lat[k], azimuth[k], length[k] * (t - k))
-        # A vertex is what was given, to the last bit: a ring ends where it begins.
+        # Vertices are returned exactly as given, so that a ring stays closed.
         vertex = t == np.floor(t)
         number = t.astype(int)
         return np.where(vertex, lon[number], to_lon), np.where(vertex, lat[number], to_lat)
@@ -98,14 +98,14 @@ def geodesics(ring: FloatArray, ellipsoid: Ellipsoid) -> Callable[[FloatArray], 
 def geodesic_lengths(
     ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, to_lon: FloatArray, to_lat: FloatArray
 ) -> FloatArray:
-    """The lengths in metres of the geodesics between points in degrees, all of one shape."""
+    """Lengths in metres of the geodesics between points in degrees, all of one shape."""
     return np.asarray(_geod(ellipsoid).inv(lon, lat, to_lon, to_lat)[2])
 
 
 def geodesic_arrivals(
     ellipsoid: Ellipsoid, lon: FloatArray, lat: FloatArray, to_lon: FloatArray, to_lat: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The lengths in metres of the geodesics between points in degrees, and their azimuths where they end."""
+    """Lengths in metres of the geodesics between points in degrees, and their azimuths at the end."""
     _, back, length = (np.asarray(values) for values in _geod(ellipsoid).inv(lon, lat, to_lon, to_lat))
     return length, back + 180.0
 
@@ -113,7 +113,7 @@ def geodesic_arrivals(
 def geodesic_destination(
     ellipsoid: Ellipsoid, lon: float, lat: float, azimuth: float, length: float
 ) -> tuple[float, float, float]:
-    """Longitude and latitude at the end of a geodesic of so many metres, and its azimuth there within 0 and 360."""
+    """Longitude and latitude at the end of a geodesic of `length` metres, and its azimuth there, 0 to 360."""
     to_lon, to_lat, back = _geod(ellipsoid).fwd(lon, lat, azimuth, length)
     return float(to_lon), float(to_lat), float(back + 180.0) % 360.0
 
@@ -121,9 +121,9 @@ def geodesic_destination(
 def geodesic_points(
     ellipsoid: Ellipsoid, ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray], shares: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes (n, k) at shares (n, k) of the way along geodesics.
+    """Longitudes and latitudes (n, k) at fractions (n, k) of geodesics.
 
-    `ends` are the longitudes and latitudes (n,) where they begin, and those where they end.
+    `ends` are longitudes and latitudes (n,) of the starts, then of the ends.
     """
     geod = _geod(ellipsoid)
     azimuth, _, length = geod.inv(*ends)
@@ -137,7 +137,7 @@ def geodesic_points(
 def geodesic_courses(
     ellipsoid: Ellipsoid, ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray], way: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Longitudes, latitudes and azimuths (n,) at so many metres (n,) from where each of n geodesics begins.
+    """Longitudes, latitudes and azimuths (n,) at distances `way` (n,) in metres from the starts of n geodesics.
 
     `ends` are as for `geodesic_points`; azimuths are in degrees clockwise from north, within -180 and 180.
     """
@@ -151,14 +151,14 @@ def _geod(ellipsoid: Ellipsoid) -> Geod:
     return Geod(a=ellipsoid.a, f=ellipsoid.f)
 
 
-# ---- shifts --------------------------------------------------------------------------------------
+# ---- datum transformations -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class DatumTransformation:
-    """A change of datum at a place: by how many metres coordinates differ, and how well PROJ knows that.
+    """A datum transformation at a place: the difference of coordinates and PROJ's accuracy, both in metres.
 
-    Both are NaN where they are not known; a grid that is not installed is a reason for that.
+    Both are NaN if unknown, for example because a grid is not installed.
     """
 
     source: str
@@ -176,13 +176,13 @@ class DatumTransformation:
 
 
 def datum_transformation(source: Any, target: Any, lon: float, lat: float) -> DatumTransformation | None:
-    """The change of datum between two CRSs at a place in Greenwich degrees; None where the datum is the same."""
+    """The datum transformation between two CRSs at a place in Greenwich degrees; None if the datum is the same."""
     one, other = (CRS.from_user_input(crs).geodetic_crs for crs in (source, target))
     if one is None or other is None or _datum_name(one) == _datum_name(other):
         return None
     one, other = one.to_2d(), other.to_2d()
     try:
-        # Ballpark transformations take one datum for the other: their shift of nothing would be a lie.
+        # Ballpark transformations ignore the change of datum: their difference of 0 would be wrong.
         transformer = Transformer.from_crs(one, other, always_xy=True, allow_ballpark=False)
         u = (lon - greenwich_offset(one)) * units_per_degree(one)
         x, y = transformer.transform(u, lat * units_per_degree(one), errcheck=True)
@@ -196,18 +196,18 @@ def datum_transformation(source: Any, target: Any, lon: float, lat: float) -> Da
 
 
 def _accuracy(transformer: Transformer) -> float:
-    """What a transformer that was used is good to, in metres, as its registry has it."""
+    """Accuracy in metres of a used transformer, from the registry; NaN if unknown."""
     accuracy = transformer.accuracy
-    if accuracy < 0.0:  # one of several operations, which tell
+    if accuracy < 0.0:  # several operations: that of the one last used
         with contextlib.suppress(pyproj.exceptions.ProjError):
             accuracy = transformer.get_last_used_operation().accuracy
     return accuracy if accuracy >= 0.0 else np.nan
 
 
 def kept_datum(crs: Any) -> str:
-    """The geodetic CRS by name whose datum data in a CRS shall keep.
+    """Name of the geodetic CRS whose datum the data in a CRS should keep.
 
-    None ("") for longitudes and latitudes of WGS 84: that is how data are exchanged, whatever datum they were made on.
+    "" for longitudes and latitudes of WGS 84, in which data of any datum are exchanged.
     """
     given = CRS.from_user_input(crs)
     geodetic = given.geodetic_crs
@@ -217,12 +217,12 @@ def kept_datum(crs: Any) -> str:
 
 
 def keeps_datum(source: Any, target: Any) -> bool:
-    """Whether two CRSs have the same datum."""
+    """True if two CRSs have the same datum."""
     one, other = (CRS.from_user_input(crs).geodetic_crs for crs in (source, target))
     return one is not None and other is not None and _datum_name(one) == _datum_name(other)
 
 
 def _datum_name(crs: CRS) -> str:
-    """The name of a datum or of an ensemble of them, without what only databases add."""
+    """Name of a datum or datum ensemble, without the suffix that only databases add."""
     name = crs.datum.name if crs.datum is not None else crs.name
     return name.removesuffix(" ensemble")

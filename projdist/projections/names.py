@@ -34,13 +34,12 @@ from projdist.projections.projstrings import ellipsoid_of, parse_proj_string
 from projdist.projections.worldmaps import WORLD_MAPS
 from projdist.support import did_you_mean, listed, shown
 
-_BEHIND = re.compile(r"\+\s*[A-Za-z]\w*\s*(?==|\+|@|$)|@")  # where a parameter or a point begins
-_NAME = re.compile(r"[^\s:/+@=][^:+@=]*")  # a code or a CRS's name has another character, but for +
+_BEHIND = re.compile(r"\+\s*[A-Za-z]\w*\s*(?==|\+|@|$)|@")  # start of a parameter or point
+_NAME = re.compile(r"[^\s:/+@=][^:+@=]*")  # codes and names of CRSs have other characters
 _HEMISPHERES = {"N": (1.0, "lat"), "S": (-1.0, "lat"), "E": (1.0, "lon"), "W": (-1.0, "lon")}
 _POINT = "It must be a latitude and a longitude in degrees, as @45,-100 or @45N,100W."
 
-# Their own parameters bring a point to the centre: azimuthal maps, transverse cylinders, which lie along a meridian,
-# maps of regions, and cones, which keep their parallels.
+# Operations with a lat_0 of their own that centres a point: azimuthal maps, transverse cylinders, regional maps, cones.
 WITH_LATITUDE = frozenset(
     """aeqd airy gnom laea nsper tpers ortho stere sterea rouss cass tmerc etmerc gstmerc tcea somerc col_urban lcca
     leac aea eqdc euler lcc murd1 murd2 murd3 pconic tissot vitk1""".split()
@@ -49,7 +48,7 @@ WITH_LATITUDE = frozenset(
 
 @dataclass(frozen=True)
 class Words:
-    """A name, the PROJ parameters added to it, as `lon_0=150`, and latitude and longitude of its centre."""
+    """A name, the PROJ parameters added to it, as `lon_0=150`, and the latitude and longitude of its centre."""
 
     name: str
     parameters: tuple[str, ...]
@@ -61,13 +60,13 @@ class Words:
         return [token.partition("=")[0] for token in self.parameters]
 
     def number(self, key: str) -> float:
-        """The value of a parameter, 0 where it is not there."""
+        """Value of a parameter, 0 if it is missing."""
         return next((float(token[len(key) + 1 :]) for token in self.parameters if token.startswith(f"{key}=")), 0.0)
 
 
 @dataclass(frozen=True)
 class Turned:
-    """A map of the sphere that has a point at its centre, with north up there; picklable."""
+    """A map of the sphere rotated so that a point is at its centre with north up; picklable."""
 
     function: Function
     lat: float
@@ -85,13 +84,13 @@ class Turned:
 
 
 def has_words(text: str) -> bool:
-    """Whether a text is a name with parameters or a point behind it."""
+    """True if a text is a name followed by parameters or a point."""
     start = _BEHIND.search(text)
     return start is not None and _NAME.fullmatch(text[: start.start()]) is not None
 
 
 def words_of(text: str) -> Words:
-    """The name, its parameters and its centre; raises ProjectionError."""
+    """Name, parameters and centre of a text; raises ProjectionError."""
     starts = [match.start() for match in _BEHIND.finditer(text)]
     pieces = [text[start:stop].strip() for start, stop in zip(starts, [*starts[1:], len(text)], strict=True)]
     points = [piece for piece in pieces if piece.startswith("@")]
@@ -112,7 +111,7 @@ def words_of(text: str) -> Words:
 
 
 def _centre(point: str, text: str) -> tuple[float, float]:
-    """Latitude and longitude of `@45,-100`; with the letters of hemispheres in any order."""
+    """Latitude and longitude of `@45,-100`; in any order with letters of hemispheres."""
     complaint = f"Invalid point '{shown(point)}' in '{shown(text)}'."
     match = re.fullmatch(r"@\s*([+-]?[\d.]+)\s*°?\s*([NSEW]?)\s*[,\s]\s*([+-]?[\d.]+)\s*°?\s*([NSEW]?)", point, re.I)
     if not match or bool(match[2]) != bool(match[4]):
@@ -134,14 +133,14 @@ def _centre(point: str, text: str) -> tuple[float, float]:
 
 
 def turned_tokens(tokens: Sequence[str], lat: float, lon: float) -> list[str]:
-    """The tokens of a PROJ string, its operation first, with a point brought to the centre, and north up there."""
+    """Tokens of a PROJ string, operation first, moved so that a point is at the centre with north up."""
     operation, rest = tokens[0].removeprefix("proj="), list(tokens[1:])
     longitude = f"lon_0={number_text(lon)}"
     if operation in WITH_LATITUDE:
         return [f"proj={operation}", f"lat_0={number_text(lat)}", longitude, *rest]
     if lat == 0.0:
         return [f"proj={operation}", longitude, *rest]
-    # The pole lies on the frame's central meridian, as far from the frame's equator as the point is from the pole.
+    # The pole is on the rotated central meridian, as far from the rotated equator as the point is from the pole.
     pole = f"o_lat_p={number_text(90.0 - lat)}"
     return ["proj=ob_tran", f"o_proj={operation}", pole, "o_lon_p=0", longitude, *rest]
 
@@ -149,9 +148,9 @@ def turned_tokens(tokens: Sequence[str], lat: float, lon: float) -> list[str]:
 # ---- names ---------------------------------------------------------------------------------------
 
 
-_NEAR = 1e-3  # degrees from a centre, where north is looked for
-_POLE = "lat_0=90"  # of maps whose centre is one
-_ALMOST = 1e-3  # of the way there: rounding is 1e-10 of it, and meridians that lean are far more
+_NEAR = 1e-3  # degrees from a centre, to find the direction of north
+_POLE = "lat_0=90"  # of maps centred on a pole
+_ALMOST = 1e-3  # relative to that step: rounding is 1e-10, tilted meridians far more
 
 
 def projection_names() -> dict[str, str]:
@@ -181,12 +180,12 @@ def projection_names() -> dict[str, str]:
 
 
 def needed_parameters(name: str) -> list[str]:
-    """The PROJ parameters without which a name is no map, and is refused; for most names there are none."""
+    """PROJ parameters that a name requires; empty for most names."""
     return [token.lstrip("+").partition("=")[0] for token in NEEDED_PARAMETERS.get(name, "").split()]
 
 
 def parse_name(text: str) -> Parts:
-    """The textbook map of a name in any spelling, with parameters and a centre, or a CRS of that name.
+    """The textbook map of a name in any spelling, with parameters and centre, or the CRS of that name.
 
     Raises ProjectionError.
     """
@@ -197,14 +196,14 @@ def parse_name(text: str) -> Parts:
         code = _utm_code(text) or ("" if close and "/" not in text else crs_code(text))
         if code:
             return parse_crs(code)
-        # Names of CRSs have one of these, or are too short to be told from other words.
+        # Names of CRSs contain one of these, or are too short to tell from other words.
         hint = did_you_mean(close or (close_crs_names(text) if "/" in text or "_" in text else []))
         raise ProjectionError(f"Invalid projection '{shown(text)}'. {hint}{ALLOWED}")
     return _named(Words(text, (), None), text)
 
 
 def _named(words: Words, text: str) -> Parts:
-    """The map of a name."""
+    """The map of a name with parameters and centre; raises ProjectionError."""
     name = _known(words.name, text)
     if name in WORLD_MAPS:
         return _world_map(name, words)
@@ -222,19 +221,19 @@ def _named(words: Words, text: str) -> Parts:
 
 
 def title_of(words: Words) -> str:
-    """What a map of a name is called, with its parameters and centre."""
+    """Title of a named map, with its parameters and centre."""
     return f"{TITLES.get(words.name) or operation_titles()[words.name]}{_aspect(words)}"
 
 
 def known_name(text: str) -> str:
-    """The catalogue's spelling of a name, or PROJ's id; "" for what is none."""
+    """The catalogue's spelling of a name or PROJ id; "" if unknown."""
     operations = pyproj.list.get_proj_operations_map()
     known = text if text in operations else normalised(text)
     return known if known in NAMES or known in operations or known in WORLD_MAPS else ""
 
 
 def _known(name: str, text: str) -> str:
-    """The catalogue's spelling of a name, or PROJ's id; raises ProjectionError."""
+    """The catalogue's spelling of a name or PROJ id; raises ProjectionError."""
     known = known_name(name)
     if not known:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. {did_you_mean(close_names(name))}{ALLOWED}")
@@ -251,7 +250,7 @@ def _known(name: str, text: str) -> str:
 
 
 def _world_map(name: str, words: Words) -> Parts:
-    """A map that PROJ lacks, about a meridian or a point."""
+    """A map that PROJ lacks, centred on a meridian or point."""
     others = [token for token in words.parameters if not re.fullmatch(r"lon_0=[+-]?\d+\.?\d*", token)]
     if others:
         raise ProjectionError(
@@ -270,7 +269,7 @@ def _world_map(name: str, words: Words) -> Parts:
 
 
 def proj_tokens(name: str, words: Words) -> list[str]:
-    """The tokens of the PROJ string of a name with parameters and a centre, unchecked."""
+    """Tokens of the PROJ string of a name with parameters and centre, unchecked."""
     operation, fixed = operation_of(name)
     tokens = [f"proj={operation}", *(token for token in fixed if token.partition("=")[0] not in words.keys)]
     tokens += words.parameters
@@ -282,13 +281,13 @@ def proj_tokens(name: str, words: Words) -> list[str]:
 
 
 def operation_of(name: str) -> tuple[str, list[str]]:
-    """PROJ's operation of a name, and the tokens of the parameters that make it that map."""
+    """PROJ operation of a name, and the tokens of its fixed parameters."""
     operation, *own = (NAMES.get(name) or TEXTBOOK_PARAMETERS.get(name, name)).split()
     return operation, [token.lstrip("+") for token in own]
 
 
 def _tokens(name: str, words: Words, text: str) -> list[str]:
-    """The same, checked."""
+    """Tokens of the PROJ string of a name; raises ProjectionError for parameters that do not fit."""
     operation, fixed = operation_of(name)
     keys = [token.partition("=")[0] for token in fixed]
     clash = next((key for key in words.keys if key in keys), None)
@@ -313,7 +312,7 @@ def _tokens(name: str, words: Words, text: str) -> list[str]:
 
 
 def _check_centre(parts: Parts, words: Words, text: str) -> None:
-    """Refuse a map that has not the point at its origin with north up: icosahedra, Werner's heart."""
+    """Raise for maps whose centre is not at the origin with north up, such as icosahedra and Werner's."""
     assert words.centre is not None
     if not has_centre(parts.function, *words.centre, origin=(words.number("x_0"), words.number("y_0"))):
         raise ProjectionError(
@@ -323,7 +322,7 @@ def _check_centre(parts: Parts, words: Words, text: str) -> None:
 
 
 def has_centre(function: Function, lat: float, lon: float, origin: tuple[float, float]) -> bool:
-    """Whether a map has a point at its origin, in metres, with north up there."""
+    """True if a map has a point at `origin` (metres) with north up."""
     step = _NEAR if lat < 89.0 else -_NEAR
     x, y = function(np.array([lon, lon]), np.array([lat, lat + step]))
     x, y = x - origin[0], y - origin[1]
@@ -332,7 +331,7 @@ def has_centre(function: Function, lat: float, lon: float, origin: tuple[float, 
 
 
 def _aspect(words: Words) -> str:
-    """What a title says of parameters and a centre."""
+    """Part of a title for parameters and centre."""
     if words.centre is not None:
         lat, lon = words.centre
         return f", {_degrees(lat, 'NS')}, {_degrees(lon, 'EW')}{_in_brackets(words.parameters)}"
@@ -350,7 +349,7 @@ def _in_brackets(parameters: Sequence[str]) -> str:
 
 
 def _utm_code(text: str) -> str:
-    """The code of WGS 84's UTM zone of `utm33`, `UTM 33N`, `utm-33s`; north where nothing is said."""
+    """Code of the WGS 84 UTM zone of `utm33`, `UTM 33N`, `utm-33s`; north by default."""
     zone = re.fullmatch(r"utm[\s_-]*(?:zone[\s_-]*)?(0?[1-9]|[1-5]\d|60)[\s_-]*([ns]?)", text, re.IGNORECASE)
     return f"EPSG:32{7 if zone[2].lower() == 's' else 6}{int(zone[1]):02}" if zone else ""
 

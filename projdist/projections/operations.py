@@ -1,4 +1,4 @@
-"""PROJ's operations as functions of degrees, with their datums, grids and figures of the Earth."""
+"""PROJ operations as functions of degrees, with their datums, grids and ellipsoids."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ _AXES = [
     {"name": "Geodetic longitude", "abbreviation": "Lon", "direction": "east", "unit": "degree"},
     {"name": "Geodetic latitude", "abbreviation": "Lat", "direction": "north", "unit": "degree"},
 ]
-_ROUNDED = 1e-9  # relative: degrees to the digits that programs write
-_IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks")  # are of the axes as they were
+_ROUNDED = 1e-9  # relative: digits of degrees that programs write
+_IDENTITY = ("id", "ids", "$schema", "scope", "area", "bbox", "usages", "remarks")  # refer to the old axes
 
 
 def geographic_base(crs: CRS) -> CRS | None:
-    """The geographic CRS of a CRS's datum, which with `always_xy` has longitudes east first, then geodetic latitudes.
+    """A geographic CRS on a CRS's datum that `always_xy` turns into longitudes east, then geodetic latitudes.
 
-    That is its geodetic CRS where it has such axes. The bodies of IAU_2015 have others: `always_xy` leaves longitudes
-    that are positive west, and planetocentric latitudes, where and as they are. Then it is one of the same datum in
-    degrees, between which and the CRS PROJ converts.
+    This is its geodetic CRS if that has such axes. Bodies of IAU_2015 have others (longitudes positive west,
+    planetocentric latitudes), which `always_xy` leaves as they are; for these it is a new CRS of the same datum in
+    degrees, and PROJ converts between the two.
     """
     geodetic = crs.geodetic_crs
     if geodetic is None or has_plain_axes(geodetic):
@@ -56,44 +56,44 @@ def ellipsoid_of_crs(crs: CRS) -> Ellipsoid | None:
 
 
 def has_plain_axes(geodetic: CRS) -> bool:
-    """Whether `always_xy` makes of a geodetic CRS's axes longitudes east, then geodetic latitudes north."""
+    """True if `always_xy` turns the axes into longitudes east, then geodetic latitudes north."""
     return geodetic.is_geographic and [axis.direction for axis in geodetic.axis_info[:2]] in _GIVES_LONGITUDE_FIRST
 
 
 def greenwich_offset(crs: CRS) -> float:
-    """Degrees from Greenwich, or the prime meridian of another body, to the CRS's own."""
+    """Longitude in degrees of the CRS's prime meridian, from Greenwich or the body's reference meridian."""
     meridian = crs.prime_meridian
     return float(np.degrees(float(meridian.longitude) * float(meridian.unit_conversion_factor))) if meridian else 0.0
 
 
 def units_per_degree(geodetic: CRS) -> float:
-    """Units of the CRS's longitudes in a degree."""
+    """Units of the CRS's longitudes per degree."""
     east = next((axis for axis in geodetic.axis_info if axis.direction == "east"), geodetic.axis_info[0])
     factor = float(east.unit_conversion_factor)
     return 1.0 if math.isclose(factor, math.radians(1.0), rel_tol=_ROUNDED) else math.radians(1.0) / factor
 
 
-# ---- figures -------------------------------------------------------------------------------------
+# ---- operation ellipsoids ------------------------------------------------------------------------
 
 
-# Each with the digits of e^2 that PROJ has.
+# With PROJ's digits of e^2.
 _BESSEL = Ellipsoid(6377397.155, 1.0 - math.sqrt(1.0 - 0.006674372230614))
 _INTERNATIONAL = Ellipsoid(6378388.0, 1.0 / 297.0)
 _CLARKE_1866 = Ellipsoid(6378206.4, 1.0 - math.sqrt(1.0 - 0.00676866))
-_CLARKE_SPHERE = Ellipsoid(6370997.0)  # of the area of Clarke 1866
+_CLARKE_SPHERE = Ellipsoid(6370997.0)  # same area as Clarke 1866
 
 _ALWAYS = {"krovak": _BESSEL, "mod_krovak": _BESSEL, "nzmg": _INTERNATIONAL}
-_OF_TWO = ("alsk", "gs50")  # one for a sphere, and one for an ellipsoid
+_OF_TWO = ("alsk", "gs50")  # one figure for spheres, another for ellipsoids
 _OF_ONE_SIZE = "gs48"
-# Maps of a sphere. PROJ puts conformal latitudes for theirs, but leaves the centre's: another map, conformal, too.
+# Maps of a sphere. On ellipsoids PROJ uses conformal latitudes except for the centre: another conformal map.
 _SPHERICAL = ("gs48", "lee_os", "mil_os")
 
 _PARAMETERS = {_BESSEL: "+ellps=bessel", _INTERNATIONAL: "+ellps=intl", _CLARKE_1866: "+ellps=clrk66"}
-_SAME = 1e-6  # of size and flattening: ellipsoids that people take for one another differ by less
+_SAME = 1e-6  # of size and flattening: interchangeable ellipsoids differ by less
 
 
 def operation_ellipsoid(operation: str, stated: Ellipsoid) -> Ellipsoid:
-    """The figure on which PROJ has an operation where a figure is stated."""
+    """The ellipsoid that PROJ uses for an operation if `stated` is requested."""
     if operation in _OF_TWO:
         return _CLARKE_SPHERE if stated.is_sphere else _CLARKE_1866
     if operation == _OF_ONE_SIZE:
@@ -102,26 +102,26 @@ def operation_ellipsoid(operation: str, stated: Ellipsoid) -> Ellipsoid:
 
 
 def has_own_ellipsoid(operation: str) -> bool:
-    """Whether PROJ passes over the figure that is stated, or its size."""
+    """True if PROJ ignores the stated ellipsoid or its size for an operation."""
     return operation in (*_ALWAYS, *_OF_TWO, _OF_ONE_SIZE)
 
 
 def ellipsoid_parameters(figure: Ellipsoid) -> str:
-    """PROJ's parameters of a figure."""
+    """PROJ parameters of an ellipsoid."""
     if figure.is_sphere:
         return f"+R={figure.a:.12g}"
     return _PARAMETERS.get(figure, f"+a={figure.a:.12g} +rf={1.0 / figure.f:.12g}")
 
 
 def tell_of_ellipsoid(operation: str, stated: Ellipsoid) -> None:
-    """Tell that a map is measured on a figure of its own, where that is not the stated one."""
+    """Warn if a map is measured on the operation's own ellipsoid rather than the stated one."""
     figure = operation_ellipsoid(operation, stated)
     if abs(figure.a / stated.a - 1.0) > _SAME or abs(figure.f - stated.f) > _SAME:
         tell(f"PROJ draws {operation} on a figure of its own, {ellipsoid_parameters(figure)}; it is measured on that.")
 
 
 def tell_of_sphere(operation: str, stated: Ellipsoid) -> None:
-    """Tell that a map of the sphere was asked for on an ellipsoid, where PROJ has another map."""
+    """Warn if a map of the sphere is requested on an ellipsoid, for which PROJ draws another map."""
     if operation in _SPHERICAL and not stated.is_sphere:
         tell(f"PROJ's {operation} is a map of the sphere; what it draws on an ellipsoid is another map.")
 
@@ -131,7 +131,7 @@ def tell_of_sphere(operation: str, stated: Ellipsoid) -> None:
 
 # PROJ's words for PROJ_ERR_OTHER_NETWORK_ERROR and PROJ_ERR_INVALID_OP_FILE_NOT_FOUND_OR_INVALID.
 _UNREAD = re.compile(r"network error|file not found", re.IGNORECASE)
-_ASKED = 300  # of the points that are lost: 20 ms
+_ASKED = 300  # undefined points to ask PROJ about: 20 ms
 
 
 def check_grids(
@@ -140,10 +140,10 @@ def check_grids(
     found: FloatArray,
     direction: TransformDirection = TransformDirection.FORWARD,
 ) -> None:
-    """Raise GridError where a point has no coordinates, and PROJ says that it could not read a grid for it.
+    """Raise GridError if a point has no coordinates because PROJ could not read a grid.
 
-    PROJ fetches grids at the first point that needs them, and gives infinity where it cannot. Others may be lost for
-    other reasons: up to 300 of them, one as far from the next as from the one before, are asked for theirs.
+    PROJ fetches a grid at the first point that needs it, and returns infinity if it cannot. Points may be undefined
+    for other reasons, so PROJ is asked for the reason at up to 300 of them, evenly spaced.
     """
     lost = np.flatnonzero(np.isfinite(given[0]) & np.isfinite(given[1]) & ~np.isfinite(found))
     asked = lost[np.unique(np.linspace(0, lost.size - 1, min(lost.size, _ASKED)).astype(int))]
@@ -166,7 +166,7 @@ Function = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 class Parts(NamedTuple):
-    """What a projection consists of, in the order of the fields of `Projection`."""
+    """The fields of `Projection`, in their order."""
 
     name: str
     definition: str
@@ -189,7 +189,7 @@ class Pipeline:
 
     @property
     def reads_grids(self) -> bool:
-        """Whether steps of it need a grid, which may be missing."""
+        """True if a step needs a grid, which may be missing."""
         return "grids=" in self.pipeline
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -217,10 +217,10 @@ class CrsOperation:
         return _forward(CRS.from_wkt(self.crs))
 
     def prepare(self, crs: CRS) -> None:
-        """Make the transformer from the CRS itself, at half the cost of its WKT; raises pyproj's ProjError.
+        """Make the transformer from the CRS itself, twice as fast as from its WKT; raises pyproj's ProjError.
 
-        For a few CRSs PROJ's database has several operations, with shifts of datum among them, of
-        which it takes one at the first point. The WKT knows the conversion only.
+        For a few CRSs PROJ's database has several operations, some with datum transformations, and picks one at the
+        first point; these keep the WKT, which has the conversion only.
         """
         transformer = _forward(crs)
         if transformer.definition.startswith("proj="):
@@ -236,23 +236,23 @@ class CrsOperation:
         return x, y
 
     def native(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The CRS's own coordinates in its own unit, in the order that GIS programs have them; inf where undefined."""
+        """The CRS's own coordinates in its own unit, in GIS order (x, y); inf where undefined."""
         return transform(self.transformer, *self.geodetic(lon, lat))
 
     def geodetic(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates of the CRS's `geographic_base`, longitude first, of Greenwich degrees."""
+        """Greenwich degrees to coordinates of the CRS's `geographic_base`, longitude first."""
         if self.greenwich or self.angle_unit != 1.0:
             lon, lat = (lon - self.greenwich) * self.angle_unit, lat * self.angle_unit
         return lon, lat
 
     def degrees(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees of coordinates of the CRS's `geographic_base`, longitude first."""
+        """Coordinates of the CRS's `geographic_base`, longitude first, to Greenwich degrees."""
         return lon / self.angle_unit + self.greenwich, lat / self.angle_unit
 
     def inverse(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees of the CRS's own coordinates, as `native` has them; inf where undefined.
+        """Greenwich degrees of the CRS's own coordinates in the order of `native`; inf where undefined.
 
-        PROJ answers for some points outside the map, too: only what `native` takes back to u, v is on it.
+        PROJ also answers for some points outside the map: only those that `native` takes back to u, v are on it.
         """
         return self.degrees(*transform(self.transformer, u, v, direction=TransformDirection.INVERSE))
 

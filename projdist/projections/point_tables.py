@@ -1,6 +1,6 @@
-"""Points in tables: the longitudes and latitudes of a file of text, a DataFrame or GeoDataFrame, and columns added.
+"""Points in tables: longitudes and latitudes of text files and DataFrames, and new columns for them.
 
-Nothing of pandas or geopandas is imported: what has their methods is a frame.
+pandas and geopandas are not imported: anything with their methods is a frame.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from projdist.projections.projection import Projection
 from projdist.support import MISSING, has_decimal_comma, number_of, numbered_rows, tell
 
 TEXT_SUFFIXES = (".csv", ".tsv", ".txt")
-"""Of tables of points that are text."""
+"""Suffixes of tables of points in text files."""
 
 _NAMES = {"lon": ("lon", "longitude", "long", "lng"), "lat": ("lat", "latitude")}
 
-_FARTHEST = 720.0  # degrees of longitude: twice round
-_TURN, _POLE = 360.0, 90.0  # degrees: what longitudes and latitudes of data keep within
-_LARGEST_UNIT = 10.0  # metres: of a projected CRS in kilometres all numbers of a country may be as small
+_FARTHEST = 720.0  # degrees of longitude: two turns
+_TURN, _POLE = 360.0, 90.0  # degrees: bounds of longitudes and latitudes in data
+_LARGEST_UNIT = 10.0  # metres: in a projected CRS in kilometres a whole country may have numbers as small as degrees
 _SMALLEST_BODY = 1e3  # metres
 
 
 @runtime_checkable
 class FrameLike(Protocol):
-    """What is asked of a pandas DataFrame."""
+    """The part of a pandas DataFrame that is used."""
 
     @property
     def columns(self) -> Any:
@@ -46,21 +46,20 @@ class FrameLike(Protocol):
 
 
 def is_frame(value: object) -> TypeGuard[FrameLike]:
-    """Whether a value is a DataFrame or GeoDataFrame."""
+    """True for a DataFrame or GeoDataFrame."""
     return isinstance(value, FrameLike)
 
 
 def is_geographic(frame: Any) -> bool:
-    """Whether a frame has geometries, as a GeoDataFrame has, and not columns of longitudes and latitudes."""
+    """True if a frame has geometries, as a GeoDataFrame."""
     return hasattr(frame, "to_crs") and hasattr(frame, "crs")
 
 
 def places(projection: Projection, frame: Any) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes (n,) in degrees, on the datum of the map.
+    """Longitudes and latitudes (n,) in degrees of a frame's points, on the datum of the map.
 
-    Of a GeoDataFrame's points from whatever CRS they have, else of the columns `lon` and `lat` as
-    they stand; NaN where they are missing, which is told. Raises ValueError in one line that names
-    the row, counted from 1.
+    Points of a GeoDataFrame are transformed from their CRS; otherwise the columns `lon` and `lat` are taken as they
+    are. Missing points are NaN, with a warning. Raises ValueError that names the row, counted from 1.
     """
     if not is_geographic(frame):
         return _columns(frame)
@@ -93,7 +92,7 @@ def _columns(frame: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def coordinate_columns(header: Sequence[Any]) -> tuple[int, int] | None:
-    """The numbers of the columns of longitudes and latitudes, by their usual names in capitals or not; else None."""
+    """Indices of the longitude and latitude columns, by their usual names in any case; None if one is missing."""
     words = [str(word).strip().lower() for word in header]
     found = [next((words.index(name) for name in names if name in words), None) for names in _NAMES.values()]
     return None if found[0] is None or found[1] is None else (found[0], found[1])
@@ -101,7 +100,7 @@ def coordinate_columns(header: Sequence[Any]) -> tuple[int, int] | None:
 
 @dataclass(frozen=True)
 class PointTable:
-    """The header of a table of points, its rows with the numbers of their lines, and where their coordinates stand."""
+    """A table of points: header, rows with line numbers, and indices of the coordinate columns."""
 
     header: list[str]
     rows: list[tuple[int, list[str]]]
@@ -110,9 +109,9 @@ class PointTable:
 
 
 def read_point_table(path: Path, complaint: str, *, ragged: bool = False) -> PointTable:
-    """A file of text with a header, whatever separates its columns; raises ValueError that begins with the complaint.
+    """The table of a text file with a header and any separator; raises ValueError that begins with `complaint`.
 
-    No row is shorter than the header, unless they may be `ragged`.
+    Rows must be as long as the header, unless they may be `ragged`.
     """
     (_, header), *rows = numbered_rows(path, complaint, comments=False)
     header = [word.strip() for word in header]
@@ -129,15 +128,15 @@ def read_point_table(path: Path, complaint: str, *, ragged: bool = False) -> Poi
 
 
 def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes as numbers, NaN where they are missing, which is told.
+    """Longitudes and latitudes as numbers; missing ones are NaN, with a warning.
 
-    Raises ValueError for the first row that is no place, counted from 1.
+    Raises ValueError for the first invalid row, counted from 1.
     """
     degrees = {"lon": _numbers("lon", list(lon)), "lat": _numbers("lat", list(lat))}
     for name, limit in (("lon", _FARTHEST), ("lat", 90.0)):
         values = degrees[name]
         with np.errstate(invalid="ignore"):
-            within = ~(np.abs(values) > limit)  # NaN is nowhere, and gets a row of NaN
+            within = ~(np.abs(values) > limit)  # NaN stays NaN
         _check_all(
             within,
             lambda row, name=name, limit=limit, values=values: (
@@ -149,10 +148,10 @@ def check_degrees(lon: Iterable[Any], lat: Iterable[Any]) -> tuple[FloatArray, F
 
 
 def tell_of_degrees(crs: Any, bounds: ArrayLike, thing: str, one: str = "feature") -> None:
-    """Tell how many features look like degrees, of data that state a projected CRS, if any.
+    """Warn if features of data in a projected CRS look like degrees.
 
-    `bounds` (n, 4) are the least x and y and the largest x and y of each, NaN where there is nothing. In a unit of more
-    than some metres, on a body as small as a unit sphere, and in one point at 0, 0 numbers are as small anyway.
+    `bounds` (n, 4) are minimum x, y and maximum x, y of each feature, NaN if empty. Units above 10 m, bodies as small
+    as a unit sphere and points at 0, 0 are exempt: their numbers are small anyway.
     """
     stated = crs_of(crs)
     unit = stated.axis_info[0] if stated.axis_info else None
@@ -171,13 +170,13 @@ def tell_of_degrees(crs: Any, bounds: ArrayLike, thing: str, one: str = "feature
 
 
 def tell_of_frame_in_degrees(frame: Any, thing: str) -> None:
-    """The same of the features of a GeoDataFrame or GeoSeries, if it has a CRS."""
+    """`tell_of_degrees` for a GeoDataFrame or GeoSeries with a CRS."""
     if frame.crs is not None and frame.crs.is_projected:
         tell_of_degrees(frame.crs, frame.geometry.bounds.to_numpy(), thing)
 
 
 def tell_of_missing(lon: FloatArray, lat: FloatArray) -> None:
-    """Tell how many points lack a coordinate, if any."""
+    """Warn of points that lack a coordinate."""
     missing = int(np.isnan(lon + lat).sum())
     if missing:
         tell(f"{missing} of {len(lon)} points have no longitude or no latitude; they have no figures.")
@@ -201,7 +200,7 @@ def _number(value: Any) -> float:
 
 
 def _check_all(good: BoolArray, reason: Any) -> None:
-    """Raise ValueError for the first row that is not good; the reason is a text, or a function of the row."""
+    """Raise ValueError for the first row that is not good; `reason` is a text or a function of the row."""
     bad = np.flatnonzero(~np.asarray(good, dtype=bool))
     if bad.size:
         text = reason(bad[0]) if callable(reason) else reason
@@ -209,7 +208,7 @@ def _check_all(good: BoolArray, reason: Any) -> None:
 
 
 def check_new_names(names: Iterable[Any], new: Iterable[str]) -> None:
-    """Refuse new columns whose names are there already, in capitals or not: GeoPackages tell no difference."""
+    """Raise if a new column exists, ignoring case as GeoPackage does."""
     present = {str(name).lower() for name in names}
     taken = [name for name in new if name.lower() in present]
     if taken:
@@ -219,7 +218,7 @@ def check_new_names(names: Iterable[Any], new: Iterable[str]) -> None:
 
 
 def add_columns(frame: FrameLike, columns: Mapping[str, AnyArray], prefix: str) -> Any:
-    """A copy of a frame with more columns; raises ValueError where one is there already."""
+    """A copy of a frame with more columns; raises ValueError if one exists."""
     named = {prefix + name: values for name, values in columns.items()}
     check_new_names(frame.columns, named)
     return frame.assign(**named)

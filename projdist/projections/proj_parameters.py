@@ -32,12 +32,12 @@ WHOLE_NUMBERS = frozenset("aperture lsat north_square path resolution south_squa
 ELLIPSOID_KEYS = frozenset("a b R f rf e es ellps datum R_A R_V R_a R_g R_h R_lat_a R_lat_g".split())
 FLAGS = frozenset("approx exact geoc guam inv no_cut no_rot ns omit_fwd omit_inv over south".split())
 TEXTS = frozenset("algo axis ellps mode no_off no_uoff o_proj orient pm shape sweep to_meter units".split())
-"""The parameters of maps by what PROJ reads of them, from its source and the strings in its library."""
+"""Parameters of maps by the type that PROJ reads, from its source and the strings in its library."""
 
-# Of every map PROJ reads these, whether the map has them or not.
+# PROJ reads these for every map, whether the map uses them or not.
 _READ_OF_ALL = {"lat_0": 0.0, "lon_0": 0.0, "x_0": 0.0, "y_0": 0.0, "k_0": 1.0, "k": 1.0}
 _OTHERS = {"lat_0": "37.25", "lon_0": "11.75", "x_0": "12345", "y_0": "12345", "k_0": "1.625", "k": "1.625"}
-# What maps have as constants, and PROJ writes of their CRSs: as such it is no news.
+# Constants of maps, which PROJ writes into their CRSs: no warning is needed for them.
 _CONSTANTS = {
     "krovak": {"alpha": 30.28813975},
     "mod_krovak": {"alpha": 30.28813975},
@@ -45,7 +45,7 @@ _CONSTANTS = {
     "peirce_q": {"lat_0": 90.0},
 }
 _SAME = 1e-6  # degrees: EPSG has Krovak's angle to 0.0001", and ESRI another last digit
-# What a step is and which way it goes, and what makes no difference to a map.
+# Keys that define a step and its direction, and keys without influence on a map.
 _BESIDE = frozenset(
     """proj step inv omit_fwd omit_inv title init type no_defs wktext towgs84 nadgrids geoidgrids vunits vto_meter
     geoid_crs datum""".split()
@@ -63,7 +63,7 @@ _FLAG = re.compile(r"(?:[TtFf]\w*)?")
 
 
 def check_values(tokens: Iterable[str], text: str) -> None:
-    """Refuse values of a PROJ string that are not what PROJ would read them as; raises ProjectionError."""
+    """Raise ProjectionError for values that do not have the type that PROJ reads."""
     kinds = (
         (ANGLES, _ANGLE, "an angle in degrees, as 10.5, 10d30' or 10d30'15\"W, or in radians, as 0.18r"),
         (NUMBERS, _NUMBER, "a finite number"),
@@ -78,12 +78,12 @@ def check_values(tokens: Iterable[str], text: str) -> None:
 
 
 def _is_finite(value: str) -> bool:
-    """Whether no figure in a value is too large to be a number."""
+    """True if no number in a value overflows."""
     return all(math.isfinite(float(figure.replace("_", ""))) for figure in re.findall(_FIGURE, value))
 
 
 def tell_of_idle(tokens: Sequence[str]) -> None:
-    """Tell of the parameters of a PROJ string, or of a pipeline's steps, that change nothing."""
+    """Warn of parameters of a PROJ string or its steps that change nothing."""
     common, *steps = _steps(tokens)
     if not steps:
         common, steps = [], [common]
@@ -100,7 +100,7 @@ def tell_of_idle(tokens: Sequence[str]) -> None:
 
 
 def check_read(tokens: Sequence[str], added: Iterable[str], text: str) -> None:
-    """Refuse what is added to a map's tokens and that it makes no use of; raises ProjectionError."""
+    """Raise ProjectionError for added tokens that the map does not use."""
     for token in added:
         if token.partition("=")[0] in _OF_STEPS or _is_unread(token, _definition(tokens)) or _is_in_vain(token, tokens):
             others = [other for other in tokens if other is not token]
@@ -112,7 +112,7 @@ def check_read(tokens: Sequence[str], added: Iterable[str], text: str) -> None:
 
 
 def _read_of(tokens: Sequence[str]) -> list[str]:
-    """The parameters of a map, and those of all maps."""
+    """Names of the parameters that a map uses, with those of all maps."""
     found = []
     for key in sorted(ANGLES | NUMBERS | WHOLE_NUMBERS):
         meant = f"{key}={_OTHERS.get(key, '1')}"
@@ -123,7 +123,7 @@ def _read_of(tokens: Sequence[str]) -> list[str]:
 
 
 def _steps(tokens: Sequence[str]) -> Iterator[list[str]]:
-    """What stands before the first step, and each step."""
+    """The tokens before the first step, then those of each step."""
     found: list[str] = []
     for token in tokens:
         if token == "step":
@@ -135,7 +135,7 @@ def _steps(tokens: Sequence[str]) -> Iterator[list[str]]:
 
 
 def _made(tokens: Iterable[str]) -> Transformer | None:
-    """PROJ's operation of one step, forwards; None where it has none."""
+    """PROJ's forward operation of one step; None if PROJ refuses it."""
     words = " ".join(f"+{token}" for token in tokens if token not in ("inv", "proj=pipeline"))
     try:
         return Transformer.from_pipeline(words)
@@ -144,7 +144,7 @@ def _made(tokens: Iterable[str]) -> Transformer | None:
 
 
 def _definition(tokens: Iterable[str]) -> set[str]:
-    """The parameters that PROJ has read of a step."""
+    """Parameters that PROJ read of a step."""
     made = _made(tokens)
     return set(made.definition.split()) if made else set()
 
@@ -155,14 +155,14 @@ def _is_unread(token: str, read: set[str]) -> bool:
 
 
 def _is_constant(token: str, step: Sequence[str]) -> bool:
-    """Whether a parameter has the value that the map has as a constant."""
+    """True if a parameter has the map's constant value."""
     key, _, value = token.partition("=")
     constant = _CONSTANTS.get(_operation(step), {}).get(key, math.nan)
     return bool(_NUMBER.fullmatch(value)) and abs(float(value.replace("_", "")) - constant) < _SAME
 
 
 def _is_in_vain(token: str, step: Sequence[str]) -> bool:
-    """Whether a parameter that is read of every map, and has not the value that it has of itself, changes nothing."""
+    """True if a parameter that PROJ reads of every map has another value than its default and changes nothing."""
     key, _, value = token.partition("=")
     if key not in _READ_OF_ALL or _operation(step) in NOT_MAPS:
         return False
@@ -191,7 +191,7 @@ def _message(token: str, step: Sequence[str]) -> str:
 
 
 def _meant(token: str, step: Sequence[str]) -> Iterator[str]:
-    """Parameters with nearly the name of another one, that PROJ reads of this map and that are not there."""
+    """Parameters spelt like a token that PROJ reads of this map and that are not set."""
     key, equals, value = token.partition("=")
     present = {other.partition("=")[0] for other in step}
     rest = [other for other in step if other is not token]
@@ -250,7 +250,7 @@ def defined_by(text: str, parameters: Mapping[str, float]) -> str:
 
 
 def number_text(value: float) -> str:
-    """A number for a PROJ string: with twelve decimals, less the zeros at its end."""
+    """A number for a PROJ string: up to twelve decimals, without trailing zeros."""
     text = f"{value:.12f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -260,10 +260,10 @@ def number_text(value: float) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """A number that a map can be changed by: PROJ's key and what it is, with the range in which PROJ has a map.
+    """A numeric parameter of a map: PROJ's key, its label, and the range in which PROJ has a map.
 
-    `unit` is "°", "m" or "". `value` is the one that the map has now, always within the range, in which `step` is a
-    good one for a slider. Whole numbers, and what has no values in between, have steps of 1 or more.
+    `unit` is "°", "m" or "". `value` is the map's current one, always within the range; `step` suits a slider.
+    Integer parameters have steps of 1 or more.
     """
 
     name: str
@@ -277,9 +277,9 @@ class Parameter:
 
 @dataclass(frozen=True)
 class _Row:
-    """A row of the table: `form` names what excludes other forms, `where` the maps on which it does something.
+    """A row of the table: rows of different `form` exclude each other; `where` limits a row to some maps.
 
-    These are polar maps, maps of an ellipsoid, or those of which another parameter is stated.
+    These are polar maps, maps of an ellipsoid, or maps with another parameter stated.
     """
 
     key: str
@@ -294,9 +294,9 @@ class _Row:
 
 
 def parameters_in(operation: str, stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
-    """What can be turned of an operation with the parameters that are stated of it.
+    """The numeric parameters of an operation with some parameters stated.
 
-    Where PROJ takes one of several sets of parameters, as k_0 or lat_ts, it is the stated one, else the first.
+    Of alternatives, such as k_0 or lat_ts, those that are stated, else the first.
     """
     stated = {"k_0": stated["k"], **stated} if "k" in stated else stated  # PROJ's older word
     polar = abs(_value("lat_0", "0", stated)) == 90.0
@@ -304,19 +304,19 @@ def parameters_in(operation: str, stated: Stated, *, sphere: bool) -> tuple[Para
     rows = [row for row in _table().get(operation, ()) if row.where in there]
     forms = list(dict.fromkeys(row.form for row in rows if row.form))
     if forms:
-        form = max(forms, key=lambda form: _count(rows, form, stated))  # the first of several
+        form = max(forms, key=lambda form: _count(rows, form, stated))  # ties: the first
         rows = [row for row in rows if row.form in ("", form)]
     return tuple(_parameter(row, _value(row.key, row.default, stated)) for row in rows)
 
 
 def longitude_key(parameters: Collection[Parameter]) -> str:
-    """Which parameter moves a map around the globe; "" if none does."""
+    """Key of the parameter that moves a map in longitude; "" if there is none."""
     keys = [parameter.name for parameter in parameters]
     return next((key for key in ("lonc", "lon_0") if key in keys), "")
 
 
 def check_value(parameter: Parameter, value: float, label: str) -> str:
-    """The value as PROJ's text; raises ProjectionError for one out of the range."""
+    """A value as text for PROJ; raises ProjectionError outside the range."""
     stepped = parameter.step >= 1.0 and parameter.unit != "m"
     if not parameter.low <= value <= parameter.high or (stepped and value % parameter.step):
         unit = " m" if parameter.unit == "m" else parameter.unit
@@ -329,7 +329,7 @@ def check_value(parameter: Parameter, value: float, label: str) -> str:
 
 
 def degrees_of(text: str) -> float:
-    """The number of one of PROJ's texts: as it is, in degrees, minutes and seconds, or in radians."""
+    """Degrees of a PROJ value: a plain number, degrees with minutes and seconds, or radians."""
     sign = -1.0 if text.startswith("-") != text.upper().endswith(("S", "W")) else 1.0
     figures = text.strip("+-").rstrip("NSEWnsew").replace("_", "")
     if figures.endswith(("r", "R")):
@@ -341,7 +341,7 @@ def degrees_of(text: str) -> float:
 
 
 def prime_meridian(stated: Stated) -> float:
-    """The meridian from which the longitudes of a map are counted, in degrees from Greenwich."""
+    """Prime meridian (+pm) of a map, in degrees from Greenwich."""
     meridian = stated.get("pm") or "0"
     return degrees_of(pyproj.list.get_prime_meridians_map().get(meridian, meridian))
 
@@ -351,7 +351,7 @@ def _count(rows: Collection[_Row], form: str, stated: Stated) -> int:
 
 
 def _value(key: str, default: str, stated: Stated) -> float:
-    """What is stated, or the default, which may be another parameter's value."""
+    """Stated value, else the default, which may be another parameter's value."""
     if key in stated:
         return degrees_of(stated[key])
     if default in stated:
@@ -360,7 +360,7 @@ def _value(key: str, default: str, stated: Stated) -> float:
 
 
 def _parameter(row: _Row, value: float) -> Parameter:
-    """The parameter; its range is mirrored, or reaches farther, if its value is beyond."""
+    """The parameter of a row; its range is mirrored or extended to include the value."""
     low, high = row.low, row.high
     if value < 0.0 <= low and row.unit == "°" and -high <= value <= -low:
         low, high = -high, -low
@@ -370,7 +370,7 @@ def _parameter(row: _Row, value: float) -> Parameter:
 
 @functools.cache
 def _table() -> dict[str, tuple[_Row, ...]]:
-    """The rows of each operation, in their order."""
+    """Rows of the table by operation."""
     found: dict[str, tuple[_Row, ...]] = {}
     for row in data_rows("parameter_ranges.csv"):
         low, high, step = (float(row[key]) for key in ("low", "high", "step"))

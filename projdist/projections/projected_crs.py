@@ -1,4 +1,4 @@
-"""Projections as GIS programs have them: the CRS of a map's plane, of its longitudes and latitudes, and of points."""
+"""CRSs for GIS programs: that of a map's plane, of its longitudes and latitudes, and of data."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from projdist.projections.operations import (
 )
 from projdist.projections.projection import Projection
 
-_SAME_ELLIPSOID = 1e-6  # of its figures: GRS 80 and WGS 84 are one here, WGS 72 is another
-_BACK = 1e-6  # of the Earth's radius: inverses are good to centimetres and better
+_SAME_ELLIPSOID = 1e-6  # relative: GRS 80 and WGS 84 are equal, WGS 72 is not
+_BACK = 1e-6  # of the Earth's radius: inverses are accurate to centimetres or better
 _INSIDE = 1e-3  # of that, 6 mm
 _EARTHLY = 2e-3  # of the radius: spheres for the Earth have 6370 to 6378 km
 
 
 @dataclass(frozen=True)
 class ProjectedCrs:
-    """The plane of a map that is a CRS: coordinates u, v of that CRS, in the order in which GIS programs have them.
+    """The projected CRS of a map, with coordinates u, v in GIS order (x, y).
 
     `wkt` is the 2-D CRS in WKT2.
     """
@@ -44,16 +44,16 @@ class ProjectedCrs:
 
     @property
     def to_metres(self) -> FloatArray:
-        """The matrix (2, 2) from u, v to the metres east and north of the projection."""
+        """Matrix (2, 2) from u, v to the projection's metres east and north."""
         return np.array(self.operation.axes)
 
     @property
     def has_inverse(self) -> bool:
-        """Whether PROJ has the inverse projection."""
+        """True if PROJ has the inverse projection."""
         return bool(self.operation.transformer.has_inverse)
 
     def inverse(self, u: FloatArray, v: FloatArray, tolerance: float) -> tuple[FloatArray, FloatArray]:
-        """Longitude and latitude in Greenwich degrees; NaN where they do not come back to u, v within `tolerance`."""
+        """Longitude and latitude in Greenwich degrees; NaN if they do not map back to u, v within `tolerance`."""
         lon, lat = self.operation.inverse(u, v)
         back_u, back_v = self.operation.native(lon, lat)
         with np.errstate(invalid="ignore"):  # infinite where there is no inverse
@@ -62,9 +62,9 @@ class ProjectedCrs:
 
 
 def projected_crs_of(projection: Projection) -> ProjectedCrs | None:
-    """The CRS of a map's plane; None for functions and for maps whose CRS in PROJ is another map, as Winkel Tripel's.
+    """The projected CRS of a map; None for functions and for maps whose CRS in PROJ is another map, as Winkel Tripel's.
 
-    The CRS made for a PROJ string is compared with the map before it is taken for one.
+    A CRS made of a PROJ string is compared with the map first.
     """
     crs = base_crs(projection)
     if crs is None:
@@ -76,7 +76,7 @@ def projected_crs_of(projection: Projection) -> ProjectedCrs | None:
 
 
 def same_map(projection: Projection, wkt: str) -> CrsOperation | None:
-    """The operation of a projected CRS that is the same map as a projection, else None."""
+    """The operation of a projected CRS if it is the same map as a projection, else None."""
     try:
         candidate = Projection(*parse_crs(wkt, registered=False))
     except ProjectionError:
@@ -87,28 +87,28 @@ def same_map(projection: Projection, wkt: str) -> CrsOperation | None:
 
 @dataclass(frozen=True)
 class Graticule:
-    """A geographic CRS for the longitudes and latitudes of a map: its WKT2, and what relates it to Greenwich degrees.
+    """The geographic CRS of a map's longitudes and latitudes, in WKT2.
 
-    `operation` is None where its coordinates are Greenwich degrees.
+    `operation` converts to and from Greenwich degrees; None if the coordinates are Greenwich degrees.
     """
 
     wkt: str
     operation: CrsOperation | None
 
     def coordinates(self, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates of the CRS, longitude first, of Greenwich degrees."""
+        """Greenwich degrees to coordinates of the CRS, longitude first."""
         return (lon, lat) if self.operation is None else self.operation.geodetic(lon, lat)
 
     def degrees(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees of coordinates of the CRS, longitude first."""
+        """Coordinates of the CRS, longitude first, to Greenwich degrees."""
         return (u, v) if self.operation is None else self.operation.degrees(u, v)
 
 
 def graticule_of(projection: Projection) -> Graticule:
     """The geographic CRS of a map's longitudes and latitudes.
 
-    A CRS has its own. The others state no datum: on WGS 84's ellipsoid and on spheres for the Earth
-    they are taken for WGS 84's, on other ellipsoids for those of an unknown datum.
+    A CRS has its own. Other maps state no datum: WGS 84 is assumed on its ellipsoid and on Earth spheres, an unknown
+    datum on other ellipsoids.
     """
     operation = projection.function
     if isinstance(operation, CrsOperation):
@@ -129,9 +129,9 @@ def graticule_of(projection: Projection) -> Graticule:
 
 @dataclass(frozen=True, kw_only=True)
 class DataCrs:
-    """The coordinates u, v that data have, in the order of GIS programs, and the datum of a map that they go to.
+    """The CRS of data, with coordinates u, v in GIS order, and the transformation to the datum of a map.
 
-    `has_degrees` tells whether they are longitudes and latitudes in degrees.
+    `has_degrees` is True if u, v are longitudes and latitudes in degrees.
     """
 
     name: str
@@ -139,7 +139,7 @@ class DataCrs:
     transformer: Transformer
     greenwich: float
     per_degree: float
-    tolerance: float  # in the unit of u, v; infinite for longitudes and latitudes, which need no way back
+    tolerance: float  # in the unit of u, v; infinite for longitudes and latitudes, which are not mapped back
 
     def degrees(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Longitude and latitude in Greenwich degrees on the datum of the map; NaN where undefined."""
@@ -148,10 +148,9 @@ class DataCrs:
         return self._degrees(lon, lat)
 
     def degrees_on_map(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The same; NaN, too, where the data's own map is not, as PROJ has an answer for some points outside.
+        """As `degrees`, and NaN outside the data's own map, where PROJ may still return something.
 
-        Where rounding puts points beyond the edge of the map, or on the other side of a seam, they are
-        those that lie 6 mm inside.
+        Points that rounding puts beyond the edge of the map or across a seam are replaced by points 6 mm inside.
         """
         if self.tolerance == np.inf:
             return self.degrees(u, v)
@@ -168,7 +167,7 @@ class DataCrs:
     def _there_and_back(
         self, u: FloatArray, v: FloatArray, east: float, north: float
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Coordinates of the datum of points beside u, v, by shares of the tolerance; whether they do not come back."""
+        """Datum coordinates of points offset by parts of the tolerance, and a mask of those that do not map back."""
         lon, lat = transform(self.transformer, u + east * self.tolerance, v + north * self.tolerance)
         back_u, back_v = transform(self.transformer, lon, lat, direction=TransformDirection.INVERSE)
         with np.errstate(invalid="ignore"):
@@ -181,11 +180,11 @@ class DataCrs:
 
 
 def data_crs_of(projection: Projection, crs: Any, thing: str = "points") -> DataCrs:
-    """What leads from coordinates in a CRS to the datum of a map.
+    """The CRS of data with its transformation to the datum of a map.
 
-    A map that states no datum (a name, a PROJ string, a function) takes the data's own longitudes
-    and latitudes. Raises ProjectionError for a CRS that is none of the Earth's surface, or of another
-    body; `thing` is what its message says the CRS is of.
+    For a map without a datum (a name, a PROJ string, a function) the data keep their own longitudes and latitudes.
+    Raises ProjectionError for a CRS without longitudes and latitudes or of another body; `thing` names the data in
+    the message.
     """
     source = read_crs(crs)
     operation = projection.function
@@ -213,6 +212,6 @@ def data_crs_of(projection: Projection, crs: Any, thing: str = "points") -> Data
 def geographic(projection: Projection, crs: Any, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Longitude and latitude in Greenwich degrees of points in a CRS, on the datum of the map; NaN where undefined.
 
-    x, y are in the order of GIS programs. Raises ProjectionError as `data_crs_of` does.
+    x, y are in GIS order. Raises ProjectionError as `data_crs_of` does.
     """
     return data_crs_of(projection, crs).degrees(x, y)

@@ -1,4 +1,4 @@
-"""The value type of a map projection, and everything that it can be made from."""
+"""The `Projection` type, the inputs that it is made from, and the body that it maps."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ from projdist.projections.wkt import grid_mapping_in, is_wkt
 from projdist.support import shown
 
 _NAMED = re.compile(r'(?:ELLIPSOID|SPHEROID|DATUM|BASEGEOGCRS|BASEGEODCRS|GEOGCRS|GEODCRS|GEOGCS)\["([^"]*)"')
-# Figures of one body that people use differ by up to 3.4 % (the equator and the mean radius of Saturn); those of the
-# Moon and Io by 4.8 %. Bodies that are nearer to each other are told apart by names, where there are any.
+# Ellipsoids used for one body differ by up to 3.4 % (Saturn: equatorial and mean radius); the Moon and Io by 4.8 %.
+# Bodies of more similar size are distinguished by name, if they have one.
 _SAME_SIZE = 0.04
 _WITH_ARTICLE = ("Moon", "Sun")
 
 
 class Body(NamedTuple):
-    """A celestial body by a figure of it, and its name, "" where that is not known."""
+    """A celestial body: an ellipsoid of it, and its name ("" if unknown)."""
 
     ellipsoid: Ellipsoid
     name: str = ""
@@ -55,7 +55,7 @@ class Body(NamedTuple):
 
 @functools.cache
 def _names() -> tuple[str, ...]:
-    """The bodies of the International Astronomical Union's CRSs in PROJ's database, the longest names first."""
+    """Names of the bodies of the International Astronomical Union's CRSs in PROJ's database, longest first."""
     found = query_crs_info(auth_name="IAU_2015", pj_types=[PJType.GEOGRAPHIC_2D_CRS, PJType.GEODETIC_CRS])
     names = {info.name.partition(" (")[0] for info in found} - {"Earth"}
     return tuple(sorted(names, key=lambda name: (-len(name), name)))
@@ -63,13 +63,13 @@ def _names() -> tuple[str, ...]:
 
 @functools.cache
 def body_in(wkt: str) -> str:
-    """The body that the names of a CRS's datum, ellipsoid and base tell, as "Mars_2000_IAU_IAG" does; else ""."""
+    """Body named by the datum, ellipsoid or base of a CRS, as in "Mars_2000_IAU_IAG"; "" if none is."""
     words = " ".join(_NAMED.findall(wkt)).replace("_", " ")
     return next((name for name in _names() if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", words, re.IGNORECASE)), "")
 
 
 def is_same_body(one: Body, other: Body) -> bool:
-    """Whether two are one body: by their names, or, where one is not known, by their sizes."""
+    """True if two bodies are the same, by name, or by size if a name is unknown."""
     foreign = [body.ellipsoid.is_of_another_body for body in (one, other)]
     if not all(foreign):
         return not any(foreign)
@@ -100,7 +100,7 @@ def parse(value: Any) -> Parts:
 
 
 def listed_projections(value: Any) -> list[Any]:
-    """The projections of an iterable, as they are given, or one alone; a pair such as ("EPSG", 3035) is one."""
+    """The unparsed projections of an iterable; a single one, also ("EPSG", 3035), as a list of one."""
     pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], int)
     one = isinstance(value, str | bytes | os.PathLike | Mapping | CRS | Proj) or callable(value) or pair
     return [value] if one or not isinstance(value, Iterable) else list(value)
@@ -113,7 +113,7 @@ def _parse_text(text: str) -> Parts:
 
 
 def _parse_contents(text: str) -> Parts:
-    """Text that is no path."""
+    """The projection of text that is not a path."""
     if "\0" in text:  # where PROJ would stop reading
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It has a null character.")
     init = re.fullmatch(r"\+?init=(\w+:\w+)(?:\s+\+no_defs|\s+\+type=crs)*", text)
@@ -144,7 +144,7 @@ def _parse_json(text: str) -> Parts:
 
 
 def _shown_path(path: Path) -> str:
-    """A path for a message; of a long one the name of the file."""
+    """A path for a message, shortened to the file name if it is long."""
     text = " ".join(str(path).split())
     return text if len(text) <= _LONGEST_PATH else f".../{shown(path.name)}"
 
@@ -167,7 +167,7 @@ def _parse_file(path: Path) -> Parts:
 # ---- projection ----------------------------------------------------------------------------------
 
 
-_FARTHEST = 1e10  # radii; the gnomonic map reaches as far. PROJ gives larger numbers beyond the reach of some maps
+_FARTHEST = 1e10  # radii, the reach of the gnomonic map; PROJ returns larger numbers outside of some maps
 _LONGEST_LABEL = 60  # characters
 
 
@@ -188,24 +188,24 @@ class Projection:
 
     @property
     def label(self) -> str:
-        """The definition, or, where that is long as WKT is, the name."""
+        """The definition, or the name if the definition is as long as WKT."""
         return self.definition if len(self.definition) <= _LONGEST_LABEL else self.name
 
     @property
     def is_of_another_body(self) -> bool:
-        """Whether its figure is that of a planet, a moon or the like, by its size."""
+        """True if the ellipsoid has the size of another body, as a planet or moon."""
         return self.ellipsoid.is_of_another_body
 
     @property
     def body(self) -> Body:
-        """The body that it is a map of, by the name that its CRS has for it."""
+        """The mapped body, named as in the CRS."""
         operation = self.function
         is_named = self.is_of_another_body and isinstance(operation, CrsOperation)
         return Body(self.ellipsoid, body_in(cast(CrsOperation, operation).crs) if is_named else "")
 
     @property
     def answers_everywhere(self) -> bool:
-        """Whether any place may be asked for: PROJ tells where it has none; functions, and grids to read, may fail."""
+        """True if any place can be evaluated without an error; functions and pipelines with grids may fail."""
         operation = self.function
         return isinstance(operation, CrsOperation) or (isinstance(operation, Pipeline) and not operation.reads_grids)
 
@@ -255,15 +255,15 @@ class Projection:
 
 
 def _reach(values: FloatArray) -> float:
-    """The largest of the values, either way, without arrays that are only for this; NaN if any is."""
+    """Largest absolute value, without a temporary array; NaN if any value is."""
     return max(float(values.max()), -float(values.min())) if values.size else 0.0
 
 
 class HasWkt(Protocol):
-    """What has well-known text, as CRSs of rasterio have."""
+    """An object with WKT, as rasterio's CRS."""
 
     def to_wkt(self) -> str:
-        """The text."""
+        """Well-known text."""
 
 
 ProjectionLike = (
@@ -278,9 +278,9 @@ ProjectionLike = (
     | tuple[str, int | str]
     | int
 )
-"""What a projection may be given as.
+"""Accepted forms of a projection.
 
-A text (a name, a PROJ string or pipeline, a code such as EPSG:3035, the name of a CRS, WKT, PROJJSON, a path), the
-path of a .prj or .wkt file, pyproj's CRS or Proj or what has WKT, a function of (lon, lat) in degrees, a dictionary of
-PROJ's parameters or of PROJJSON, an authority and a code, EPSG's number; or a `Projection`.
+Text (a name, a PROJ string or pipeline, a code such as EPSG:3035, the name of a CRS, WKT, PROJJSON, a path), the path
+of a .prj or .wkt file, pyproj's CRS or Proj or an object with WKT, a function of (lon, lat) in degrees, a dictionary
+of PROJ parameters or PROJJSON, an authority and a code, an EPSG number, or a `Projection`.
 """

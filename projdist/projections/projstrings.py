@@ -1,4 +1,4 @@
-"""Projections from PROJ strings, each run as the pipeline it is."""
+"""Projections from PROJ strings and pipelines."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from projdist.projections.operations import (
 from projdist.projections.proj_parameters import ELLIPSOID_KEYS, check_values, tell_of_idle
 from projdist.support import did_you_mean, shown
 
-# These tell how a datum relates to WGS 84 or name a height: no part of the map, but PROJ would apply them.
+# These relate a datum to WGS 84 or concern heights: PROJ would apply them, but they are not part of the map.
 _DATUM_SHIFT_KEYS = frozenset("towgs84 nadgrids geoidgrids vunits vto_meter geoid_crs type no_defs wktext".split())
 
 
 def is_proj_string(text: str) -> bool:
-    """Whether the text has a `proj=`, and is no WKT or PROJJSON, in which there may be one."""
+    """True if a text has a `proj=` and is not WKT or PROJJSON."""
     return re.search(r"(?:^|\s)\+?proj=", text) is not None and not re.match(r"\s*(?:\w+\s*[\[(]|{)", text)
 
 
 def proj_string_of_parameters(parameters: Mapping[str, Any]) -> str:
-    """The PROJ string of a dictionary of its parameters; raises ProjectionError where it names no operation."""
+    """The PROJ string of a dictionary of parameters; raises ProjectionError without an operation."""
     if not isinstance(parameters["proj"], str) or not parameters["proj"]:
         raise ProjectionError(
             f"Invalid projection '{shown(str(dict(parameters)))}'. Its proj must be the name of an operation, as merc."
@@ -52,7 +52,7 @@ def proj_string_of_parameters(parameters: Mapping[str, Any]) -> str:
 
 
 def proj_string_of_crs(crs: CRS) -> str:
-    """The PROJ string that a CRS was made from, whose default ellipsoid is WGS 84 and not PROJ's GRS 80."""
+    """The PROJ string that a CRS was made from, with WGS 84 as the default ellipsoid (PROJ's is GRS 80)."""
     keys = {token.lstrip("+").partition("=")[0] for token in crs.srs.split()}
     if keys & ELLIPSOID_KEYS or crs.ellipsoid is None:
         return str(crs.srs)
@@ -66,7 +66,7 @@ def parse_proj_string(text: str) -> Parts:
     keys = [token.partition("=")[0] for token in tokens]
     operations = [token.partition("=")[2] for token in tokens if token.startswith("proj=")]
     if operations[0] != "pipeline":
-        operations = operations[:1]  # of several, PROJ runs the first
+        operations = operations[:1]  # PROJ runs the first of several
     inner = [token.partition("=")[2] for token in tokens if token.startswith("o_proj=")]
     if "xy_out" in keys and tokens[-1].partition("=")[2] in ("deg", "rad", "grad"):
         raise ProjectionError(f"Invalid projection '{shown(text)}'. Its output is an angle, not a plane in metres.")
@@ -104,7 +104,7 @@ def parse_proj_string(text: str) -> Parts:
 
 
 def _check_metres(text: str, tokens: list[str], operations: Iterable[str]) -> None:
-    """Refuse what is in a unit of its own, unless a later step of a pipeline makes metres of it."""
+    """Raise for operations whose output is not in metres, unless a later step converts it."""
     for operation in operations:
         if operation in NOT_IN_METRES and not any(token == "proj=affine" for token in tokens):
             raise ProjectionError(
@@ -113,7 +113,7 @@ def _check_metres(text: str, tokens: list[str], operations: Iterable[str]) -> No
 
 
 def _with_own_ellipsoid(operation: str, tokens: list[str]) -> list[str]:
-    """The tokens of an operation that has a figure of its own with that in the place of what they state."""
+    """Tokens with the operation's own ellipsoid in place of the stated one."""
     stated = ellipsoid_of(tokens)
     own = ellipsoid_parameters(operation_ellipsoid(operation, stated)).replace("+", "").split()
     if set(own) <= set(tokens):
@@ -123,13 +123,13 @@ def _with_own_ellipsoid(operation: str, tokens: list[str]) -> list[str]:
 
 
 def _tell_of_ellipsoid(operation: str, tokens: list[str], stated: Ellipsoid) -> None:
-    """Tell those who stated a figure, and did not leave it to PROJ's default, of one that is used in its place."""
+    """Warn if an explicitly stated ellipsoid is replaced by the operation's own."""
     if any(token.partition("=")[0] in ELLIPSOID_KEYS for token in tokens):
         tell_of_ellipsoid(operation, stated)
 
 
 def operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
-    """The name of the last map among the operations, or of what an ob_tran rotates."""
+    """Title of the last map among the operations, or of the map that ob_tran rotates."""
     known = operation_titles()
     maps = [name for name in operations if name not in NOT_MAPS]
     if not maps:
@@ -141,14 +141,14 @@ def operation_name(operations: Iterable[str], rotated: Iterable[str]) -> str:
 
 
 def _ellipsoid_of_datum(token: str) -> str:
-    """The ellipsoid of a +datum: its shift to WGS 84 is no part of the map."""
+    """The ellipsoid of a +datum, without its transformation to WGS 84."""
     definition = Transformer.from_pipeline(f"+proj=cart +{token}").definition
     ellipsoid = re.search(r"ellps=\S+", definition)
     return ellipsoid[0] if ellipsoid else token
 
 
 def ellipsoid_of(tokens: list[str]) -> Ellipsoid:
-    """The ellipsoid of the first step that states one, as PROJ itself reads it; PROJ's default is GRS 80."""
+    """The ellipsoid of the first step that states one, as PROJ reads it; GRS 80 by default."""
     steps: list[list[str]] = [[]]
     for token in tokens:
         if token == "step":
@@ -162,11 +162,11 @@ def ellipsoid_of(tokens: list[str]) -> Ellipsoid:
     if not 1e-3 <= a <= 1e12:
         raise ProjectionError(f"Invalid ellipsoid '{' '.join(stated)}'. Its size must be 1 mm to 1e12 m.")
     f = (a - b) / a
-    return Ellipsoid(a, f if f > 1e-15 else 0.0)  # below that, rounding of a sphere
+    return Ellipsoid(a, f if f > 1e-15 else 0.0)  # less is the rounding of a sphere
 
 
 def _metres_per_unit(text: str, tokens: list[str]) -> float:
-    """Metres per unit of the output: what the last step that states a unit says, back to the projection itself."""
+    """Metres per output unit, from the last step that states a unit, back to the projection."""
     steps: list[dict[str, str]] = [{}]
     for token in tokens:
         key, _, value = token.partition("=")
@@ -192,11 +192,11 @@ def _metres_per_unit(text: str, tokens: list[str]) -> float:
 
 
 def _check_maps_degrees_to_plane(text: str, transformer: Transformer) -> None:
-    """Refuse pipelines that do not take angles, or that return angles.
+    """Raise for pipelines whose input is not angles or whose output is.
 
-    With `radians` on, pyproj scales angles only: the same points in degrees and in radians
-    give the same output if and only if the input is angular and the output is not. It does not
-    know grads for angles: what turns them to radians first is left to its own words.
+    With `radians` pyproj scales angles only: the same points in degrees and radians give the same output if and only
+    if the input is angular and the output is not. pyproj does not treat grads as angles, so pipelines that begin by
+    converting grads are compared with unscaled input.
     """
     lon, lat = np.meshgrid(np.linspace(-170.0, 170.0, 18), np.linspace(-85.0, 85.0, 18))
     degrees = np.array(transform(transformer, lon, lat))
@@ -219,6 +219,6 @@ def _same(one: FloatArray, other: FloatArray) -> bool:
 
 
 def _takes_grads(text: str) -> bool:
-    """Whether the first step that is not affine turns grads to radians."""
+    """True if the first step that is not affine converts grads."""
     steps = [step for step in re.split(r"\s\+step\s+", text)[1:] if "+proj=affine" not in step.split()]
     return bool(steps) and "+xy_in=grad" in steps[0].split()

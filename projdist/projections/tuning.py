@@ -1,4 +1,4 @@
-"""The same PROJ operation with other values of its parameters."""
+"""Maps with other parameter values or another centre: for optimisers, sliders and dragging."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ from projdist.support import check_number, close_words, did_you_mean, listed, sh
 
 
 def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> Projection:
-    """A projection of a PROJ string of one step with other values of numeric parameters.
+    """A projection of a one-step PROJ string with other numeric parameters; the ellipsoid must stay.
 
-    Nothing but what PROJ checks is checked again, so that thousands can be made: each takes 0.05 ms, a tenth of
-    reading the string. The ellipsoid must stay. Raises ProjectionError.
+    Only PROJ's own checks run, so that thousands can be made: each takes 0.05 ms, a tenth of parsing the string.
+    Raises ProjectionError.
     """
     function = projection.function
     if not isinstance(function, Pipeline) or "+proj=pipeline" in function.pipeline:
@@ -64,9 +64,9 @@ def with_parameters(projection: Projection, parameters: Mapping[str, float]) -> 
 
 
 def run_as(projection: Projection, definition: str, pipeline: str) -> Projection:
-    """A projection of a PROJ string with another string, on the same ellipsoid and in the same unit.
+    """A projection with another PROJ string, on the same ellipsoid and in the same unit.
 
-    Raises ProjectionError where PROJ refuses it.
+    Raises ProjectionError if PROJ refuses it.
     """
     assert isinstance(projection.function, Pipeline)
     changed = Pipeline(pipeline, projection.function.to_metre)
@@ -84,22 +84,21 @@ def run_as(projection: Projection, definition: str, pipeline: str) -> Projection
 Centre = tuple[float, float]
 
 _KEPT = 1024  # plans, each of a few kB
-_TRIED = ((-50.0, 35.0), (123.0, 68.0))  # longitudes and latitudes at which it is tried whether a map can be centred
+_TRIED = ((-50.0, 35.0), (123.0, 68.0))  # longitudes and latitudes to test whether a map can be centred
 _WITH_LATITUDE = WITH_LATITUDE | {"omerc", "labrd"}
-_LONGITUDES = ("lon_0", "lonc", "asc_lon", "path")  # of a map that is turned PROJ passes over these
-_STRINGS = ("ob_tran", "utm")  # whose names are but PROJ strings
+_LONGITUDES = ("lon_0", "lonc", "asc_lon", "path")  # ignored by PROJ in a rotated map
+_STRINGS = ("ob_tran", "utm")  # names that stand for PROJ strings
 _POLES = ("o_lat_p", "o_lon_p", "o_alpha", "o_lon_c", "o_lat_c", "o_lon_1", "o_lat_1", "o_lon_2", "o_lat_2")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tunable:
-    """What can be turned of a map: sliders for its `parameters`, and what dragging it does.
+    """The adjustable properties of a map: its numeric `parameters`, and how it can be dragged.
 
-    `definition` is a text of the same map, whose parameters can be set. `drags` is "both" where a point can be
-    brought to the map's origin: maps of the sphere are turned, with north up there; cones and transverse cylinders
-    move along their central meridian. There are no turned maps of an ellipsoid: there, what has no latitude of its
-    own has "longitude". `centre` is the longitude and latitude of the point that is at the origin now, with the
-    latitude 0 where only the longitude moves, and None where nothing can be dragged, "none".
+    `definition` is a text of the same map whose parameters can be set. `drags` is "both" if any point can be moved to
+    the map's origin: maps of the sphere are rotated, with north up; cones and transverse cylinders move along their
+    central meridian. Ellipsoids cannot be rotated: maps of them without a latitude parameter drag in "longitude".
+    `centre` is the longitude and latitude now at the origin, with latitude 0 for "longitude", and None for "none".
     """
 
     definition: str
@@ -109,16 +108,15 @@ class Tunable:
 
 
 def tunable(projection: ProjectionLike) -> Tunable:
-    """What can be turned of any map: nothing of functions, and of pipelines and CRSs that no PROJ string is."""
+    """The adjustable properties of any map; none for functions, and pipelines and CRSs without a PROJ string."""
     return _plan(projection).tunable
 
 
 def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centre | None = None) -> Projection:
-    """The map with other values of its parameters, and with a longitude and latitude at its centre.
+    """The map with other parameter values, and a longitude and latitude at its centre.
 
-    What is not given stays; a centre goes before values of lon_0 and lat_0. The definition is a text of what was made,
-    and names stay names. Raises ProjectionError for parameters and values that `tunable` does not allow, and for those
-    that do not go together.
+    A centre overrides lon_0 and lat_0. The definition of the result is a text, of a named map a name. Raises
+    ProjectionError for parameters and values that `tunable` does not allow or that PROJ refuses together.
     """
     plan = _plan(projection)
     if not values and centre is None:
@@ -138,7 +136,7 @@ def tuned(projection: ProjectionLike, values: Mapping[str, float], centre: Centr
 
 @dataclass(frozen=True)
 class _Plan:
-    """A map, what can be turned of it, and its parameters, as PROJ strings state them; of `words`, if it has a name."""
+    """A map, its adjustable properties, and its stated PROJ parameters; `words` if it is a named map."""
 
     projection: Projection
     tunable: Tunable
@@ -185,7 +183,7 @@ def _plan(projection: ProjectionLike) -> _Plan:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _plan_of_text(text: str) -> _Plan:
-    """The plan of a name, a PROJ string, a code or WKT."""
+    """Plan of a name, PROJ string, code or WKT."""
     projection = Projection.from_user_input(text)
     words = _words(text)
     if words is not None and words.name in _STRINGS:
@@ -198,7 +196,7 @@ def _plan_of_text(text: str) -> _Plan:
 
 
 def _words(text: str) -> Words | None:
-    """The words of a name; None for what is none, or that of a CRS."""
+    """The words of a named map; None for other text and names of CRSs."""
     if is_proj_string(text) or ":" in text:
         return None
     words = words_of(text) if has_words(text) else Words(text, (), None)
@@ -208,7 +206,7 @@ def _words(text: str) -> Words | None:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _plan_of_operation(projection: Projection) -> _Plan:
-    """The plan of a CRS or a pipeline, by the PROJ string of the only map in it."""
+    """Plan of a CRS or pipeline, by the PROJ string of its only map."""
     text = parameters_of(projection, np.eye(2))
     return _idle(projection) if text is None else _plan_of_text(text)
 
@@ -231,7 +229,7 @@ def _plan_of_string(projection: Projection) -> _Plan:
 
 def _plan_of_name(projection: Projection, words: Words) -> _Plan:
     if words.name in WORLD_MAPS:
-        stated = {"proj": "robin", **stated_in(words.parameters)}  # which has no parameter but lon_0, too
+        stated = {"proj": "robin", **stated_in(words.parameters)}  # which also has lon_0 only
     else:
         stated = stated_in(proj_tokens(words.name, replace(words, centre=None)))
     latitude = _latitude(stated, sphere=projection.ellipsoid.is_sphere)
@@ -244,7 +242,7 @@ def _plan_of_name(projection: Projection, words: Words) -> _Plan:
 
 
 def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
-    """The plan of a map that has a latitude at its origin, or None, with what dragging does."""
+    """The plan with `drags` and `centre`, from the latitude at the map's origin (None if it cannot move)."""
     key = longitude_key(plan.tunable.parameters)
     if not key:
         return plan
@@ -258,7 +256,7 @@ def _with_drags(plan: _Plan, latitude: float | None) -> _Plan:
 
 
 def _is_centred(plan: _Plan) -> bool:
-    """Whether another centre comes to the origin, with north up, and the map's own changes nothing."""
+    """True if other centres come to the origin with north up, and the current one changes nothing."""
     origin = tuple(degrees_of(plan.stated.get(key, "0")) for key in ("x_0", "y_0"))
     try:
         moved = [plan.made({}, centre) for centre in _TRIED]
@@ -273,7 +271,7 @@ def _is_centred(plan: _Plan) -> bool:
 
 
 def _parameters(stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
-    """What can be turned of a map, and of the map that an oblique one turns."""
+    """Numeric parameters of a map, and of the inner map of an oblique one."""
     found = parameters_in(stated["proj"], stated, sphere=sphere)
     if stated["proj"] != "ob_tran":
         return found
@@ -282,7 +280,7 @@ def _parameters(stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
 
 
 def _latitude(stated: Stated, *, sphere: bool) -> float | None:
-    """The latitude at the origin of a map, None where no other can be brought there."""
+    """Latitude at the origin of a map; None if it cannot be changed."""
     operation = stated["proj"]
     if operation in _WITH_LATITUDE:
         tangent = stated.get("lat_1", "0") if operation == "lcc" and "lat_2" not in stated else "0"
@@ -298,7 +296,7 @@ def _latitude(stated: Stated, *, sphere: bool) -> float | None:
 
 
 def _moved(stated: Stated, centre: Centre | None) -> dict[str, str]:
-    """The parameters of a map with a point at its origin."""
+    """Parameters of the map with a point at its origin."""
     if centre is None:
         return dict(stated)
     lon, lat = _wrapped(centre[0] - prime_meridian(stated)), centre[1]
@@ -312,7 +310,7 @@ def _moved(stated: Stated, centre: Centre | None) -> dict[str, str]:
 
 
 def _with_values(words: Words, values: Stated) -> Words:
-    """Words with other values: of a map that is another with fixed parameters, that one's."""
+    """Words with other values; a name with fixed parameters gives way to the general operation if these change."""
     operation, fixed = operation_of(words.name)
     name, stated = words.name, stated_in(words.parameters)
     own = stated_in(fixed)
@@ -326,7 +324,7 @@ def _with_values(words: Words, values: Stated) -> Words:
 
 
 def _centred(words: Words, centre: Centre) -> Words:
-    """Words with a point at the origin."""
+    """Words of the map with a point at the origin."""
     lon, lat = centre
     operation, fixed = operation_of(words.name)
     stated = {key: value for key, value in stated_in(words.parameters).items() if key not in ("lat_0", "lon_0")}
@@ -342,7 +340,7 @@ def _centred(words: Words, centre: Centre) -> Words:
 
 
 def _with(stated: Stated, values: Stated) -> dict[str, str]:
-    """Parameters with other values; k is another word for k_0."""
+    """Parameters with other values; k is a synonym of k_0."""
     return {key: value for key, value in stated.items() if key != "k" or "k_0" not in values} | dict(values)
 
 
@@ -352,7 +350,7 @@ def _operation_name(definition: str) -> str:
 
 
 def _as_tmerc(stated: Stated) -> dict[str, str]:
-    """The transverse Mercator map of a zone of UTM."""
+    """Parameters of the transverse Mercator map of a UTM zone."""
     rest = {key: value for key, value in stated.items() if key not in ("proj", "zone", "south")}
     meridian = f"{6 * int(stated['zone']) - 183}" if "zone" in stated else stated.get("lon_0", "0")
     north = "10000000" if "south" in stated else "0"
@@ -360,7 +358,7 @@ def _as_tmerc(stated: Stated) -> dict[str, str]:
 
 
 def _value_text(found: Tunable, key: str, value: float) -> str:
-    """A value that a parameter can have, as text; raises ProjectionError."""
+    """An allowed parameter value as text; raises ProjectionError."""
     parameter = next((each for each in found.parameters if each.name == key), None)
     if parameter is None:
         names = [each.name for each in found.parameters]

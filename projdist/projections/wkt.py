@@ -1,4 +1,4 @@
-"""CRSs as text: well-known text as a tree, and the attributes of the CF conventions."""
+"""Well-known text as a tree, and CRSs in attributes of the CF conventions."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ _NUMBERS = {
     "SCALEUNIT": 1,
     "BBOX": 4,
 }
-# WKT 1 has underscores where a name has spaces. `PROJ-based operation method: +proj=pipeline +step ...` is no name but
-# what PROJ runs, and has none before a plus sign otherwise.
+# WKT 1 writes spaces in names as underscores. `PROJ-based operation method: +proj=pipeline +step ...` is a PROJ string
+# that needs its spaces back, before plus signs.
 _PIPELINE = re.compile(r"PROJ-based[_ ]operation[_ ]method:[^\"]*")
 
 
 @dataclass(frozen=True)
 class WktNode:
-    """A keyword in capitals with what stands in its brackets: texts without quotation marks, words, numbers, nodes."""
+    """A keyword in capitals with its contents: `values` (unquoted texts, words, numbers) and inner `nodes`."""
 
     keyword: str
     values: list[str] = field(default_factory=list)
@@ -51,16 +51,16 @@ class WktNode:
 
     @property
     def name(self) -> str:
-        """The first of its texts, which most keywords have for a name."""
+        """The first value, the name of most keywords."""
         return self.values[0] if self.values else ""
 
     @property
     def numbers(self) -> list[float]:
-        """The numbers behind its name."""
+        """The numbers after the name."""
         return [float(value) for value in self.values[1:] if _NUMBER.fullmatch(value)]
 
     def walk(self) -> Iterator[WktNode]:
-        """The node, and all below it, from the first to the last."""
+        """The node and all nodes below it, in order."""
         waiting = [self]
         while waiting:
             node = waiting.pop()
@@ -68,17 +68,17 @@ class WktNode:
             waiting.extend(reversed(node.nodes))
 
     def find(self, *keywords: str) -> WktNode | None:
-        """The first node below it, or itself, that has one of the keywords."""
+        """The first node at or below it with one of the keywords."""
         return next((node for node in self.walk() if node.keyword in keywords), None)
 
 
 def is_wkt(text: str) -> bool:
-    """Whether a text begins as WKT does: with a word and a bracket."""
+    """True if a text begins like WKT, with a word and a bracket."""
     return re.match(r"\s*\w+\s*[\[(]", text) is not None
 
 
 def parse_wkt(text: str) -> list[WktNode]:
-    """The tree of WKT, or two where Esri has a comma and a VERTCS behind the first; raises ProjectionError."""
+    """The tree of WKT, or two trees if Esri's VERTCS follows after a comma; raises ProjectionError."""
     roots: list[WktNode] = []
     waiting: list[WktNode] = []  # the nodes whose brackets are open
     word, at = "", 0
@@ -105,7 +105,7 @@ def parse_wkt(text: str) -> list[WktNode]:
 
 
 def check_wkt(roots: list[WktNode], text: str) -> None:
-    """Refuse numbers with decimal commas, and flattenings for their inverses; raises ProjectionError."""
+    """Raise ProjectionError for decimal commas, and for flattenings in place of their inverses."""
     for node in (node for root in roots for node in root.walk()):
         numbers = node.values[1 if node.keyword != "BBOX" else 0 :]
         stray = [value for value in numbers if _NUMBER.fullmatch(value)]
@@ -123,13 +123,13 @@ def check_wkt(roots: list[WktNode], text: str) -> None:
 
 
 def with_square_brackets(text: str) -> str:
-    """The text with square brackets for round ones, which the standard allows and PROJ does not take for WKT."""
+    """The text with square brackets for round ones, which the standard allows and PROJ does not."""
     square = {"(": "[", ")": "]"}
     return re.sub(r'"[^"]*"|[()]', lambda match: square.get(match[0], match[0]), text)
 
 
 def with_spaces(text: str) -> str:
-    """The text with the spaces of PROJ's pipelines in it where files of WKT 1 have underscores."""
+    """The text with the spaces of PROJ pipelines restored from the underscores of WKT 1."""
 
     def mended(match: re.Match[str]) -> str:
         return re.sub(r"_(?=\+)", " ", match[0].replace("_operation_method:", " operation method:"))
@@ -141,7 +141,7 @@ def _unreadable(text: str, reason: str) -> ProjectionError:
     return ProjectionError(f"Invalid projection '{shown(text)}'. {reason}.")
 
 
-# ---- cf conventions ------------------------------------------------------------------------------
+# ---- CF conventions ------------------------------------------------------------------------------
 
 
 _WKT = ("crs_wkt", "spatial_ref")  # CF's, and GDAL's
@@ -162,7 +162,7 @@ _METRE_AXES = {
 
 
 class CfAttributes(NamedTuple):
-    """The attributes of a grid mapping, and of its coordinates x and y in the order of GIS programs."""
+    """Attributes of a grid mapping and of its coordinates x and y, in GIS order."""
 
     mapping: dict[str, Any]
     x: dict[str, str]
@@ -170,11 +170,11 @@ class CfAttributes(NamedTuple):
 
 
 def cf_attributes(wkt: str) -> CfAttributes:
-    """The attributes of a CRS: CF 1.11, section 5.6, with GDAL's `spatial_ref` beside."""
+    """Attributes of a CRS after CF 1.11, section 5.6, with GDAL's `spatial_ref`."""
     crs = CRS.from_wkt(wkt)
     mapping = crs.to_cf() | {"spatial_ref": wkt}
     if crs.is_geographic:
-        own = crs.axis_info[0].unit_name  # pyproj has degrees for grads, too
+        own = crs.axis_info[0].unit_name  # pyproj writes degrees for grads
         x, y = (
             {"axis": axis, "standard_name": name, "units": unit if own == "degree" else own}
             for axis, name, unit in (("X", "longitude", "degrees_east"), ("Y", "latitude", "degrees_north"))
@@ -188,7 +188,7 @@ def cf_attributes(wkt: str) -> CfAttributes:
 
 
 def grid_mapping_in(value: Any) -> dict[str, Any] | None:
-    """The attributes of a grid mapping, of a dictionary of them or a variable of xarray, netCDF4 or h5netcdf."""
+    """Attributes of a grid mapping, from a dictionary or a variable of xarray, netCDF4 or h5netcdf; None for others."""
     attributes = getattr(value, "attrs", value)
     if hasattr(value, "ncattrs"):
         attributes = {name: value.getncattr(name) for name in value.ncattrs()}
@@ -198,12 +198,12 @@ def grid_mapping_in(value: Any) -> dict[str, Any] | None:
 
 
 def wkt_in(mapping: Mapping[str, Any]) -> str:
-    """The WKT in a grid mapping, which says all, where there is one."""
+    """The WKT in a grid mapping; "" if there is none."""
     return next((str(mapping[key]) for key in _WKT if mapping.get(key)), "")
 
 
 def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
-    """The CRS of the attributes of a grid mapping: CF 1.11, appendix F; raises ProjectionError."""
+    """The CRS of a grid mapping's attributes after CF 1.11, appendix F; raises ProjectionError."""
     name = str(mapping[_NAME])
     stated = {key: _checked(name, key, value) for key, value in mapping.items()}
     geodetic = {key: value for key, value in stated.items() if key in _GEODETIC}
@@ -228,7 +228,7 @@ def crs_of_grid_mapping(mapping: Mapping[str, Any]) -> CRS:
 
 
 def _checked(name: str, key: str, value: Any) -> Any:
-    """An attribute, a list of one number being the number; raises ProjectionError for what must be numbers."""
+    """An attribute, unpacked from a list of one; raises ProjectionError if it must be a number and is not."""
     values = np.ravel(value).tolist()
     if key in _SIZES or key == "longitude_of_prime_meridian" or is_parameter(key):
         are_numbers = (isinstance(one, Real) and not isinstance(one, bool) and math.isfinite(one) for one in values)
@@ -240,7 +240,7 @@ def _checked(name: str, key: str, value: Any) -> Any:
 
 
 def _check_figure(name: str, crs: CRS, stated: Mapping[str, Any]) -> None:
-    """Refuse sizes that PROJ passes over, and tell of a figure that is not stated; raises ProjectionError."""
+    """Raise ProjectionError for sizes that PROJ ignores, and warn if WGS 84 is assumed."""
     figure = crs.ellipsoid
     assert figure is not None  # of a geodetic CRS
     a, b, rf = figure.semi_major_metre, figure.semi_minor_metre, figure.inverse_flattening
@@ -258,7 +258,7 @@ def _check_figure(name: str, crs: CRS, stated: Mapping[str, Any]) -> None:
 
 
 def _method(name: str, mapping: Mapping[str, Any]) -> str:
-    """What a grid mapping's projection is called in the table of methods."""
+    """Name of a grid mapping's projection in the table of methods."""
     if name == "lambert_conformal_conic" and "latitude_of_projection_origin" in mapping:
         return "Lambert Conic Conformal (2SP)"  # CF has no scale for the other one
     if name != "geostationary":
@@ -268,7 +268,7 @@ def _method(name: str, mapping: Mapping[str, Any]) -> str:
 
 
 def _parameters(name: str, mapping: Mapping[str, Any]) -> list[Stated]:
-    """The numbers of a grid mapping by the names that they have in WKT."""
+    """The numbers of a grid mapping by their names in WKT."""
     found = []
     for key, value in mapping.items():
         values = np.ravel(value).tolist() if key not in (*_GEODETIC, _NAME) else ()
@@ -278,6 +278,6 @@ def _parameters(name: str, mapping: Mapping[str, Any]) -> list[Stated]:
             found += [Stated(f"standard_parallel_{index}", number) for index, number in enumerate(both, start=1)]
         elif numbers:
             found.append(Stated(key, numbers[0]))
-        if key == "azimuth_of_central_line" and numbers:  # CF has no other angle for the grid
+        if key == "azimuth_of_central_line" and numbers:  # CF has no separate angle for the grid
             found.append(Stated("rectified_grid_angle", numbers[0]))
     return found

@@ -1,8 +1,7 @@
-"""Maps of the world that PROJ lacks, each a short function of longitude and latitude in degrees, in metres.
+"""World maps that PROJ lacks, each a short function from longitude and latitude in degrees to metres.
 
-They are textbook maps on the sphere of the Earth's mean radius, as bare names are, and as good an example
-of how to give projdist a map of one's own: any of these functions can be copied and changed.
-`WORLD_MAPS` lists them by name.
+They are textbook maps on the sphere of the Earth's mean radius, as all bare names, and examples of a custom map for
+projdist: copy and change any of these functions. `WORLD_MAPS` lists them by name.
 """
 
 from __future__ import annotations
@@ -31,9 +30,9 @@ __all__ = [
 XY = tuple[FloatArray, FloatArray]
 
 _STRETCH = 1.18  # of Gott & Mugnolo's map
-_ANGLES = np.arange(16) * (np.pi / 8)  # finer than the ways over an edge have minima
+_ANGLES = np.arange(16) * (np.pi / 8)  # dense enough for one minimum of the path over the edge in each interval
 _HALVINGS = 24
-_NEWTON_STEPS = 6  # the start is right at the poles, and nine tenths at the equator
+_NEWTON_STEPS = 6  # the start is exact at the poles and 0.9 of the solution at the equator
 
 
 # ---- Gott -----------------------------------------------------------------------------------
@@ -54,7 +53,7 @@ def gott_elliptical(lon: FloatArray, lat: FloatArray) -> XY:
 
 
 def gott_mugnolo_elliptical(lon: FloatArray, lat: FloatArray) -> XY:
-    """The same, 1.18 times as high and so much narrower: for smaller errors of distances.
+    """Gott's elliptical map stretched by 1.18 in height and compressed as much in width, for smaller distance errors.
 
     The factor is from a program that draws the map; so applied it gives the .348 that the authors print.
     """
@@ -134,7 +133,7 @@ def double_sided_equidistant(lon: FloatArray, lat: FloatArray) -> XY:
 
 
 def double_sided_equal_area(lon: FloatArray, lat: FloatArray) -> XY:
-    """The same, each side equal-area after Lambert."""
+    """The hemispheres side by side as in `double_sided_equidistant`, each after Lambert's equal-area map."""
     return _double_sided(lon, lat, 2 * np.sin(np.radians(90.0 - np.abs(lat)) / 2), np.sqrt(2.0))
 
 
@@ -166,7 +165,7 @@ def distance_around_edge(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: Flo
     angle, step = _ANGLES[np.argmin(ways, axis=0)], _ANGLES[1]
     for _ in range(_HALVINGS):
         x, y = np.cos(angle), np.sin(angle)
-        with np.errstate(invalid="ignore"):  # at a point of the edge itself, where any direction will do
+        with np.errstate(invalid="ignore"):  # at a point on the edge, where any direction will do
             # How the way falls as the angle grows: its slope, times minus one.
             falls = (py * x - px * y) / np.hypot(x - px, y - py) + (qy * x - qx * y) / np.hypot(x - qx, y - qy)
         step *= 0.5

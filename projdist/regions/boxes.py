@@ -1,4 +1,4 @@
-"""Boxes between meridians and parallels, also about another pole, and the patches that they are integrated over."""
+"""Boxes between meridians and parallels, the rotated globe, and the panels over which they are integrated."""
 
 from __future__ import annotations
 
@@ -14,50 +14,50 @@ from projdist.earth import SMOOTH, WGS84, Discontinuities, Ellipsoid, unit_vecto
 from projdist.regions.region import ChartPoints, Unclipped
 
 _POLAR = 80.0
-# Latitudes where panels begin, and halves between, are 5-degree knots of Robinson's table.
+# Edges of panels, and the halves between them, are 5-degree knots of Robinson's table.
 _LATITUDES = (-60.0, -40.0, 0.0, 40.0, 60.0)
 _COLATITUDES = (5.0,)
 _WIDEST = 180.0  # degrees of longitude in one panel
-_NARROW = 1e-9  # of a box: a break so near to its side is on it
+_NARROW = 1e-9  # of a box: a discontinuity so near to its side is on it
 _POLES = (0.0, 1.0, -1.0)  # by patch
 _SMALL = 0.2  # of a panel's height
 
 SLIVER = 1e-13
-"""Of a panel; what is smaller is rounding."""
+"""Fraction of a panel below which a part of it is rounding."""
 
 
 def patch_panels(
-    bounds: tuple[float, float, float, float], breaks: Discontinuities = SMOOTH, widest: float = _WIDEST
+    bounds: tuple[float, float, float, float], discontinuities: Discontinuities = SMOOTH, widest: float = _WIDEST
 ) -> tuple[IntArray, FloatArray]:
-    """Patch numbers (n,) and rectangles (n, 4) of u and v that make up a box, and end where a map is known to."""
+    """Patch numbers (n,) and rectangles (n, 4) in u, v that cover a box, with edges at known discontinuities."""
     west, south, east, north = bounds
     low, high = max(south, -_POLAR), min(north, _POLAR)
     bands = []
     if low < high:
-        bands.append((0, [low, *_between(low, high, (*_LATITUDES, *breaks.parallels)), high]))
+        bands.append((0, [low, *_between(low, high, (*_LATITUDES, *discontinuities.parallels)), high]))
     for patch, near, far in ((1, 90.0 - north, 90.0 - south), (2, 90.0 + south, 90.0 + north)):
         if near < 90.0 - _POLAR:
             far = min(far, 90.0 - _POLAR)
-            known = tuple(90.0 - lat for lat in breaks.parallels) if patch == 1 else breaks.parallels
+            known = tuple(90.0 - lat for lat in discontinuities.parallels) if patch == 1 else discontinuities.parallels
             distances = _between(near, far, (*_COLATITUDES, *known))
             bands.append((patch, np.cbrt([near, *distances, far]).tolist()))
-    return _crossed(bands, (west, east), breaks, widest)
+    return _crossed(bands, (west, east), discontinuities, widest)
 
 
 def plain_panels(
-    bounds: tuple[float, float, float, float], breaks: Discontinuities, widest: float
+    bounds: tuple[float, float, float, float], discontinuities: Discontinuities, widest: float
 ) -> tuple[IntArray, FloatArray]:
-    """The same in patch 0 alone, for maps that are smooth at the poles, or have too much rounding there."""
+    """Panels in patch 0 alone, for maps that are smooth at the poles or have much rounding there."""
     west, south, east, north = bounds
-    lats = [south, *_between(south, north, (0.0, *breaks.parallels)), north]
-    return _crossed([(0, lats)], (west, east), breaks, widest)
+    lats = [south, *_between(south, north, (0.0, *discontinuities.parallels)), north]
+    return _crossed([(0, lats)], (west, east), discontinuities, widest)
 
 
 def _crossed(
-    bands: list[tuple[int, list[float]]], ends: tuple[float, float], breaks: Discontinuities, widest: float
+    bands: list[tuple[int, list[float]]], ends: tuple[float, float], discontinuities: Discontinuities, widest: float
 ) -> tuple[IntArray, FloatArray]:
-    """The panels of bands of patches, between longitudes."""
-    lons = [_meridians(*ends, meridians, widest) for meridians in (breaks.northern, breaks.southern)]
+    """Panels of latitude bands between two longitudes."""
+    lons = [_meridians(*ends, meridians, widest) for meridians in (discontinuities.northern, discontinuities.southern)]
     numbers, rectangles = [], []
     for patch, edges in bands:
         for v0, v1 in itertools.pairwise(edges):
@@ -68,14 +68,14 @@ def _crossed(
 
 
 def _between(low: float, high: float, values: tuple[float, ...]) -> list[float]:
-    """Those of some values that lie well within an interval, in order."""
+    """Sorted values strictly inside an interval."""
     margin = _NARROW * (high - low)
     return sorted({value for value in values if low + margin < value < high - margin})
 
 
-def _meridians(west: float, east: float, breaks: tuple[float, ...], widest: float) -> list[float]:
-    """Longitudes from west to east by way of breaks, none too far from the next."""
-    turned = tuple(lon + turn for lon in breaks for turn in (-720.0, -360.0, 0.0, 360.0, 720.0))
+def _meridians(west: float, east: float, discontinuities: tuple[float, ...], widest: float) -> list[float]:
+    """Edges in longitude from west to east: the discontinuities, and steps of at most `widest` between."""
+    turned = tuple(lon + turn for lon in discontinuities for turn in (-720.0, -360.0, 0.0, 360.0, 720.0))
     ends = [west, *_between(west, east, turned), east]
     found = [west]
     for a, b in itertools.pairwise(ends):
@@ -84,7 +84,7 @@ def _meridians(west: float, east: float, breaks: tuple[float, ...], widest: floa
 
 
 def patch_chart(patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
-    """u is the longitude, v the latitude, or the cube root of the distance to the nearer pole."""
+    """Chart with the longitude u and the latitude v; in polar patches v is the cube root of the polar distance."""
     degree = math.pi / 180.0
     if not np.any(patch):
         return ChartPoints(u, v, degree * np.cos(degree * v), 0.0, 0.0, degree)
@@ -96,21 +96,21 @@ def patch_chart(patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
 
 
 def latitude_of(patch: int, v: FloatArray) -> FloatArray:
-    """The latitude at v in one of the patches."""
+    """Latitude at v in a patch."""
     sign = _POLES[patch]
     return np.asarray(sign * (90.0 - np.asarray(v) ** 3) if sign else v)
 
 
 def height_of(patch: int, lat: FloatArray) -> FloatArray:
-    """v at a latitude in one of the patches."""
+    """v at a latitude in a patch."""
     sign = _POLES[patch]
     return np.cbrt(np.maximum(90.0 - sign * np.asarray(lat), 0.0)) if sign else np.asarray(lat)
 
 
 def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, float]:
-    """The interval v0, v1 halved as long as low to high is in one half; low to high itself where that is far less.
+    """The interval v0, v1 halved while one half holds low to high; low to high itself if that is far shorter.
 
-    Halves stay on the 5-degree knots of Robinson's table, where his map has kinks.
+    Halves end on the 5-degree knots of Robinson's table, where his map has kinks.
     """
     while v0 < (middle := 0.5 * (v0 + v1)) < v1:
         if high <= middle:
@@ -119,24 +119,22 @@ def tightened(v0: float, v1: float, low: float, high: float) -> tuple[float, flo
             v0 = middle
         else:
             return (low, high) if high - low < _SMALL * (v1 - v0) else (v0, v1)
-    return low, high  # they are one latitude, or next to each other
+    return low, high  # equal or adjacent numbers
 
 
 # ---- boxes ---------------------------------------------------------------------------------------
 
 
-# Degrees: a box across the antimeridian that is wider is likelier to have west and east exchanged. The Pacific from
-# Sumatra to Chile is 198 wide, and what is exchanged seldom 150.
 _SMALLEST = 0.01  # degrees: the box of a single point is a kilometre wide
-
-
+# Degrees: in a wider box across the antimeridian west and east are probably swapped. The Pacific from Sumatra to Chile
+# is 198 wide; boxes with swapped sides are mostly much wider.
 _WIDEST_ACROSS = 210.0
 
 Sides = tuple[float, float, float, float]
 
 
 def likelier(sides: Sides) -> Sides:
-    """The west, south, east, north that someone may have meant who gave these; mostly the same."""
+    """The sides that were probably meant: those given, or with swapped values put right."""
     west, south, east, north = sides
     if max(abs(south), abs(north)) > 90 >= max(abs(west), abs(east)):
         west, south, east, north = south, west, north, east
@@ -151,7 +149,7 @@ def likelier(sides: Sides) -> Sides:
 class Box(Unclipped):
     """The box between two meridians and two parallels; west > east crosses the antimeridian.
 
-    The `ellipsoid` is that of the body it is on; without one it is on any, and its area is that on WGS 84.
+    `ellipsoid` is that of its body; None fits any body, and the area is then on WGS 84.
     """
 
     west: float
@@ -162,7 +160,7 @@ class Box(Unclipped):
 
     @classmethod
     def between(cls, bounds: Sides, ellipsoid: Ellipsoid | None = None) -> Box:
-        """The box of bounds west < east, as regions have them: from 170 to 370 is from 170 to 10."""
+        """The box of region bounds with west < east: 170 to 370 becomes 170 to 10."""
         west, south, east, north = bounds
         if east - west >= 360.0:
             return cls(-180.0, south, 180.0, north, ellipsoid)
@@ -182,14 +180,14 @@ class Box(Unclipped):
             raise ValueError(f"{text} It must be wider than 0 and at most 360 degrees.")
 
     def _hint(self) -> str:
-        """A question for a box that is one with its numbers in another order."""
+        """A question if the numbers make a box in another order."""
         west, south, east, north = likelier((self.west, self.south, self.east, self.north))
         possible = -90 <= south < north <= 90 and -360 <= west < east <= 360
         return f"Did you mean {west:g},{south:g},{east:g},{north:g}? " if possible else ""
 
     @property
     def is_globe(self) -> bool:
-        """Whether the box is the whole sphere."""
+        """True for the whole sphere."""
         west, south, east, north = self.bounds
         return east - west == 360 and south == -90 and north == 90
 
@@ -219,7 +217,7 @@ class Box(Unclipped):
         return float(math.radians(east - west) * (below[1] - below[0]) / 1e6)
 
     def shared_km2(self, other: Box) -> float:
-        """Area on the ellipsoid that two boxes share."""
+        """Area on the ellipsoid of the intersection with another box."""
         (west, south, east, north), (left, low, right, high) = self.bounds, other.bounds
         turns = (-720.0, -360.0, 0.0, 360.0, 720.0)
         width = sum(max(0.0, min(east, right + turn) - max(west, left + turn)) for turn in turns)
@@ -232,9 +230,9 @@ class Box(Unclipped):
         lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
         return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
 
-    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """The panels of `patch_panels`."""
-        return patch_panels(self.bounds, breaks)
+        return patch_panels(self.bounds, discontinuities)
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
         """The chart of `patch_chart`."""
@@ -245,12 +243,12 @@ GLOBE = Box(-180.0, -90.0, 180.0, 90.0)
 
 
 def bounding_box(west: ArrayLike, south: ArrayLike, east: ArrayLike, north: ArrayLike) -> Box:
-    """The narrowest box about boxes in degrees, each west <= east; it may cross the antimeridian."""
+    """The narrowest box around boxes in degrees with west <= east; it may cross the antimeridian."""
     start = np.mod(np.asarray(west, dtype=float), 360.0)
     order = np.argsort(start)
     end = np.maximum.accumulate((start + np.subtract(east, west))[order])
     end = np.maximum(end, end[-1] - 360.0)
-    # The box is what the widest gap between the end of some and the start of the next leaves.
+    # The box is the complement of the widest gap between boxes.
     following = np.append(start[order][1:], start[order][0] + 360.0)
     widest = int(np.argmax(following - end))
     width = min(360.0 - float(following[widest] - end[widest]), 360.0)
@@ -266,31 +264,31 @@ def bounding_box(west: ArrayLike, south: ArrayLike, east: ArrayLike, north: Arra
     return Box(-180.0, low, 180.0, high) if width == 360.0 else Box(first, low, last, high)
 
 
-# ---- turned --------------------------------------------------------------------------------------
+# ---- rotated globe -------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class TurnedGlobe(Unclipped):
     """The globe, in a chart whose north pole is at `lon`, `lat`, and whose meridian 0 runs south from there.
 
-    Its panels end at `breaks`, in the chart's own longitudes and latitudes, and are at most `widest` degrees wide. At
-    the poles they are `graded` as others are (`patch_panels`), or in plain longitude and latitude.
+    Panels end at `discontinuities`, in the chart's own longitudes and latitudes, and are at most `widest` degrees
+    wide. At the poles they are `graded` (`patch_panels`), or in plain longitude and latitude.
     """
 
     lon: float
     lat: float
-    breaks: Discontinuities = SMOOTH
+    discontinuities: Discontinuities = SMOOTH
     widest: float = 180.0
     graded: bool = True
 
     @property
     def name(self) -> str:
-        """What it is of."""
+        """`globe`."""
         return GLOBE.name
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """Those of the globe."""
+        """Bounds of the globe."""
         return GLOBE.bounds
 
     @property
@@ -299,17 +297,17 @@ class TurnedGlobe(Unclipped):
         return GLOBE.area_km2
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
-        """All points are in it."""
+        """True for all points."""
         return GLOBE.contains(lon, lat)
 
-    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """The panels of `patch_panels` about the chart's poles; the Earth's meridians and parallels cross them."""
         if self.graded:
-            return patch_panels(GLOBE.bounds, self.breaks, self.widest)
-        return plain_panels(GLOBE.bounds, self.breaks, self.widest)
+            return patch_panels(GLOBE.bounds, self.discontinuities, self.widest)
+        return plain_panels(GLOBE.bounds, self.discontinuities, self.widest)
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
-        """The chart of `patch_chart`, turned."""
+        """The chart of `patch_chart`, rotated."""
         own = patch_chart(patch, u, v)
         lam, phi = np.radians(own.lon), np.radians(own.lat)
         cos_lam, sin_lam, cos_phi, sin_phi = np.cos(lam), np.sin(lam), np.cos(phi), np.sin(phi)
@@ -324,7 +322,7 @@ class TurnedGlobe(Unclipped):
         x, y, z = turned(cos_phi * cos_lam, cos_phi * sin_lam, sin_phi)
         eastward = turned(-sin_lam, cos_lam, 0.0)
         rho = np.hypot(x, y)
-        # The chart's east in the Earth's east and north; its north is a right angle to the left of that.
+        # Components of the chart's east along the Earth's east and north; its north is 90 degrees to the left.
         to_east = (x * eastward[1] - y * eastward[0]) / rho
         to_north = (rho * eastward[2]) - z * (x * eastward[0] + y * eastward[1]) / rho
         return ChartPoints(

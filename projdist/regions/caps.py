@@ -1,4 +1,4 @@
-"""Caps: what lies within a geodesic distance of a point."""
+"""Caps: all points within a geodesic distance of a centre."""
 
 from __future__ import annotations
 
@@ -19,25 +19,24 @@ from projdist.regions.region import ChartPoints, Unclipped, rectangles_of
 
 _LONGEST = 90.0  # degrees of azimuth or distance in one panel
 _FLATTEST = 0.2  # GeographicLib's series give distances to 5e-8 there, and to less on flatter figures
-# Of the semi-major axis: 1.3 micrometres on Earth, a hundred times what rounding and the geodesics' series cost.
+# Of the semi-major axis: 1.3 micrometres on Earth, 100 times the rounding and truncation of geodesics.
 _ON_RIM = 2e-13
-# Radians, in which the distance itself decides whether a point is inside: ten times what rounding costs at the
-# antipode, and thirty times what a series does of a rim with the corners that rims near the antipode have.
+# Radians from the rim within which the geodesic distance decides: ten times the rounding at the antipode, and thirty
+# times the error of the series of a rim with corners, as rims near the antipode have.
 _NEAR_RIM, _NEAR_CORNERS = 1e-7, 1e-4
 _NARROWEST = 1e-12  # degrees from the middle to a side, so that west and east, south and north are different numbers
-_FLAT = 1e-8  # radii, 6 cm, within which the surface is a plane to 1e-10, and degrees have fewer digits
-_DEGREES = (16, 32, 64, 128, 256, 512)  # of the rim as a polynomial; the last where it has corners
-_RESOLVED = 1e-12  # degrees, 0.1 micrometres on Earth, ten times what geodesics round off
+_FLAT = 1e-8  # radii, 6 cm, within which the surface is plane to 1e-10, and degrees lose digits
+_DEGREES = (16, 32, 64, 128, 256, 512)  # of the rim's polynomial; the last for rims with corners
+_RESOLVED = 1e-12  # degrees, 0.1 micrometres on Earth, ten times the rounding of geodesics
 _MOST_STEPS = 100
 _DEGREE = math.pi / 180.0
 
 
 class _Rim(NamedTuple):
-    """How far it is to the rim of a cap, as a Chebyshev series in the cosine of the azimuth, and at most; in degrees.
+    """Distance to the rim of a cap in degrees: its maximum, and a Chebyshev series in the cosine of the azimuth.
 
-    It is as far on both sides of the meridian, so that the series is Fourier's in the azimuth. What is within a
-    `margin` of the rim, in radians, is on one side of it or the other. The chart is `round_to` so many degrees, 0 for
-    none.
+    It is symmetric about the meridian, so the series is a Fourier series in the azimuth. Within `margin` radians of
+    the rim the series does not decide which side a point is on. The chart is circular up to `round_to` degrees.
     """
 
     largest: float
@@ -48,10 +47,10 @@ class _Rim(NamedTuple):
 
 @dataclass(frozen=True)
 class Cap(Unclipped):
-    """The points whose geodesic distance from one is at most `radius_km`, on the surface of an ellipsoid.
+    """The points within a geodesic distance `radius_km` of a centre, on an ellipsoid.
 
-    Without an `ellipsoid` it is that of the body whose map is measured on it: another body's own, and of the Earth
-    WGS 84, or the sphere of the mean radius where all maps are of spheres.
+    Without an `ellipsoid` the maps that are measured on it decide: another body's own, or for the Earth WGS 84, or the
+    mean sphere if all maps are of spheres.
     """
 
     lon: float
@@ -81,11 +80,11 @@ class Cap(Unclipped):
 
     @property
     def angle(self) -> float:
-        """The largest `reach` in degrees, which on a sphere is that in all directions."""
+        """Largest `reach` in degrees; on a sphere the reach in all directions."""
         return self._rim.largest
 
     def reach(self, azimuth: ArrayLike) -> FloatArray:
-        """How many degrees of arc the cap extends in some directions, if latitudes are taken for a sphere's."""
+        """Degrees of arc from the centre to the rim by azimuth, with latitudes taken as those of a sphere."""
         return np.asarray(self.angle * self._share(np.asarray(azimuth, dtype=float))[0])
 
     @property
@@ -106,7 +105,7 @@ class Cap(Unclipped):
         return geodesic_destination(self.figure, self.lon, self.lat, azimuth, 1000.0 * self.radius_km)
 
     def _half_width(self) -> float:
-        """Degrees of longitude to the easternmost point, where the geodesic from the centre points east."""
+        """Degrees of longitude to the easternmost point, where the geodesic from the centre heads east."""
         low, high = 0.0, 180.0
         while low < (middle := 0.5 * (low + high)) < high:
             low, high = (middle, high) if self._destination(middle)[2] < 90.0 else (low, middle)
@@ -118,7 +117,7 @@ class Cap(Unclipped):
         if self.figure.is_sphere:
             return 4.0 * math.pi * (self.figure.a / 1000.0 * math.sin(0.5 * _DEGREE * self.angle)) ** 2
         x, weights = np.polynomial.legendre.leggauss(48)
-        # The integrand is analytic in the distance, and periodic in the azimuth: as exact as rounding lets it be.
+        # The integrand is analytic in the distance and periodic in the azimuth: exact to rounding.
         count = 4 * max(_DEGREES[0], len(self._rim.series))
         azimuths, total = (np.arange(count) + 0.5) * 360.0 / count, 0.0
         for low, high in itertools.pairwise(self._distances()):
@@ -148,23 +147,22 @@ class Cap(Unclipped):
             inside[near] = length <= 1000.0 * self.radius_km + _ON_RIM * self.figure.a
         return inside
 
-    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
-        """One patch in azimuth and distance, in degrees; meridians and parallels cross it."""
+    def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
+        """One patch in azimuth and distance, in degrees."""
         rectangles = rectangles_of(np.linspace(0.0, 360.0, 5), self._distances())
         return np.zeros(len(rectangles), dtype=int), rectangles
 
     def _distances(self) -> FloatArray:
-        """Where panels end."""
+        """Distances at which panels end."""
         round_to = self._rim.round_to
         ends = [round_to, self.angle] if round_to else [self.angle]
         first = np.linspace(0.0, ends[0], math.ceil(ends[0] / _LONGEST) + 1)
         return np.append(first, ends[1:])
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
-        """u is the azimuth from the centre, v the distance, both as on a sphere that has the latitudes.
+        """Chart with the azimuth u from the centre and the distance v, as on a sphere with the same latitudes.
 
-        v runs to `angle` in all directions: distances, beyond those to which the cap is round, are its share of what is
-        left to the `reach` in each.
+        v runs to `angle` in all directions: beyond `round_to` it is scaled to the `reach` in each direction.
         """
         share, slope = self._share(u)
         round_to, width = self._rim.round_to, self.angle - self._rim.round_to
@@ -187,11 +185,11 @@ class Cap(Unclipped):
     # ---- the rim ------------------------------------------------------------------------
 
     def _share(self, azimuth: FloatArray) -> tuple[FloatArray | float, FloatArray | float]:
-        """The reach as a share of the largest, and how it grows with the azimuth in radians."""
+        """Reach divided by its maximum, and its derivative by the azimuth in radians."""
         largest, series = self._rim[:2]
         if len(series) == 1:
             return 1.0, 0.0
-        # Nodes of a lattice have each azimuth many times, and a series may be long.
+        # Nodes of a lattice repeat azimuths, and a series may be long.
         angles, index = np.unique(_DEGREE * azimuth, return_inverse=True)
         cos = np.cos(angles)
         share = np.asarray(chebval(cos, series / largest), dtype=float)
@@ -201,13 +199,13 @@ class Cap(Unclipped):
 
     @functools.cached_property
     def _rim(self) -> _Rim:
-        """The reach in all directions."""
+        """The rim, by azimuth."""
         metres, figure = 1000.0 * self.radius_km, self.figure
         if figure.is_sphere:
             angle = min(180.0, math.degrees(metres / figure.a))
             return _Rim(angle, np.array([angle]), 0.0, 0.0)
         ends = (np.array([one]) for one in (self.lon, self.lat, self.lon + 180.0, -self.lat))
-        if metres >= geodesic_lengths(figure, *ends)[0]:  # to the antipode, which is the farthest
+        if metres >= geodesic_lengths(figure, *ends)[0]:  # the antipode, the farthest point
             return _Rim(180.0, np.array([180.0]), _NEAR_RIM, 0.0)
         for degree in _DEGREES:
             angles = (np.arange(degree + 1) + 0.5) * math.pi / (degree + 1)
@@ -220,15 +218,15 @@ class Cap(Unclipped):
         known = np.flatnonzero(np.abs(series) > 0.1 * _RESOLVED * min(1.0, series[0]))
         series = series[: known[-1] + 1]
         around = chebval(np.cos(np.linspace(0.0, math.pi, 2 * _DEGREES[-1] + 1)), series)
-        # What varies is the rim of the little that is left out: twice as wide a ring keeps it from all else.
+        # Only the rim of the small complement varies: a ring twice as wide keeps the rest circular.
         round_to = max(0.0, 180.0 - 2.0 * (180.0 - float(around.min()))) if margin == _NEAR_CORNERS else 0.0
         return _Rim(min(180.0, float(around.max())), series, margin, round_to)
 
 
 def reaches(ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: ArrayLike, metres: float) -> FloatArray:
-    """How many degrees of arc it is to a geodesic distance from places, if latitudes are taken for a sphere's.
+    """Degrees of arc of a geodesic distance from places by azimuth, with latitudes taken as those of a sphere.
 
-    All is in degrees, and broadcast. By Newton's method, within bounds that close in.
+    All arguments but `metres` are in degrees and broadcast. Newton's method, safeguarded by bisection.
     """
     lon, lat, azimuth = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in (lon, lat, azimuth)))
     mean = math.degrees(metres / ellipsoid.mean_radius)
@@ -256,7 +254,7 @@ def reaches(ellipsoid: Ellipsoid, lon: ArrayLike, lat: ArrayLike, azimuth: Array
 
 
 def _about(lon: ArrayLike, lat: ArrayLike, azimuth: FloatArray, distance: FloatArray) -> ChartPoints:
-    """Points at azimuths and distances in degrees from others on a sphere, and their velocity as these change."""
+    """Points at azimuths and distances in degrees from others on a sphere, with their derivatives by these."""
     lat = np.asarray(lat, dtype=float)
     sin0, cos0 = np.sin(_DEGREE * lat), np.cos(_DEGREE * lat)
     sin_a, cos_a = np.sin(_DEGREE * azimuth), np.cos(_DEGREE * azimuth)

@@ -1,8 +1,8 @@
-"""Cells of polygons: the area and the middle of what of the polygons is in each, without the weights of nodes.
+"""Cells that cover polygons, with area and centroid of the polygons' part in each.
 
-All cells of a generation are quartered at once. A cell has the edges within it, and of what lies east of it the gates:
-where along its eastern side the polygons begin and end. Area and middle are integrals over the latitude, along the
-edges, of primitives in the longitude (Green's theorem), and linear in the gates.
+All cells of a generation are quartered at once. A cell keeps the edges inside it, and gates: the latitudes on its
+eastern side at which the polygons begin and end. Area and centroid are integrals over the latitude, along the edges,
+of primitives in the longitude (Green's theorem), and linear in the gates.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from projdist.regions import chains
 from projdist.regions.boxes import SLIVER, height_of, patch_chart, tightened
 from projdist.regions.region import Region
 
-_ENOUGH = 0.6  # of the cells that are asked for
-_GENERATIONS = 20  # of halvings: more than the digits of a single point need
+_ENOUGH = 0.6  # of the requested number of cells
+_GENERATIONS = 20  # of halvings: more than the digits of a point allow
 # Along an edge, or a side of a cell, of at most 40 degrees: areas to 4e-8.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _SHARES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
 
 class Cells(NamedTuple):
-    """Rectangles (n, 4) of a chart, the middles u, v of their parts of the region, and the area of these in m^2."""
+    """Rectangles (n, 4) of a chart, with centroids u, v and areas in m^2 of the region's parts in them."""
 
     patch: IntArray
     rectangle: FloatArray
@@ -46,9 +46,9 @@ class Cells(NamedTuple):
         return Cells(*parts)
 
 
-@functools.lru_cache(maxsize=16)  # one search after another asks for the nodes of a region
+@functools.lru_cache(maxsize=16)  # consecutive searches use the same region
 def cells_of(region: Region, ellipsoid: Ellipsoid, count: int) -> Cells:
-    """About `count` cells that cover polygons, of which the largest are split until there are enough."""
+    """About `count` cells that cover polygons; the largest are split until there are enough."""
     parts = _panels(region)
     cells, parts = parts.measured(ellipsoid)
     done = cells.take(np.zeros(cells.area.size, dtype=bool))
@@ -65,7 +65,7 @@ def cells_of(region: Region, ellipsoid: Ellipsoid, count: int) -> Cells:
 
 
 class _Gates(NamedTuple):
-    """On the eastern sides of cells the latitudes at which the polygons begin (change > 0) and end, going north."""
+    """Latitudes on the eastern sides of cells at which the polygons begin (change > 0) or end, going north."""
 
     cell: IntArray
     lat: FloatArray
@@ -73,18 +73,18 @@ class _Gates(NamedTuple):
 
     @staticmethod
     def of(cell: IntArray, lat0: FloatArray, lat1: FloatArray) -> _Gates:
-        """Runs from one latitude to another."""
+        """Gates of intervals from one latitude to another."""
         one = np.ones(cell.size)
         return _Gates(np.tile(cell, 2), np.concatenate([lat0, lat1]), np.concatenate([one, -one]))
 
     def joined(self, other: _Gates) -> _Gates:
-        """These and others."""
+        """These gates and others."""
         return _Gates(
             np.append(self.cell, other.cell), np.append(self.lat, other.lat), np.append(self.change, other.change)
         )
 
     def merged(self) -> _Gates:
-        """Those that remain when all changes at a latitude are added up."""
+        """Gates with the changes at equal latitudes summed, without zeros."""
         order = np.lexsort((self.lat, self.cell))
         cell, lat, change = self.cell[order], self.lat[order], self.change[order]
         if not cell.size:
@@ -97,7 +97,7 @@ class _Gates(NamedTuple):
 
 @dataclass(frozen=True)
 class _Parts:
-    """What polygons have of rectangles (n, 4) of patches: edges (m, 4), the cells that they are in, and gates."""
+    """The polygons' parts in rectangles (n, 4) of patches: edges (m, 4), the cell of each, and gates."""
 
     patch: IntArray
     rectangle: FloatArray
@@ -138,7 +138,7 @@ class _Parts:
         )
 
     def measured(self, ellipsoid: Ellipsoid) -> tuple[Cells, _Parts]:
-        """The cells that hold anything, made tight, and their parts."""
+        """The non-empty cells, tightened, and their parts."""
         n = len(self.patch)
         held = (np.bincount(self.cell, minlength=n) + np.bincount(self.gates.cell, minlength=n)) > 0
         parts = self.take(held)._tight()
@@ -151,7 +151,7 @@ class _Parts:
         return Cells(parts.patch, parts.rectangle, u, v, area), parts
 
     def _tight(self) -> _Parts:
-        """The same in rectangles that end where the polygons do, as far as `tightened` has it in latitude."""
+        """The parts in rectangles shrunk to the polygons, in latitude as by `tightened`."""
         n = len(self.patch)
         u0, u1, v0, v1 = self.rectangle.T.copy()
         edges, gates = self.edges, self.gates
@@ -181,7 +181,7 @@ class _Parts:
         u = lon0[:, None] + (lon1 - lon0)[:, None] * _SHARES - west
         by_area, by_v = self._along(ellipsoid, self.cell, lat0, lat1, v0)
         moments = [np.sum(values, axis=1) for values in (u * by_area, 0.5 * u * u * by_area, u * by_v)]
-        # Gates: primitives at their ends, those of v - v0 from the end of the rectangle on.
+        # Gates: primitives at their ends, that of v - v0 counted from the end of the rectangle.
         cell, lat, change = self.gates
         width = (u1 - u0)[cell]
         below = -change * ellipsoid.area_below(lat) * np.radians(1.0)
@@ -197,7 +197,7 @@ class _Parts:
     def _along(
         self, ellipsoid: Ellipsoid, cell: IntArray, lat0: FloatArray, lat1: FloatArray, v0: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """At Gauss nodes between latitudes: area by degree of longitude times their weights, and times v - v0."""
+        """Area per degree of longitude times the weights at Gauss nodes between latitudes; the same times v - v0."""
         lat = lat0[:, None] + (lat1 - lat0)[:, None] * _SHARES
         meridian, vertical = ellipsoid.radii(lat)
         degree = np.radians(1.0)
@@ -220,7 +220,7 @@ def _panels(region: Region) -> _Parts:
 
 
 def _divided(edges: FloatArray, cell: IntArray, axis: int, at: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The edges, those divided that cross their cell's longitude (axis 0) or latitude (1)."""
+    """The edges, split where they cross their cell's longitude (axis 0) or latitude (1)."""
     line = at[cell]
     before, after = edges[:, axis] - line, edges[:, 2 + axis] - line
     crossing = np.flatnonzero(before * after < 0.0)
@@ -234,7 +234,7 @@ def _divided(edges: FloatArray, cell: IntArray, axis: int, at: FloatArray) -> tu
 
 
 def _halved(gates: _Gates, lat: FloatArray, flipped: BoolArray) -> _Gates:
-    """The gates of the halves of cells, 2 i and 2 i + 1 in the order of v."""
+    """Gates of the halves of cells, 2 i and 2 i + 1 in the order of v."""
     middle, cell = lat[gates.cell], 2 * gates.cell
     low = gates._replace(cell=cell + flipped[gates.cell], lat=np.minimum(gates.lat, middle))
     high = gates._replace(cell=cell + ~flipped[gates.cell], lat=np.maximum(gates.lat, middle))
@@ -242,12 +242,12 @@ def _halved(gates: _Gates, lat: FloatArray, flipped: BoolArray) -> _Gates:
 
 
 def _latitudes(patch: IntArray, v: FloatArray) -> FloatArray:
-    """The latitudes at v of patches."""
+    """Latitudes at v in patches."""
     return np.asarray(patch_chart(patch, v, v).lat)
 
 
 def _heights(patch: IntArray, lat: FloatArray) -> FloatArray:
-    """v at latitudes (n, ...) of patches (n,)."""
+    """v at latitudes (n, ...) in patches (n,)."""
     found = lat
     for number in np.unique(patch[patch != 0]):
         chosen = (patch == number).reshape(-1, *(1,) * (lat.ndim - 1))

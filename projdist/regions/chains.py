@@ -1,10 +1,10 @@
 """Polygons as chains of edges: clipped to rectangles, and integrated over by Green's theorem.
 
 A chain is an array (m, 4) of edges lon0, lat0, lon1, lat1 in degrees, straight in longitude and
-latitude, with the polygon on their left. Clipping moves what lies outside a rectangle onto its
-sides. The moved chain winds round each inner point as often as before, so that no crossing of
-polygons and rectangles is ever computed, and a degenerate one does no harm. The integral of a
-polynomial over the polygon is one along the chain, and exact.
+latitude, with the polygon on their left. Clipping moves everything outside a rectangle onto its
+sides. The winding number about inner points stays, so that no intersection of polygons and
+rectangles is ever computed, and degenerate ones do no harm. The integral of a polynomial over the
+polygon becomes one along the chain, and is exact.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from projdist.numerics import LEGENDRE, NODES, ORDER, WEIGHTS
 Side = Callable[[FloatArray], FloatArray]
 
 # Gauss points along an edge. The integrand is a polynomial of degree 2 p - 1 on the square, for which p points are
-# exact; on edges so short, in halves of the square's side, fewer are to 1e-15.
+# exact; on shorter edges (in halves of the square's side) fewer suffice for 1e-15.
 _POINTS = ((0.004, 3), (0.06, 6), (np.inf, 2 * ORDER))
 _AT_ONCE = 20_000  # edges: 40 MB
 _gauss = functools.cache(np.polynomial.legendre.leggauss)
@@ -31,8 +31,8 @@ _gauss = functools.cache(np.polynomial.legendre.leggauss)
 class Clip(NamedTuple):
     """The part of a chain in a rectangle of longitudes and latitudes.
 
-    `edges` (m, 4) are those within, `gates` (k, 2) the intervals of latitude in which the polygon
-    touches the eastern side. Edges on the other sides carry nothing in an integral over latitude.
+    `edges` (m, 4) are those inside, `gates` (k, 2) the intervals of latitude in which the polygon
+    touches the eastern side. Edges on the other sides contribute nothing to an integral over latitude.
     """
 
     edges: FloatArray
@@ -40,12 +40,12 @@ class Clip(NamedTuple):
 
     @property
     def empty(self) -> bool:
-        """Whether nothing of the polygon is in the rectangle."""
+        """True if the polygon has no part in the rectangle."""
         return not len(self.edges) and not len(self.gates)
 
 
 def clip(chain: Clip, west: float, east: float, south: float, north: float) -> Clip:
-    """The part in a rectangle of a chain that holds all there is of the polygon in the rectangle."""
+    """The part of a chain in a rectangle; the chain must hold all of the polygon that is in it."""
     edges, gates = chain
     low, high = np.minimum(edges[:, 1], edges[:, 3]), np.maximum(edges[:, 1], edges[:, 3])
     edges = edges[(high > south) & (low < north) & (np.maximum(edges[:, 0], edges[:, 2]) > west)]
@@ -61,7 +61,7 @@ def clip(chain: Clip, west: float, east: float, south: float, north: float) -> C
 
 
 def _split(edges: FloatArray, axis: int, at: float) -> FloatArray:
-    """The edges, with those that cross a line of longitude (axis 0) or latitude (1) divided there."""
+    """The edges, split where they cross a longitude (axis 0) or latitude (1)."""
     before, after = edges[:, axis] - at, edges[:, 2 + axis] - at
     crossing = before * after < 0.0
     if not crossing.any():
@@ -74,7 +74,7 @@ def _split(edges: FloatArray, axis: int, at: float) -> FloatArray:
 
 
 def _intervals(runs: FloatArray) -> FloatArray:
-    """Directed runs (n, 2) along a line, added up: the intervals that remain, once for each time they count."""
+    """Sum of directed intervals (n, 2) on a line: those that remain, each repeated by its multiplicity."""
     places, index = np.unique(runs, return_inverse=True)
     if places.size < 2:
         return np.empty((0, 2))
@@ -89,7 +89,7 @@ def _intervals(runs: FloatArray) -> FloatArray:
 
 
 def extent(part: Clip, west: float, east: float, south: float, north: float) -> tuple[float, float, float, float]:
-    """West, east, south, north of what is in the rectangle."""
+    """West, east, south, north of a part of a rectangle."""
     edges, gates = part
     lats = np.concatenate([edges[:, 1::2], gates])
     if not len(gates):
@@ -101,7 +101,7 @@ def extent(part: Clip, west: float, east: float, south: float, north: float) -> 
 
 
 def closed(part: Clip, west: float, east: float) -> FloatArray:
-    """All edges of a part, those along the sides of its rectangle included, less those along parallels."""
+    """All edges of a part, including those on the sides of its rectangle but not along parallels."""
     edges, gates = part
     western = _intervals(np.concatenate([edges[:, 1::2], gates]))[:, ::-1]
     sides = [
@@ -112,7 +112,7 @@ def closed(part: Clip, west: float, east: float) -> FloatArray:
 
 
 def divided(edges: FloatArray, pieces: IntArray) -> tuple[FloatArray, FloatArray]:
-    """The ends of edges divided into so many equal pieces each: longitudes (2, k) and latitudes (2, k)."""
+    """Ends of equal pieces of edges, `pieces` of each: longitudes (2, k) and latitudes (2, k)."""
     index = np.repeat(np.arange(len(pieces)), pieces)
     number = np.arange(len(index)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     share = np.stack([number, number + 1]) / pieces[index]
@@ -121,7 +121,7 @@ def divided(edges: FloatArray, pieces: IntArray) -> tuple[FloatArray, FloatArray
 
 
 def is_whole(part: Clip, south: float, north: float) -> bool:
-    """Whether the rectangle lies in the polygon."""
+    """True if the rectangle lies in the polygon."""
     edges, gates = part
     return not len(edges) and float(np.sum(gates[:, 1] - gates[:, 0])) >= (north - south) * (1.0 - 1e-13)
 
@@ -139,12 +139,12 @@ def area_km2(edges: FloatArray, ellipsoid: Ellipsoid) -> float:
 
 
 def _some(count: int) -> Iterator[slice]:
-    """Slices of edges, so that a million of them take no more memory than some."""
+    """Slices of edges that bound the memory."""
     return (slice(first, first + _AT_ONCE) for first in range(0, count, _AT_ONCE))
 
 
 def weights(part: Clip, to_r: Side, to_s: Side, to_lat: Side) -> FloatArray:
-    """Weights (p, p) of the Gauss nodes of a square, whose sum over polynomials is their integral over the polygon.
+    """Weights (p, p) of the Gauss nodes of a square, with which polynomials integrate exactly over the polygon.
 
     `to_r` maps longitudes to [-1, 1], linearly; `to_s` latitudes to [-1, 1], and `to_lat` back. The
     weights may be negative: the integral is that of the polynomial through the nodes.

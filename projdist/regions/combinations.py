@@ -1,4 +1,4 @@
-"""Combinations of regions, as polygons, and the borders of regions."""
+"""Unions, intersections and differences of regions as polygons, and edges of regions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from projdist.regions.polygons import Polygons
 from projdist.regions.region import Region
 
 RIM_TOLERANCE = 1e-6
-"""By how many degrees the polygon of a cap may leave its rim: 0.1 m."""
+"""Tolerance in degrees of the polygon of a cap: 0.1 m."""
 
 
 @overload
@@ -33,7 +33,7 @@ def combine(operator: str, left: Region, right: Region | PointSet, name: str) ->
 @overload
 def combine(operator: str, left: PointSet, right: Region | PointSet, name: str) -> PointSet: ...
 def combine(operator: str, left: Region | PointSet, right: Region | PointSet, name: str) -> Polygons | PointSet:
-    """Two regions by `&`, `-` or `+`; from points, `&` and `-` choose. Raises ValueError where nothing is left."""
+    """Two regions combined by `&`, `-` or `+`; of points, `&` and `-` select. Raises ValueError if nothing is left."""
     if isinstance(right, PointSet) or (isinstance(left, PointSet) and operator == "+"):
         raise ValueError(f"Invalid region '{name}'. Points can only stand on the left of & and -.")
     ellipsoid = _ellipsoid(left, right, name)
@@ -49,7 +49,7 @@ def combine(operator: str, left: Region | PointSet, right: Region | PointSet, na
 
 
 def _ellipsoid(left: Region | PointSet, right: Region, name: str) -> Ellipsoid | None:
-    """The ellipsoid of the body that either is on; a cap is on one."""
+    """The common ellipsoid of two regions, None if neither has one; raises ValueError for different bodies."""
     one, other = (
         region.figure if isinstance(region, Cap) else getattr(region, "ellipsoid", None) for region in (left, right)
     )
@@ -59,7 +59,7 @@ def _ellipsoid(left: Region | PointSet, right: Region, name: str) -> Ellipsoid |
 
 
 def _resolution(left: Region, right: Region, name: str) -> str:
-    """The one of the shipped outlines that regions have; of two they would leave slivers along the same coast."""
+    """The resolution of the shipped outlines in two regions; raises ValueError for two, which would leave slivers."""
     found = {region.resolution for region in (left, right) if isinstance(region, Polygons)} - {""}
     if len(found) > 1:
         both = " and ".join(sorted(found))
@@ -107,7 +107,7 @@ def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
     ring = unwrapped(chords(rim, np.linspace(0.0, 360.0, 65), RIM_TOLERANCE))
     poles = [pole for pole in (90.0, -90.0) if bool(cap.contains(0.0, pole))]
     if len(poles) == 2:
-        # The rim goes round what is left out, unless both poles lie on it.
+        # The rim encloses the complement, unless both poles lie on it.
         around = merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
         if shapely.intersects_xy(around, (cap.lon + 180.0) % 360.0 - 180.0, cap.lat):
             return around
@@ -119,7 +119,7 @@ def _cap_polygons(cap: Cap) -> shapely.MultiPolygon:
     return merged(list(cut_at_antimeridian(shapely.make_valid(shapely.Polygon(ring)))))
 
 
-# ---- border --------------------------------------------------------------------------------------
+# ---- edges ---------------------------------------------------------------------------------------
 
 
 class RegionEdges:
@@ -132,9 +132,9 @@ class RegionEdges:
         self._tree = shapely.STRtree(shapely.linestrings(edges))
 
     def crosses(self, boxes: FloatArray) -> BoolArray:
-        """Whether edges may cross boxes (n, 4) of west, south, east, north; where in doubt they do.
+        """Mask of boxes (n, 4) of west, south, east, north that edges may cross; True if in doubt.
 
-        Boxes have any longitudes; one that leaves -180 to 180 is in doubt.
+        Longitudes are arbitrary; a box across the antimeridian is in doubt.
         """
         west, south, east, north = boxes.T
         turns = 360.0 * np.floor((west + 180.0) / 360.0)

@@ -21,7 +21,7 @@ Row = dict[str, str]
 
 
 def region_names() -> list[str]:
-    """The regions with names, as `get_region` takes them: countries, continents and states, after the largest."""
+    """Named regions as `get_region` takes them: globe, land, ocean, countries, continents and states."""
     countries = sorted(row["name"] for row in natural_earth.country_keys())
     return [
         *("globe", "land", "ocean"),
@@ -33,19 +33,19 @@ def region_names() -> list[str]:
 
 @functools.cache
 def countries() -> dict[str, Row]:
-    """Rows of countries by their names and codes, folded."""
+    """Rows of countries by folded names and codes."""
     return _by_name(natural_earth.country_keys(), ("name", "iso_a2", "iso_a3", "iso_n3", "other_names"))
 
 
 @functools.cache
 def continents() -> dict[str, str]:
-    """Names of continents by their folded forms."""
+    """Names of continents by folded name."""
     return {folded(row["continent"]): row["continent"] for row in natural_earth.country_keys()}
 
 
 @functools.cache
 def states() -> dict[str, Row]:
-    """Rows of the states of the USA by their names and codes, folded."""
+    """Rows of the states of the USA by folded names and codes."""
     return _by_name(state_keys(), ("name", "postal", "fips", "other_names"))
 
 
@@ -60,12 +60,12 @@ def _by_name(rows: Sequence[Row], columns: Sequence[str]) -> dict[str, Row]:
 
 
 def names_of(rows: Mapping[str, Row]) -> dict[str, str]:
-    """Names, less the codes, by their folded forms."""
+    """Names by folded name, without codes."""
     return {key: row["name"] for key, row in rows.items() if len(key) > _CODE}
 
 
 def question(text: str, names: Mapping[str, str]) -> str:
-    """A question for the region of another kind that has a name, or names that begin so or are spelt nearly so."""
+    """A question for a region of another kind with this name, or for close names of the same kind."""
     other = full_name(text)
     if other is not None:
         return did_you_mean([other])
@@ -77,9 +77,9 @@ def question(text: str, names: Mapping[str, str]) -> str:
 
 
 def full_name(text: str) -> str | None:
-    """The name in `region_names` of a country, continent or state: of its name or code, as NZ; None for all else.
+    """The full name in `region_names` of a country, continent or state given by name or code (NZ); else None.
 
-    Countries come first where a code or a name is also a state's; `state:CA` tells them apart.
+    Countries come before states of the same code or name; `state:CA` selects the state.
     """
     kind, colon, name = text.rpartition(":")
     for one, names in _names_by_kind().items():
@@ -92,7 +92,7 @@ def full_name(text: str) -> str | None:
 
 @functools.cache
 def _names_by_kind() -> dict[str, dict[str, str]]:
-    """Names by their folded forms and codes."""
+    """Names by kind and folded name or code."""
     return {
         "country": {key: row["name"] for key, row in countries().items()},
         "state": {key: row["name"] for key, row in states().items()},
@@ -101,7 +101,7 @@ def _names_by_kind() -> dict[str, dict[str, str]]:
 
 
 def close_regions(text: str) -> list[str]:
-    """The regions with names that a text may have been meant for."""
+    """Named regions that a text may have been meant for."""
     known: dict[str, list[str]] = {name: [name] for name in ("globe", "land", "ocean")}
     for key, row in countries().items():
         known.setdefault(key, []).append(f"country:{row['name']}")
@@ -115,7 +115,7 @@ def close_regions(text: str) -> list[str]:
 
 
 def folded(text: str) -> str:
-    """Small letters and digits without accents; all else is a blank."""
+    """Text in lower case without accents; punctuation becomes blanks."""
     plain = unicodedata.normalize("NFKD", text.casefold().replace("&", "and"))
     kept = "".join(c if c.isalnum() else " " for c in plain if not unicodedata.combining(c))
     return " ".join(kept.split())
@@ -135,7 +135,7 @@ def land(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
 
 @functools.cache
 def ocean(resolution: str = DEFAULT_RESOLUTION) -> Polygons:
-    """All that is not land, the Caspian Sea included."""
+    """The complement of the land, including the Caspian Sea."""
     globe = shapely.box(-180.0, -90.0, 180.0, 90.0)
     water = merged([shapely.difference(globe, natural_earth.land(resolution))])
     return Polygons(water, _named("ocean", resolution), resolution=resolution, ellipsoid=WGS84)

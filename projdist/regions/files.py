@@ -43,7 +43,7 @@ _COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometri
 
 
 class Shape(NamedTuple):
-    """A simple geometry of GeoJSON and the fields of its feature; one without a geometry is of no kind."""
+    """A simple GeoJSON geometry and the fields of its feature; `kind` is "" for a feature without geometry."""
 
     kind: str
     coordinates: Any
@@ -51,7 +51,7 @@ class Shape(NamedTuple):
 
 
 class ReadShapes(NamedTuple):
-    """What is in a file, the function from its coordinates to longitude and latitude, and their CRS if stated."""
+    """Shapes of a file, the function from their coordinates to longitude and latitude, and the CRS if stated."""
 
     shapes: list[Shape]
     transform: Transform | None
@@ -59,10 +59,10 @@ class ReadShapes(NamedTuple):
 
 
 def read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: tuple[str, ...] = ()) -> ReadShapes:
-    """The shapes of a vector file with these columns, or with all; raises ValueError, which begins with a text.
+    """The shapes of a vector file with some or (None) all columns; raises ValueError that begins with `text`.
 
-    Without a layer it is the first, or, where that has nothing of these `kinds`, the only one that has. What looks like
-    degrees where the file states metres is told.
+    The default layer is the first, or, if that has nothing of these `kinds`, the only one that has. Warns of
+    coordinates that look like degrees if the file states metres.
     """
     found = _read(path, layer, text, columns, kinds)
     tell_of_shapes_in_degrees(found.shapes, found.crs, f"'{path}'")
@@ -79,24 +79,24 @@ def _read(path: Path, layer: str, text: str, columns: list[str] | None, kinds: t
 
 
 def tell_of_shapes_in_degrees(shapes: Iterable[Shape], crs: Any, thing: str) -> None:
-    """Tell where shapes look like degrees and their CRS, if there is one, has metres."""
+    """Warn of shapes that look like degrees in a projected CRS."""
     if crs is not None and crs_of(crs).is_projected:
         tell_of_degrees(crs, [_bounds(shape) for shape in shapes], thing)
 
 
 def tell_of_geojson_in_degrees(value: Any, crs: Any, text: str) -> None:
-    """The same of an object of GeoJSON in a CRS, or in the one that it names."""
+    """`tell_of_shapes_in_degrees` for a GeoJSON object in a CRS, or in the one that it names."""
     crs = crs_name(value.get("crs"), text) if crs is None else crs
     if crs is not None:
         tell_of_shapes_in_degrees(shapes_of(value, text), crs, "the geometries")
 
 
 def _bounds(shape: Shape) -> tuple[float, float, float, float]:
-    """The least x and y and the largest of a shape, NaN where it has none; of a large one perhaps of a part of it."""
+    """Minimum and maximum x, y of a shape, NaN if empty; of a shape beyond 360 perhaps of a part of it."""
     x0 = y0 = np.inf
     x1 = y1 = -np.inf
     stack = [shape.coordinates]
-    while stack and max(x1, y1, -x0, -y0) <= _TURN:  # what is farther off is no degrees anyway
+    while stack and max(x1, y1, -x0, -y0) <= _TURN:  # beyond it they are not degrees anyway
         one = stack.pop()
         if not isinstance(one, list | tuple) or not one:
             continue
@@ -133,7 +133,7 @@ def shapes_of(value: Any, text: str) -> Iterator[Shape]:
 
 
 def _object(value: dict[str, Any], member: str, text: str) -> dict[str, Any]:
-    """A member that is an object or null."""
+    """A member as a dictionary, {} for null; raises ValueError for other types."""
     found = value.get(member) or {}
     if not isinstance(found, dict):
         raise ValueError(f"{text} It must be GeoJSON; its {member} must be an object.")
@@ -152,13 +152,13 @@ def _read_json(path: Path, text: str) -> Any:
 
 
 def stated_transform(value: Any, text: str) -> Transform | None:
-    """The transformation that the member `crs` asks for."""
+    """Transformation to longitude and latitude from the CRS in the member `crs`; None without one."""
     name = crs_name(value.get("crs"), text)
     return None if name is None else to_lonlat(name)
 
 
 def crs_name(crs: Any, text: str) -> str | None:
-    """The CRS that a member `crs` names, which GeoJSON from before RFC 7946 may have; raises ValueError for others."""
+    """The CRS named by a member `crs`, as in GeoJSON before RFC 7946; raises ValueError if it is malformed."""
     if crs is None:
         return None
     if not isinstance(crs, dict):
@@ -188,12 +188,12 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
         raise ValueError(f"{text} It must name a layer, as '{path}#{likely[0]}'; it has {', '.join(likely)}.")
     with _refusing(text):
         with warnings.catch_warnings():
-            # GDAL's and pyogrio's, of details of the format: what matters here is whether there are geometries.
+            # GDAL and pyogrio warn of details of formats; only the geometries matter here.
             warnings.simplefilter("ignore")
             meta, _, wkb, values = pyogrio.raw.read(path, layer=likely[0] if likely else None, columns=columns)
         geometries = with_gpx_heights(path, "".join(likely), shapely.from_wkb(wkb))
         crs = to_lonlat(meta["crs"]) if meta["crs"] else None
-    if wkb is None:  # of a table
+    if wkb is None:  # a table
         raise ValueError(f"{text} It has no geometries.")
     rows = zip(*values, strict=True) if len(values) else ((),) * len(geometries)
     names = [str(field) for field in meta["fields"]]
@@ -208,21 +208,21 @@ def _read_vector(path: Path, layer: str, text: str, columns: list[str] | None, k
 
 @contextlib.contextmanager
 def _refusing(text: str) -> Iterator[None]:
-    """Say in one line, which begins with a text, why GDAL cannot read a file."""
+    """Turn errors of GDAL into a ValueError in one line that begins with `text`."""
     try:
         yield
     except OSError as error:
         raise ValueError(f"{text} It cannot be read: {error.strerror}.") from error
-    except IndexError as error:  # pyogrio's, where a file says that it has other geometries than it has
+    except IndexError as error:  # from pyogrio, if a file declares other geometries than it has
         raise ValueError(f"{text} It cannot be read: it is damaged.") from error
     except (RuntimeError, ValueError, shapely.errors.ShapelyError) as error:  # pyogrio's are RuntimeErrors
         raise ValueError(f"{text} It cannot be read: {one_line(error)}.") from error
 
 
 def _likely_layers(pyogrio: Any, path: Path, kinds: tuple[str, ...]) -> list[str]:
-    """The layers that have something of some kinds, where the first one has not; else none: the first is meant.
+    """Layers with geometries of some kinds if the first has none; empty if the first is meant.
 
-    A GPX file has a layer each for waypoints, routes and tracks, and mostly only one of them has something.
+    A GPX file has layers for waypoints, routes and tracks, and mostly only one is not empty.
     """
     layers = pyogrio.list_layers(path).tolist() if kinds else []
     if len(layers) < 2:
@@ -236,9 +236,9 @@ _GPX_POINTS = {"tracks": "track_points", "routes": "route_points"}
 
 
 def with_gpx_heights(path: Path, layer: str, geometries: AnyArray) -> AnyArray:
-    """The tracks or routes of a GPX file with their heights, which GDAL has in a layer of points only.
+    """Tracks or routes of a GPX file with their heights, which GDAL has only in a layer of points.
 
-    Where some of them have no height none has, which is told.
+    If some points lack a height no heights are used, with a warning.
     """
     if path.suffix.lower() != ".gpx" or layer not in _GPX_POINTS or not len(geometries):
         return geometries
@@ -255,7 +255,7 @@ def with_gpx_heights(path: Path, layer: str, geometries: AnyArray) -> AnyArray:
 
 
 def _shape(geometry: shapely.Geometry, fields: dict[str, Any]) -> Shape:
-    if geometry.geom_type.endswith("LineString"):  # whose heights old versions of GEOS leave out of GeoJSON
+    if geometry.geom_type.endswith("LineString"):  # old versions of GEOS omit its heights in GeoJSON
         return Shape(geometry.geom_type, shapely.geometry.mapping(geometry)["coordinates"], fields)
     found = json.loads(shapely.to_geojson(geometry))
     return Shape(found["type"], found.get("coordinates"), fields)
@@ -265,17 +265,17 @@ _SRID = re.compile(r"\s*SRID\s*=\s*(\d+)\s*;", re.IGNORECASE)
 
 
 def _read_wkt(path: Path, text: str) -> ReadShapes:
-    """Geometries of well-known text, one after the other, perhaps with `SRID=4326;` before them, which must be one."""
+    """Shapes of a file of WKT geometries, optionally with one SRID (`SRID=4326;`)."""
     words = read_text(path, text)
     codes = set(_SRID.findall(words))
     if len(codes) > 1:
         raise ValueError(f"{text} Its geometries must have one SRID; they have {', '.join(sorted(codes, key=int))}.")
-    # Each begins with a word before a bracket that is in no other bracket.
+    # Each begins with a word after the closing bracket of the one before.
     parts = [part for part in re.split(r"(?<=\))\s*(?=[A-Za-z])", _SRID.sub(" ", words).strip()) if part]
     shapes: list[Shape] = []
     for part in parts:
         try:
-            with np.errstate(over="ignore"):  # infinite coordinates are refused with those of other files
+            with np.errstate(over="ignore"):  # infinite coordinates are rejected later
                 geometry = shapely.from_wkt(part)
             members = geometry.geoms if geometry.geom_type == "GeometryCollection" else [geometry]
         except (shapely.errors.GEOSException, NotImplementedError) as error:  # the latter for arcs
@@ -301,24 +301,24 @@ def positions(given: Any, text: str) -> FloatArray:
 # ---- files ---------------------------------------------------------------------------------------
 
 
-# Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude, which their moved middles then
-# leave by a third.
+# Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude; their corrected middles are off
+# by a third of it.
 _TOLERANCE = 4e-7
-_CHANGED = 1e-10  # of the area: a repair that changes less is none
-_WIDE, _WIDER = 180.0, 300.0  # an edge as wide as that may be meant to go either way round
+_CHANGED = 1e-10  # of the area: smaller changes do not count as repairs
+_WIDE, _WIDER = 180.0, 300.0  # degrees: edges whose direction round the Earth is ambiguous
 
 Rings = list[FloatArray]
 
-_NAMES = ("name", "name_en", "title", "admin", "id", "code")  # of the fields that name a feature, the best first
+_NAMES = ("name", "name_en", "title", "admin", "id", "code")  # fields that name a feature, best first
 
 
 def polygons_from_file(
     path: Path, layer: str, name: str, *, edges: str = "straight", ellipsoid: Ellipsoid | None = None
 ) -> Polygons:
-    """The polygons of a vector file, what overlaps counted once; raises ValueError.
+    """The union of the polygons of a vector file; raises ValueError.
 
-    `edges`: "straight" in the file's own coordinates, or "geodesic" from vertex to vertex, on the ellipsoid of the
-    file's body, or, where its CRS is not another one's, on the one given.
+    `edges`: "straight" in the file's coordinates, or "geodesic", on the ellipsoid of the file's body if that is not the
+    Earth, else on the one given.
     """
     text = f"Invalid region file '{path}'."
     shapes, transform, crs = read(path, layer, text, [], ("Polygon", "MultiPolygon"))
@@ -328,7 +328,7 @@ def polygons_from_file(
 def polygons_from_geojson(
     value: dict[str, Any], name: str = "polygons", *, crs: Any = None, edges: str = "straight"
 ) -> Polygons:
-    """The polygons of a GeoJSON object, in a CRS if not in longitude and latitude; raises ValueError."""
+    """The polygons of a GeoJSON object, in longitude and latitude or `crs`; raises ValueError."""
     text = f"Invalid region '{name}'."
     stated = crs_name(value.get("crs"), text) if crs is None else crs
     transform = None if stated is None else to_lonlat(stated)
@@ -336,13 +336,13 @@ def polygons_from_geojson(
 
 
 def _ellipsoid(crs: Any) -> Ellipsoid | None:
-    """The ellipsoid of the body that what is in a CRS is on: another one's, as degrees of WGS 84 are anybody's."""
+    """The ellipsoid of a CRS of another body; None for the Earth, as degrees of WGS 84 may be of any body."""
     found = None if crs is None else ground_of(crs)
     return found if found is not None and found.is_of_another_body else None
 
 
 def features_from_file(path: Path, layer: str = "") -> list[tuple[str, dict[str, Any]]]:
-    """The features of a vector file, each by its name and as GeoJSON with the CRS of the file; raises ValueError."""
+    """The features of a vector file: name, and GeoJSON with the CRS of the file; raises ValueError."""
     shapes, _, crs = read(path, layer, f"Invalid region file '{path}'.", None)
     grouped = [list(group) for _, group in itertools.groupby(shapes, lambda shape: id(shape.fields))]
     return [
@@ -352,13 +352,13 @@ def features_from_file(path: Path, layer: str = "") -> list[tuple[str, dict[str,
 
 
 def _feature_name(fields: dict[str, Any]) -> str:
-    """What a feature calls itself, "" if it does not."""
+    """Name of a feature from its fields; "" without one."""
     known = {key.casefold(): str(value) for key, value in fields.items() if isinstance(value, str | int) and value}
     return next((known[key] for key in _NAMES if key in known), "")
 
 
 def _feature(shapes: Sequence[Shape], crs: str | None) -> dict[str, Any]:
-    """GeoJSON of the shapes of a feature; of one without a geometry, polygons that are none."""
+    """GeoJSON of the shapes of a feature; an empty MultiPolygon without a geometry."""
     known = [{"type": shape.kind, "coordinates": shape.coordinates} for shape in shapes if shape.kind]
     found: dict[str, Any] = {"type": "GeometryCollection", "geometries": known}
     if len(known) < 2:
@@ -367,7 +367,7 @@ def _feature(shapes: Sequence[Shape], crs: str | None) -> dict[str, Any]:
 
 
 def points_from_file(path: Path, layer: str, name: str, column: str = "weight") -> PointSet:
-    """The points of a CSV or vector file, with its height column, and that for weights; raises ValueError."""
+    """The points of a CSV or vector file, with heights and a column of weights; raises ValueError."""
     if path.suffix.lower() in TEXT_SUFFIXES:
         return read_csv(path, name, column)
     text = f"Invalid points file '{path}'."
@@ -392,7 +392,7 @@ def points_from_file(path: Path, layer: str, name: str, column: str = "weight") 
 
 
 def _number(value: Any, column: str, index: int, text: str) -> float:
-    """A value of a column; what is null is 0."""
+    """Value of a column as a number; null is 0."""
     try:
         return float(value or 0.0)
     except (TypeError, ValueError, OverflowError) as error:
@@ -445,14 +445,14 @@ def _polygons(
 
 
 class _Repair(NamedTuple):
-    """Whether a ring crosses itself (or a hole leaves its shell), and by how many km^2 the area changed."""
+    """A repair: True if a ring crosses itself (else a hole leaves its shell), and the change of area in km^2."""
 
     crosses: bool
     change: float
 
 
 def _repairs(rings: Rings, repaired: shapely.Geometry, ellipsoid: Ellipsoid) -> Iterator[_Repair]:
-    """What the even-odd rule has changed of a polygon, if anything."""
+    """The repair of a polygon by the even-odd rule, if it changed the area."""
     one_by_one = [planar([ring]) for ring in rings]
     shell, *holes = (_ground_area(one, ellipsoid) for one in one_by_one)
     after = Polygons(merged([repaired]), "", ellipsoid=ellipsoid).area_km2
@@ -478,7 +478,7 @@ def _notes(polygons: list[Rings], repairs: list[_Repair]) -> Iterator[str]:
 def _ring(
     coordinates: Any, transform: Transform | None, text: str, edges: str, ellipsoid: Ellipsoid | None
 ) -> FloatArray:
-    """A ring of longitudes and latitudes (m, 2), whose edges are straight in these."""
+    """A ring (m, 2) whose edges are straight in longitude and latitude; raises ValueError."""
     ring = positions(coordinates, text)
     if len(ring) < 4:
         raise ValueError(f"{text} Each of its rings must have four positions or more; one has {len(ring)}.")
@@ -501,13 +501,13 @@ def _ring(
 
 
 def _is_closed(ring: FloatArray, *, degrees: bool) -> bool:
-    """Whether a ring ends where it begins; in degrees that may be a turn on."""
+    """True if a ring is closed, in degrees also up to full turns."""
     east, north = ring[-1] - ring[0]
     return bool(north == 0.0 and (east % 360.0 == 0.0 if degrees else east == 0.0))
 
 
 def _straight_in(ring: FloatArray, transform: Transform) -> FloatArray:
-    """The chords of edges that are straight in the coordinates of a CRS."""
+    """Chords in longitude and latitude of edges straight in a CRS."""
 
     def curve(t: FloatArray) -> tuple[FloatArray, FloatArray]:
         k = np.minimum(t.astype(int), len(ring) - 2)
@@ -518,6 +518,6 @@ def _straight_in(ring: FloatArray, transform: Transform) -> FloatArray:
 
 
 def _ground_area(polygon: shapely.Polygon, ellipsoid: Ellipsoid) -> float:
-    """Area in km^2 that a shell goes round, as often as it does."""
+    """Area in km^2 enclosed by a shell, counted with its winding number."""
     ring = shapely.get_coordinates(polygon.exterior)
     return abs(area_km2(np.hstack([ring[:-1], ring[1:]]), ellipsoid))

@@ -1,4 +1,4 @@
-"""The small language that names regions, the same on the command line and in Python."""
+"""The small language that names regions on the command line and in Python."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Place = Region | PointSet
 
 
 class HasGeometry(Protocol):
-    """Geometries of shapely, GeoSeries, GeoDataFrames, and others'."""
+    """An object with a GeoJSON interface, as shapely geometries, GeoSeries and GeoDataFrames."""
 
     @property
     def __geo_interface__(self) -> Mapping[str, Any]:
@@ -33,13 +33,13 @@ class HasGeometry(Protocol):
 
 
 RegionLike = str | Region | PointSet | Sequence[float] | FloatArray | HasGeometry | Mapping[str, Any]
-"""What a region may be given as.
+"""Accepted forms of a region.
 
-A text in the language above, a region, bounds W, S, E, N in degrees; or polygons: a geometry of shapely or GeoJSON in
-longitude and latitude, a GeoSeries or GeoDataFrame in whatever CRS it states, with edges straight in that.
+A text in this language, a region, bounds W, S, E, N in degrees; or polygons: a geometry of shapely or GeoJSON in
+longitude and latitude, or a GeoSeries or GeoDataFrame in its CRS, with edges straight in that CRS.
 """
 
-# What names a place: parts of it that are far away may not be meant. Those of all land are.
+# Kinds that name a place, whose far parts may not be meant; those of all land are.
 _COMPACT = {"box", "cap", "country", "state", "file", "geodesic"}
 
 FORMS = (
@@ -47,9 +47,9 @@ FORMS = (
     "geodesic:PATH or points:PATH, or a combination of these by &, - and +"
 )
 
-_LONGEST = 20_000  # characters: twenty times what names all countries, and fast to read however they are put
+_LONGEST = 20_000  # characters: twenty times a list of all countries, and fast to parse in any form
 _LONGEST_NAME = 300
-# Paths are no longer anywhere; the text of a CRS may be.
+# The longest paths of any system; the text of a CRS may be longer.
 _LONGEST_BY_KIND = {"file": 4500, "geodesic": 4500, "points": 4500, "crs": _LONGEST}
 _DEEPEST = 50  # brackets in brackets
 
@@ -101,18 +101,18 @@ def get_region(region: RegionLike, ellipsoid: Ellipsoid | None = None) -> Place:
 
 
 def region_on(region: RegionLike, body: Body) -> Place:
-    """The region on a body; raises ValueError, as where it is on another."""
+    """The region on a body; raises ValueError if it is on another."""
     return placed(_region_of_any(region, body), body)
 
 
 def placed(region: Place, body: Body) -> Place:
     """A region on a body; raises ValueError if it is on another."""
-    if not hasattr(region, "ellipsoid"):  # of a kind that is not from here
+    if not hasattr(region, "ellipsoid"):  # a region type of another package
         return region
     known = region.ellipsoid
     if known is not None and not is_same_body(Body(known), body):
         raise ValueError(f"Invalid region '{shown(region.name)}'. It is on {Body(known)}, not on {body}.")
-    # A cap of the Earth is another one on a sphere; all else has one area on the Earth, that on WGS 84.
+    # Caps of the Earth depend on the ellipsoid; the area of other regions of the Earth is always on WGS 84.
     if known is not None or not (isinstance(region, Cap) or body.ellipsoid.is_of_another_body):
         return region
     found = cast(Place, dataclasses.replace(cast(Any, region), ellipsoid=body.ellipsoid))
@@ -146,7 +146,7 @@ def region_of_text(
 ) -> Place:
     """The region of a text, on the body of an ellipsoid if one is given; raises ValueError.
 
-    Each atom is checked by its kind and its argument before it is made.
+    `check` is called with kind and argument of each atom before it is made.
     """
     body = None if ellipsoid is None else Body(ellipsoid)
     found = _text_on_body(text, body, check)
@@ -160,18 +160,18 @@ def _text_on_body(text: str, body: Body | None, check: Callable[[str, str], None
 
 
 def is_region_text(text: str) -> bool:
-    """Whether a text begins as one in the language of regions does, rather than as a path."""
+    """True if a text begins like a region rather than a path."""
     word = re.split("[:@ ]", text.strip().lower(), maxsplit=1)[0]
     return text.lstrip().startswith("(") or word in _WORDS or (word in _KINDS and ":" in text)
 
 
 def _is_region(value: object) -> bool:
-    """Whether a value has what the cubature asks of a region."""
+    """True if a value has the methods of a region."""
     return not isinstance(value, type) and all(hasattr(value, name) for name in ("panels", "chart", "clip", "bounds"))
 
 
 def _bounds(value: object) -> list[float] | None:
-    """Four numbers, of a sequence or an array of them."""
+    """Four numbers of a sequence or array; None for other values."""
     if not isinstance(value, list | tuple | np.ndarray):
         return None
     try:
@@ -263,7 +263,7 @@ class _Parser:
         return found if suffix is None else self._parts_of(found, suffix)
 
     def _parts_of(self, region: Place, suffix: re.Match[str]) -> Place:
-        """All parts of a region, or the main one, as a suffix asks for."""
+        """All parts of a region or the main one, by the suffix."""
         from projdist.regions import parts
 
         self.kinds.add("@")
@@ -276,7 +276,7 @@ class _Parser:
 
 
 def _told_apart(region: Place) -> Place:
-    """The region, with a word on parts far away."""
+    """The region, with a note on distant parts."""
     from projdist.regions.parts import told_apart
     from projdist.regions.polygons import Polygons
 
@@ -291,13 +291,13 @@ def _kilometres(text: str) -> float:
 
 
 def _end_of_atom(text: str) -> int:
-    """Where an operator or a bracket that the text did not open ends it."""
+    """Index of the operator or unmatched closing bracket that ends an atom."""
     depth, quoted = 0, False
     for place, character in enumerate(text):
         if character == '"':
             quoted = not quoted
         elif not quoted:
-            # Only where blanks begin: it would look through all of many again and again.
+            # Only at the first blank of several, to stay linear in time.
             begins = character.isspace() and not text[place - 1 : place].isspace()
             if begins and _OPERATOR.match(text, place):
                 return place
@@ -308,7 +308,7 @@ def _end_of_atom(text: str) -> int:
 
 
 def _kind_of(text: str) -> tuple[str, str]:
-    """The kind of an atom in small letters, and what stands behind its colon."""
+    """Kind of an atom in lower case, and its argument after the colon."""
     kind, _, argument = text.partition(":")
     return kind.lower(), argument.strip().strip('"')
 
@@ -365,7 +365,7 @@ def _box(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
 
 
 def _likely_box(west: float, south: float, east: float, north: float) -> Box:
-    """A box; where another order of its numbers is likelier to be meant, that is asked."""
+    """A box; warns if another order of its numbers is likelier."""
     box = Box(west, south, east, north)
     meant = likelier((west, south, east, north))
     if meant != (west, south, east, north):
@@ -407,13 +407,13 @@ def _crs(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
 
 
 def layer_path(text: str) -> tuple[Path, str]:
-    """The path and the layer of PATH#LAYER, "" for the first one; a path that exists may have a # itself."""
+    """Path and layer ("" for the first) of PATH#LAYER; an existing path may contain a #."""
     path, mark, layer = text.rpartition("#")
     return (Path(path), layer) if mark and not os.path.exists(text) else (Path(text), "")
 
 
 def _path(text: str, argument: str) -> tuple[Path, str]:
-    """The path and the layer of a region."""
+    """Path and layer of a region; raises ValueError without a path."""
     if not argument:
         raise ValueError(f"Invalid region '{text}'. It must have the path of a file behind the colon.")
     return layer_path(argument)
@@ -454,9 +454,9 @@ _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
 
 
 def region_for(region: RegionLike | None, projections: Iterable[Projection]) -> Place:
-    """A region on the body that maps are of; raises ValueError, as for maps of different bodies.
+    """A region on the body of some maps; raises ValueError, also for maps of different bodies.
 
-    Without one it is the area of use that is that of all maps, else the globe.
+    None stands for the common area of use of all maps, else the globe.
     """
     maps = list(projections)
     body = Body(ground_of_maps(maps), next((one.body.name for one in maps if one.body.name), ""))
@@ -468,7 +468,7 @@ def region_for(region: RegionLike | None, projections: Iterable[Projection]) -> 
 
 
 def check_on_body(projections: Iterable[Projection], body: Body) -> None:
-    """Refuse maps of another body than a region is on; raises ProjectionError."""
+    """Raise ProjectionError for maps of another body."""
     for projection in projections:
         if not is_same_body(projection.body, body):
             raise ProjectionError(
@@ -477,10 +477,10 @@ def check_on_body(projections: Iterable[Projection], body: Body) -> None:
 
 
 def ground_of_maps(projections: Iterable[Projection]) -> Ellipsoid:
-    """The ellipsoid on which the regions of maps are measured; ProjectionError for maps of different bodies.
+    """The ellipsoid on which regions of maps are measured; raises ProjectionError for maps of different bodies.
 
-    Of the Earth's two, WGS 84 and the sphere of the mean radius, it is the latter where all maps are of spheres;
-    likewise another body's ellipsoid is that of the first map that is not of a sphere.
+    For the Earth it is the mean sphere if all maps are of spheres, else WGS 84; for another body the ellipsoid of the
+    first map that is not of a sphere.
     """
     maps = list(projections)
     for other in maps[1:]:
@@ -524,7 +524,7 @@ _TITLES = (
 
 
 def region_title(region: Place) -> str:
-    """A region as a title has it: Germany (DE); 6°E to 12°E, 47°N to 55°N; 50 km around 48.85°N, 2.35°E."""
+    """Title of a region: Germany (DE); 6°E to 12°E, 47°N to 55°N; 50 km around 48.85°N, 2.35°E."""
     if isinstance(region, Box) and not region.is_globe:
         west, south, east, north = region.bounds
         lon, lat = (longitude_text(west), longitude_text(east)), (latitude_text(south), latitude_text(north))

@@ -1,4 +1,4 @@
-"""Lines of numbers, geometries and files: one line of longitudes, latitudes and heights."""
+"""Lines from numbers, geometries and files: vertices with longitude, latitude and height."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LARGEST = 360.0  # degrees of longitude
 
 
 def line_of(line: Any) -> FloatArray:
-    """The vertices (n, 3) of a line, in degrees and metres; heights that are not known are NaN. Raises ValueError."""
+    """The vertices (n, 3) of a line in degrees and metres; unknown heights are NaN. Raises ValueError."""
     if isinstance(line, str | os.PathLike):
         return _of_text(os.fspath(line))
     shape = getattr(line, "__geo_interface__", line)
@@ -66,7 +66,7 @@ def _of_text(text: Any) -> FloatArray:
 
 
 def _is_number(word: str) -> bool:
-    """Whether a word is a number."""
+    """True if a word is a number."""
     try:
         float(word)
     except ValueError:
@@ -75,7 +75,7 @@ def _is_number(word: str) -> bool:
 
 
 def _joined(source: ReadShapes, text: str) -> FloatArray:
-    """The one line that the lines of shapes make, end to end."""
+    """The single line that the lines of shapes form when joined end to end."""
     parts: list[Any] = []
     for shape in source.shapes:
         if shape.kind not in ("", "LineString", "MultiLineString"):
@@ -97,7 +97,7 @@ def _joined(source: ReadShapes, text: str) -> FloatArray:
 
 
 def _chained(line: FloatArray, other: FloatArray) -> FloatArray | None:
-    """Two lines as one, in the direction of the first; None where they do not touch at an end."""
+    """Two lines joined in the direction of the first; None if they share no end."""
     for turned in (other, other[::-1]):
         if np.array_equal(line[-1, :2], turned[0, :2]):
             return np.vstack([line, turned[1:]])
@@ -119,7 +119,7 @@ def _vertices(given: Any, text: str) -> FloatArray:
 
 
 def _checked(line: FloatArray, text: str) -> FloatArray:
-    """A line of two places or more on the globe, without vertices that repeat the one before."""
+    """The line without repeated vertices; raises ValueError off the globe or for fewer than two places."""
     if not (np.abs(line[:, :2]) <= [_LARGEST, 90.0]).all():
         raise ValueError(
             f"{text} Its longitudes must lie within -360 and 360 degrees, and its latitudes within -90 and 90, or the "

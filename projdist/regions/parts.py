@@ -1,4 +1,4 @@
-"""Parts of regions: the main part and what lies far away (France without Guiana), and the share in a box."""
+"""Parts of regions: the main part and distant parts (France without Guiana), and the share in a box."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ if TYPE_CHECKING:
     from projdist.regions.polygons import Polygons
 
 MAIN_KM = 400.0
-"""Gaps that parts of a main part may have between them.
+"""Largest gap between the parts of a main part.
 
 In Natural Earth it keeps together what is mapped together (Indonesia has gaps of 210 km, Japan down to Okinawa 268,
-Yemen and Socotra 355, Russia and Kaliningrad 364), and parts what is not (Norway from Bear Island and Svalbard at 415,
+Yemen and Socotra 355, Russia and Kaliningrad 364), and separates the rest (Norway from Bear Island and Svalbard at 415,
 Malaysia's two halves, each with a datum's grid of its own, at 586, New Zealand from Chatham at 654, Alaska at 817).
 """
 
 FAR_KM = 800.0
-"""The gap between parts that is worth a word.
+"""Smallest gap between parts that is reported.
 
 A conformal map that is true at one end is off by d^2 / (2 R^2), 0.8 %, at the other; the Azores, the Galapagos, Jan
 Mayen, the Andamans and the Canaries are beyond, Malaysia's halves and Fiji's Rotuma are not.
 """
 
-# Outlines at 1 : 50 million are good to some kilometres, and edges in shorter pieces take seconds for a continent.
+# Outlines at 1 : 50 million are accurate to some kilometres; shorter pieces of edges take seconds for a continent.
 _NEAREST_KM = 10.0
-_SPACING = 8.0  # points on edges in a gap: one of d is found as d sqrt(1 + 1 / 8^2) at most, 0.8 % too long
-_PAIRS = 2e6  # of points; fewer take less than scipy to load, 0.2 s
+_SPACING = 8.0  # points on edges per gap: a gap d is measured as at most d sqrt(1 + 1 / 8^2), 0.8 % too long
+_PAIRS = 2e6  # of points; fewer take less time than loading scipy, 0.2 s
 
 
 @overload
@@ -44,9 +44,9 @@ def main_part(region: Region, km: float = MAIN_KM) -> Region: ...
 @overload
 def main_part(region: PointSet, km: float = MAIN_KM) -> PointSet: ...
 def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointSet:
-    """The parts of a region that hang together with the largest, over gaps of at most `km`; raises ValueError.
+    """The parts of a region connected to the largest by gaps of at most `km`; raises ValueError.
 
-    A region that hangs together is returned as it is; so are boxes, caps and points.
+    A connected region is returned as it is, and so are boxes, caps and points.
     """
     farthest = math.pi * _radius_km(region)
     if not _NEAREST_KM <= km <= farthest:
@@ -66,7 +66,7 @@ def main_part(region: Region | PointSet, km: float = MAIN_KM) -> Region | PointS
 
 
 def all_parts(region: Region | PointSet) -> Region | PointSet:
-    """The same region, for someone who knows of its parts far away: there is no word on them."""
+    """The region with all parts, without a note on distant ones."""
     from projdist.regions.polygons import Polygons  # as above
 
     if not isinstance(region, Polygons):
@@ -75,13 +75,13 @@ def all_parts(region: Region | PointSet) -> Region | PointSet:
 
 
 def _suffixed(name: str, suffix: str) -> str:
-    """The text of a region with a suffix; a combination stands in brackets."""
+    """Name of a region with a suffix; a combination gets brackets."""
     combined = any(f" {operator} " in name for operator in "&+-")
     return f"({name}){suffix}" if combined else f"{name}{suffix}"
 
 
 def told_apart(region: Polygons) -> Polygons:
-    """The region, with a sentence on its parts beyond gaps of `FAR_KM`, if there are any."""
+    """The region, with a note on parts beyond gaps of `FAR_KM` if there are any."""
     if _reach_km(region) < FAR_KM:
         return region
     outline = _Outline(region, MAIN_KM)
@@ -98,22 +98,22 @@ def told_apart(region: Polygons) -> Polygons:
 
 
 def _reach_km(region: Polygons) -> float:
-    """What no two points of a region can be farther apart than."""
+    """Upper bound in km of the distance between points of a region."""
     west, south, east, north = region.bounds
     return math.radians(east - west + north - south) * _radius_km(region)
 
 
 def _radius_km(region: Region | PointSet) -> float:
-    """The mean radius of the body."""
+    """Mean radius of the body in km."""
     return region.figure.mean_radius / 1000.0
 
 
 def _nearest(points: FloatArray, asked: FloatArray, bound: float) -> FloatArray:
-    """The chord from each of the unit vectors asked for to the nearest of some points; infinity if beyond a bound."""
+    """Chords from unit vectors `asked` to the nearest of `points`; infinity beyond a bound."""
     if len(points) * len(asked) > _PAIRS:
         from scipy.spatial import KDTree  # slow to load
 
-        # A tree that may stop early is fast, too, where many points are equally far, as from the centre of a ring.
+        # With a bound a tree is fast even if many points are equally far, as from the centre of a ring.
         return np.asarray(KDTree(points).query(asked, distance_upper_bound=bound)[0])
     squares = np.full(len(asked), np.inf)
     for point in points:
@@ -124,7 +124,7 @@ def _nearest(points: FloatArray, asked: FloatArray, bound: float) -> FloatArray:
 class _Outline:
     """The polygons of a region, their areas in km^2, and points on their edges as unit vectors.
 
-    Parts that the antimeridian cuts have points in common, and so hang together.
+    Parts cut at the antimeridian share points there, and so are connected.
     """
 
     def __init__(self, region: Polygons, km: float) -> None:
@@ -135,11 +135,11 @@ class _Outline:
         dense = shapely.segmentize(self._parts, math.degrees(km / self._radius) / _SPACING)
         lonlat, self._part = shapely.get_coordinates(dense, return_index=True)
         self._points = unit_vectors(*lonlat.T).T
-        # By the mean latitude of each: to tell which is the largest.
+        # By mean latitude: enough to find the largest.
         self.areas = shapely.area(self._parts) * np.cos(np.radians(shapely.get_y(shapely.centroid(self._parts))))
 
     def main(self, km: float) -> BoolArray:
-        """Which parts hang together with the largest."""
+        """Mask of the parts connected to the largest by gaps of at most `km`."""
         kept = np.zeros(len(self._parts), dtype=bool)
         front: IntArray = np.array([np.argmax(self.areas)])
         while front.size:
@@ -148,11 +148,11 @@ class _Outline:
         return kept
 
     def away(self, kept: BoolArray) -> FloatArray:
-        """How far in km each of the other parts is from these."""
+        """Distance in km of each other part from these."""
         return self._distances(np.flatnonzero(kept), ~kept)
 
     def _distances(self, near: IntArray, far: BoolArray, within: float = math.inf) -> FloatArray:
-        """The least distance in km of each of some parts from others; half way round the body if beyond `within`."""
+        """Distance in km of the parts `far` from the parts `near`; half way round the body beyond `within`."""
         asked = far[self._part]
         bound = 2.0 * math.sin(0.5 * min(within / self._radius, math.pi)) * (1.0 + 1e-9)
         chords = _nearest(self._points[np.isin(self._part, near)], self._points[asked], bound)
@@ -171,7 +171,7 @@ _WHOLE = 1.0 - 1e-9
 
 
 def share_in(box: Box, region: Region | PointSet) -> float:
-    """The share of a region that lies in a box; of a kind of region not from here, that of its bounds."""
+    """Share of a region that lies in a box; for region types of other packages that of its bounds."""
     if isinstance(region, PointSet):
         return float(region.weight[box.contains(region.lon, region.lat)].sum() / region.weight.sum())
     around = Box.between(region.bounds, getattr(region, "ellipsoid", None))

@@ -16,16 +16,16 @@ from projdist.support import MISSING, comma_hint, number_of
 
 _WEIGHTS = ("weight", "weights", "w")
 HEIGHTS = ("height", "h", "elevation", "ele")
-"""Names of columns of heights, the likeliest first; the last is GPX's."""
+"""Names of height columns, likeliest first; the last is GPX's."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointSet:
-    """Points in degrees with weights of any sum, and perhaps heights in metres; all of shape (n,).
+    """Points in degrees with weights of any sum, and optional heights in metres; all of shape (n,).
 
-    `name` is the region in the words of `get_region`. A set has no area; its `ellipsoid` is that of the body it is on,
-    without which it is on any. Where points stand for more than there are,
-    `coarse` stands for the same by fewer: how much a mean differs between the two is no less than what that costs.
+    `name` is the region as text for `get_region`. A set has no area; its `ellipsoid` is that of its body, None for any.
+    If the points sample something larger, `coarse` is a sparser sample of it: the difference of means between the two
+    bounds the error of sampling.
     """
 
     lon: FloatArray
@@ -80,7 +80,7 @@ class PointSet:
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """West, south, east, north in degrees, a little beyond the points; west < east, and east may pass 180."""
+        """West, south, east, north in degrees with a margin; west < east, and east may exceed 180."""
         lon = np.sort(np.mod(self.lon + 180.0, 360.0) - 180.0)
         gaps = np.append(lon[1:], lon[0] + 360.0) - lon
         widest = int(np.argmax(gaps))
@@ -93,15 +93,15 @@ class PointSet:
         return west - margin, max(south, -90.0), west + width + margin, min(north, 90.0)
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
-        """Whether places in degrees are in the bounds of the points, where a map of them is drawn."""
+        """True for places in degrees within the bounds of the points, where a map of them is drawn."""
         west, south, east, north = self.bounds
         lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
         return np.asarray((np.mod(lon - west, 360.0) <= east - west) & (lat >= south) & (lat <= north))
 
     def chosen(self, where: Callable[[FloatArray, FloatArray], BoolArray], name: str) -> PointSet:
-        """The points for which a function of longitudes and latitudes holds; raises ValueError where it does for none.
+        """The points where a function of longitudes and latitudes is True; raises ValueError if there are none.
 
-        Where it holds for none of the fewer that stand for these, the heaviest of these does.
+        If no point of `coarse` is left, the heaviest point stands for it.
         """
         keep = where(self.lon, self.lat)
         if not keep.any():
@@ -117,9 +117,9 @@ class PointSet:
 
 
 def read_csv(path: Path, name: str, column: str = "weight") -> PointSet:
-    """The points of a table with a header: lon, lat, perhaps weight (or that column), height; raises ValueError.
+    """The points of a table with columns lon, lat, and optionally weight (or `column`) and height; raises ValueError.
 
-    Points that lack a coordinate are left out, which is noted.
+    Points without a coordinate are left out, with a note.
     """
     text = f"Invalid points file '{path}'."
     read = read_point_table(path, text, ragged=True)
@@ -137,7 +137,7 @@ def read_csv(path: Path, name: str, column: str = "weight") -> PointSet:
 def placed(
     lon: FloatArray, lat: FloatArray, weight: FloatArray, name: str, height: FloatArray | None, text: str
 ) -> PointSet:
-    """The points that have both coordinates, with a note on how many have not; raises ValueError where none has."""
+    """The points with both coordinates, with a note on the others; raises ValueError if none has."""
     known = ~np.isnan(lon + lat)
     if known.all():
         return PointSet(lon, lat, weight, name, height)
@@ -148,7 +148,7 @@ def placed(
 
 
 def _places(table: PointTable, weight: str) -> dict[str, int]:
-    """The numbers of the columns that are known; `weight` is the one for weights, or "weight" for its usual names."""
+    """Indices of the known columns; `weight` names that of weights, "weight" stands for its usual names."""
     words = [word.lower() for word in table.header]
     found = {"lon": table.lon, "lat": table.lat}
     known = {"weight": _WEIGHTS if weight == "weight" else (weight.lower(),), "height": HEIGHTS}

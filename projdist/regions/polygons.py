@@ -2,9 +2,9 @@
 
 An edge is a straight line in longitude and latitude, as GeoJSON has it (RFC 7946, section 3.1.1).
 The polygons are not triangulated: the panels are those of their bounding box, and where an edge
-crosses a panel, the weights of its nodes integrate polynomials over the polygon's part of it,
-exactly. The cost of an integral then depends on how smooth the map is, not on how many
-vertices the polygons have, and the weights serve all maps.
+crosses a panel, the weights of its nodes integrate polynomials exactly over the polygon's part of
+it. The cost of an integral then depends on the smoothness of the map, not on the number of
+vertices, and the weights serve all maps.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from projdist.regions.boxes import SLIVER, height_of, latitude_of, patch_chart, 
 from projdist.regions.region import ChartPoints, Clips, Square
 
 _GAP = 1e-6  # degrees of longitude
-_CHORDS = 512.0  # for a curve across a panel: they leave it by 5e-7 of its bend
+_CHORDS = 512.0  # for a curve across a panel: they are off by 5e-7 of its bend
 
 
 class _Part(NamedTuple):
-    """What the polygons have of a rectangle: the chain there, the tight rectangle, the nodes' weights."""
+    """The polygons' part of a rectangle: chain, tight rectangle, weights of the nodes, True if it is all."""
 
     chain: chains.Clip
     rectangle: tuple[float, float, float, float]
@@ -42,9 +42,9 @@ class _Part(NamedTuple):
 class Polygons:
     """Polygons within longitudes -180 to 180, valid and disjoint, with their holes.
 
-    `name` is the region in the words of `get_region`; `repairs` say what was repaired, `far` what of it lies far from
-    the rest, where that may not have been meant; `resolution` is that of the shipped outlines, if it is from there.
-    `ellipsoid` is that of the body they are on; without one they are on any, and their area is that on WGS 84.
+    `name` is the region as text for `get_region`; `repairs` are notes on repairs, `far` is a note on distant parts that
+    may not be meant; `resolution` is that of the shipped outlines, "" for others. `ellipsoid` is that of the body; None
+    fits any body, and the area is then on WGS 84.
     """
 
     geometry: shapely.MultiPolygon
@@ -62,17 +62,17 @@ class Polygons:
 
     @functools.cached_property
     def _hash(self) -> int:
-        """As a dataclass has it: once, as that of a geometry takes long."""
+        """The dataclass hash, cached as that of a geometry is slow."""
         return hash((self.geometry, self.name, self.repairs, self.far, self.resolution))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was repaired, and what of it lies far away."""
+        """Notes on repairs and distant parts."""
         return (*self.repairs, self.far) if self.far else self.repairs
 
     @functools.cached_property
     def _west(self) -> float:
-        """Where longitudes begin: -180, or beyond the widest gap if that is not there."""
+        """Western end of longitudes: -180, or the eastern end of the widest gap if that is elsewhere."""
         extents = shapely.bounds(shapely.get_parts(self.geometry))
         order = np.argsort(extents[:, 0])
         reach = np.maximum.accumulate(extents[order, 2])
@@ -85,8 +85,8 @@ class Polygons:
     def edges(self) -> FloatArray:
         """The edges lon0, lat0, lon1, lat1 in degrees, shape (m, 4), with the polygons on their left.
 
-        Longitudes run on beyond 180 where that keeps the polygons together; along the antimeridian, where it cuts
-        polygons, and along the poles there are edges, too.
+        Longitudes exceed 180 if that keeps the polygons together; there are also edges along the poles and along the
+        antimeridian where it cuts polygons.
         """
         parts = shapely.get_parts(self.geometry)
         rings, polygon = shapely.get_rings(parts, return_index=True)
@@ -105,7 +105,7 @@ class Polygons:
 
     @functools.cached_property
     def bounds(self) -> tuple[float, float, float, float]:
-        """West, south, east, north in degrees; west < east, and east may pass 180."""
+        """West, south, east, north in degrees; west < east, and east may exceed 180."""
         lon, lat = self.edges[:, 0::2], self.edges[:, 1::2]
         return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
 
@@ -120,7 +120,7 @@ class Polygons:
         return chains.area_km2(self.edges, self.figure)
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
-        """Whether points in degrees are in the polygons, their edges included."""
+        """True for points in degrees in the polygons, edges included."""
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
         shapely.prepare(self.geometry)
         lon = wrapped(lon)
@@ -130,11 +130,11 @@ class Polygons:
             inside = inside | (seam & shapely.intersects_xy(self.geometry, -lon, lat))
         return np.asarray(inside)
 
-    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
+    def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
         """Panels from pole to pole, also divided at the antimeridian, where most maps of the world end."""
         west, _, east, _ = self.bounds
         meridians = [west, *(lon for lon in (-180.0, 180.0) if west < lon < east), east]
-        parts = [patch_panels((a, -90.0, b, 90.0), breaks) for a, b in itertools.pairwise(meridians)]
+        parts = [patch_panels((a, -90.0, b, 90.0), discontinuities) for a, b in itertools.pairwise(meridians)]
         return np.concatenate([patch for patch, _ in parts]), np.concatenate([rectangle for _, rectangle in parts])
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
@@ -145,11 +145,11 @@ class Polygons:
 
     @functools.cached_property
     def _parts(self) -> dict[tuple[float, ...], _Part | None]:
-        """Parts by patch and rectangle, those that were asked for and the tight ones; None where there is nothing."""
+        """Cache of parts by patch and (requested or tight) rectangle; None for empty ones."""
         return {}
 
     def clip(self, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None) -> Clips:
-        """The polygons' parts of rectangles, with tight rectangles and the weights of their nodes."""
+        """The polygons' parts of rectangles, tightened, with the weights of their nodes."""
         parts = []
         for i, (number, rectangle) in enumerate(zip(patch.tolist(), rectangles.tolist(), strict=True)):
             key = (number, *rectangle)
@@ -187,7 +187,7 @@ class Polygons:
         if not (east > west and v1 > v0):
             return None
         if east < u1:
-            # The eastern side has moved: what lies on it now is a gate.
+            # The eastern side has moved: edges on it are now gates.
             part = chains.clip(part, west, east, low, high)
         rule = self._rule(part, patch, (west, east, v0, v1))
         return _Part(part, (west, east, v0, v1), rule, False) if rule.sum() > 4.0 * SLIVER else None
@@ -210,10 +210,10 @@ class Polygons:
     def rule(self, patch: int, rectangle: FloatArray, square: Square) -> FloatArray:
         """The weights (p, p) for a curved piece of a clipped rectangle, which `square` maps to [-1, 1]^2.
 
-        Edges are curves there, and taken for chains of chords.
+        Edges are curves there, approximated by chords.
         """
         part = self._parts[(patch, *rectangle.tolist())]
-        assert part is not None  # it is one of those that `clip` has kept
+        assert part is not None  # kept by `clip`
         edges = chains.closed(part.chain, *rectangle[:2])
         size = np.array([rectangle[1] - rectangle[0], np.ptp(latitude_of(patch, rectangle[2:]))])
         longest = (np.abs(edges[:, 2:] - edges[:, :2]) / size).max(axis=1, initial=0.0)

@@ -1,9 +1,8 @@
-"""What a region is to the cubature and the plots.
+"""The protocol of regions, as the cubature and the plots use it.
 
-A region is the image of rectangles in the (u, v) plane under a smooth chart, less what a clip
-leaves out; the cubature splits rectangles and never sees the shape. `chart` gives the points, and
-the velocity with which they move on the unit sphere as u and v change, so that charts may be
-singular in longitude (a cap about a pole) without harm.
+A region is the image of rectangles in the (u, v) plane under a smooth chart, clipped to a part; the cubature splits
+rectangles and does not know the shape. `chart` returns points and their derivatives on the unit sphere, so that
+longitudes may be singular (a cap about a pole) without harm.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ class ChartPoints(NamedTuple):
 
 
 class Clips(NamedTuple):
-    """What of some rectangles is in a region.
+    """A region's parts in some rectangles.
 
-    `kept` (k,) are the numbers of those that hold any of it, their `rectangles` (k, 4) made as tight as is known, the
-    weights `rule` (k, p, p) that integrate polynomials on [-1, 1]^2 over the part, and which of them are `whole`.
+    `kept` (k,) are the indices of rectangles with a part, `rectangles` (k, 4) tightened, `rule` (k, p, p) the weights
+    that integrate polynomials on [-1, 1]^2 over the part, and `whole` a mask of rectangles entirely inside.
     """
 
     kept: IntArray
@@ -43,23 +42,23 @@ class Clips(NamedTuple):
     whole: BoolArray
 
     def take(self, part: slice) -> Clips:
-        """Some of them."""
+        """A slice of the parts."""
         return Clips(self.kept[part], self.rectangles[part], self.rule[part], self.whole[part])
 
 
 class Region(Protocol):
-    """What the cubature and the plots ask of a region."""
+    """The interface of a region."""
 
     def __hash__(self) -> int:
-        """What is found of a region is kept for it."""
+        """Hash by which results for the region are cached."""
 
     @property
     def name(self) -> str:
-        """The region in the words of `get_region`."""
+        """The region as text for `get_region`."""
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """West, south, east, north in degrees; west < east, and east may pass 180."""
+        """West, south, east, north in degrees; west < east, and east may exceed 180."""
 
     @property
     def area_km2(self) -> float:
@@ -71,23 +70,23 @@ class Region(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was repaired in the making of it, and `far`, each in one line."""
+        """Notes on repairs, and `far`, each in one line."""
 
     @property
     def far(self) -> str:
-        """What lies far from the main part, in a sentence; "" where nothing does, or that is surely meant."""
+        """Note on parts far from the main part; "" without any, or if they are meant."""
 
     @property
     def edges(self) -> FloatArray:
-        """Edges lon0, lat0, lon1, lat1 in degrees, shape (m, 4), where the region ends within its rectangles."""
+        """Edges lon0, lat0, lon1, lat1 in degrees, shape (m, 4), of the region inside its rectangles."""
 
     def contains(self, lon: ArrayLike, lat: ArrayLike) -> BoolArray:
-        """Whether points in degrees are in the region, its edge included."""
+        """True for points in degrees in the region, edge included."""
 
-    def panels(self, breaks: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
-        """Patch numbers (n,) and rectangles (n, 4) of u0, u1, v0, v1 to start from; together they cover the region.
+    def panels(self, discontinuities: Discontinuities = SMOOTH) -> tuple[IntArray, FloatArray]:
+        """Patch numbers (n,) and rectangles (n, 4) of u0, u1, v0, v1 that cover the region.
 
-        Those in longitude and latitude end where a map is known to be torn or bent.
+        Panels in longitude and latitude end at the known discontinuities of a map.
         """
 
     def chart(self, patch: IntArray, u: FloatArray, v: FloatArray) -> ChartPoints:
@@ -101,7 +100,7 @@ class Region(Protocol):
 
 
 Square = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""A function of chart coordinates u, v, whose values are node coordinates r, s."""
+"""A function from chart coordinates u, v to node coordinates r, s."""
 
 
 class Unclipped:
@@ -114,17 +113,17 @@ class Unclipped:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """There are none."""
+        """No notes."""
         return ()
 
     @property
     def far(self) -> str:
-        """Nothing is."""
+        """No distant parts."""
         return ""
 
     @property
     def edges(self) -> FloatArray:
-        """There are none."""
+        """No edges."""
         return np.empty((0, 4))
 
     def clip(self, patch: IntArray, rectangles: FloatArray, within: FloatArray | None = None) -> Clips:
@@ -139,7 +138,7 @@ class Unclipped:
 
 
 def rectangles_of(us: FloatArray, vs: FloatArray) -> FloatArray:
-    """All rectangles of a grid, shape (n, 4)."""
+    """Rectangles (n, 4) of a grid."""
     u0, v0 = np.meshgrid(us[:-1], vs[:-1], indexing="ij")
     u1, v1 = np.meshgrid(us[1:], vs[1:], indexing="ij")
     return np.stack([u0, u1, v0, v1], axis=-1).reshape(-1, 4)

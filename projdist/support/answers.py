@@ -1,4 +1,4 @@
-"""What every answer can be turned into: a dictionary, JSON, a pandas DataFrame, a line, a table of a notebook."""
+"""Base class of answers, with conversions to a dictionary, JSON, a pandas DataFrame, a line and an HTML table."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
-_MOST_ROWS, _LONGEST = 30, 40  # rows, and letters of a cell
+_MOST_ROWS, _LONGEST = 30, 40  # rows of a table, characters of a cell
 _BAR = "background: linear-gradient(90deg, #c2d8ec {share:.0f}%, transparent {share:.0f}%)"
 
 
 def html_table(table: Mapping[str, Any] | Sequence[Mapping[str, Any]], caption: str) -> str:
-    """A table of columns by name, or of rows, with its caption; of many rows the first.
+    """HTML table of columns by name or of rows, cut after 30 rows.
 
-    A column of several numbers that are not negative has a bar in each cell, as long as the number is large.
+    Columns of several non-negative numbers get a bar in each cell, proportional to the number.
     """
     columns = _columns(table)
     count = max((len(values) for values in columns.values()), default=0)
@@ -42,7 +42,7 @@ def _columns(table: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> dict[str
 
 
 def _bars(values: list[Any]) -> list[float | None]:
-    """Percentages of the largest; None for what has no bar."""
+    """Percentages of the largest value; None without a bar."""
     numbers = [value for value in values if _is_figure(value)]
     largest = max(numbers, default=0.0)
     if len(numbers) < 2 or not largest > 0.0 or min(numbers) < 0.0:
@@ -74,20 +74,20 @@ def _shown(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A number for JSON: what is not finite is None."""
+    """JSON-safe value; NaN and infinity become None."""
     value = value.item() if isinstance(value, np.generic) else value
     return value if not isinstance(value, float) or np.isfinite(value) else None
 
 
 class Answer(ABC):
-    """An answer to a question about projections.
+    """Base class of results.
 
-    Subclasses are `@dataclass(frozen=True, kw_only=True, eq=False, repr=False)`: equal to themselves only, as most hold
+    Subclasses are `@dataclass(frozen=True, kw_only=True, eq=False, repr=False)`: compared by identity, as most hold
     arrays; compare their `to_dict()`. They print as one line, and as a table in notebooks.
     """
 
     def __repr__(self) -> str:
-        """The class and the answer in a line."""
+        """Class and answer in one line."""
         return f"{type(self).__name__}({self._line()})"
 
     def _repr_html_(self) -> str:
@@ -96,29 +96,29 @@ class Answer(ABC):
 
     @abstractmethod
     def _line(self) -> str:
-        """The answer in a few words and figures."""
+        """The answer in a few words and numbers."""
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; what is not finite is None."""
+        """The answer with the keys of the command line's JSON; NaN and infinity are None."""
 
     @abstractmethod
     def _table(self) -> Any:
-        """Columns by name, or a list of rows; numbers as they are."""
+        """Columns by name, or a list of rows, with unrounded numbers."""
 
     def to_json(self, *, indent: int | None = None) -> str:
-        """`to_dict` as JSON: numbers in full precision, null for what is not finite."""
+        """`to_dict` as JSON with numbers in full precision; NaN and infinity are null."""
         return json.dumps(self.to_dict(), indent=indent, allow_nan=False)
 
     def plain_rows(self) -> list[dict[str, Any]]:
-        """The rows of `to_frame` for JSON: names and numbers; what is not finite is None."""
+        """The rows of `to_frame` for JSON; NaN and infinity are None."""
         table = self._table()
         if isinstance(table, dict):
             table = [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
         return [{name: plain(value) for name, value in row.items()} for row in table]
 
     def to_frame(self) -> pd.DataFrame:
-        """A pandas DataFrame: a row a point or a projection, NaN where undefined; raises ImportError without pandas.
+        """A pandas DataFrame with a row per point or projection, NaN if undefined; raises ImportError without pandas.
 
         A statistic of a measure is a column, as `omega_mean` or `omega_max_lon`.
         """

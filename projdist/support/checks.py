@@ -1,4 +1,4 @@
-"""Values that people give, checked at the public door: each returns what it takes, or raises one clear ValueError."""
+"""Checks of public arguments: each returns the normalised value or raises one clear ValueError; names by registry."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ _Thing = TypeVar("_Thing")
 
 
 def quoted(value: Any) -> str:
-    """A value for a message, in quotation marks."""
+    """A value in quotation marks, for messages."""
     return f"'{shown(value if isinstance(value, str) else repr(value))}'"
 
 
 def check_number(thing: str, value: Any) -> float:
-    """A value as a number; True and text are none."""
+    """A value as a float; booleans and text are refused."""
     if not isinstance(value, bool | str | bytes | np.ndarray):
         try:
             return float(value)
         except (TypeError, ValueError):
-            pass  # said below
+            pass  # raised below
     raise ValueError(f"Invalid {thing} {quoted(value)}. It must be a number.")
 
 
 def check_bool(thing: str, value: Any) -> bool:
-    """A value that is True or False, and nothing like it."""
+    """A boolean; other truth values are refused."""
     if not isinstance(value, bool | np.bool_):
         raise ValueError(f"Invalid {thing} {quoted(value)}. It must be True or False.")
     return bool(value)
 
 
 def check_whole_number(thing: str, value: Any) -> int:
-    """A value as a whole number that is not negative."""
+    """A value as a non-negative integer."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
         raise ValueError(f"Invalid {thing} {quoted(value)}. It must be a whole number, 0 or more.")
     return int(value)
@@ -51,7 +51,7 @@ def check_numbers(thing: str, values: Any) -> FloatArray:
         try:
             return np.asarray(values, dtype=float)
         except (TypeError, ValueError):
-            pass  # said below
+            pass  # raised below
     raise ValueError(f"Invalid {thing} {quoted(values)}. They must be numbers.")
 
 
@@ -64,7 +64,7 @@ def check_pair(thing: str, value: Any) -> tuple[float, float]:
 
 
 def check_degrees(lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes as arrays of one shape; what is not finite is NaN."""
+    """Longitudes and latitudes as arrays of one shape; infinite values become NaN."""
     pair = check_numbers("longitudes", lon), check_numbers("latitudes", lat)
     try:
         lons, lats = np.broadcast_arrays(*(np.where(np.isfinite(values), values, np.nan) for values in pair))
@@ -114,7 +114,7 @@ def check_text(thing: str, value: Any) -> str:
 
 
 def check_path(thing: str, value: Any) -> Path:
-    """A path of text or of a path."""
+    """A path from text or a path."""
     try:
         return Path(value)
     except TypeError as error:
@@ -122,9 +122,9 @@ def check_path(thing: str, value: Any) -> Path:
 
 
 def check_raster(image: Any, bands: Iterable[int], text: str) -> None:
-    """Raise ValueError, which begins with `text`, for an open raster of rasterio without a place or of complex numbers.
+    """Raise ValueError that begins with `text` for an open rasterio raster without a transform or of complex numbers.
 
-    Without a transform GDAL takes rows and columns for coordinates; of complex numbers a real array keeps a part.
+    Without a transform GDAL takes rows and columns as coordinates; a real array loses the imaginary part.
     """
     if image.transform.is_identity:
         raise ValueError(f"{text} It does not state where its pixels lie: it has no transform.")
@@ -134,14 +134,14 @@ def check_raster(image: Any, bands: Iterable[int], text: str) -> None:
 
 
 def check_instance(thing: str, value: Any, kind: type[_Kind], what: str) -> _Kind:
-    """A value that is of a type of projdist's."""
+    """A value of the type `kind`, described by `what` in the message."""
     if not isinstance(value, kind):
         raise ValueError(f"Invalid {thing} {quoted(value)}. It must be {what}.")
     return value
 
 
 def listed_values(values: Any, one: tuple[type, ...] = (str,)) -> list[Any]:
-    """The values of an iterable; what is no iterable, or of a type that is one value, stands alone."""
+    """The values of an iterable; a value of the types `one`, or one that is not iterable, as a list of one."""
     if isinstance(values, (*one, bytes)) or not isinstance(values, Iterable):
         return [values]
     return list(values)

@@ -1,4 +1,4 @@
-"""Work spread over processes: any executor of `concurrent.futures`, a pool of our own, or a Dask cluster."""
+"""Parallel work on any executor of `concurrent.futures`, a pool of processes, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 Arguments = ParamSpec("Arguments")
 
-_FEW = 24  # tasks that are done before another process has started
+_FEW = 24  # tasks take less time than starting a process
 _RETRIES = 3
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # of the libraries that NumPy comes with
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # of the libraries that NumPy uses
 _ADDRESS = re.compile(r"dask://([^/\s:]+|\[[^\]\s]+\]):(\d{1,5})/?")
 _NUMBER = re.compile(r"processes(?::([1-9]\d{0,3}))?")
 
@@ -35,7 +35,7 @@ _WITHOUT: ContextVar[bool] = ContextVar("without", default=False)
 
 
 def check_executor(text: str) -> str | int:
-    """`dask://HOST:PORT` as the address that Dask takes, `processes:N` as the number, of cores without one; ValueError.
+    """Dask's address of `dask://HOST:PORT`, or the number of `processes:N` (of cores by default); raises ValueError.
 
     `open_executor` opens them.
     """
@@ -51,7 +51,7 @@ def check_executor(text: str) -> str | int:
 
 @contextlib.contextmanager
 def open_executor(text: str) -> Iterator[Executor]:
-    """The executor of a text; raises ValueError, ImportError without Dask, OSError without an answer."""
+    """The executor of a text; raises ValueError, ImportError without Dask, OSError if the cluster does not answer."""
     address = check_executor(text)
     if isinstance(address, int):
         with Processes(address) as processes:
@@ -67,10 +67,10 @@ def open_executor(text: str) -> Iterator[Executor]:
 
 @contextlib.contextmanager
 def own_executor(tasks: int) -> Iterator[Executor | None]:
-    """A pool with a process a core, or None where it would not pay or not be safe.
+    """A pool with one process per core, or None if it would not be faster or not be safe.
 
-    Processes are forked: others would run the caller's script again, unless it guards itself
-    against that. Threads would not help, since PROJ's database is read under Python's lock.
+    Processes are forked: spawned ones would run the caller's script again unless it is guarded. Threads would not help,
+    since PROJ's database is read under Python's lock.
     """
     cores = _cores()
     forks = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
@@ -82,7 +82,7 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
         try:
             _fork(pool)
             yield pool
-        except BaseException:  # also Ctrl-C: nobody waits for what they do
+        except BaseException:  # also Ctrl-C: terminate workers without waiting
             _end_all_but(others)
             raise
 
@@ -90,8 +90,8 @@ def own_executor(tasks: int) -> Iterator[Executor | None]:
 def _fork(pool: Executor) -> None:
     """Start the processes of a pool.
 
-    No thread of Python's runs, as `own_executor` sees to. Those of libraries, of which Python 3.12 warns, are made for
-    forks: OpenBLAS stops its own before one, and jemalloc, which comes with pyarrow, has its locks in order.
+    `own_executor` ensures that no Python thread runs. Threads of libraries, of which Python 3.12 warns, are safe to
+    fork: OpenBLAS stops its own before, and jemalloc, which comes with pyarrow, handles its locks.
     """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r".*is multi-threaded, use of fork", DeprecationWarning)
@@ -100,7 +100,7 @@ def _fork(pool: Executor) -> None:
 
 @contextlib.contextmanager
 def without_processes() -> Iterator[None]:
-    """Within it `own_executor` has none: where there is a worker a core, each is to keep to its own."""
+    """Context in which `own_executor` returns None, for workers that each have one core."""
     token = _WITHOUT.set(True)
     try:
         yield
@@ -109,12 +109,12 @@ def without_processes() -> Iterator[None]:
 
 
 def _cores() -> int:
-    """The cores that this process may use; 1 where the system does not tell."""
+    """Number of cores that this process may use; 1 if unknown."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 
 def _end_all_but(others: Sequence[multiprocessing.process.BaseProcess]) -> None:
-    """End the processes that this one has started besides others."""
+    """Terminate child processes other than `others`."""
     for process in multiprocessing.active_children():
         if process not in others:
             process.terminate()
@@ -124,11 +124,10 @@ def _end_all_but(others: Sequence[multiprocessing.process.BaseProcess]) -> None:
 
 
 class Processes(Executor):
-    """Processes of our own, of which one that is lost takes along only what it was doing, and is replaced.
+    """Worker processes; a lost one loses only its own tasks and is replaced.
 
-    Each is a pool of one. They are not forked from this process, which has threads, but from a clean one, so that a
-    script that uses them must guard itself by `if __name__ == "__main__"`. They end with this process, however
-    that ends.
+    Each is a pool of one. They are forked from a clean server process, not from this one, which has threads, so that
+    scripts must be guarded by `if __name__ == "__main__"`. They end when this process ends, for whatever reason.
     """
 
     def __init__(self, number: int) -> None:
@@ -141,13 +140,13 @@ class Processes(Executor):
 
     @property
     def number(self) -> int:
-        """How many there are."""
+        """Number of processes."""
         return len(self._pools)
 
     def submit(
         self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Future[Result]:
-        """Have something done by the process that has least to do."""
+        """Submit a call to the process with the fewest tasks."""
         with self._lock:
             place = min(range(len(self._pools)), key=self._waiting.__getitem__)
             try:
@@ -161,12 +160,12 @@ class Processes(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes, when they have done what they have to do."""
+        """End the processes once their tasks are done."""
         for pool in self._pools:
             pool.shutdown(wait=wait, cancel_futures=cancel_futures)
 
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
-        """After an error, also Ctrl-C, nobody waits for what they do."""
+        """On error or Ctrl-C, terminate workers without waiting."""
         if kind is not None:
             _end_all_but(self._others)
         self.shutdown(cancel_futures=kind is not None)
@@ -180,9 +179,9 @@ class Processes(Executor):
 
 
 def _begin() -> None:
-    """In a process of `Processes`: end by signals without a word, and with the process that started this one.
+    """Initialise a worker of `Processes`: end silently on signals, and with the parent process.
 
-    NumPy, loaded later, is to start no threads beside those of as many processes as there are cores.
+    NumPy, loaded later, must not start threads, as there is a process per core.
     """
     default_signals()
     for name in _THREADS:
@@ -198,10 +197,10 @@ def _end_with(sentinel: int) -> None:
 
 
 def places_in(executor: Executor) -> int:
-    """How many tasks to give to an executor at a time: none that would wait in `Processes`, few in others."""
+    """Number of tasks to submit at a time: one per process of `Processes`, two per worker of others."""
     if isinstance(executor, Processes):
         return executor.number
-    client = getattr(executor, "_client", None)  # Dask's, whose workers come and go
+    client = getattr(executor, "_client", None)  # Dask's, whose number of workers changes
     if client is None:
         return 2 * getattr(executor, "_max_workers", _cores())
     if client.status not in ("running", "connecting"):
@@ -210,7 +209,7 @@ def places_in(executor: Executor) -> int:
 
 
 def is_lost(error: BaseException | None) -> bool:
-    """Whether an error says that a task was lost with its worker."""
+    """True if an error means that a task was lost with its worker."""
     distributed = sys.modules.get("distributed")
     killed = () if distributed is None else (distributed.KilledWorker,)
     return isinstance(error, (BrokenExecutor, CancelledError, *killed))
@@ -218,9 +217,9 @@ def is_lost(error: BaseException | None) -> bool:
 
 @contextlib.contextmanager
 def answering() -> Iterator[None]:
-    """Raise ConnectionError where an executor is a cluster that is gone, or was shut down."""
+    """Context that raises ConnectionError if the executor was shut down or its cluster is gone."""
     client = getattr(sys.modules.get("distributed"), "client", None)
-    closed = getattr(client, "ClosedClientError", OSError)  # which older versions of Dask do not have
+    closed = getattr(client, "ClosedClientError", OSError)  # missing in older versions of Dask
     try:
         yield
     except BrokenExecutor:
@@ -233,7 +232,7 @@ def answering() -> Iterator[None]:
 
 
 def is_picklable(value: object) -> bool:
-    """Whether a value can be sent to another process."""
+    """True if a value can be sent to another process."""
     try:
         pickle.dumps(value)
     except (pickle.PicklingError, AttributeError, TypeError):
@@ -247,10 +246,10 @@ def run_all(
     tasks: Sequence[Task],
     progress: Callable[[int], None] | None = None,
 ) -> list[Result]:
-    """The results of a function of each task, in their order.
+    """Results of a function for each task, in order.
 
-    What is lost with a worker is done again by another, and by this process where the executor
-    itself is broken. `progress` hears of the number of tasks that are done.
+    Tasks lost with a worker are repeated by another worker, or by this process if the executor is broken. `progress`
+    is called with the number of finished tasks.
     """
     results: dict[int, Result] = {}
 
@@ -273,7 +272,7 @@ def _run_on(
     tasks: Sequence[Task],
     keep: Callable[[int, Result], None],
 ) -> None:
-    """Run tasks on an executor, those lost with a worker once more, until it takes no more."""
+    """Run tasks on an executor and repeat lost ones, until it accepts no more."""
     waiting = list(range(len(tasks)))
     for _ in range(1 + _RETRIES):
         futures: dict[Future[Result], int] = {}

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and never in the place of another unless asked."""
+"""Atomic writing of files, and protection of existing ones."""
 
 from __future__ import annotations
 
@@ -9,32 +9,31 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-# Where the system has its open streams: a file behind one of them was opened by whoever started the process.
-_BLOCK = bytes(4096)  # of disks
-_AFTER_FAILURE = 256  # blocks: SQLite gives back what it had taken before it fails
+# Paths of open streams: a file behind one was opened by the parent process.
+_BLOCK = bytes(4096)  # a block of a disk
+_AFTER_FAILURE = 256  # blocks: SQLite frees some space before it fails
 _STREAMS = ("/dev/stdin", "/dev/stdout", "/dev/stderr", "/dev/fd/", "/proc/")
 
 
 def is_stream(path: Path) -> bool:
-    """Whether the path is a device, a pipe or an open stream, which takes what is written and holds nothing to lose."""
+    """True if the path is a device, pipe or open stream, which has no contents to protect."""
     return os.path.abspath(path).startswith(_STREAMS) or (path.exists() and not path.is_file() and not path.is_dir())
 
 
 def refuse_existing(path: Path) -> None:
-    """Raise FileExistsError for a file that is there, and is no stream."""
+    """Raise FileExistsError for an existing file that is not a stream."""
     if os.path.lexists(path) and not is_stream(path):
         raise FileExistsError(f"Invalid output '{path}'. It exists; --overwrite replaces it.")
 
 
 @contextlib.contextmanager
 def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ()) -> Iterator[Path]:
-    """A path to write to in the place of another, which has the new contents once they are complete, or is untouched.
+    """A temporary path to write to; the file is replaced once it is complete, else untouched.
 
-    It lies in a folder of its own beside the file, so that whatever else a writer leaves there goes
-    with it, and what a writer takes from the name (a layer's, say) is right. A link stays a link, and
-    a file keeps its permissions. Other files, which have suffixes of `beside` in place of the path's, come
-    along if they are written; old ones go. Raises FileExistsError where there is a file and it is not to be
-    overwritten, and OSError where the disk is full, whatever the writer made of that, if anything.
+    The path has the same name in a temporary folder beside the file, so that other files of a writer are removed, and
+    names derived from it (as of a layer) are right. Links stay links, and permissions are kept. Files with the suffixes
+    `beside` are moved too if written, and removed if not. Raises FileExistsError if the file exists and must not be
+    overwritten, and OSError if the disk is full, even if the writer ignored that.
     """
     paths = [path, *(path.with_suffix(suffix) for suffix in beside)]
 
@@ -58,7 +57,7 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
         if stream:
             _copy(new, target)
             return
-        check()  # they may have come meanwhile
+        check()  # they may have been created meanwhile
         for suffix in beside:
             _replace_if_there(new.with_suffix(suffix), target.with_suffix(suffix))
         _replace(new, target)
@@ -67,22 +66,22 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
 
 
 def _check_room(path: Path, blocks: int = 2) -> None:
-    """Raise OSError where a file cannot grow: a library may then have left half of it, and told of that or not.
+    """Raise OSError if a file cannot grow, as a library may then have written only a part without an error.
 
-    GDAL says nothing of what it loses when it closes a GeoTIFF, and Pillow nothing of the end of a JPEG.
+    GDAL does not report losses when it closes a GeoTIFF, nor Pillow at the end of a JPEG.
     """
     with path.open("ab", buffering=0) as file:
         size = file.seek(0, os.SEEK_END)
         try:
-            for _ in range(blocks):  # one may be written in part, and the next then is an error
+            for _ in range(blocks):  # one may be written in part; the next then fails
                 file.write(_BLOCK)
-            os.fsync(file.fileno())  # on the disk of another machine no room is an error only then
+            os.fsync(file.fileno())  # network disks report a full disk only then
         finally:
             file.truncate(size)
 
 
 def _replace(new: Path, target: Path) -> None:
-    """Put a file in the place of another, with the other's permissions."""
+    """Replace a file by another, keeping the permissions."""
     if target.exists():
         shutil.copymode(target, new)
     new.replace(target)

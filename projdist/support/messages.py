@@ -1,4 +1,4 @@
-"""Messages and notices: what misspelt words may have been meant for, and warnings beside an answer."""
+"""Texts of messages, hints for misspelt words, and notices."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import warnings
 from collections.abc import Collection, Iterator, Sequence
 from contextvars import ContextVar
 
-# Finds 98 of 100 names with one letter wrong, missing, doubled or transposed, and hardly an unrelated one.
+# Finds 98 % of names with one letter wrong, missing, doubled or transposed, and hardly any unrelated one.
 NEAR = 0.75
 _SHORTEST_BEGINNING = 3  # letters
 _LONGEST_WORD = 200
 _LONGEST_SHOWN, _LONGEST_READ, _LONGEST_LINE = 80, 2000, 300
-_ADVICE = (".; ", ". It might help")  # GDAL's, on how to call it
-_ELSEWHERE = "See previous exception"  # rasterio's words, where what it was is told by the error before
+_ADVICE = (".; ", ". It might help")  # start of GDAL's advice to programmers
+_ELSEWHERE = "See previous exception"  # rasterio's text if the cause has the message
 
 
 def shown(text: str) -> str:
-    """Text for a message: on one line, and not too long."""
+    """Text for a message: on one line, shortened."""
     line = " ".join(text[:_LONGEST_READ].split())
     return line if len(line) <= _LONGEST_SHOWN and len(text) <= _LONGEST_READ else f"{line[: _LONGEST_SHOWN - 3]}..."
 
 
 def one_line(error: BaseException | str) -> str:
-    """A library's message as one sentence without its full stop, and not too long: some quote what they cannot read."""
+    """A library's message as one shortened sentence without its full stop."""
     text = " ".join(str(error).split())
-    if isinstance(error, UnicodeEncodeError):  # of a library that is told of a file by text
+    if isinstance(error, UnicodeEncodeError):  # from a library that takes file names as text
         return f"'{error.object.rpartition('/')[2]}' is no text in UTF-8, as the name of such a file must be"
     if isinstance(error, BaseException) and _ELSEWHERE in text:
         while error.__cause__ is not None:
@@ -40,8 +40,8 @@ def one_line(error: BaseException | str) -> str:
 
 
 def close_words(text: str, known: Collection[str]) -> list[str]:
-    """Words that begin with the text, or else are spelt nearly so; none for nonsense."""
-    if len(text) > _LONGEST_WORD:  # longer than twice any that is known
+    """Known words that begin with the text, else close spellings; empty if none is close."""
+    if len(text) > _LONGEST_WORD:  # more than twice the longest known word
         return []
     beginning = text.replace("_", "")
     long_enough = len(beginning) >= _SHORTEST_BEGINNING
@@ -55,12 +55,12 @@ def listed(words: Sequence[str], conjunction: str) -> str:
 
 
 def did_you_mean(words: Sequence[str]) -> str:
-    """The question with a space behind it; empty where there is nothing to ask for."""
+    """The question followed by a space; "" without words."""
     return f"Did you mean {listed(words, 'or')}? " if words else ""
 
 
 def suggestion(text: str, known: Collection[str]) -> str:
-    """`Did you mean mean? ` for a name like `Maen`; the names known are in small letters, with underscores."""
+    """`Did you mean mean? ` for `Maen`; known names are in lower case with underscores."""
     return did_you_mean(close_words(text.lower().replace("-", "_").replace(" ", "_"), known))
 
 
@@ -71,11 +71,11 @@ _KEPT: ContextVar[list[str] | None] = ContextVar("kept", default=None)
 
 
 class Notice(UserWarning):
-    """What projdist warns of: input that may not be what was meant, what was left out, what is close to wrong."""
+    """Warning of projdist: doubtful input, omissions, results near a limit."""
 
 
 def tell(text: str) -> None:
-    """Warn with a Notice, at the line of the user's that called projdist."""
+    """Warn with a Notice at the user's line that called projdist."""
     kept = _KEPT.get()
     if kept is not None:
         kept.append(text)
@@ -88,7 +88,7 @@ def tell(text: str) -> None:
 
 @contextlib.contextmanager
 def notices_kept() -> Iterator[list[str]]:
-    """A list of the notices told within it, in this thread, in place of warnings."""
+    """Context that collects the notices of this thread in a list instead of warning."""
     told: list[str] = []
     token = _KEPT.set(told)
     try:

@@ -1,8 +1,8 @@
-"""How the command ends when it is told to: by Ctrl-C, by the system, or as its terminal is closed.
+"""Orderly end of the command on Ctrl-C, termination or a closed terminal.
 
-Without a traceback, with 128 and the signal's number as exit code, as shells have it. Python loads the package before
-it comes to the command line, which takes a second, so that this module, which is loaded first, sees for itself whether
-that is done for the command. A program that imports projdist keeps its signals as they are.
+There is no traceback, and the exit code is 128 plus the signal's number, as in shells. Loading the package takes a
+second before the command line starts, so this module, loaded first, detects itself whether the process is the command.
+Programs that import projdist keep their signal handlers.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-_SOON = 0.1  # seconds, in which what runs where exceptions are ignored has ended
+_SOON = 0.1  # seconds after which code that ignores exceptions has ended
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 @contextlib.contextmanager
 def orderly_end() -> Iterator[None]:
-    """Within it a signal raises SystemExit, so that what was begun is cleaned up; further signals do not disturb that.
+    """Context in which a signal raises SystemExit, so that cleanup runs, undisturbed by further signals.
 
-    After it, all that is left to do is to end.
+    After it a signal ends the process at once.
     """
     _handle(_stop)
     kept, sys.unraisablehook = sys.unraisablehook, _tell_again
@@ -42,30 +42,30 @@ def orderly_end() -> Iterator[None]:
 
 
 def end_if_told() -> None:
-    """Raise SystemExit again where a library in C++ made an error of its own of it."""
+    """Raise SystemExit again if a C++ library turned it into an error of its own."""
     for handler in map(signal.getsignal, _SIGNALS):
         if isinstance(handler, _Ending):
             raise SystemExit(handler.code) from None
 
 
 def default_signals() -> None:
-    """In a process of workers: what ends the command ends it, without a word."""
+    """Restore the default handlers in a worker, which signals then end silently."""
     for number in _SIGNALS:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)
 
 
 def _is_command() -> bool:
-    """Whether Python was started as `projdist` or as `python -m projdist`."""
+    """True if Python was started as `projdist` or `python -m projdist`."""
     script, words = "".join(sys.argv[:1]), sys.orig_argv
-    if script == "-m":  # it is, until the module is found
+    if script == "-m":  # so until the module is found
         return "-mprojdist" in words or ("-m", "projdist") in itertools.pairwise(words)
     return Path(script).stem == "projdist"
 
 
 def _handle(handler: Callable[[int, FrameType | None], None]) -> None:
-    """Take over signals; those that whoever started the process ignores stay ignored, as under nohup."""
-    if threading.current_thread() is threading.main_thread():  # others may not
+    """Set a handler for the signals; ignored ones stay ignored, as under nohup."""
+    if threading.current_thread() is threading.main_thread():  # the only one that may
         for number in _SIGNALS:
             if signal.getsignal(number) != signal.SIG_IGN:
                 signal.signal(number, handler)
@@ -83,16 +83,16 @@ def _stop(number: int, _: FrameType | None) -> NoReturn:
 
 @dataclass(frozen=True)
 class _Ending:
-    """What is done with further signals: nothing."""
+    """Handler that ignores further signals."""
 
     code: int
 
     def __call__(self, *_: object) -> None:
-        """Go on ending."""
+        """Ignore the signal."""
 
 
 def _tell_again(lost: sys.UnraisableHookArgs) -> None:
-    """Send a signal again, soon, whose SystemExit came where Python ignores exceptions, as just after a fork."""
+    """Send a signal again shortly after its SystemExit was raised where Python ignores exceptions, as after a fork."""
     if not isinstance(lost.exc_value, SystemExit):
         sys.__unraisablehook__(lost)
         return
@@ -103,4 +103,4 @@ def _tell_again(lost: sys.UnraisableHookArgs) -> None:
 
 
 if _is_command():
-    _handle(_leave)  # nothing has begun that would have to be cleaned up
+    _handle(_leave)  # nothing to clean up yet

@@ -1,7 +1,7 @@
-"""People's tables of text: cells that stand apart by commas, semicolons, tabs or spaces, and comment lines with #.
+"""Tables in text files: cells separated by commas, semicolons, tabs or spaces, and comment lines with #.
 
-A row is a line: a quotation mark that is not closed on its line would else swallow those that follow. Numbers may have
-decimal commas where cells stand apart by anything else.
+A row is a line: an unclosed quotation mark must not swallow the lines after it. Numbers may have decimal commas if
+cells are not separated by commas.
 """
 
 from __future__ import annotations
@@ -23,25 +23,24 @@ _HINT = " Decimal commas are read where all numbers have them and cells stand ap
 
 
 def read_text(path: Path, complaint: str) -> str:
-    """The text of a file in UTF-8; raises ValueError that begins with the complaint."""
+    """The text of a UTF-8 file; raises ValueError that begins with `complaint`."""
     try:
         return path.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:  # a ValueError for what is not UTF-8, and for names that no file has
+    except (OSError, ValueError) as error:  # ValueError for other encodings and impossible file names
         reason = error.strerror if isinstance(error, OSError) else error
         raise ValueError(f"{complaint} It cannot be read as text: {reason}.") from error
 
 
 def numbered_rows(path: Path, complaint: str, *, comments: bool = True) -> list[NumberedRow]:
-    """The rows of a file and the numbers of their lines, as those of a text; raises ValueError."""
+    """Rows of a file with line numbers, as by `rows_of_text`; raises ValueError."""
     return rows_of_text(read_text(path, complaint), complaint, comments=comments)
 
 
 def rows_of_text(text: str, complaint: str, *, comments: bool = True) -> list[NumberedRow]:
-    """The rows of a text and the numbers of their lines; raises ValueError that begins with the complaint.
+    """Rows of a text with line numbers; raises ValueError that begins with `complaint`.
 
-    What separates the cells is told by the first row. Rows of empty cells are left out, and, if there may be
-    `comments`, lines that begin with #. No row has more cells than the first, but for empty ones. Decimal commas have
-    become points.
+    The first row determines the separator. Empty rows are left out, with `comments` also lines that begin with #. No
+    row may have more cells than the first, except empty ones. Decimal commas become points.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if comments:
@@ -57,7 +56,7 @@ def rows_of_text(text: str, complaint: str, *, comments: bool = True) -> list[Nu
 
 
 def separator_of(line: str) -> str | None:
-    """What stands between the cells of a line; None for blanks, also where all commas are within numbers."""
+    """Separator of the cells of a line; None for blanks, also if all commas are within numbers."""
     words = line.split()
     if not (";" in line or "\t" in line) and len(words) > 1 and all(map(_is_decimal, words)):
         return None
@@ -65,12 +64,12 @@ def separator_of(line: str) -> str | None:
 
 
 def _is_decimal(word: str) -> bool:
-    """Whether a word is a number, perhaps with a decimal comma."""
+    """True for a number, also with a decimal comma."""
     return has_decimal_comma(word) or is_number(word)
 
 
 def split_rows(lines: Iterable[tuple[int, str]], separator: str | None) -> list[NumberedRow]:
-    """The cells of numbered lines, none of which has more than the first; raises ValueError from the number on."""
+    """Cells of numbered lines, none longer than the first; raises ValueError that begins with the line number."""
     rows: list[NumberedRow] = []
     for number, line in lines:
         try:
@@ -86,7 +85,7 @@ def split_rows(lines: Iterable[tuple[int, str]], separator: str | None) -> list[
 
 
 def with_decimal_points(rows: Sequence[NumberedRow]) -> list[NumberedRow]:
-    """Rows with decimal points in place of commas, unless any of their numbers has a point already."""
+    """Rows with decimal commas turned into points, unless a number has a point already."""
     commas = [cell for _, row in rows for cell in row if "," in cell and has_decimal_comma(cell)]
     if not commas or any("." in cell and _WITH_POINT.fullmatch(cell) for _, row in rows for cell in row):
         return list(rows)
@@ -98,21 +97,21 @@ def with_decimal_points(rows: Sequence[NumberedRow]) -> list[NumberedRow]:
 
 
 def has_decimal_comma(cell: str) -> bool:
-    """Whether a cell is a number with a decimal comma."""
+    """True for a number with a decimal comma."""
     return _WITH_COMMA.fullmatch(cell) is not None
 
 
 def comma_hint(cells: Iterable[str]) -> str:
-    """A sentence on decimal commas where a cell that is no number has one, else nothing."""
+    """Sentence on decimal commas if a cell has one; else ""."""
     return _HINT if any(map(has_decimal_comma, cells)) else ""
 
 
 MISSING = ("", "NA", "<NA>")
-"""What stands in the cells of texts where there is nothing."""
+"""Texts of missing cells."""
 
 
 def cells_of(line: str, separator: str | None) -> list[str]:
-    """The cells of a line; without a separator they stand apart by blanks. Raises ValueError, what the line has."""
+    """Cells of a line; None separates by blanks. Raises ValueError that describes the fault."""
     if separator is None:
         return line.split()
     try:
@@ -124,14 +123,14 @@ def cells_of(line: str, separator: str | None) -> list[str]:
 
 
 def number_of(text: str) -> float:
-    """The number in a cell, perhaps an infinite or undefined one; raises ValueError, also for Python's own 1_000."""
+    """The number in a cell, also infinity and NaN; raises ValueError, also for Python's 1_000."""
     if "_" in text:
         raise ValueError(f"'{text}' is no number")
     return float(text)
 
 
 def is_number(text: str) -> bool:
-    """Whether a cell is a number, perhaps an infinite or undefined one."""
+    """True for a number, also infinity and NaN."""
     try:
         number_of(text)
     except ValueError:
