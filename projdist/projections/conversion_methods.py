@@ -286,7 +286,11 @@ def _kind_of(item: Stated) -> str:
 def _item(wanted: _Parameter, found: Stated, read: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """PROJJSON of a parameter, in the unit that PROJ read for others of its quantity."""
     alike = (item for item in read if folded(item["name"]) == folded(found.name))
-    others = (item for item in read if _quantity_of(item) == wanted.quantity)
+    others = (
+        item
+        for item in read
+        if (kind := _KIND_OF.get(folded(item["name"]))) and _KINDS[kind].quantity == wanted.quantity
+    )
     unit = next((item["unit"] for item in (*alike, *others) if "unit" in item), _UNITS[wanted.quantity])
     item: dict[str, Any] = {"name": wanted.name, "value": found.value, "unit": unit}
     if wanted.code:
@@ -294,20 +298,12 @@ def _item(wanted: _Parameter, found: Stated, read: Sequence[dict[str, Any]]) -> 
     return item
 
 
-def _quantity_of(item: dict[str, Any]) -> str:
-    kind = _KIND_OF.get(folded(item["name"]))
-    return _KINDS[kind].quantity if kind else ""
-
-
 def _is_as_read(reading: _Reading, read: Sequence[dict[str, Any]]) -> bool:
     """True if PROJ itself read all parameters that are taken."""
     return all(
-        any(item is known for known in read) and _is_plain(wanted, item) for wanted, item in reading.taken.items()
+        any(item is known for known in read) and ("id" in item or folded(item["name"]) == folded(wanted.name))
+        for wanted, item in reading.taken.items()
     )
-
-
-def _is_plain(wanted: _Parameter, item: dict[str, Any]) -> bool:
-    return "id" in item or folded(item["name"]) == folded(wanted.name)
 
 
 def _complete(reading: _Reading, name: str) -> None:

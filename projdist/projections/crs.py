@@ -190,12 +190,8 @@ def _unknown(given: str) -> str:
     if not colon or authority.upper() not in (*pyproj.database.get_authorities(), "URN"):
         return f"{did_you_mean(close_codes(given))}{ALLOWED}"
     missing = f"{authority.upper()} has no such CRS in PROJ's database"
-    others = [f"{other} ({_registered_name(other)})" for other in codes_elsewhere(authority.upper(), code)]
+    others = [f"{other} ({CRS.from_user_input(other).name})" for other in codes_elsewhere(authority.upper(), code)]
     return f"{missing}: it is {listed(others, 'or')}." if others else f"{missing}. {ALLOWED}"
-
-
-def _registered_name(code: str) -> str:
-    return str(CRS.from_user_input(code).name)
 
 
 def _name(stated: CRS, projected: CRS) -> str:

@@ -192,20 +192,28 @@ def _native_axes(crs: CRS) -> Iterator[FloatArray]:
 
 def _derived_wkt(base: str, coefficients: FloatArray, name: str) -> str:
     (a1, a2), (b1, b2) = coefficients.tolist()
-    metre, one = 'LENGTHUNIT["metre",1]', 'SCALEUNIT["coefficient",1]'
+    one = 'SCALEUNIT["coefficient",1]'
     parameters = [
-        f'PARAMETER["A0",0,{metre},ID["EPSG",8623]]',
+        f'PARAMETER["A0",0,{_METRE},ID["EPSG",8623]]',
         f'PARAMETER["A1",{a1!r},{one},ID["EPSG",8624]]',
         f'PARAMETER["A2",{a2!r},{one},ID["EPSG",8625]]',
-        f'PARAMETER["B0",0,{metre},ID["EPSG",8639]]',
+        f'PARAMETER["B0",0,{_METRE},ID["EPSG",8639]]',
         f'PARAMETER["B1",{b1!r},{one},ID["EPSG",8640]]',
         f'PARAMETER["B2",{b2!r},{one},ID["EPSG",8641]]',
     ]
     method = 'METHOD["Affine parametric transformation",ID["EPSG",9624]]'
+    return _derived_text(name, base, f'"Linear correction",{method},{",".join(parameters)}')
+
+
+_METRE = 'LENGTHUNIT["metre",1]'
+
+
+def _derived_text(name: str, base: str, conversion: str) -> str:
+    """WKT2 of a CRS in metres east and north, derived from a base by a conversion."""
     quoted = name.replace('"', '""')
     return (
-        f'DERIVEDPROJCRS["{quoted}",BASE{base},DERIVINGCONVERSION["Linear correction",{method},{",".join(parameters)}],'
-        f'CS[Cartesian,2],AXIS["easting (E)",east,ORDER[1]],AXIS["northing (N)",north,ORDER[2]],{metre}]'
+        f'DERIVEDPROJCRS["{quoted}",BASE{base},DERIVINGCONVERSION[{conversion}],'
+        f'CS[Cartesian,2],AXIS["easting (E)",east,ORDER[1]],AXIS["northing (N)",north,ORDER[2]],{_METRE}]'
     )
 
 
@@ -481,14 +489,9 @@ def _projected(base: CRS, pipeline: str, name: str) -> CRS:
 def _derived(base: CRS, steps: Sequence[str], name: str) -> CRS:
     """A CRS derived from the base's."""
     method = steps[0] if len(steps) == 1 else f"+proj=pipeline {' '.join(f'+step {step}' for step in steps)}"
-    quoted, metre = name.replace('"', '""'), 'LENGTHUNIT["metre",1]'
-    text = (
-        f'DERIVEDPROJCRS["{quoted}",BASE{base.to_wkt("WKT2_2019")},'
-        f'DERIVINGCONVERSION["correction",METHOD["{_METHOD.format(method)}"]],'
-        f'CS[Cartesian,2],AXIS["easting (E)",east,ORDER[1]],AXIS["northing (N)",north,ORDER[2]],{metre}]'
-    )
+    conversion = f'"correction",METHOD["{_METHOD.format(method)}"]'
     try:
-        return CRS.from_wkt(text)
+        return CRS.from_wkt(_derived_text(name, base.to_wkt("WKT2_2019"), conversion))
     except pyproj.exceptions.CRSError as error:
         raise ProjectionError(f"Invalid correction of '{name}'. PROJ cannot derive it from its base.") from error
 

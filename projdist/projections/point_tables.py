@@ -186,17 +186,16 @@ def _numbers(name: str, values: list[Any]) -> FloatArray:
     numbers = np.empty(len(values))
     for row, value in enumerate(values):
         try:
-            numbers[row] = np.nan if value is None or str(value).strip() in MISSING else _number(value)
+            if value is None or str(value).strip() in MISSING:
+                numbers[row] = np.nan
+            else:
+                numbers[row] = number_of(value) if isinstance(value, str) else float(value)
         except (TypeError, ValueError) as error:
             raise ValueError(
                 f"Invalid point in row {row + 1}. Its {name} is '{str(value)[:40]}'; it must be a number of degrees"
                 + (", with a decimal point." if has_decimal_comma(str(value)) else ".")
             ) from error
     return numbers
-
-
-def _number(value: Any) -> float:
-    return number_of(value) if isinstance(value, str) else float(value)
 
 
 def _check_all(good: BoolArray, reason: Any) -> None:

@@ -304,7 +304,8 @@ def parameters_in(operation: str, stated: Stated, *, sphere: bool) -> tuple[Para
     rows = [row for row in _table().get(operation, ()) if row.where in there]
     forms = list(dict.fromkeys(row.form for row in rows if row.form))
     if forms:
-        form = max(forms, key=lambda form: _count(rows, form, stated))  # ties: the first
+        stated_forms = [row.form for row in rows if row.key in stated]
+        form = max(forms, key=stated_forms.count)  # ties: the first
         rows = [row for row in rows if row.form in ("", form)]
     return tuple(_parameter(row, _value(row.key, row.default, stated)) for row in rows)
 
@@ -344,10 +345,6 @@ def prime_meridian(stated: Stated) -> float:
     """Prime meridian (+pm) of a map, in degrees from Greenwich."""
     meridian = stated.get("pm") or "0"
     return degrees_of(pyproj.list.get_prime_meridians_map().get(meridian, meridian))
-
-
-def _count(rows: Collection[_Row], form: str, stated: Stated) -> int:
-    return sum(row.form == form and row.key in stated for row in rows)
 
 
 def _value(key: str, default: str, stated: Stated) -> float:

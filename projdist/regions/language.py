@@ -381,25 +381,17 @@ def _cap(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
     return Cap(lon, lat, km, ellipsoid)
 
 
-def _country(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    from projdist.regions.countries import country  # as above
+def _named(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
+    """A country, continent or state, with a resolution behind an @."""
+    from projdist.regions import countries  # as above
 
     name, at, resolution = argument.partition("@")
-    return country(name.strip(), _resolution(resolution, at))
-
-
-def _continent(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    from projdist.regions.countries import continent  # as above
-
-    name, at, resolution = argument.partition("@")
-    return continent(name.strip(), _resolution(resolution, at))
-
-
-def _state(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    from projdist.regions import countries as states
-
-    name, at, resolution = argument.partition("@")
-    return states.state(name.strip(), resolution if at else states.RESOLUTION)
+    kind = text.partition(":")[0].lower()
+    if kind == "state":
+        return countries.state(name.strip(), resolution if at else countries.RESOLUTION)
+    return {"country": countries.country, "continent": countries.continent}[kind](
+        name.strip(), _resolution(resolution, at)
+    )
 
 
 def _crs(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
@@ -420,14 +412,11 @@ def _path(text: str, argument: str) -> tuple[Path, str]:
 
 
 def _file(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
+    """The polygons of a file, with straight or geodesic edges."""
     from projdist.regions.files import polygons_from_file  # as above
 
-    return polygons_from_file(*_path(text, argument), text)
-
-
-def _geodesic(text: str, argument: str, ellipsoid: Ellipsoid | None) -> Region:
-    from projdist.regions.files import polygons_from_file  # as above
-
+    if text.partition(":")[0].lower() == "file":
+        return polygons_from_file(*_path(text, argument), text)
     return polygons_from_file(*_path(text, argument), text, edges="geodesic", ellipsoid=ellipsoid)
 
 
@@ -440,12 +429,12 @@ def _points(text: str, argument: str, ellipsoid: Ellipsoid | None) -> PointSet:
 _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
     "box": _box,
     "cap": _cap,
-    "country": _country,
-    "continent": _continent,
-    "state": _state,
+    "country": _named,
+    "continent": _named,
+    "state": _named,
     "crs": _crs,
     "file": _file,
-    "geodesic": _geodesic,
+    "geodesic": _file,
     "points": _points,
 }
 

@@ -82,7 +82,8 @@ def _suffixed(name: str, suffix: str) -> str:
 
 def told_apart(region: Polygons) -> Polygons:
     """The region, with a note on parts beyond gaps of `FAR_KM` if there are any."""
-    if _reach_km(region) < FAR_KM:
+    west, south, east, north = region.bounds
+    if math.radians(east - west + north - south) * _radius_km(region) < FAR_KM:  # no two points are farther apart
         return region
     outline = _Outline(region, MAIN_KM)
     if outline.main(FAR_KM).all():
@@ -95,12 +96,6 @@ def told_apart(region: Polygons) -> Polygons:
     return dataclasses.replace(
         region, far=f"{region.name}: {far}; @main leaves it out, @all keeps it and says nothing."
     )
-
-
-def _reach_km(region: Polygons) -> float:
-    """Upper bound in km of the distance between points of a region."""
-    west, south, east, north = region.bounds
-    return math.radians(east - west + north - south) * _radius_km(region)
 
 
 def _radius_km(region: Region | PointSet) -> float:

@@ -279,14 +279,9 @@ def _run_on(
         with contextlib.suppress(BrokenExecutor):
             for index in waiting:
                 futures[executor.submit(function, tasks[index])] = index
-        for future in _finished(futures):
+        for future in as_completed(futures):
             with contextlib.suppress(BrokenExecutor, CancelledError):
                 keep(futures[future], future.result())
                 waiting.remove(futures[future])
         if not waiting or not futures:
             return
-
-
-def _finished(futures: dict[Future[Result], int]) -> Iterator[Future[Result]]:
-    """Futures as they are done."""
-    yield from as_completed(futures)

@@ -55,11 +55,15 @@ def replacing(path: Path, *, overwrite: bool = True, beside: Sequence[str] = ())
         if new.exists():
             _check_room(new)
         if stream:
-            _copy(new, target)
+            with new.open("rb") as data, target.open("wb") as sink:
+                shutil.copyfileobj(data, sink)
             return
         check()  # they may have been created meanwhile
         for suffix in beside:
-            _replace_if_there(new.with_suffix(suffix), target.with_suffix(suffix))
+            if new.with_suffix(suffix).exists():
+                _replace(new.with_suffix(suffix), target.with_suffix(suffix))
+            else:
+                target.with_suffix(suffix).unlink(missing_ok=True)
         _replace(new, target)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -85,15 +89,3 @@ def _replace(new: Path, target: Path) -> None:
     if target.exists():
         shutil.copymode(target, new)
     new.replace(target)
-
-
-def _replace_if_there(new: Path, target: Path) -> None:
-    if new.exists():
-        _replace(new, target)
-    else:
-        target.unlink(missing_ok=True)
-
-
-def _copy(source: Path, stream: Path) -> None:
-    with source.open("rb") as data, stream.open("wb") as sink:
-        shutil.copyfileobj(data, sink)

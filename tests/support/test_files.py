@@ -12,7 +12,7 @@ import typer
 from commands import refusal
 from full_disks import room_for
 
-from projdist.cli import formats as output
+from projdist.cli import formats
 from projdist.support.files import is_stream, replacing
 
 
@@ -179,9 +179,9 @@ def test_what_cannot_be_printed(error, message, monkeypatch, capsys):
     def failing(*_):
         raise error
 
-    monkeypatch.setattr(output, "write", failing)
+    monkeypatch.setattr(formats, "write", failing)
     with pytest.raises(typer.Exit) as ended:
-        output.emit("text", None)
+        formats.emit("text", None)
     assert (ended.value.exit_code, capsys.readouterr().err) == (2, message)
 
 
@@ -191,14 +191,14 @@ def test_a_closed_pipe_is_no_error(monkeypatch):
     def failing(*_):
         raise OSError(errno.EPIPE, "Broken pipe")
 
-    monkeypatch.setattr(output, "write", failing)
+    monkeypatch.setattr(formats, "write", failing)
     with pytest.raises(BrokenPipeError):
-        output.emit("text", None)
+        formats.emit("text", None)
 
 
 def test_pictures_without_memory(capsys):
     """Say what would help."""
-    with pytest.raises(typer.Exit), output.drawing(Path("x.png")):
+    with pytest.raises(typer.Exit), formats.drawing(Path("x.png")):
         raise MemoryError
     assert capsys.readouterr().err.startswith("projdist: Invalid picture 'x.png'. It needs more memory than there is")
 
