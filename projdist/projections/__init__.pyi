@@ -79,7 +79,7 @@ from .point_tables import (
     tell_of_frame_in_degrees,
     tell_of_missing,
 )
-from .proj_parameters import Parameter, defined_by, number_text
+from .proj_parameters import ParameterRange, defined_by, number_text
 from .projected_crs import (
     DataCrs,
     Graticule,
@@ -122,7 +122,7 @@ __all__ = [
     "Graticule",
     "GridError",
     "NativePole",
-    "Parameter",
+    "ParameterRange",
     "PointTable",
     "ProjectedCrs",
     "Projection",

@@ -20,7 +20,7 @@ from projdist.projections.errors import ProjectionError
 from projdist.support import NEAR, did_you_mean, listed, shown, tell
 
 
-class Stated(NamedTuple):
+class StatedParameter(NamedTuple):
     """A parameter as written in a definition; the value is in the definition's unit."""
 
     name: str
@@ -100,7 +100,7 @@ class _Reading:
     method: _Method
     taken: dict[_Parameter, dict[str, Any]] = field(default_factory=dict)
     names: dict[str, float] = field(default_factory=dict)
-    unused: list[Stated] = field(default_factory=list)
+    unused: list[StatedParameter] = field(default_factory=list)
 
     @property
     def missing(self) -> list[_Parameter]:
@@ -116,7 +116,7 @@ class _Reading:
             self.taken[wanted] = item
             self.names[folded(name)] = item["value"]
 
-    def uses(self, item: Stated) -> bool:
+    def uses(self, item: StatedParameter) -> bool:
         """True if a stated parameter is among those taken, by name, or by value and kind."""
         name, kind = folded(item.name), _kind_of(item)
         if kind == "option" and self.method.options.get(name) == item.value:
@@ -129,7 +129,7 @@ class _Reading:
             if wanted.takes(kind) or {kind, wanted.kind} <= _LATITUDES or {kind, wanted.kind} == _ROTATIONS
         )
 
-    def is_idle(self, item: Stated) -> bool:
+    def is_idle(self, item: StatedParameter) -> bool:
         """True if a parameter unknown to the method changes nothing: 0, a scale of 1, the pole of a polar map."""
         kind = _kind_of(item)
         if kind == "latitude" and abs(item.value) == 90.0:
@@ -139,7 +139,7 @@ class _Reading:
         neutral = 1.0 if kind == "scale" or folded(item.name) in ("xscale", "yscale") else 0.0
         return kind != "" and item.value == neutral
 
-    def contradicts(self, item: Stated) -> bool:
+    def contradicts(self, item: StatedParameter) -> bool:
         """True if a stated latitude is the pole opposite to the standard parallel of a polar map."""
         parallel = next((value["value"] for wanted, value in self.taken.items() if wanted.code == "8832"), 0.0)
         return _kind_of(item) == "latitude" and abs(item.value) == 90.0 and parallel * item.value < 0.0
@@ -198,7 +198,7 @@ def _candidates(name: str, code: str) -> list[_Method]:
     return own + [method for method in _methods() if method not in own and wanted in map(folded, method.other_names)]
 
 
-def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str, Any]:
+def reconciled(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) -> dict[str, Any]:
     """PROJJSON of a projected CRS with all stated parameters, including those that PROJ did not understand.
 
     Returns the given object if nothing changes. `stated` are the parameters of the original text, some of which PROJ
@@ -208,7 +208,9 @@ def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str
     conversion = crs["conversion"]
     read = conversion.get("parameters", [])
     if stated is None:
-        stated = [Stated(item["name"], item["value"]) for item in read if isinstance(item["value"], int | float)]
+        stated = [
+            StatedParameter(item["name"], item["value"]) for item in read if isinstance(item["value"], int | float)
+        ]
     method = conversion["method"]
     identity = method.get("id", {})
     code = str(identity["code"]) if identity.get("authority") == "EPSG" else ""  # PROJ has ids of its own, too
@@ -222,7 +224,7 @@ def reconciled(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str
     return {key: value for key, value in crs.items() if key not in ("id", "ids")} | {"conversion": mended}
 
 
-def conversion_of_names(method: str, stated: Sequence[Stated], name: str) -> dict[str, Any]:
+def conversion_of_names(method: str, stated: Sequence[StatedParameter], name: str) -> dict[str, Any]:
     """PROJJSON of a conversion by a method's name, parameters in degrees and metres, checked as by `reconciled`."""
     reading = _best_reading(_candidates(method, ""), [], stated)
     if reading is None:
@@ -241,7 +243,7 @@ def conversion_of(method: str, parameters: Iterable[dict[str, Any]], name: str) 
 
 
 def _best_reading(
-    candidates: Sequence[_Method], read: Sequence[dict[str, Any]], stated: Sequence[Stated], code: str = ""
+    candidates: Sequence[_Method], read: Sequence[dict[str, Any]], stated: Sequence[StatedParameter], code: str = ""
 ) -> _Reading | None:
     """The match with the fewest missing, then the fewest unused parameters; None without candidates.
 
@@ -251,7 +253,7 @@ def _best_reading(
     return min(readings, key=lambda reading: (len(reading.missing), len(reading.unused)), default=None)
 
 
-def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[Stated], code: str) -> _Reading:
+def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[StatedParameter], code: str) -> _Reading:
     """Match each parameter of a method to what PROJ read, else to what is stated by another name."""
     reading = _Reading(method)
     for wanted in method.parameters:
@@ -266,7 +268,7 @@ def _reading(method: _Method, read: Sequence[dict[str, Any]], stated: Sequence[S
                 reading.take(wanted, _item(wanted, found, read), found.name)
     reading.unused += [item for item in stated if not reading.uses(item) and not reading.is_idle(item)]
     reading.unused += [
-        Stated(wanted.name, item["value"])
+        StatedParameter(wanted.name, item["value"])
         for wanted, item in reading.taken.items()
         if item["value"] != 0.0 and not wanted.has(item["value"])  # PROJ writes 0 for what a string does not state
     ]
@@ -279,11 +281,11 @@ def _is_named(item: dict[str, Any], wanted: _Parameter) -> bool:
     return code == wanted.code if code and wanted.code else folded(item["name"]) == folded(wanted.name)
 
 
-def _kind_of(item: Stated) -> str:
+def _kind_of(item: StatedParameter) -> str:
     return _KIND_OF.get(folded(item.name), "")
 
 
-def _item(wanted: _Parameter, found: Stated, read: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _item(wanted: _Parameter, found: StatedParameter, read: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """PROJJSON of a parameter, in the unit that PROJ read for others of its quantity."""
     alike = (item for item in read if folded(item["name"]) == folded(found.name))
     others = (
@@ -332,7 +334,7 @@ def _complete(reading: _Reading, name: str) -> None:
         )
     for wanted in reading.missing:  # only scales are left
         tell(f"The CRS '{shown(name)}' states no {wanted.spoken} for {method.name}: it is taken for 1.")
-        reading.taken[wanted] = _item(wanted, Stated(wanted.name, 1.0), [])
+        reading.taken[wanted] = _item(wanted, StatedParameter(wanted.name, 1.0), [])
 
 
 def _close(name: str, wanted: Sequence[_Parameter]) -> list[str]:

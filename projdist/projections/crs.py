@@ -13,7 +13,7 @@ from pyproj import CRS
 
 from projdist.earth import Ellipsoid
 from projdist.projections.catalogue import close_codes, codes_elsewhere
-from projdist.projections.conversion_methods import Stated, known_method, reconciled
+from projdist.projections.conversion_methods import StatedParameter, known_method, reconciled
 from projdist.projections.errors import ALLOWED, ProjectionError, proj_reason
 from projdist.projections.operations import (
     CrsOperation,
@@ -120,7 +120,7 @@ def _is_definition(value: Any) -> bool:
     return isinstance(value, Mapping) and "proj" not in value
 
 
-def _with_conversion(crs: dict[str, Any], stated: Sequence[Stated] | None) -> dict[str, Any]:
+def _with_conversion(crs: dict[str, Any], stated: Sequence[StatedParameter] | None) -> dict[str, Any]:
     """PROJJSON of a CRS, also bound or compound, with the stated parameters in its conversion."""
     if crs["type"] == "ProjectedCRS":
         return reconciled(crs, stated)
@@ -134,13 +134,13 @@ def _with_conversion(crs: dict[str, Any], stated: Sequence[Stated] | None) -> di
     return crs
 
 
-def _parameters_in(roots: Sequence[WktNode]) -> list[Stated] | None:
+def _parameters_in(roots: Sequence[WktNode]) -> list[StatedParameter] | None:
     """The parameters in WKT 1, including those that PROJ drops; None for other WKT."""
     projected = next((node for root in roots if (node := root.find("PROJCS"))), None)
     if projected is None:
         return None
     parameters = (node for node in projected.nodes if node.keyword == "PARAMETER")
-    return [Stated(node.name, node.numbers[0]) for node in parameters if node.numbers]
+    return [StatedParameter(node.name, node.numbers[0]) for node in parameters if node.numbers]
 
 
 def _code(stated: CRS, projected: CRS) -> str:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import pyproj.list
 
 from projdist.projections.catalogue import ID_TITLES, NAMES, NOT_IN_METRES, NOT_MAPS, TITLES
-from projdist.projections.database import database, year_of
+from projdist.projections.database import check_authorities, database, year_of
 from projdist.projections.errors import ProjectionError
 from projdist.support import (
     Answer,
@@ -143,7 +143,8 @@ def find_crs(
     words = _words(check_text("search", text))
     if not words:
         raise ValueError(f"Invalid search '{shown(text)}'. It must have a word or a number.")
-    entries, wanted = _entries(), _check_authorities(authorities)
+    entries, given = _entries(), listed_values(authorities)
+    wanted = check_authorities(given, sorted({one.authority for one in entries} - {""})) if given else ()
     among = [one for one in entries if not wanted or one.authority in wanted]
     code = _code_of(text)
     ranked = sorted(
@@ -302,16 +303,6 @@ def _hit(one: _Entry) -> CrsHit:
 
 
 # ---- advice ---------------------------------------------------------------------------------
-
-
-def _check_authorities(authorities: Iterable[str] | str) -> set[str]:
-    """Names of authorities in capitals; raises ValueError for one without maps."""
-    known = sorted({one.authority for one in _entries()} - {""})
-    given = {check_text("authority", name).strip().upper() for name in listed_values(authorities)}
-    for name in sorted(given - set(known)):
-        hint = did_you_mean(close_words(name, known))
-        raise ValueError(f"Invalid authority '{shown(name)}'. {hint}It must be {listed(known, 'or')}.")
-    return given
 
 
 def _advice(text: str, words: Sequence[str], among: Sequence[_Entry], deprecated: bool) -> str:

@@ -169,16 +169,16 @@ class DatabaseCrs:
     is_upright: bool
 
 
-def check_authorities(authorities: Sequence[str]) -> tuple[str, ...]:
-    """Names of authorities in capitals, each once; raises ValueError for one without maps of the Earth."""
+def check_authorities(authorities: Iterable[str] | str, known: Sequence[str] = AUTHORITIES) -> tuple[str, ...]:
+    """Names of authorities in capitals, each once; raises ValueError for unknown ones, and for none."""
     given = (check_text("authority", name) for name in listed_values(authorities))
     names = tuple(dict.fromkeys(name.strip().upper() for name in given))
     for name in names:
-        if name not in AUTHORITIES:
-            hint = did_you_mean(close_words(name, AUTHORITIES))
-            raise ValueError(f"Invalid authority '{name}'. {hint}It must be {listed(AUTHORITIES, 'or')}.")
+        if name not in known:
+            hint = did_you_mean(close_words(name, known))
+            raise ValueError(f"Invalid authority '{shown(name)}'. {hint}It must be {listed(known, 'or')}.")
     if not names:
-        raise ValueError(f"Invalid authority ''. It must be {listed(AUTHORITIES, 'or')}.")
+        raise ValueError(f"Invalid authority ''. It must be {listed(known, 'or')}.")
     return names
 
 

@@ -259,7 +259,7 @@ def number_text(value: float) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parameter:
+class ParameterRange:
     """A numeric parameter of a map: PROJ's key, its label, and the range in which PROJ has a map.
 
     `unit` is "°", "m" or "". `value` is the map's current one, always within the range; `step` suits a slider.
@@ -293,7 +293,7 @@ class _Row:
     where: str
 
 
-def parameters_in(operation: str, stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
+def parameters_in(operation: str, stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
     """The numeric parameters of an operation with some parameters stated.
 
     Of alternatives, such as k_0 or lat_ts, those that are stated, else the first.
@@ -310,13 +310,13 @@ def parameters_in(operation: str, stated: Stated, *, sphere: bool) -> tuple[Para
     return tuple(_parameter(row, _value(row.key, row.default, stated)) for row in rows)
 
 
-def longitude_key(parameters: Collection[Parameter]) -> str:
+def longitude_key(parameters: Collection[ParameterRange]) -> str:
     """Key of the parameter that moves a map in longitude; "" if there is none."""
     keys = [parameter.name for parameter in parameters]
     return next((key for key in ("lonc", "lon_0") if key in keys), "")
 
 
-def check_value(parameter: Parameter, value: float, label: str) -> str:
+def check_value(parameter: ParameterRange, value: float, label: str) -> str:
     """A value as text for PROJ; raises ProjectionError outside the range."""
     stepped = parameter.step >= 1.0 and parameter.unit != "m"
     if not parameter.low <= value <= parameter.high or (stepped and value % parameter.step):
@@ -356,13 +356,13 @@ def _value(key: str, default: str, stated: Stated) -> float:
     return float(default) if re.match(r"[-\d]", default) else 0.0
 
 
-def _parameter(row: _Row, value: float) -> Parameter:
+def _parameter(row: _Row, value: float) -> ParameterRange:
     """The parameter of a row; its range is mirrored or extended to include the value."""
     low, high = row.low, row.high
     if value < 0.0 <= low and row.unit == "°" and -high <= value <= -low:
         low, high = -high, -low
     low, high = min(low, value), max(high, value)
-    return Parameter(name=row.key, label=row.label, unit=row.unit, low=low, high=high, step=row.step, value=value)
+    return ParameterRange(name=row.key, label=row.label, unit=row.unit, low=low, high=high, step=row.step, value=value)
 
 
 @functools.cache

@@ -31,7 +31,7 @@ from projdist.projections.names import (
 )
 from projdist.projections.operations import CrsOperation, Pipeline
 from projdist.projections.proj_parameters import (
-    Parameter,
+    ParameterRange,
     Stated,
     check_value,
     defined_by,
@@ -102,7 +102,7 @@ class Tunable:
     """
 
     definition: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[ParameterRange, ...]
     drags: Literal["both", "longitude", "none"]
     centre: Centre | None
 
@@ -270,7 +270,7 @@ def _is_centred(plan: _Plan) -> bool:
     return all(centred) and same_coordinates(plan.projection, here)
 
 
-def _parameters(stated: Stated, *, sphere: bool) -> tuple[Parameter, ...]:
+def _parameters(stated: Stated, *, sphere: bool) -> tuple[ParameterRange, ...]:
     """Numeric parameters of a map, and of the inner map of an oblique one."""
     found = parameters_in(stated["proj"], stated, sphere=sphere)
     if stated["proj"] != "ob_tran":

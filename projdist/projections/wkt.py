@@ -14,7 +14,7 @@ import pyproj.exceptions
 from pyproj import CRS
 
 from projdist.projections.catalogue import folded
-from projdist.projections.conversion_methods import Stated, conversion_of_names, is_parameter
+from projdist.projections.conversion_methods import StatedParameter, conversion_of_names, is_parameter
 from projdist.projections.errors import ProjectionError
 from projdist.support import quoted, shown, tell
 
@@ -267,7 +267,7 @@ def _method(name: str, mapping: Mapping[str, Any]) -> str:
     return f"Geostationary Satellite (Sweep {str(sweep).upper()})"
 
 
-def _parameters(name: str, mapping: Mapping[str, Any]) -> list[Stated]:
+def _parameters(name: str, mapping: Mapping[str, Any]) -> list[StatedParameter]:
     """The numbers of a grid mapping by their names in WKT."""
     found = []
     for key, value in mapping.items():
@@ -275,9 +275,9 @@ def _parameters(name: str, mapping: Mapping[str, Any]) -> list[Stated]:
         numbers = [float(item) for item in values if isinstance(item, Real)]
         if key == "standard_parallel" and name in ("lambert_conformal_conic", "albers_conical_equal_area"):
             both = numbers * 2 if len(numbers) == 1 else numbers
-            found += [Stated(f"standard_parallel_{index}", number) for index, number in enumerate(both, start=1)]
+            found += [StatedParameter(f"standard_parallel_{k}", number) for k, number in enumerate(both, start=1)]
         elif numbers:
-            found.append(Stated(key, numbers[0]))
+            found.append(StatedParameter(key, numbers[0]))
         if key == "azimuth_of_central_line" and numbers:  # CF has no separate angle for the grid
-            found.append(Stated("rectified_grid_angle", numbers[0]))
+            found.append(StatedParameter("rectified_grid_angle", numbers[0]))
     return found
