@@ -33,40 +33,7 @@ TEXTBOOK_PARAMETERS: dict[str, str] = {
 }
 """Textbook parameters of PROJ ids whose defaults in PROJ give another map."""
 
-NEEDED_PARAMETERS: dict[str, str] = {
-    "aea": "+lat_1=29.5 +lat_2=45.5",
-    "bonne": "+lat_1=45",
-    "ccon": "+lat_1=45",
-    "chamb": "+lat_1=55 +lon_1=10 +lat_2=10 +lon_2=-20 +lat_3=10 +lon_3=50",
-    "eqdc": "+lat_1=30 +lat_2=60",
-    "etmerc": "+ellps=WGS84",
-    "euler": "+lat_1=30 +lat_2=60",
-    "geos": "+h=35785831",
-    "gn_sinu": "+m=2 +n=3",
-    "imw_p": "+lat_1=48 +lat_2=52",
-    "labrd": "+lat_0=-18.9 +azi=18.9",
-    "lcc": "+lat_1=30 +lat_2=60",
-    "lcca": "+lat_0=45",
-    "lsat": "+lsat=5 +path=177",
-    "misrsom": "+path=177",
-    "murd1": "+lat_1=30 +lat_2=60",
-    "murd2": "+lat_1=30 +lat_2=60",
-    "murd3": "+lat_1=30 +lat_2=60",
-    "nsper": "+h=3000000",
-    "ob_tran": "+o_proj=moll +o_lat_p=45",
-    "oea": "+m=1 +n=2",
-    "omerc": "+lat_0=45 +alpha=30",
-    "pconic": "+lat_1=30 +lat_2=60",
-    "sch": "+plat_0=30 +plon_0=45 +phdg_0=-12",
-    "tissot": "+lat_1=30 +lat_2=60",
-    "tpeqd": "+lat_1=40 +lon_1=-100 +lat_2=50 +lon_2=10",
-    "tpers": "+h=3000000",
-    "ups": "+ellps=WGS84",
-    "urm5": "+n=0.9",
-    "urmfps": "+n=0.5",
-    "utm": "+zone=33 +ellps=WGS84",
-    "vitk1": "+lat_1=30 +lat_2=60",
-}
+NEEDED_PARAMETERS: dict[str, str] = {row["operation"]: row["example"] for row in data_rows("needed_parameters.csv")}
 """Example parameters of PROJ ids that PROJ refuses without them, at least on a sphere."""
 
 NOT_MAPS = frozenset(
