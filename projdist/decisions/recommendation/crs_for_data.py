@@ -93,7 +93,9 @@ def crs_for_data(
         best = less[0] if less else best
     code = best.code if keeps_datum(crs, best.code) else _twin_on_datum(crs, best)
     foreign = "" if own else f"None was found for the country of the data; this one is for {best.area_name}"
-    return CrsForData(code, datum_transformation(crs, code, float(lon[0]), float(lat[0])), _turned(code, lon, lat), foreign)
+    return CrsForData(
+        code, datum_transformation(crs, code, float(lon[0]), float(lat[0])), _turned(code, lon, lat), foreign
+    )
 
 
 def _candidates(crs: Any, region: Place, purpose: str, options: dict[str, Any]) -> tuple[Candidate, ...]:
