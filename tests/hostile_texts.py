@@ -252,17 +252,17 @@ def outcomes(texts: Sequence[str], how: str, folder: Path, before: Sequence[str]
 
 
 def main(path: str, how: str) -> None:
-    """Tell of each text, of a file in JSON, what becomes of it behind closed or open doors."""
-    from projdist.web.live.dispatcher import Doors, OpenDoors
+    """Tell of each text, of a file in JSON, what becomes of it behind closed or open policy."""
+    from projdist.web.live.dispatcher import InputPolicy, OpenInputPolicy
 
     folder = Path(path)
     texts = json.loads((folder / "texts.json").read_text())
-    doors = Doors() if how == "closed" else OpenDoors()
+    policy = InputPolicy() if how == "closed" else OpenInputPolicy()
     warnings.simplefilter("ignore")
     watch = Watch(folder / place for place in _PLACES)
     for text in texts:
         found: dict[str, Any] = {}
-        for kind, ask, given in (("map", doors.projection, text), ("region", doors.region, f"crs:{text}")):
+        for kind, ask, given in (("map", policy.projection, text), ("region", policy.region, f"crs:{text}")):
             try:
                 found[kind] = ask(given).name
             except ValueError as error:

@@ -1,4 +1,4 @@
-"""Pages of `projdist explore` without a browser: its server, requests over its socket, and lanes that misbehave."""
+"""Pages of `projdist explore` without a browser: its server, requests over its socket, and workers that misbehave."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from pyproj.datadir import get_user_data_dir
 from pyproj.network import is_network_enabled
 
 from projdist.projections import Projection, ProjectionError
-from projdist.web.live.dispatcher import Doors, Request
-from projdist.web.live.worker import Lane
+from projdist.web.live.dispatcher import InputPolicy, Request
+from projdist.web.live.worker import Worker
 
 ADDRESS = re.compile(r"http://127\.0\.0\.1:(\d+)/#token=([\w-]+)\n")
 
@@ -36,8 +36,8 @@ def header_of(block: bytes) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Traps(Doors):
-    """Doors behind which requests sleep, fall, are killed, or have a process of their own; with marks in a folder."""
+class Traps(InputPolicy):
+    """A policy whose requests sleep, fall, are killed or start processes; marks stand in a folder."""
 
     folder: str = ""
 
@@ -74,7 +74,7 @@ class Traps(Doors):
 
 @dataclass
 class Hearing:
-    """What a lane tells."""
+    """What a worker tells."""
 
     blocks: queue.Queue[bytes] = field(default_factory=queue.Queue)
 
@@ -88,9 +88,9 @@ class Hearing:
 
 
 @contextlib.contextmanager
-def lane(doors: Doors | None = None, limit: float = 60.0) -> Iterator[Lane]:
-    """A lane that is closed at the end."""
-    with contextlib.closing(Lane("preview", doors or Doors(), limit)) as found:
+def worker(policy: InputPolicy | None = None, limit: float = 60.0) -> Iterator[Worker]:
+    """A worker that is closed at the end."""
+    with contextlib.closing(Worker("preview", policy or InputPolicy(), limit)) as found:
         yield found
 
 

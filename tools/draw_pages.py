@@ -20,7 +20,7 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from projdist.cli import main as projdist
-from projdist.web import Doors, Site, Start, open_socket
+from projdist.web import InputPolicy, LiveSite, Start, open_socket
 
 MAPS = ("winkel-tripel", "mollweide@35,-30")
 EXPLORE_SIZE = 1280, 860
@@ -53,7 +53,7 @@ def draw_explore() -> None:
     """The live page with two maps at rest."""
     listening = open_socket()
     port = listening.getsockname()[1]
-    site = Site(Start(projections=MAPS, region="globe", measure="fisher"), Doors())
+    site = LiveSite(Start(projections=MAPS, region="globe", measure="fisher"), InputPolicy())
     server = uvicorn.Server(uvicorn.Config(site.app(port), ws="websockets-sansio", lifespan="off", log_level="error"))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
     thread.start()

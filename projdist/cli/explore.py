@@ -56,7 +56,7 @@ def explore_command(
         refuse(f"Invalid port '{port}'. It cannot be listened on: {os.strerror(error.errno or 0)}.", error)
     text = region or place.name
     start = web.Start(projections=tuple(given), region=text, measure=chosen)
-    with contextlib.closing(web.Site(start, web.Doors(frozenset([*given, text])))) as site:
+    with contextlib.closing(web.LiveSite(start, web.InputPolicy(frozenset([*given, text])))) as site:
         address = site.url(listening.getsockname()[1])
         emit(f"{address}\n", None)
         sys.stdout.flush()

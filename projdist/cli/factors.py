@@ -94,7 +94,7 @@ class _Point(NamedTuple):
 
 
 @dataclass
-class Points:
+class GivenPoints:
     """Longitudes and latitudes in degrees, the text that came with each, and what could not be read."""
 
     lon: list[float] = field(default_factory=list)
@@ -109,14 +109,14 @@ class Points:
         self.text.append(text)
 
 
-def read_points(words: Sequence[str], lines: Iterable[str]) -> Points:
+def read_points(words: Sequence[str], lines: Iterable[str]) -> GivenPoints:
     """Points of LON LAT or LON,LAT words, or, where the only word is `-`, of the lines.
 
     Degrees may have minutes and seconds, and the letters N, S, E, W, which tell what is a latitude. A line
     that cannot be read is a problem, not an error: the others go on. Raises ValueError for words that are no
     points, and where there are no points at all.
     """
-    points = Points()
+    points = GivenPoints()
     words = [word.strip() for word in words]
     if words == ["-"]:
         _read_lines(points, lines)
@@ -144,7 +144,7 @@ def _pair(word: str) -> list[str]:
     return parts if len(parts) == 2 else []
 
 
-def _read_lines(points: Points, lines: Iterable[str]) -> None:
+def _read_lines(points: GivenPoints, lines: Iterable[str]) -> None:
     """The points of lines, the first of which may be a header."""
     header: _Header | None = None
     first = True
@@ -193,7 +193,7 @@ def _is_blank_separated(line: str, header: _Header) -> bool:
     )
 
 
-def _read_line(points: Points, line: str, header: _Header | None) -> None:
+def _read_line(points: GivenPoints, line: str, header: _Header | None) -> None:
     """Add the point of a line; raises ValueError."""
     if header is not None:
         cells = _cells(line, header.separator or (None if _is_blank_separated(line, header) else separator_of(line)))
@@ -371,7 +371,7 @@ def factors_command(
         str | None,
         typer.Option(
             metavar="FILE[#LAYER]",
-            help="Points to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads.",
+            help="GivenPoints to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads.",
         ),
     ] = None,
     measure: MeasuresOption = None,

@@ -19,7 +19,7 @@ from projdist.numerics import quantiles
 from projdist.plots.colours import colour_scale, level_labels
 from projdist.plots.layouts import check_dpi, check_size
 from projdist.plots.pictures import AnyMeasure
-from projdist.plots.style import Look, LookedFigure, look_for, look_of, scale_for, scale_of, titles_for
+from projdist.plots.style import Look, StyledFigure, look_for, look_of, scale_for, scale_of, titles_for
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, RegionLike, region_for
 from projdist.support import check_choice
@@ -249,7 +249,7 @@ def distribution_figure(
     look, room = look_for(look), check_size(size)
     name = "" if place == GLOBE else place.name[:_LONGEST]
     with look.applied():
-        figure = LookedFigure(
+        figure = StyledFigure(
             look, scale_for(look, room), figsize=room or _SIZES[kind], dpi=check_dpi(dpi), layout="constrained"
         )
         ax = figure.add_subplot(facecolor="none" if look.transparent else look.colours.background)

@@ -33,7 +33,7 @@ from projdist.plots.ground_distortion import (
 )
 from projdist.plots.layouts import BAR, FOOT, arranged, bar_axes, check_dpi
 from projdist.plots.pictures import AnyMeasure, Levels, check_exaggeration, draw_colourbar, draw_heatmap, draw_tissot
-from projdist.plots.style import Look, LookedFigure, look_for, title_of
+from projdist.plots.style import Look, StyledFigure, look_for, title_of
 from projdist.projections import Projection, ProjectionLike, listed_projections
 from projdist.regions import GLOBE, Place, RegionLike, region_for, region_title
 from projdist.support import check_choice, check_instance, check_path, check_text, quoted, replacing
@@ -334,7 +334,7 @@ def _write(figure: Figure, target: Path | BinaryIO, suffix: str, dpi: float) -> 
         figure.savefig(target, format=suffix[1:], dpi=dpi, metadata=_UNDATED[suffix])
 
 
-def _draw_bar(figure: LookedFigure, scale: ColourScale, label: str) -> None:
+def _draw_bar(figure: StyledFigure, scale: ColourScale, label: str) -> None:
     """A colour bar at the foot of a figure, where one is wanted."""
     if figure.look.colourbar:
         draw_colourbar(figure, scale, cax=bar_axes(figure), label=label)
@@ -414,7 +414,7 @@ def _layout(
     foot: float,
     one_scale: bool,
     look: Look,
-) -> tuple[LookedFigure, list[Axes], float]:
+) -> tuple[StyledFigure, list[Axes], float]:
     """A figure with room at its foot, axes in the shape of each map, and the room for their titles in inches."""
     views = np.array([one.surface.view for one in maps])
     shapes = views[:, [1, 3]] - views[:, [0, 2]]

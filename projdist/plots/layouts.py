@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from projdist._typing import FloatArray
 from projdist.plots.basemap import title_width
-from projdist.plots.style import USUAL, Look, LookedFigure, scale_for
+from projdist.plots.style import USUAL, Look, StyledFigure, scale_for
 from projdist.support import check_number, check_pair, quoted
 
 FOOT, BAR = 0.3, 0.75  # inches below the maps, for a line of text, and for a colour bar
@@ -37,7 +37,7 @@ class _Room:
 
 
 @dataclass(frozen=True)
-class _Grid:
+class _PanelGrid:
     """Panels in columns; `unit` is inches per unit of the maps' shapes, `rows` the heights of the rows in inches.
 
     `letters` is the size of letters relative to the usual one.
@@ -87,7 +87,7 @@ class _Wish:
         return letters * max(title_width(*words) for words in self.words)
 
 
-def _grid(wish: _Wish, columns: int) -> _Grid:
+def _grid(wish: _Wish, columns: int) -> _PanelGrid:
     """The arrangement in a number of columns; in one of a stated size titles are of one line where they have room."""
     merged = [(" · ".join(filter(None, words)), "") for words in wish.words]
     if wish.size is not None and merged != wish.words:
@@ -97,12 +97,12 @@ def _grid(wish: _Wish, columns: int) -> _Grid:
     return _grid_of(wish, columns, is_one_line=False)
 
 
-def _fits(grid: _Grid, wish: _Wish) -> bool:
+def _fits(grid: _PanelGrid, wish: _Wish) -> bool:
     """Whether titles have room in their columns."""
     return wish.title_width(grid.letters) <= grid.pitch - grid.room.gap
 
 
-def _grid_of(wish: _Wish, columns: int, *, is_one_line: bool) -> _Grid:
+def _grid_of(wish: _Wish, columns: int, *, is_one_line: bool) -> _PanelGrid:
     """The arrangement in a number of columns, as large as it can be."""
     shapes, size = wish.shapes, wish.size
     count = len(shapes)
@@ -121,7 +121,7 @@ def _grid_of(wish: _Wish, columns: int, *, is_one_line: bool) -> _Grid:
         width = max(columns * (max(shapes[:, 0].max() * unit + beside, widest) + room.gap) + room.gap, 4.5)
         height = fixed + unit * rows.sum()
     spare = (height - fixed - unit * rows.sum()) / rows.size
-    return _Grid(
+    return _PanelGrid(
         columns, width, height, unit, unit * rows + spare + room.title + room.gap + below, room, letters, is_one_line
     )
 
@@ -135,7 +135,7 @@ def arranged(
     words: list[tuple[str, str]],
     labels: tuple[float, float] = (0.0, 0.0),
     look: Look = USUAL,
-) -> tuple[LookedFigure, list[Axes], float]:
+) -> tuple[StyledFigure, list[Axes], float]:
     """A figure with room at its foot, and axes of `shapes`, widths and heights (n, 2), as large as they can be.
 
     Columns are as wide as titles, `words`, where the figure has room for it, with room for `labels` in inches to the
@@ -161,7 +161,7 @@ def arranged(
         width, height = size or (grid.width, grid.height)
         maps_text = "a map" if count == 1 else f"{count} maps"
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {maps_text}.")
-    figure = LookedFigure(
+    figure = StyledFigure(
         look,
         grid.letters,
         figsize=(grid.width, grid.height),
@@ -174,7 +174,7 @@ def arranged(
     return figure, _axes(figure, grid, shapes, labels), grid.pitch - grid.room.gap - grid.letters * labels[0]
 
 
-def _axes(figure: Figure, grid: _Grid, shapes: FloatArray, labels: tuple[float, float]) -> list[Axes]:
+def _axes(figure: Figure, grid: _PanelGrid, shapes: FloatArray, labels: tuple[float, float]) -> list[Axes]:
     """Axes in the middle of the room of each map."""
     axes = []
     count = len(shapes)
@@ -190,7 +190,7 @@ def _axes(figure: Figure, grid: _Grid, shapes: FloatArray, labels: tuple[float, 
     return axes
 
 
-def bar_axes(figure: LookedFigure) -> Axes:
+def bar_axes(figure: StyledFigure) -> Axes:
     """Axes at the foot of a figure, for a colour bar."""
     width, height = figure.get_size_inches()
     length = min(0.7 * width, 6.0)

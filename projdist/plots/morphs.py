@@ -22,7 +22,7 @@ from projdist.matrices import Measure, get_measure
 from projdist.plots.colours import ColourScale, colour_scale
 from projdist.plots.layouts import check_dpi, check_size
 from projdist.plots.pictures import AnyMeasure, draw_colourbar
-from projdist.plots.style import Look, LookedFigure, look_for, scale_for
+from projdist.plots.style import Look, StyledFigure, look_for, scale_for
 from projdist.projections import Projection, ProjectionLike
 from projdist.regions import GLOBE, Place, RegionLike, region_for
 from projdist.support import check_number, check_path, check_whole_number, quoted, replacing
@@ -376,7 +376,7 @@ class _Stage:
         self.blend, self.measure = blend, measure
         self.scale = _scale(blend, measure, look)
         self.look, self.letters = look, scale_for(look, size)
-        self.figure = LookedFigure(look, self.letters, figsize=size, dpi=dpi)
+        self.figure = StyledFigure(look, self.letters, figsize=size, dpi=dpi)
         self.canvas: Any = self.figure.canvas
         width, height = size
         self.heading = self.letters * _HEADING if look.title else 0.0

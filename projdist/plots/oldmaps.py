@@ -22,7 +22,7 @@ from projdist.plots.basemap import draw_title
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.layouts import check_dpi, check_size
 from projdist.plots.pictures import draw_colourbar, label_isolines
-from projdist.plots.style import Look, LookedFigure, look_for, look_of, scale_for, scale_of
+from projdist.plots.style import Look, StyledFigure, look_for, look_of, scale_for, scale_of
 from projdist.support import check_instance, check_path, check_text, listed_values
 from projdist.surfaces import close_pairs, ellipses
 
@@ -81,7 +81,7 @@ _MOST_NAMES = 12
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sheet:
+class OldMapSheet:
     """The drawn part of an old map: a mesh over the hull of its control points, true places and corrected Jacobians.
 
     `view` is left, right, bottom and top; of a mirrored old map the top is less than the bottom.
@@ -144,7 +144,7 @@ def old_map_figure(
 # ---- the sheet ------------------------------------------------------------------------------
 
 
-def _sheet(found: OldMap, scan: Scan | None) -> Sheet:
+def _sheet(found: OldMap, scan: Scan | None) -> OldMapSheet:
     """A mesh of nearly equal triangles over the hull."""
     hull = ConvexHull(found.fitted.old)
     corners = found.fitted.old[hull.vertices]
@@ -164,7 +164,7 @@ def _sheet(found: OldMap, scan: Scan | None) -> Sheet:
         left, right, bottom, top = max(left, x0), min(right, x1), max(bottom, y0), min(top, y1)
     if found.is_mirrored:
         bottom, top = top, bottom
-    return Sheet(
+    return OldMapSheet(
         found=found,
         mesh=Triangulation(*vertices.T),
         truth=found.fit(vertices),
@@ -189,7 +189,7 @@ def _inside(hull: ConvexHull, step: float, margin: float) -> FloatArray:
 # ---- panels ---------------------------------------------------------------------------------
 
 
-def _tissot(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
+def _tissot(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
     """Ellipses, the images of equal circles in truth."""
     _draw_ground(ax, sheet)
     _draw_grid(ax, sheet)
@@ -215,7 +215,7 @@ def _tissot(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     _draw_title(ax, sheet, "Tissot's indicatrices", f"Circles in truth with a radius of {_length(radius)}")
 
 
-def _heatmap(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
+def _heatmap(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
     """Fisher distortion or areal scale after the MDT."""
     mean = sheet.found.rectifications["mdt"].distortion
     scale = _draw_field(ax, sheet, measure)
@@ -227,7 +227,7 @@ def _heatmap(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     _draw_title(ax, sheet, title, below)
 
 
-def _rotation(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
+def _rotation(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
     """Isolines of rotation."""
     turn = round(float(sheet.found.rectifications["mdt"].parts.rotation), 2) + 0.0  # no -0.00
     scale = _draw_field(ax, sheet, "rotation")
@@ -235,7 +235,7 @@ def _rotation(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     _draw_title(ax, sheet, "Rotation", f"Degrees clockwise from the mean, which is {turn:.2f}")
 
 
-def _scale(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
+def _scale(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
     """Isolines of scale: of denominators where they are known, else relative to the mean."""
     metres = float(sheet.found.rectifications["mdt"].parts.scale)
     denominator = sheet.found.denominator(metres)
@@ -247,7 +247,7 @@ def _scale(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
     _draw_title(ax, sheet, "Scale", below)
 
 
-def _grid(ax: Axes, bar: Axes, sheet: Sheet, measure: str) -> None:
+def _grid(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
     """The true grid, the control points, and how far they are from where the MDT would have them."""
     found = sheet.found
     _draw_ground(ax, sheet)
@@ -288,13 +288,13 @@ def _red(found: OldMap) -> str:
     return "; red: outliers" + ("" if found.is_fitted.all() else ", left out")
 
 
-def _point(ax: Axes, sheet: Sheet) -> str:
+def _point(ax: Axes, sheet: OldMapSheet) -> str:
     """The usual blue on paper."""
     look = look_of(ax)
     return _POINT if look.theme is None or sheet.scan is not None else look.colours.text
 
 
-OLD_MAP_PANELS: dict[str, Callable[[Axes, Axes, Sheet, str], None]] = {
+OLD_MAP_PANELS: dict[str, Callable[[Axes, Axes, OldMapSheet, str], None]] = {
     "tissot": _tissot,
     "heatmap": _heatmap,
     "rotation": _rotation,
@@ -309,7 +309,7 @@ _WITH_BAR = ("heatmap", "rotation", "scale")
 # ---- what panels share ----------------------------------------------------------------------
 
 
-def _set_view(ax: Axes, sheet: Sheet) -> None:
+def _set_view(ax: Axes, sheet: OldMapSheet) -> None:
     left, right, bottom, top = sheet.view
     if sheet.scan is not None:
         ax.imshow(sheet.scan.pixels, extent=sheet.scan.extent, zorder=0.0)
@@ -319,14 +319,14 @@ def _set_view(ax: Axes, sheet: Sheet) -> None:
     ax.set_axis_off()
 
 
-def _draw_ground(ax: Axes, sheet: Sheet) -> None:
+def _draw_ground(ax: Axes, sheet: OldMapSheet) -> None:
     """The hull, pale where there is no scan, and folds."""
     if sheet.scan is None:
         ax.fill(*sheet.hull.T, facecolor=look_of(ax).colours.sea, zorder=0.1)
     _draw_rim(ax, sheet)
 
 
-def _draw_rim(ax: Axes, sheet: Sheet) -> None:
+def _draw_rim(ax: Axes, sheet: OldMapSheet) -> None:
     ax.plot(*sheet.hull.T, color=look_of(ax).colours.outline, linewidth=0.8, zorder=3.0)
     folds = sheet.mesh.triangles[sheet.folded[sheet.mesh.triangles].any(axis=1)]
     if len(folds):
@@ -337,11 +337,11 @@ def _draw_rim(ax: Axes, sheet: Sheet) -> None:
         )
 
 
-def _draw_title(ax: Axes, sheet: Sheet, title: str, below: str) -> None:
+def _draw_title(ax: Axes, sheet: OldMapSheet, title: str, below: str) -> None:
     draw_title(ax, title, below + ("; pink: the fit folds" if sheet.folded.any() else ""))
 
 
-def _draw_grid(ax: Axes, sheet: Sheet, strong: bool = False) -> float:
+def _draw_grid(ax: Axes, sheet: OldMapSheet, strong: bool = False) -> float:
     """Lines of equal true x and y at round distances; returns the distance in metres."""
     step = _round_down(float(np.ptp(sheet.truth, axis=0).max()) / _LINES)
     colours = look_of(ax).colours
@@ -353,7 +353,7 @@ def _draw_grid(ax: Axes, sheet: Sheet, strong: bool = False) -> float:
     return step
 
 
-def _draw_field(ax: Axes, sheet: Sheet, name: str, denominator: float | None = None) -> ColourScale:
+def _draw_field(ax: Axes, sheet: OldMapSheet, name: str, denominator: float | None = None) -> ColourScale:
     """Colours and isolines of a measure."""
     folded = sheet.folded
     values = LOCAL_MEASURES[name](sheet.J)
@@ -383,7 +383,7 @@ def _draw_field(ax: Axes, sheet: Sheet, name: str, denominator: float | None = N
     return scale
 
 
-def _colour_scan(ax: Axes, sheet: Sheet, scan: Scan, values: FloatArray, scale: ColourScale) -> None:
+def _colour_scan(ax: Axes, sheet: OldMapSheet, scan: Scan, values: FloatArray, scale: ColourScale) -> None:
     """Colours as of ink on the paper of a scan: dark lines stay, and blank paper has the colours of the bar."""
     left, right, bottom, top = sheet.view
     rows = max(round(_PIXELS * abs(top - bottom) / (right - left)), 1)
@@ -427,7 +427,7 @@ def _length(metres: float) -> str:
 
 
 def _layout(
-    sheet: Sheet, panels: Sequence[str], size: tuple[float, float] | None, dpi: float, look: Look
+    sheet: OldMapSheet, panels: Sequence[str], size: tuple[float, float] | None, dpi: float, look: Look
 ) -> tuple[Figure, list[tuple[Axes, Axes]]]:
     """A figure with axes for each panel, and below them axes for its colour bar."""
     left, right, bottom, top = sheet.view
@@ -445,7 +445,7 @@ def _layout(
     if size is None:
         width, height = columns * max(w + _GAP, letters * _TEXT) + _GAP, len(in_rows) * w * shape + fixed
     spare = (height - fixed - len(in_rows) * w * shape) / len(in_rows)
-    figure = LookedFigure(look, letters, figsize=(width, height), dpi=dpi)
+    figure = StyledFigure(look, letters, figsize=(width, height), dpi=dpi)
     if look.title:
         figure.head(look.title)
     length = min(max(0.8 * w, 0.6 * (width - _GAP) / columns), 5.0)

@@ -32,7 +32,7 @@ from projdist.plots.basemap import (
 )
 from projdist.plots.colours import ColourScale, colour_scale, level_labels, shows_isolines
 from projdist.plots.places import draw_places, main_cities, shows_places
-from projdist.plots.style import USUAL, LookedFigure, look_of, scale_of, text_width, title_of
+from projdist.plots.style import USUAL, StyledFigure, look_of, scale_of, text_width, title_of
 from projdist.projections import ProjectionLike
 from projdist.regions import RegionLike
 from projdist.support import check_instance, check_number
@@ -337,7 +337,7 @@ def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulat
 
 def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None, **place: Any) -> Colorbar:
     """A horizontal colour bar with the levels as its ticks, and the measure's name as its label if none is given."""
-    looked = isinstance(figure, LookedFigure)
+    looked = isinstance(figure, StyledFigure)
     letters, is_tight = (figure.scale, figure.is_tight) if looked else (1.0, False)
     colours = figure.look.colours if looked else USUAL.colours
     bar: Colorbar = figure.colorbar(

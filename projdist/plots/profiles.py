@@ -15,7 +15,7 @@ from projdist.answers import Profile
 from projdist.matrices import MEASURES
 from projdist.plots.colours import level_labels
 from projdist.plots.layouts import check_dpi, check_size
-from projdist.plots.style import Look, LookedFigure, Theme, look_for, look_of, scale_for, scale_of
+from projdist.plots.style import Look, StyledFigure, Theme, look_for, look_of, scale_for, scale_of
 from projdist.support import check_instance, check_text
 
 _WIDTH, _PANEL, _GAP = 8.0, 1.45, 0.16  # inches
@@ -97,12 +97,12 @@ def profile_figure(
     if each < 0.3 or width < left + right + 0.5:
         raise ValueError(f"Invalid size '{width:g},{height:g}'. It has no room for {len(panels)} panels.")
     with look.applied():
-        figure = LookedFigure(look, letters, figsize=(width, height), dpi=check_dpi(dpi))
+        figure = StyledFigure(look, letters, figsize=(width, height), dpi=check_dpi(dpi))
         return _drawn(figure, found, panels, name, (left, right, foot, each))
 
 
 def _drawn(
-    figure: LookedFigure, found: Profile, panels: list[_Panel], name: str, inches: tuple[float, float, float, float]
+    figure: StyledFigure, found: Profile, panels: list[_Panel], name: str, inches: tuple[float, float, float, float]
 ) -> Figure:
     """The panels of a profile in a figure, with what is beside, below and between them in inches."""
     left, right, foot, each = inches

@@ -278,7 +278,7 @@ class Look:
 USUAL = Look()
 
 
-class LookedFigure(Figure):
+class StyledFigure(Figure):
     """A figure that knows its look and is drawn in it.
 
     `scale` is the size of its letters relative to the usual one; `is_tight` whether its size was stated, so that all
@@ -350,25 +350,25 @@ def look_for(look: Look | str | None) -> Look:
 def look_of(ax: Axes) -> Look:
     """The look of the figure that axes are in; the usual one of a figure of the caller's."""
     figure = getattr(ax.figure, "figure", ax.figure)
-    return figure.look if isinstance(figure, LookedFigure) else USUAL
+    return figure.look if isinstance(figure, StyledFigure) else USUAL
 
 
 def scale_of(ax: Axes) -> float:
     """The size of letters and lines on axes, relative to the usual one."""
     figure = getattr(ax.figure, "figure", ax.figure)
-    return figure.scale if isinstance(figure, LookedFigure) else 1.0
+    return figure.scale if isinstance(figure, StyledFigure) else 1.0
 
 
 def is_tight_of(ax: Axes) -> bool:
     """Whether all that is not map is to be kept small."""
     figure = getattr(ax.figure, "figure", ax.figure)
-    return isinstance(figure, LookedFigure) and figure.is_tight
+    return isinstance(figure, StyledFigure) and figure.is_tight
 
 
 def is_one_line(ax: Axes) -> bool:
     """Whether what stands below a title is to be beside it."""
     figure = getattr(ax.figure, "figure", ax.figure)
-    return isinstance(figure, LookedFigure) and figure.is_one_line
+    return isinstance(figure, StyledFigure) and figure.is_one_line
 
 
 def scale_for(look: Look, room: tuple[float, float] | None) -> float:

@@ -1,18 +1,18 @@
-from .live.dispatcher import Doors
+from .live.dispatcher import InputPolicy
 from .live.notebook import Explorer
-from .live.server import Site, Start, check_server, open_socket, serve
+from .live.server import LiveSite, Start, check_server, open_socket, serve
 from .page import MOST_MAPS, SHOWN_MEASURES, Cell, Maps, Page, PageTable, draw_maps, page_html
 
 __all__ = [
     "MOST_MAPS",
     "SHOWN_MEASURES",
     "Cell",
-    "Doors",
     "Explorer",
+    "InputPolicy",
+    "LiveSite",
     "Maps",
     "Page",
     "PageTable",
-    "Site",
     "Start",
     "check_server",
     "draw_maps",

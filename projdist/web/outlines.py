@@ -34,7 +34,7 @@ _LINES, _POLYGON, _MULTI = (1, 2), 3, 4  # shapely's types; those of several par
 _FARTHER = 2**32  # steps, than any place is away
 _SMALL = 300.0  # square steps, less than a pixel
 
-Points = tuple[NDArray[np.uint16], NDArray[np.uint32]]
+PackedLines = tuple[NDArray[np.uint16], NDArray[np.uint32]]
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,9 @@ class Grid:
 
 
 @GEOS_ARITHMETIC
-def mark_lines(surface: Surface, grid: Grid, marks: Mapping[str, Any]) -> tuple[dict[str, Points], list[list[Any]]]:
+def mark_lines(
+    surface: Surface, grid: Grid, marks: Mapping[str, Any]
+) -> tuple[dict[str, PackedLines], list[list[Any]]]:
     """The outlines of geometries in longitude and latitude, and their names with their places in steps."""
     drawn = surface if surface.ground is None else surface.ground
     west, east, south, north = surface.view
@@ -97,7 +99,7 @@ def _outlines_of(geometry: Any) -> Iterator[Any]:
 
 
 @GEOS_ARITHMETIC
-def map_lines(surface: Surface, grid: Grid) -> dict[str, Points]:
+def map_lines(surface: Surface, grid: Grid) -> dict[str, PackedLines]:
     """All lines and areas by their names, as points one after the other and how many each has."""
     drawn = surface if surface.ground is None else surface.ground
     west, east, south, north = surface.view
@@ -220,7 +222,7 @@ def _traced(start: NDArray[np.int_], stop: NDArray[np.int_]) -> Iterator[list[in
             yield walk
 
 
-def _packed(lines: Iterator[FloatArray]) -> Points:
+def _packed(lines: Iterator[FloatArray]) -> PackedLines:
     found = [np.rint(line) for line in lines if len(line) > 1]
     points = np.concatenate([np.empty((0, 2)), *found])
     return np.clip(points, 0, _STEPS).astype(np.uint16), np.array([len(line) for line in found], dtype=np.uint32)

@@ -25,7 +25,7 @@ from projdist.projections import (
 from projdist.regions import Place, get_region, is_region_text, region_of_text
 from projdist.support import Notice, did_you_mean, one_line, shown
 from projdist.web.frames import Arrays, packed
-from projdist.web.live import handlers as studies
+from projdist.web.live import handlers
 from projdist.web.live.handlers import Pictures, outline
 from projdist.web.live.previews import Previewer
 
@@ -38,7 +38,7 @@ LARGEST_FILE = 20 * 1024 * 1024
 STOP = "stop"
 """The kind of a message that no process answers: it ends what is done for a kind, its `options["what"]`."""
 
-LANES = {
+WORKER_OF_KIND = {
     "preview": "preview",
     "picture": "picture",
     "scales": "picture",
@@ -94,8 +94,8 @@ def read_request(text: str | bytes, file: bytes = b"") -> Request:
     if not isinstance(message, dict) or not set(message) <= _FIELDS:
         raise RequestError(f"Invalid message. It must be an object with some of {', '.join(sorted(_FIELDS))}.")
     kind = message.get("kind")
-    if not isinstance(kind, str) or kind not in (*LANES, STOP):
-        raise RequestError(f"Invalid kind '{shown(str(kind))}'. It must be one of {', '.join(LANES)}.")
+    if not isinstance(kind, str) or kind not in (*WORKER_OF_KIND, STOP):
+        raise RequestError(f"Invalid kind '{shown(str(kind))}'. It must be one of {', '.join(WORKER_OF_KIND)}.")
     return Request(
         id=_whole(message.get("id")),
         kind=kind,
@@ -168,7 +168,7 @@ _FILES = ("file", "geodesic", "points")  # kinds of regions
 
 
 @dataclass(frozen=True)
-class Doors:
+class InputPolicy:
     """The door to projections and regions; `opened` are the texts that the user gave where files may be named."""
 
     opened: frozenset[str] = frozenset()
@@ -192,8 +192,8 @@ class Doors:
         return {} if any(map(_is_of_files, self.opened)) else environment_without_files()
 
 
-class OpenDoors(Doors):
-    """Doors of who may read files anyway, as in a notebook's own kernel."""
+class OpenInputPolicy(InputPolicy):
+    """InputPolicy of who may read files anyway, as in a notebook's own kernel."""
 
     def projection(self, text: str) -> Projection:
         """The projection of any text; raises ProjectionError."""
@@ -275,7 +275,7 @@ def progressed(request: Request, done: int, of: int) -> bytes:
     return reply(request, {"progress": [done, of]})
 
 
-# ---- desk ----------------------------------------------------------------------------------------
+# ---- dispatcher ----------------------------------------------------------------------------------------
 
 
 Progress = Callable[[int, int], None]
@@ -283,10 +283,10 @@ Answer = tuple[dict[str, Any], Arrays]
 
 
 @dataclass
-class Desk:
+class Dispatcher:
     """Answers requests; what they have in common is kept."""
 
-    doors: Doors = field(default_factory=Doors)
+    policy: InputPolicy = field(default_factory=InputPolicy)
     previewer: Previewer = field(default_factory=Previewer)
     pictures: Pictures = field(default_factory=Pictures)
 
@@ -304,42 +304,42 @@ class Desk:
 
     def _answers(self, request: Request, progress: Progress) -> Answer:
         if request.kind == "outline":
-            return outline(self.doors.region(request.region))
+            return outline(self.policy.region(request.region))
         if request.kind == "recommend":
-            return studies.recommended(self.doors.region(request.region), request.options, progress), {}
+            return handlers.recommended(self.policy.region(request.region), request.options, progress), {}
         if request.kind == "design":
-            return studies.designed(self.doors.region(request.region), request.options, progress), {}
+            return handlers.designed(self.policy.region(request.region), request.options, progress), {}
         if request.kind == "scales":
-            return self.pictures.scales(self.doors.region(request.region), request.beside), {}
+            return self.pictures.scales(self.policy.region(request.region), request.beside), {}
         projection = self.projection(request)
-        region = self.doors.region(request.region, projection.ellipsoid.ground)
+        region = self.policy.region(request.region, projection.ellipsoid.ground)
         if request.kind == "preview":
             return self.previewer.frame(projection, region, self._middle(request))
         if request.kind == "picture":
             header, arrays = self.pictures.picture(projection, region, request.beside)
             turned = bool(request.values or request.centre)
             definition = projection.definition if turned else request.projection
-            found = studies.knobs(definition if turned else self.doors.source(definition))
+            found = handlers.knobs(definition if turned else self.policy.source(definition))
             return header | {"definition": definition, **found}, arrays
         if request.kind == "figures":
-            return {"figures": studies.figures_of(projection, region)}, {}
+            return {"figures": handlers.figures_of(projection, region)}, {}
         if request.kind == "correct":
-            return studies.corrected(projection, region), {}
+            return handlers.corrected(projection, region), {}
         if request.kind == "check":
-            return studies.checked(projection, request.file)
+            return handlers.checked(projection, request.file)
         if request.kind == "export":
-            return studies.exported(projection, region, request.options)
-        return studies.texts(projection, region), {}
+            return handlers.exported(projection, region, request.options)
+        return handlers.texts(projection, region), {}
 
     def projection(self, request: Request) -> Projection:
         """The projection of a request, with its parameters and its centre; raises ProjectionError."""
-        given = self.doors.projection(request.projection)
-        source = self.doors.source(request.projection)
+        given = self.policy.projection(request.projection)
+        source = self.policy.source(request.projection)
         return tuned(source, request.values, request.centre) if request.values or request.centre else given
 
     def _middle(self, request: Request) -> tuple[float, float] | None:
         """Longitude and latitude at the middle of a map; what is dragged there goes before parameters."""
         if request.centre is not None:
             return request.centre
-        middle = tunable(self.doors.source(request.projection)).centre
+        middle = tunable(self.policy.source(request.projection)).centre
         return middle and (request.values.get("lon_0", middle[0]), request.values.get("lat_0", middle[1]))

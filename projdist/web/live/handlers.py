@@ -97,7 +97,7 @@ class Pictures:
             self.kept.popitem(last=False)
 
 
-# ---- studies -------------------------------------------------------------------------------------
+# ---- answers to requests --------------------------------------------------------------------------
 
 
 Progress = Callable[[int, int], None]

@@ -15,7 +15,7 @@ else:
         _missing = missing.name
 
         class Explorer:
-            """Maps in a notebook that turn under the hand: needs anywidget."""
+            """Interactive maps in a notebook; needs anywidget."""
 
             def __init__(self, *projections: Any, **options: Any) -> None:
                 text = "The explorer in notebooks needs anywidget: pip install 'projdist[explore]'."

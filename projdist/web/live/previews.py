@@ -173,7 +173,7 @@ class _Picture:
         shown = self.shown
         edge = self._edge()
         view = self._view(edge)
-        grid = _Grid.about(view)
+        grid = _StepGrid.about(view)
         lines = self._lines(grid, view, edge)
         whole = np.zeros(self.shape, dtype=bool)
         whole[:-1, :-1] = self.whole & shown[:-1, :-1] & shown[1:, :-1] & shown[:-1, 1:] & shown[1:, 1:]
@@ -288,7 +288,7 @@ class _Picture:
     def _line(self, name: str, values: FloatArray) -> FloatArray:
         return values[self.sketch.lines.where[name]]
 
-    def _lines(self, grid: _Grid, view: list[float], edge: _Edge) -> Arrays:
+    def _lines(self, grid: _StepGrid, view: list[float], edge: _Edge) -> Arrays:
         """All lines and areas in steps of the grid."""
         longest = _LONGEST * max(view[1] - view[0], view[3] - view[2])
         found: Arrays = {}
@@ -426,7 +426,7 @@ def _frame_of_part(x: FloatArray, y: FloatArray) -> list[float]:
 
 
 @dataclass(frozen=True)
-class _Grid:
+class _StepGrid:
     """Equal steps in x and y from a corner."""
 
     west: float
@@ -434,7 +434,7 @@ class _Grid:
     step: float
 
     @classmethod
-    def about(cls, view: list[float]) -> _Grid:
+    def about(cls, view: list[float]) -> _StepGrid:
         """The grid of a frame, and as much around it, where cells at its edge come to lie."""
         west, east, south, north = view
         size = max(east - west, north - south)
@@ -445,7 +445,7 @@ class _Grid:
         return np.nan_to_num(np.clip(np.rint((values - start) / self.step), 0, _STEPS), nan=0.0).astype(np.uint16)
 
 
-def _pieces(grid: _Grid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool) -> tuple[Any, Any]:
+def _pieces(grid: _StepGrid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool) -> tuple[Any, Any]:
     """Lines as points one after the other and how many each has, parted where they are torn."""
     good = np.isfinite(x)
     if not good.any():

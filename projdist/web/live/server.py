@@ -18,17 +18,17 @@ from typing import Any
 from projdist.projections import projection_names
 from projdist.regions import region_names
 from projdist.web.live.dispatcher import (
-    LANES,
     LARGEST_FILE,
     LONGEST_MESSAGE,
     STOP,
-    Doors,
+    WORKER_OF_KIND,
+    InputPolicy,
     Request,
     RequestError,
     failed,
     read_request,
 )
-from projdist.web.live.worker import LIMITS, Lane
+from projdist.web.live.worker import LIMITS, Worker
 
 HOST = "127.0.0.1"
 MODULES = ("frames.js", "measures.js", "sheets.js", "drawing.js", "tables.js")
@@ -58,22 +58,22 @@ class Start:
 
 
 @dataclass
-class Site:
+class LiveSite:
     """Pages on one address, and the processes that work for them. Close it when it is not used any more."""
 
     start: Start
-    doors: Doors
+    policy: InputPolicy
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
 
     def __post_init__(self) -> None:
-        self.lanes = {name: Lane(name, self.doors) for name in LIMITS}
+        self.workers = {name: Worker(name, self.policy) for name in LIMITS}
         self.pages = 0  # so far
         self.open_pages = 0
 
     def close(self) -> None:
         """End the processes."""
-        for lane in self.lanes.values():
-            lane.close()
+        for worker in self.workers.values():
+            worker.close()
 
     def url(self, port: int) -> str:
         """The address of the page, with its token where no server sees it."""
@@ -118,8 +118,8 @@ class Site:
             await self._serve(page, socket)
         finally:
             self.open_pages -= 1
-            for lane in self.lanes.values():
-                lane.leave(page)
+            for worker in self.workers.values():
+                worker.leave(page)
 
     async def _serve(self, page: int, socket: Any) -> None:
         """Answer a page until it is closed, or too many answers wait for it."""
@@ -166,7 +166,7 @@ class Site:
         return {"projections": start.projections, "region": start.region, "measure": start.measure, **known}
 
     def _take(self, page: int, message: Mapping[str, Any], told: Callable[[bytes], None]) -> None:
-        """Hand a request to its lane."""
+        """Hand a request to its worker."""
         try:
             request = _request_of(message)
         except RequestError as error:
@@ -174,10 +174,10 @@ class Site:
             return
         if request.kind == STOP:
             what = str(request.options.get("what"))
-            if what in LANES:
-                self.lanes[LANES[what]].drop(page, (what, request.slot))
+            if what in WORKER_OF_KIND:
+                self.workers[WORKER_OF_KIND[what]].drop(page, (what, request.slot))
             return
-        self.lanes[LANES[request.kind]].ask(page, (request.kind, request.slot), request, told)
+        self.workers[WORKER_OF_KIND[request.kind]].ask(page, (request.kind, request.slot), request, told)
 
 
 def _request_of(message: Mapping[str, Any]) -> Request:
@@ -286,7 +286,7 @@ def open_socket(port: int = 0) -> socket.socket:
     return socket.create_server((HOST, port))
 
 
-def serve(site: Site, listening: socket.socket) -> None:
+def serve(site: LiveSite, listening: socket.socket) -> None:
     """Answer pages until a signal ends it, which is raised again."""
     import uvicorn
 

@@ -26,7 +26,16 @@ from projdist.projections import (
 )
 from projdist.regions import Place, RegionLike, get_region, region_for, region_names
 from projdist.support import check_choice
-from projdist.web.live.dispatcher import LANES, STOP, Desk, OpenDoors, Request, RequestError, failed, read_request
+from projdist.web.live.dispatcher import (
+    STOP,
+    WORKER_OF_KIND,
+    Dispatcher,
+    OpenInputPolicy,
+    Request,
+    RequestError,
+    failed,
+    read_request,
+)
 from projdist.web.live.worker import WORKERS, Thread, answered
 from projdist.web.page import SHOWN_MEASURES, bundled
 
@@ -37,7 +46,7 @@ _TRIED = np.array([-120.0, -30.0, 10.0, 40.0, 170.0]), np.array([-50.0, -5.0, 50
 
 
 class Explorer(anywidget.AnyWidget):
-    """Maps in a notebook that turn under the hand, with exact figures when it rests: `projdist explore` as a widget.
+    """Interactive maps in a notebook: the live page of `projdist explore` as a widget.
 
     What is dragged and chosen in the page is set here, and what is set here is shown there. Previews are answered by
     the kernel, pictures and figures by processes of all widgets together, which end with `close()` of the last one, or
@@ -95,7 +104,7 @@ class Explorer(anywidget.AnyWidget):
 
     def __init__(self, *projections: ProjectionLike, region: RegionLike | None = None, measure: str = "fisher") -> None:
         self._given = _Given()
-        self._desk = Desk(self._given)
+        self._dispatcher = Dispatcher(self._given)
         self._thread: Thread | None = None
         self._still: tuple[object, str] | None = None
         texts = self._projection_texts(list(projections) or _FIRST)
@@ -195,7 +204,7 @@ class Explorer(anywidget.AnyWidget):
             self._tell(view, failed(Request(id=0, kind="error"), str(error)))
             return
         if request.kind == "preview":
-            self._tell(view, answered(self._desk, request))
+            self._tell(view, answered(self._dispatcher, request))
         elif request.kind == STOP:
             self._stop((view, request.slot), str(request.options.get("what")))
         else:
@@ -206,15 +215,15 @@ class Explorer(anywidget.AnyWidget):
         tell = _in_this_loop(lambda block: self._tell(view, block))
         key = (view, request.slot, request.kind)
         if not self._given.any:
-            WORKERS.ask(id(self), LANES[request.kind], key, request, tell)
+            WORKERS.ask(id(self), WORKER_OF_KIND[request.kind], key, request, tell)
             return
-        self._thread = self._thread or Thread(self._desk)
+        self._thread = self._thread or Thread(self._dispatcher)
         self._thread.ask(id(self), key, request, tell)
 
     def _stop(self, place: tuple[Any, str], what: str) -> None:
-        if what not in LANES:
+        if what not in WORKER_OF_KIND:
             return
-        WORKERS.drop(id(self), LANES[what], (*place, what))
+        WORKERS.drop(id(self), WORKER_OF_KIND[what], (*place, what))
         if self._thread is not None:
             self._thread.drop(id(self), (*place, what))
 
@@ -247,7 +256,7 @@ class Explorer(anywidget.AnyWidget):
 
 
 @dataclass(frozen=True)
-class _Given(OpenDoors):
+class _Given(OpenInputPolicy):
     """What is named in the page: texts, and objects of the kernel that have none, by names that are made for them."""
 
     projections: dict[str, Projection] = field(default_factory=dict)

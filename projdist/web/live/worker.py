@@ -21,7 +21,16 @@ from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from projdist.support import one_line
-from projdist.web.live.dispatcher import LARGEST_FILE, Desk, Doors, OpenDoors, Progress, Request, failed, progressed
+from projdist.web.live.dispatcher import (
+    LARGEST_FILE,
+    Dispatcher,
+    InputPolicy,
+    OpenInputPolicy,
+    Progress,
+    Request,
+    failed,
+    progressed,
+)
 
 MOST_OF_PAGE = 48
 """Tasks of a page that may wait; six maps and all that is asked of them at once have twenty-four in one process."""
@@ -32,12 +41,12 @@ MOST_OF_ALL = 480
 _Waiting = TypeVar("_Waiting")
 
 
-class Full(ValueError):
+class TooManyRequests(ValueError):
     """There is no place for a task."""
 
 
 @dataclass
-class Turns(Generic[_Waiting]):
+class RequestQueue(Generic[_Waiting]):
     """Tasks that wait; `most_bytes` is the size of all of a page together."""
 
     most_bytes: int
@@ -48,16 +57,18 @@ class Turns(Generic[_Waiting]):
         return sum(map(len, self._lines.values()))
 
     def put(self, page: Hashable, key: Hashable, task: _Waiting, size: int = 0) -> None:
-        """Let a task wait, in the place of one of the same key; raises Full."""
+        """Let a task wait, in the place of one of the same key; raises TooManyRequests."""
         line = self._lines.get(page, {})
         others = [other for name, (_, other) in line.items() if name != key]
         if key not in line and line and (len(line) >= MOST_OF_PAGE or len(self) >= MOST_OF_ALL):
-            raise Full(
+            raise TooManyRequests(
                 f"Invalid request. This page has {len(line)} others that wait, and may not have more: ask again when "
                 "some are answered."
             )
         if size and sum(others) + size > self.most_bytes:
-            raise Full("Invalid request. A file of this page waits already: ask again when that is answered.")
+            raise TooManyRequests(
+                "Invalid request. A file of this page waits already: ask again when that is answered."
+            )
         self._lines.setdefault(page, line)[key] = task, size
 
     def next(self) -> _Waiting:
@@ -83,7 +94,7 @@ class Turns(Generic[_Waiting]):
         self._lines.pop(page, None)
 
 
-# ---- lanes ---------------------------------------------------------------------------------------
+# ---- workers ---------------------------------------------------------------------------------------
 
 
 LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
@@ -109,17 +120,17 @@ class _Task:
     dropped: threading.Event = field(default_factory=threading.Event)
 
 
-class Lane:
+class Worker:
     """A process that answers requests one after the other; the newest of each key."""
 
-    def __init__(self, name: str, doors: Doors, limit: float | None = None) -> None:
-        self._name, self._doors, self._variables = name, doors, doors.environment()
+    def __init__(self, name: str, policy: InputPolicy, limit: float | None = None) -> None:
+        self._name, self._policy, self._variables = name, policy, policy.environment()
         self._limit = LIMITS[name] if limit is None else limit
-        self._waiting: Turns[_Task] = Turns(LARGEST_FILE)
+        self._waiting: RequestQueue[_Task] = RequestQueue(LARGEST_FILE)
         self._running: _Task | None = None
         self._changed = threading.Condition()
         self._closed = False
-        self._worker: tuple[BaseProcess, Connection] | None = None
+        self._process: tuple[BaseProcess, Connection] | None = None
         self._ready = False  # whether the process has started
         self._thread = threading.Thread(target=self._run, name=f"projdist {name}", daemon=True)
         self._thread.start()
@@ -133,7 +144,7 @@ class Lane:
             with self._changed:
                 self._waiting.put(page, key, _Task(page, key, request, told), len(request.file))
                 self._changed.notify_all()
-        except Full as error:
+        except TooManyRequests as error:
             told(failed(request, str(error)))
 
     def drop(self, page: Hashable, key: Hashable) -> None:
@@ -158,13 +169,13 @@ class Lane:
                 self._running.dropped.set()
             self._changed.notify_all()
         self._thread.join(timeout=5.0)
-        if self._worker is not None and self._worker[0].is_alive():
+        if self._process is not None and self._process[0].is_alive():
             self._end()
 
     @property
     def pid(self) -> int | None:
         """The number of the process, None where there is none."""
-        return None if self._worker is None else self._worker[0].pid
+        return None if self._process is None else self._process[0].pid
 
     def _run(self) -> None:
         self._start()
@@ -224,28 +235,28 @@ class Lane:
 
     def _start(self) -> tuple[BaseProcess, Connection]:
         """The process and the connection to it, which are made where there are none."""
-        if self._worker is not None and self._worker[0].is_alive():
-            return self._worker
-        if self._worker is not None:  # it was killed while it had nothing to do
-            self._worker[1].close()
+        if self._process is not None and self._process[0].is_alive():
+            return self._process
+        if self._process is not None:  # it was killed while it had nothing to do
+            self._process[1].close()
         context = multiprocessing.get_context("spawn")
         connection, other = context.Pipe()
         # Not a daemon: it may have processes of its own.
         process = context.Process(
-            target=serve_requests, args=(other, self._doors, os.getpid()), name=f"projdist {self._name}", daemon=False
+            target=serve_requests, args=(other, self._policy, os.getpid()), name=f"projdist {self._name}", daemon=False
         )
         with _environment(self._variables):
             process.start()
         other.close()
-        self._worker, self._ready = (process, connection), False
-        return self._worker
+        self._process, self._ready = (process, connection), False
+        return self._process
 
     def _end(self) -> None:
         """End the process, if there is one, with all that it has started, which may have outlived it."""
-        if self._worker is None:
+        if self._process is None:
             return
-        process, connection = self._worker
-        self._worker = None
+        process, connection = self._process
+        self._process = None
         if process.pid is not None and hasattr(os, "killpg"):
             with contextlib.suppress(ProcessLookupError):  # it has no group of its own yet, or none any more
                 os.killpg(process.pid, signal.SIGKILL)
@@ -271,12 +282,12 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 # ---- in the process -------------------------------------------------------------------------
 
 
-def serve_requests(connection: Connection, doors: Doors, parent: int) -> None:
+def serve_requests(connection: Connection, policy: InputPolicy, parent: int) -> None:
     """Answer requests until nobody asks any more."""
     _leave_with(parent)
-    from projdist.web.live.dispatcher import Desk  # slow to load, and of no use to the page's server
+    from projdist.web.live.dispatcher import Dispatcher  # slow to load, and of no use to the page's server
 
-    desk = Desk(doors)
+    dispatcher = Dispatcher(policy)
 
     def report(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
         if isinstance(error, Exception):
@@ -289,7 +300,7 @@ def serve_requests(connection: Connection, doors: Doors, parent: int) -> None:
             request, reply = connection.recv(), None
             with contextlib.ExitStack() as stack:  # what nobody foresaw is told, and ends the process
                 stack.push(report)
-                reply = desk.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
+                reply = dispatcher.answer(request, lambda done, of: connection.send((_PROGRESS, done, of)))
             if reply is None:
                 return
             connection.send((_REPLY, reply))
@@ -314,11 +325,11 @@ def _leave_with(parent: int) -> None:
 
 
 # How warnings are treated is a matter of the process, not of a thread: one answer is made after the other.
-_DESKS = threading.Lock()
+_ANSWERING = threading.Lock()
 
 
-def answered(desk: Desk, request: Request, progress: Progress = lambda done, of: None) -> bytes:
-    """The reply of a desk in the kernel; whatever a function of the user's raises is told in it."""
+def answered(dispatcher: Dispatcher, request: Request, progress: Progress = lambda done, of: None) -> bytes:
+    """The reply of a dispatcher in the kernel; whatever a function of the user's raises is told in it."""
     replies: list[bytes] = []
 
     def report(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
@@ -326,9 +337,9 @@ def answered(desk: Desk, request: Request, progress: Progress = lambda done, of:
             replies.append(failed(request, one_line(f"{type(error).__name__}: {error}")))
         return isinstance(error, Exception)
 
-    with _DESKS, contextlib.ExitStack() as stack:
+    with _ANSWERING, contextlib.ExitStack() as stack:
         stack.push(report)
-        replies.append(desk.answer(request, progress))
+        replies.append(dispatcher.answer(request, progress))
     return replies[0]
 
 
@@ -336,12 +347,12 @@ class Stopped(ValueError):
     """Nobody waits for the answer any more."""
 
 
-class Thread(Lane):
-    """A lane without a process, for maps and regions that are objects of the kernel and have no text."""
+class Thread(Worker):
+    """A worker without a process, for maps and regions that are objects of the kernel and have no text."""
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
-        super().__init__("kernel", desk.doors, math.inf)
+    def __init__(self, dispatcher: Dispatcher) -> None:
+        self._dispatcher = dispatcher
+        super().__init__("kernel", dispatcher.policy, math.inf)
 
     def _start(self) -> Any:
         """Nothing is started."""
@@ -351,46 +362,46 @@ class Thread(Lane):
             if task.dropped.is_set():
                 raise Stopped("Stopped.")
 
-        return answered(self._desk, task.request, progress)
+        return answered(self._dispatcher, task.request, progress)
 
 
 class Workers:
     """Processes for the widgets of a kernel: each is started when it is needed, and ended with the last widget."""
 
     def __init__(self) -> None:
-        self._lanes: dict[str, Lane] = {}
+        self._workers: dict[str, Worker] = {}
         self._users: set[Hashable] = set()
 
-    def ask(self, user: Hashable, lane: str, key: Hashable, request: Request, told: Told) -> None:
+    def ask(self, user: Hashable, worker: str, key: Hashable, request: Request, told: Told) -> None:
         """Have a request answered for a widget."""
         self._users.add(user)
-        if lane not in self._lanes:
-            self._lanes[lane] = Lane(lane, OpenDoors())
-        self._lanes[lane].ask(user, key, request, told)
+        if worker not in self._workers:
+            self._workers[worker] = Worker(worker, OpenInputPolicy())
+        self._workers[worker].ask(user, key, request, told)
 
-    def drop(self, user: Hashable, lane: str, key: Hashable) -> None:
+    def drop(self, user: Hashable, worker: str, key: Hashable) -> None:
         """Stop what is done for a widget."""
-        if lane in self._lanes:
-            self._lanes[lane].drop(user, key)
+        if worker in self._workers:
+            self._workers[worker].drop(user, key)
 
     def leave(self, user: Hashable) -> None:
         """Do nothing more for a widget."""
         self._users.discard(user)
         if not self._users:
             self.close()
-        for lane in self._lanes.values():
-            lane.leave(user)
+        for worker in self._workers.values():
+            worker.leave(user)
 
     def close(self) -> None:
         """End all processes."""
-        lanes, self._lanes = self._lanes, {}
-        for lane in lanes.values():
-            lane.close()
+        workers, self._workers = self._workers, {}
+        for worker in workers.values():
+            worker.close()
 
     @property
     def pids(self) -> list[int]:
         """The numbers of the processes."""
-        return [lane.pid for lane in self._lanes.values() if lane.pid is not None]
+        return [worker.pid for worker in self._workers.values() if worker.pid is not None]
 
 
 WORKERS = Workers()

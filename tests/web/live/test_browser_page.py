@@ -34,7 +34,7 @@ SERVER = """
 import sys
 from projdist import web
 start = web.Start(projections=("robinson",), region="country:DE", measure="fisher")
-site = web.Site(start, web.Doors(), token=sys.argv[2])
+site = web.LiveSite(start, web.InputPolicy(), token=sys.argv[2])
 listening = web.open_socket(int(sys.argv[1]))
 print(site.url(listening.getsockname()[1]), flush=True)
 web.serve(site, listening)

@@ -28,7 +28,7 @@ from projdist.projections import (
     file_named_in,
     projection_names,
 )
-from projdist.web.live.dispatcher import Doors
+from projdist.web.live.dispatcher import InputPolicy
 
 TEXTS = hostile_texts()
 
@@ -68,7 +68,7 @@ def test_none_of_all_hostile_texts_opens_a_file(tmp_path: Path) -> None:
 
 
 def test_hostile_texts_are_hostile(tmp_path: Path) -> None:
-    """Behind open doors PROJ asks for the files of every way to name one, and says so."""
+    """Behind open policy PROJ asks for the files of every way to name one, and says so."""
     path = "./h0stile.gsb"
     texts = [f"+proj={words.format('+', '=', path)}" for words in READERS]
     texts += [wrap("hgridshift +grids=./h0stile.gsb") for wrap in WRAPS.values()]
@@ -81,7 +81,7 @@ def test_hostile_texts_are_hostile(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["closed", "open"])
 def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
-    """By its own words, as PROJ's may be incomplete; behind open doors it is."""
+    """By its own words, as PROJ's may be incomplete; behind open policy it is."""
     log = tmp_path / "calls"
     before = ("strace", "-f", "-s", "300", "-e", "trace=%file,%network", "-o", str(log))
     outcomes(TEXTS[::40], how, tmp_path, before)
@@ -117,7 +117,11 @@ def test_the_system_is_asked_for_no_file(how: str, tmp_path: Path) -> None:
 )
 def test_monsters_are_refused(text: str) -> None:
     """In one line that is no longer than others, as projections and as regions."""
-    for ask, given in ((Doors().projection, text), (Doors().region, text), (Doors().region, f"crs:{text}")):
+    for ask, given in (
+        (InputPolicy().projection, text),
+        (InputPolicy().region, text),
+        (InputPolicy().region, f"crs:{text}"),
+    ):
         with pytest.raises(ValueError, match=r".") as caught:
             ask(given)
         assert "\n" not in str(caught.value)
@@ -168,7 +172,7 @@ def test_crss_are_maps_behind_closed_doors(step: int) -> None:
     """The same as elsewhere, by whatever text."""
     for info in infos()[::step]:
         text = CRS(f"{info.auth_name}:{info.code}").to_wkt()
-        assert Doors().projection(text) == Projection.from_user_input(text)
+        assert InputPolicy().projection(text) == Projection.from_user_input(text)
 
 
 def test_names_are_open() -> None:
@@ -201,7 +205,7 @@ def test_designs_are_open() -> None:
     made = derived_crs(Projection.from_user_input(base), steps, "a design", AreaOfUse("a box", (5.0, 45.0, 11.0, 49.0)))
     assert file_named_in(CRS(made.wkt).to_wkt("WKT1_GDAL")) == ""
     for text in (DESIGN, made.pipeline, made.wkt, made.wkt_derived, made.projjson, CRS(made.wkt_derived).to_json()):
-        assert np.isfinite(Doors().projection(text)(8.0, 47.0)).all()
+        assert np.isfinite(InputPolicy().projection(text)(8.0, 47.0)).all()
 
 
 # ---- PROJ without its user's files --------------------------------------------------------------
@@ -253,6 +257,6 @@ def test_processes_of_a_page_have_no_grids_of_the_user(tmp_path: Path) -> None:
 def test_the_user_may_have_his_grids() -> None:
     """Who names a file on the command line has PROJ as he has set it up; names, codes and countries are none."""
     for opened in ({"robinson", "country:DE"}, {"EPSG:3035", "box:1,2,3,4 - crs:EPSG:3035"}, {"WGS 84 / UTM zone 32N"}):
-        assert Doors(frozenset(opened)).environment() == environment_without_files()
+        assert InputPolicy(frozenset(opened)).environment() == environment_without_files()
     for text in ("+proj=merc +nadgrids=x.gsb", "file:x.gpkg", "land - points:x.csv", "map.prj", "file:abc"):
-        assert Doors(frozenset({text, "globe"})).environment() == {}
+        assert InputPolicy(frozenset({text, "globe"})).environment() == {}

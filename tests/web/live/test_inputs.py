@@ -9,7 +9,15 @@ from pyproj import CRS
 from tables import each
 
 from projdist.projections import ProjectionError
-from projdist.web.live.dispatcher import LARGEST_FILE, LONGEST_MESSAGE, Desk, Doors, Request, RequestError, read_request
+from projdist.web.live.dispatcher import (
+    LARGEST_FILE,
+    LONGEST_MESSAGE,
+    Dispatcher,
+    InputPolicy,
+    Request,
+    RequestError,
+    read_request,
+)
 
 READING = [
     *("map.prj", "/etc/passwd.wkt", "../x.json", "C:\\maps\\x.prj", "~/x.PRJ", " x.wkt "),
@@ -49,20 +57,20 @@ OPEN = [
 def test_projections_that_need_files_are_refused(text: str) -> None:
     """Before anything reads them."""
     with pytest.raises(ProjectionError, match="must need no file"):
-        Doors().projection(text)
+        InputPolicy().projection(text)
 
 
 @each("text", OPEN)
 def test_other_projections_are_open(text: str) -> None:
     """Names, strings, codes."""
-    assert Doors().projection(text).name
+    assert InputPolicy().projection(text).name
 
 
 @each("text", ["file:x.geojson", "land & file:x", "(geodesic:x)", "points:a.csv", "FILE:x", "file :x", "crs:x.prj"])
 def test_regions_that_need_files_are_refused(text: str) -> None:
     """In any place of an expression."""
     with pytest.raises(ValueError, match="must need no file"):
-        Doors().region(text)
+        InputPolicy().region(text)
 
 
 def test_files_of_the_command_line_are_open(tmp_path: Path) -> None:
@@ -70,9 +78,9 @@ def test_files_of_the_command_line_are_open(tmp_path: Path) -> None:
     path = tmp_path / "a.geojson"
     path.write_text('{"type": "Polygon", "coordinates": [[[0, 0], [10, 0], [10, 10], [0, 0]]]}')
     text = f"file:{path}"
-    assert Doors(frozenset([text])).region(text).bounds == pytest.approx((0, 0, 10, 10))
+    assert InputPolicy(frozenset([text])).region(text).bounds == pytest.approx((0, 0, 10, 10))
     with pytest.raises(ValueError, match="must need no file"):
-        Doors(frozenset([text])).region(f"{text} - globe")
+        InputPolicy(frozenset([text])).region(f"{text} - globe")
 
 
 GOOD = {"id": 1, "kind": "preview", "projection": "robinson", "centre": [10, 20], "values": {"lon_0": 3}}
@@ -140,5 +148,5 @@ FILES = [
 def test_files_that_are_no_geojson_are_refused(file: str) -> None:
     """In one line, whatever is dropped on a page."""
     pytest.importorskip("geopandas")
-    answer = header_of(Desk().answer(Request(id=1, kind="check", projection="robinson", file=file.encode())))
+    answer = header_of(Dispatcher().answer(Request(id=1, kind="check", projection="robinson", file=file.encode())))
     assert answer["problem"] == "Invalid file. It must be GeoJSON: features of lines or polygons"

@@ -1,4 +1,4 @@
-"""Lanes answer the newest request, end what takes too long or is not wanted, and outlive their processes."""
+"""Workers answer the newest request, end what takes too long or is not wanted, and outlive their processes."""
 
 import json
 import os
@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from live_pages import Hearing, Traps, ended, is_running, lane, wanted
+from live_pages import Hearing, Traps, ended, is_running, wanted, worker
 
 from projdist.web.live.dispatcher import Request
-from projdist.web.live.worker import MOST_OF_PAGE, Lane
+from projdist.web.live.worker import MOST_OF_PAGE, Worker
 
 _GROWTH = 16_000  # kB, of which what is allocated and freed again keeps some
 
@@ -32,7 +32,7 @@ def waited_for(path: Path) -> str:
 def test_the_newest_of_each_map_is_answered() -> None:
     """Older ones that wait are dropped; each map keeps its turn, however often it is asked for."""
     told = Hearing()
-    with lane(Traps()) as found:
+    with worker(Traps()) as found:
         found.ask("page", "a", wanted(1, "sleep:0.5"), told)
         while found._running is None:
             time.sleep(0.01)
@@ -47,7 +47,7 @@ def test_the_newest_of_each_map_is_answered() -> None:
 def test_what_takes_too_long_is_stopped() -> None:
     """With its process; the next request has another one."""
     told = Hearing()
-    with lane(Traps(), limit=0.5) as found:
+    with worker(Traps(), limit=0.5) as found:
         found.ask("page", "a", wanted(1), told)
         assert "problem" not in told.next()
         first = found.pid
@@ -60,9 +60,9 @@ def test_what_takes_too_long_is_stopped() -> None:
 
 @pytest.mark.slow
 def test_what_nobody_foresaw_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    """In one line on the page, with its trace once in the log, which is standard error's; the lane goes on."""
+    """In one line on the page, with its trace once in the log, which is standard error's; the worker goes on."""
     told = Hearing()
-    with lane(Traps()) as found:
+    with worker(Traps()) as found:
         found.ask("page", "a", wanted(1, "fall"), told)
         problem = told.next()["problem"]
         found.ask("page", "a", wanted(2), told)
@@ -78,7 +78,7 @@ def test_what_nobody_foresaw_is_told(capsys: pytest.CaptureFixture[str]) -> None
 def test_a_request_whose_process_is_killed_is_answered(tmp_path: Path) -> None:
     """By another process, once; the page notices a pause."""
     told = Hearing()
-    with lane(Traps(folder=str(tmp_path))) as found:
+    with worker(Traps(folder=str(tmp_path))) as found:
         found.ask("page", "a", wanted(1, "killed-once"), told)
         assert told.next()["texts"]
         found.ask("page", "a", wanted(2, "killed"), told)
@@ -91,7 +91,7 @@ def test_a_request_whose_process_is_killed_is_answered(tmp_path: Path) -> None:
 def test_a_process_that_is_killed_while_it_waits_is_replaced() -> None:
     """Nobody notices."""
     told = Hearing()
-    with lane() as found:
+    with worker() as found:
         found.ask("page", "a", wanted(1), told)
         told.next()
         os.kill(found.pid, signal.SIGKILL)
@@ -104,7 +104,7 @@ def test_a_process_that_is_killed_while_it_waits_is_replaced() -> None:
 def test_nothing_is_left_of_what_is_stopped(how: str, tmp_path: Path) -> None:
     """Neither the process nor those that it has forked; of what is dropped nothing is told."""
     told = Hearing()
-    with lane(Traps(folder=str(tmp_path)), limit=1.0 if how == "limit" else 600.0) as found:
+    with worker(Traps(folder=str(tmp_path)), limit=1.0 if how == "limit" else 600.0) as found:
         found.ask("page", "a", wanted(1, "forks"), told)
         child = int(waited_for(tmp_path / "child"))
         pids = [found.pid, child]
@@ -121,7 +121,7 @@ def test_nothing_is_left_of_what_is_stopped(how: str, tmp_path: Path) -> None:
 def test_nothing_is_left_of_what_was_killed(tmp_path: Path) -> None:
     """Processes that a killed one had forked hold its end of the connection open, and end, too."""
     told = Hearing()
-    with lane(Traps(folder=str(tmp_path))) as found:
+    with worker(Traps(folder=str(tmp_path))) as found:
         found.ask("page", "a", wanted(1, "forks-and-dies"), told)
         assert "ended twice" in told.next()["problem"]
         assert ended([int((tmp_path / "child").read_text())])
@@ -136,7 +136,7 @@ def test_processes_have_proj_without_the_users_files(
     monkeypatch.setenv("PROJ_NETWORK", "ON")
     monkeypatch.setenv("PROJ_USER_WRITABLE_DIRECTORY", str(tmp_path))
     before, told = dict(os.environ), Hearing()
-    with lane(Traps(frozenset({opened}))) as found:
+    with worker(Traps(frozenset({opened}))) as found:
         found.ask("page", "a", wanted(1, "proj"), told)
         network, folder = json.loads(told.next()["problem"])
     assert (network, folder == str(tmp_path)) == ((False, False) if opened == "robinson" else (True, True))
@@ -146,7 +146,7 @@ def test_processes_have_proj_without_the_users_files(
 def test_pages_have_their_turns() -> None:
     """A page that asks for thousands of maps is answered some, and told why no more; another one waits for two."""
     told = Hearing()
-    with lane(Traps()) as found:
+    with worker(Traps()) as found:
         found.ask("first", "map", wanted(0, "sleep:0.5"), told)
         while found._running is None:
             time.sleep(0.01)
@@ -167,7 +167,7 @@ def test_pages_have_their_turns() -> None:
 def test_closed_pages_drop_their_requests_only() -> None:
     """Others are answered."""
     told, gone = Hearing(), Hearing()
-    with lane(Traps()) as found:
+    with worker(Traps()) as found:
         found.ask(1, "a", wanted(1, "sleep:0.3"), told)
         found.ask(2, "a", wanted(2), gone)
         found.ask(1, "b", wanted(3), told)
@@ -179,7 +179,7 @@ def test_closed_pages_drop_their_requests_only() -> None:
 def test_a_lane_without_requests_is_closed() -> None:
     """At any time, and twice."""
     before = threading.active_count()
-    found = Lane("preview", Traps())
+    found = Worker("preview", Traps())
     found.close()
     found.close()
     assert found.pid is None
@@ -205,7 +205,7 @@ def test_memory_stays_as_it_is() -> None:
         found.ask("page", kind, Request(id=number, kind=kind, projection=name, region=region, centre=centre), told)
         assert told.next()["id"] == number
 
-    with lane() as found:
+    with worker() as found:
         sizes = []
         for count in (100, 600):
             for number in range(count):

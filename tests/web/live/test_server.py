@@ -19,8 +19,8 @@ from live_pages import asked, connected, header_of, page, served
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from projdist.web.live import server
-from projdist.web.live.dispatcher import LANES, LARGEST_FILE, LONGEST_MESSAGE, Desk, Doors, Request
-from projdist.web.live.server import Site, Start
+from projdist.web.live.dispatcher import LARGEST_FILE, LONGEST_MESSAGE, WORKER_OF_KIND, Dispatcher, InputPolicy, Request
+from projdist.web.live.server import LiveSite, Start
 
 PORT = 5000
 OWN = f"127.0.0.1:{PORT}"
@@ -29,14 +29,14 @@ Headers = list[tuple[bytes, bytes]]
 
 
 class Clerk:
-    """In place of a lane: answers at once, in this process."""
+    """In place of a worker: answers at once, in this process."""
 
-    def __init__(self, name: str, doors: Doors) -> None:
-        self.desk, self.dropped = Desk(doors), []
+    def __init__(self, name: str, policy: InputPolicy) -> None:
+        self.dispatcher, self.dropped = Dispatcher(policy), []
 
     def ask(self, page: Hashable, key: Hashable, request: Request, told: Callable[[bytes], None]) -> None:
         """Answer."""
-        told(self.desk.answer(request))
+        told(self.dispatcher.answer(request))
 
     def drop(self, page: Hashable, key: Hashable) -> None:
         """Keep what was dropped."""
@@ -51,15 +51,15 @@ class Clerk:
 
 
 @pytest.fixture(scope="module")
-def site() -> Iterator[Site]:
+def site() -> Iterator[LiveSite]:
     """A site without processes, for which a file was named on the command line."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(server, "Lane", Clerk)
-        yield Site(START, Doors(frozenset({"+proj=merc +nadgrids=x.gsb"})), token="right")
+        patch.setattr(server, "Worker", Clerk)
+        yield LiveSite(START, InputPolicy(frozenset({"+proj=merc +nadgrids=x.gsb"})), token="right")
 
 
 @pytest.fixture(scope="module")
-def port(site: Site) -> Iterator[int]:
+def port(site: LiveSite) -> Iterator[int]:
     """The port at which it is served."""
     with served(site) as number:
         yield number
@@ -68,13 +68,13 @@ def port(site: Site) -> Iterator[int]:
 # ---- as an application --------------------------------------------------------------------------
 
 
-def answer(site: Site, path: str = "/", method: str = "GET", kind: str = "http", **named: str) -> tuple[int, dict]:
+def answer(site: LiveSite, path: str = "/", method: str = "GET", kind: str = "http", **named: str) -> tuple[int, dict]:
     """The status and the headers of the reply to a request with some headers; `body` is its body."""
     headers = [(name.encode(), value.encode()) for name, value in ({"host": OWN} | named).items() if value]
     return replied(site, path, method, kind, headers)
 
 
-def replied(site: Site, path: str, method: str, kind: str, headers: Headers) -> tuple[int, dict[str, Any]]:
+def replied(site: LiveSite, path: str, method: str, kind: str, headers: Headers) -> tuple[int, dict[str, Any]]:
     sent: list[dict[str, Any]] = []
     coming = iter(["http.request"] if kind == "http" else ["websocket.connect", "websocket.disconnect"])
 
@@ -94,7 +94,7 @@ def replied(site: Site, path: str, method: str, kind: str, headers: Headers) -> 
 
 
 @pytest.mark.parametrize("host", [OWN, f"localhost:{PORT}", f"[::1]:{PORT}"])
-def test_the_names_of_this_machine_are_answered(site: Site, host: str) -> None:
+def test_the_names_of_this_machine_are_answered(site: LiveSite, host: str) -> None:
     """With the port of the page."""
     assert answer(site, host=host)[0] == 200
     assert answer(site, "/socket", kind="websocket", host=host, origin=f"http://{host}")[0] == 101
@@ -112,7 +112,7 @@ FOREIGN_HOSTS = [
 
 
 @each("host", [*FOREIGN_HOSTS, "user@127.0.0.1:5000", "127.0.0.1:5000, x", "0.0.0.0:5000"])
-def test_other_hosts_are_refused(site: Site, host: str) -> None:
+def test_other_hosts_are_refused(site: LiveSite, host: str) -> None:
     """As those of a name that was bound to this machine's address, also on the socket; and so are two."""
     assert answer(site, host=host)[0] == 400
     assert answer(site, "/socket", kind="websocket", host=host, origin=f"http://{OWN}")[0] == 403
@@ -130,13 +130,13 @@ ORIGINS = [
 
 
 @each("origin", ORIGINS)
-def test_other_origins_are_refused(site: Site, origin: str) -> None:
+def test_other_origins_are_refused(site: LiveSite, origin: str) -> None:
     """On the socket, and for the page."""
     assert answer(site, "/socket", kind="websocket", origin=origin)[0] == 403
     assert answer(site, origin=origin)[0] == 403
 
 
-def test_the_socket_needs_an_origin(site: Site) -> None:
+def test_the_socket_needs_an_origin(site: LiveSite) -> None:
     """Browsers always tell it there."""
     assert answer(site, "/socket", kind="websocket")[0] == 403
     own = (b"origin", f"http://{OWN}".encode())
@@ -167,7 +167,7 @@ def test_addresses_at_port_80_have_none() -> None:
         *(("/", "HEAD", OWN, 200), ("/static/explore.css", "OPTIONS", OWN, 405), ("/socket", "GET", OWN, 404)),
     ],
 )
-def test_every_reply_has_the_headers_of_safety(site: Site, path: str, method: str, host: str, status: int) -> None:
+def test_every_reply_has_the_headers_of_safety(site: LiveSite, path: str, method: str, host: str, status: int) -> None:
     """Nothing of elsewhere is run or shown, nobody else reads it or frames it; no cookies."""
     found, headers = answer(site, path, method, host=host)
     assert found == status
@@ -183,7 +183,7 @@ def test_every_reply_has_the_headers_of_safety(site: Site, path: str, method: st
 
 
 @each("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
-def test_pages_are_read_only(site: Site, method: str) -> None:
+def test_pages_are_read_only(site: LiveSite, method: str) -> None:
     """By GET and HEAD."""
     assert answer(site, "/", method)[0] == answer(site, "/static/start.js", method)[0] == 405
 
@@ -200,12 +200,12 @@ OUTSIDE = [
 
 
 @each("name", [*OUTSIDE, "live/start.js", "", "."])
-def test_no_other_file_is_read(site: Site, name: str) -> None:
+def test_no_other_file_is_read(site: LiveSite, name: str) -> None:
     """Than those of the page."""
     assert answer(site, f"/static/{name}")[0] == 404
 
 
-def test_the_page_and_its_modules_are_there(site: Site) -> None:
+def test_the_page_and_its_modules_are_there(site: LiveSite) -> None:
     """With their types, and all that they import."""
     status, page = answer(site)
     assert (status, page["content-type"]) == (200, "text/html; charset=utf-8")
@@ -287,8 +287,8 @@ READING = {"projection": "+proj=merc +nadgrids=x.gsb", "region": "file:x.geojson
 
 
 NAMING = [
-    *((kind, "projection") for kind in sorted({*LANES} - {"recommend", "design", "scales", "outline"})),
-    *((kind, "region") for kind in sorted({*LANES} - {"check"})),
+    *((kind, "projection") for kind in sorted({*WORKER_OF_KIND} - {"recommend", "design", "scales", "outline"})),
+    *((kind, "region") for kind in sorted({*WORKER_OF_KIND} - {"check"})),
 ]
 
 
@@ -298,8 +298,8 @@ def test_no_request_names_files(kind: str, name: str) -> None:
     """Projections and regions, of whatever kind it is, but for those that have none; the command line does."""
     given = {"projection": "robinson", "region": "country:DE", name: READING[name]}
     request = Request(id=1, kind=kind, file=b'{"type": "Point", "coordinates": [1, 2]}', **given)
-    assert "must need no file" in header_of(Desk().answer(request))["problem"]
-    opened = Desk(Doors(frozenset({READING[name]})))
+    assert "must need no file" in header_of(Dispatcher().answer(request))["problem"]
+    opened = Dispatcher(InputPolicy(frozenset({READING[name]})))
     assert "must need no file" not in header_of(opened.answer(request)).get("problem", "")
 
 
@@ -325,7 +325,7 @@ def test_large_messages_are_refused(port: int) -> None:
         assert asked(socket, kind="texts")["texts"]["PROJ"].startswith("+proj=robin")
 
 
-def test_what_is_stopped_and_closed_is_dropped(site: Site, port: int) -> None:
+def test_what_is_stopped_and_closed_is_dropped(site: LiveSite, port: int) -> None:
     """That of a map by its kind and its place; of a page all."""
     site.pages = 400  # of which no other test has one
     with page(port, "right") as socket:
@@ -333,13 +333,13 @@ def test_what_is_stopped_and_closed_is_dropped(site: Site, port: int) -> None:
             socket.send(json.dumps({"id": 1, "kind": "stop", "slot": "b", "options": {"what": what}}))
         asked(socket, kind="texts")
     deadline = time.monotonic() + 10.0
-    while [401] not in site.lanes["long"].dropped and time.monotonic() < deadline:
+    while [401] not in site.workers["long"].dropped and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert site.lanes["long"].dropped[-2:] == [(401, ("recommend", "b")), [401]]
-    assert all(clerk.dropped[-1] == [401] for clerk in site.lanes.values())
+    assert site.workers["long"].dropped[-2:] == [(401, ("recommend", "b")), [401]]
+    assert all(clerk.dropped[-1] == [401] for clerk in site.workers.values())
 
 
-def test_there_are_so_many_pages(site: Site, port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_there_are_so_many_pages(site: LiveSite, port: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """And no more, until one of them is closed."""
     deadline = time.monotonic() + 10.0
     while site.open_pages and time.monotonic() < deadline:
@@ -355,7 +355,7 @@ def test_there_are_so_many_pages(site: Site, port: int, monkeypatch: pytest.Monk
             assert asked(other, kind="texts")["texts"]
 
 
-def test_a_page_that_does_not_read_is_closed(site: Site, port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_that_does_not_read_is_closed(site: LiveSite, port: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """When so many answers wait for it; others are not kept."""
     monkeypatch.setattr(server, "_MOST_UNREAD", 3)
     block, told = bytes(2_000_000), threading.Event()
@@ -365,7 +365,7 @@ def test_a_page_that_does_not_read_is_closed(site: Site, port: int, monkeypatch:
             tell(block)
         told.set()
         if request.kind != "scales":
-            tell(self.desk.answer(request))
+            tell(self.dispatcher.answer(request))
 
     monkeypatch.setattr(Clerk, "ask", ask)
     with page(port, "right") as socket:
@@ -383,7 +383,7 @@ def test_a_page_that_does_not_read_is_closed(site: Site, port: int, monkeypatch:
 # ---- whatever is sent ---------------------------------------------------------------------------
 
 words = st.sampled_from(
-    [*LANES, "stop", "robinson", "EPSG:3035", "globe", "box:170,-50,-170,10", "+proj=laea", "@", "none"]
+    [*WORKER_OF_KIND, "stop", "robinson", "EPSG:3035", "globe", "box:170,-50,-170,10", "+proj=laea", "@", "none"]
 )
 atoms = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=20), words)
 values = st.recursive(
@@ -414,7 +414,7 @@ messages = st.one_of(
 )
 
 
-def swallowed(site: Site, message: str | bytes) -> None:
+def swallowed(site: LiveSite, message: str | bytes) -> None:
     """Hand a message to the site as the socket does."""
     block = {"text": message} if isinstance(message, str) else {"bytes": message}
     told: list[bytes] = []
@@ -424,7 +424,7 @@ def swallowed(site: Site, message: str | bytes) -> None:
 
 
 @given(messages)
-def test_no_message_ends_the_server(site: Site, message: str | bytes) -> None:
+def test_no_message_ends_the_server(site: LiveSite, message: str | bytes) -> None:
     """Nor what answers it: it hears why it is refused."""
     swallowed(site, message)
 
@@ -432,12 +432,12 @@ def test_no_message_ends_the_server(site: Site, message: str | bytes) -> None:
 @pytest.mark.slow
 @settings(max_examples=10_000)
 @given(messages)
-def test_no_message_of_many_ends_the_server(site: Site, message: str | bytes) -> None:
+def test_no_message_of_many_ends_the_server(site: LiveSite, message: str | bytes) -> None:
     """Nor what answers it, of ten thousand."""
     swallowed(site, message)
 
 
-def test_closed_pages_are_not_spoken_of(site: Site, port: int, capfd: pytest.CaptureFixture[str]) -> None:
+def test_closed_pages_are_not_spoken_of(site: LiveSite, port: int, capfd: pytest.CaptureFixture[str]) -> None:
     """Pages that leave without a word, while they are answered, in the middle of a message."""
 
     def leave(number: int) -> None:

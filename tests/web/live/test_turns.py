@@ -4,19 +4,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from projdist.web.live.worker import MOST_OF_ALL, MOST_OF_PAGE, Full, Turns
+from projdist.web.live.worker import MOST_OF_ALL, MOST_OF_PAGE, RequestQueue, TooManyRequests
 
 
-def filled(sizes: dict[str, int]) -> Turns[tuple[str, int]]:
-    """Turns in which pages have so many tasks, of which each knows its page and its number."""
-    turns: Turns[tuple[str, int]] = Turns(100)
+def filled(sizes: dict[str, int]) -> RequestQueue[tuple[str, int]]:
+    """RequestQueue in which pages have so many tasks, of which each knows its page and its number."""
+    turns: RequestQueue[tuple[str, int]] = RequestQueue(100)
     for page, count in sizes.items():
         for number in range(count):
             turns.put(page, number, (page, number))
     return turns
 
 
-def served(turns: Turns[tuple[str, int]]) -> list[tuple[str, int]]:
+def served(turns: RequestQueue[tuple[str, int]]) -> list[tuple[str, int]]:
     """All tasks in their order."""
     return [turns.next() for _ in range(len(turns))]
 
@@ -48,7 +48,7 @@ def test_the_newest_takes_the_place_of_the_first() -> None:
 def test_a_page_has_so_many_places() -> None:
     """And no more; others have theirs."""
     turns = filled({"a": MOST_OF_PAGE})
-    with pytest.raises(Full, match=f"^Invalid request. This page has {MOST_OF_PAGE} others that wait"):
+    with pytest.raises(TooManyRequests, match=f"^Invalid request. This page has {MOST_OF_PAGE} others that wait"):
         turns.put("a", "more", ("a", 99))
     turns.put("b", 0, ("b", 0))
     assert len(turns) == MOST_OF_PAGE + 1
@@ -61,7 +61,7 @@ def test_all_have_so_many_places() -> None:
     pages = MOST_OF_ALL // MOST_OF_PAGE
     turns = filled(dict.fromkeys(map(str, range(pages)), MOST_OF_PAGE))
     turns.put("new", 0, ("new", 0))
-    with pytest.raises(Full, match="may not have more"):
+    with pytest.raises(TooManyRequests, match="may not have more"):
         turns.put("new", 1, ("new", 1))
     assert len(turns) == MOST_OF_ALL + 1
 
@@ -70,7 +70,7 @@ def test_a_page_has_so_many_bytes() -> None:
     """Of files; a newer one of the same key takes the place of the older."""
     turns = filled({"a": 0})
     turns.put("a", "check", ("a", 0), 90)
-    with pytest.raises(Full, match="A file of this page waits already"):
+    with pytest.raises(TooManyRequests, match="A file of this page waits already"):
         turns.put("a", "other", ("a", 1), 11)
     turns.put("a", "other", ("a", 2))
     turns.put("a", "check", ("a", 3), 100)
