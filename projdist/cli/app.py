@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import functools
 import gc
+import inspect
 import io
 import logging
 import os
@@ -12,8 +14,9 @@ import re
 import sys
 import warnings
 from collections.abc import Iterable, Iterator, MutableMapping, Sequence
+from dataclasses import fields, is_dataclass
 from importlib import import_module
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -296,11 +299,37 @@ class _Loading(MutableMapping[str, Any]):
 
 
 def _command(name: str, function: Any) -> Any:
-    """A function as a command."""
+    """The command of a function."""
     alone = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=_HELP)
     settings = _HELP | {"ignore_unknown_options": name in _LAX}
-    alone.command(name, cls=Command, context_settings=settings)(function)
+    alone.command(name, cls=Command, context_settings=settings)(_with_groups(function))
     return typer.main.get_command(alone)
+
+
+def _with_groups(function: Any) -> Any:
+    """A function with the fields of its option groups, which are dataclasses, as parameters of its own.
+
+    A parameter of the function itself goes before a field of the same name, which gets its value, too.
+    """
+    given = inspect.signature(function, eval_str=True).parameters
+    groups: dict[str, Any] = {name: one.annotation for name, one in given.items() if is_dataclass(one.annotation)}
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    parameters = {name: one.replace(kind=kind) for name, one in given.items() if name not in groups}
+    own = set(parameters)
+    for group in groups.values():
+        hints = get_type_hints(group, include_extras=True)
+        for one in fields(group):
+            shared = inspect.Parameter(one.name, kind, default=one.default, annotation=hints[one.name])
+            parameters.setdefault(one.name, shared)
+
+    @functools.wraps(function)
+    def command(**words: Any) -> None:
+        made = {name: group(**{one.name: words[one.name] for one in fields(group)}) for name, group in groups.items()}
+        function(**{name: words[name] for name in own}, **made)
+
+    command.__signature__ = inspect.Signature([*parameters.values()])  # type: ignore[attr-defined]
+    command.__annotations__ = {name: one.annotation for name, one in parameters.items()}
+    return command
 
 
 _FIRST_COLLECTION = 100_000  # objects; Python's 700, as libraries load, take 0.3 s, and find nothing

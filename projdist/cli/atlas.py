@@ -3,37 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Annotated
-
-import typer
 
 from projdist import gis
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import TABLE, drawing, present, tell_written
 from projdist.cli.number_format import area_text, certain
-from projdist.cli.options import OverwriteOption, ReportFormatOption, file_of_kind, format_of
 from projdist.cli.report import Column, Report, Row, Table
 from projdist.designs import AtlasEntry, AtlasZones, atlas, atlas_names
 
 
 def atlas_command(
-    place: Annotated[
-        str | None,
-        typer.Argument(metavar="PLACE", help="A country, state, continent, ocean or UTM zone: NZ, state:CA, Europe."),
-    ] = None,
-    format: ReportFormatOption = None,
-    export: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write the data instead of printing, of the place or of all: .csv or .parquet (a row for each map of "
-            "each purpose) or .gpkg (the outline of each place).",
-        ),
-    ] = None,
-    overwrite: OverwriteOption = False,
+    place: str | None = opt.argument(
+        "PLACE", "A country, state, continent, ocean or UTM zone: NZ, state:CA, Europe.", None
+    ),
+    format: str | None = opt.report_format(),
+    export: str | None = opt.option(
+        "FILE",
+        "Write the data instead of printing, of the place or of all: .csv or .parquet (a row for each map of each "
+        "purpose) or .gpkg (the outline of each place).",
+    ),
+    overwrite: opt.Overwrite = False,
 ) -> None:
     """Show the best maps of a place, measured beforehand; without a place, list the places."""
-    form = TABLE if format is None else format_of(format)
+    form = TABLE if format is None else opt.format_of(format)
     if export is not None and format is not None:
         refuse(f"Invalid format '{format}' for '{export}'. Its suffix tells the format.")
     with refusing():
@@ -45,7 +38,7 @@ def atlas_command(
 
 
 def _write(entries: Sequence[AtlasEntry], export: str, overwrite: bool) -> None:
-    path = file_of_kind(export, gis.ATLAS_SUFFIXES, overwrite)
+    path = opt.file_of_kind(export, gis.ATLAS_SUFFIXES, overwrite)
     with drawing(path):
         gis.save_atlas(entries, path, overwrite=overwrite)
     tell_written(path)

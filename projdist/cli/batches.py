@@ -12,9 +12,9 @@ import typer
 
 from projdist import gis
 from projdist.answers import Area, Batch, BatchResult, areas_of, batch
+from projdist.cli import options as opt
 from projdist.cli.errors import cannot_write, fail, progress_bar, refuse, refusing, tell_problems
 from projdist.cli.formats import drawing, present, tell_written
-from projdist.cli.options import format_for, output_file, printed_or_file
 from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries, note
 from projdist.cli.report import Report, Row
 from projdist.support import check_executor, is_stream, open_executor
@@ -60,15 +60,15 @@ class RegionalWork:
         if executor is not None:
             with refusing():
                 check_executor(executor)
-        self.path = printed_or_file(output, overwrite)
-        self.form = format_for(form, self.path, others=LAYER_SUFFIXES)
+        self.path = opt.printed_or_file(output, overwrite)
+        self.form = opt.format_for(form, self.path, others=LAYER_SUFFIXES)
         self.overwrite = overwrite
         if self.is_layer and self.path is not None:
             if form is not None:
                 refuse(f"Invalid format '{form}' for '{self.path}'. Its suffix tells the format.")
             check_libraries(self.path)
         self._kept = partial is not None  # also when all is done
-        self.partial = self._beside() if partial is None else output_file(partial, overwrite=True)
+        self.partial = self._beside() if partial is None else opt.output_file(partial, overwrite=True)
 
     @property
     def is_layer(self) -> bool:

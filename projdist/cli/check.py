@@ -7,25 +7,15 @@ import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 from projdist import gis
+from projdist.cli import options as opt
 from projdist.cli.errors import fail, progress_bar, refuse, refusing
 from projdist.cli.formats import drawing, present
 from projdist.cli.number_format import area_text
-from projdist.cli.options import (
-    PAGE_SUFFIX,
-    OverwriteOption,
-    ReportFormatOption,
-    choice,
-    file_of_kind,
-    form_and_page,
-    number,
-    output_option,
-    whole_number,
-)
 from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries
 from projdist.cli.report import Column, Mapped, Report, Table
 from projdist.decisions import FAIL_ON, OUTSIDE, PURPOSES, TORN, Check, check, get_purpose
@@ -41,51 +31,28 @@ _NAMED = 5  # features that cannot be drawn, by name
 
 
 def check_command(
-    data: Annotated[
-        str, typer.Argument(metavar="DATA[#LAYER]", help="Lines or polygons in any format that GDAL or pyarrow reads.")
-    ],
-    crs: Annotated[
-        str | None,
-        typer.Option(metavar="PROJECTION", help="What to check the data in, as for compare; by default their own CRS."),
-    ] = None,
-    fail_above: Annotated[
-        str | None,
-        typer.Option(metavar="SHARE", help="End with 3 if an area or length is off by more: 1%, 0.01 or 500ppm."),
-    ] = None,
-    fail_above_bearing: Annotated[
-        str | None, typer.Option(metavar="DEGREES", help="End with 3 if bearings are off by more, as RMS.")
-    ] = None,
-    fail_on: Annotated[
-        str, typer.Option(metavar="|".join(FAIL_ON), help="Any feature's error, or that of the totals.")
-    ] = "worst",
-    worst: Annotated[str, typer.Option(metavar="NUMBER", help="How many of the worst features to print.")] = "5",
-    id: Annotated[
-        str | None,
-        typer.Option(
-            "--id", metavar="COLUMN", help="The column with the names; else the usual one, or the only one of texts."
-        ),
-    ] = None,
-    purpose: Annotated[
-        str, typer.Option(metavar="|".join(PURPOSES), help="What the recommended CRS shall keep.")
-    ] = "any",
-    no_recommend: Annotated[
-        bool, typer.Option("--no-recommend", help="Recommend no CRS, which takes most of the time.")
-    ] = False,
-    format: ReportFormatOption = None,
-    output: Annotated[
-        str | None, output_option("The data with their errors: .gpkg or .geojson; or the report as a page: .html.")
-    ] = None,
-    overwrite: OverwriteOption = False,
+    data: str = opt.argument("DATA[#LAYER]", "Lines or polygons in any format that GDAL or pyarrow reads."),
+    crs: str | None = opt.option("PROJECTION", "What to check the data in, as for compare; by default their own CRS."),
+    fail_above: str | None = opt.option("SHARE", "End with 3 if an area or length is off by more: 1%, 0.01 or 500ppm."),
+    fail_above_bearing: str | None = opt.option("DEGREES", "End with 3 if bearings are off by more, as RMS."),
+    fail_on: str = opt.option(FAIL_ON, "Any feature's error, or that of the totals.", "worst"),
+    worst: str = opt.option("NUMBER", "How many of the worst features to print.", "5"),
+    id: str | None = opt.option("COLUMN", "The column with the names; else the usual one, or the only one of texts."),
+    purpose: str = opt.option(PURPOSES, "What the recommended CRS shall keep.", "any"),
+    no_recommend: bool = opt.flag("--no-recommend", "Recommend no CRS, which takes most of the time."),
+    format: str | None = opt.report_format(),
+    output: str | None = opt.output("The data with their errors: .gpkg or .geojson; or the report as a page: .html."),
+    overwrite: opt.Overwrite = False,
 ) -> None:
     """Check areas, lengths and bearings of data in a CRS against the ellipsoid."""
-    form, page = form_and_page(format, output, overwrite)
-    count = whole_number("number of features", worst, 0, 1_000_000)
+    form, page = opt.form_and_page(format, output, overwrite)
+    count = opt.whole_number("number of features", worst, 0, 1_000_000)
     limit = None if fail_above is None else _share(fail_above)
-    turn = None if fail_above_bearing is None else number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
-    choice("thing to fail on", fail_on, list(FAIL_ON))
+    turn = opt.number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
+    opt.choice("thing to fail on", fail_on, list(FAIL_ON))
     with refusing():
         get_purpose(purpose)
-    path = None if output is None or page else file_of_kind(output, (*LAYER_SUFFIXES, PAGE_SUFFIX), overwrite)
+    path = None if output is None or page else opt.file_of_kind(output, (*LAYER_SUFFIXES, opt.PAGE_SUFFIX), overwrite)
     if path is not None:
         check_libraries(path)
     with refusing(), progress_bar("maps") as progress:

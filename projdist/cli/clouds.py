@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -20,9 +19,9 @@ from projdist.applications.pointclouds import (
     read_weights,
     register,
 )
+from projdist.cli import options as opt
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.formats import drawing, present
-from projdist.cli.options import FormatOption, OverwriteOption, choice, format_of, output_option
 from projdist.cli.report import Column, Report, Table
 from projdist.support import refuse_existing
 
@@ -30,57 +29,37 @@ _FARTHEST = 3  # points that are named
 
 
 def clouds_command(
-    files: Annotated[
-        list[str],
-        typer.Argument(metavar="FILE...", help="Two clouds or more: .csv, of any dimension, .xyz, .asc, .ply or .pcd."),
-    ],
-    frame: Annotated[
-        str,
-        typer.Option(
-            metavar="mdt|best|first|last|central|FILE|INDEX",
-            help="Frame to bring all to: the mean distorting transformation (MDT) of all, or the coordinates of one "
-            "cloud: the one that distorts the others least, the first, the last, the middle one, or by its name or "
-            "number, from 1.",
-        ),
-    ] = "mdt",
-    correspond: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(CORRESPONDENCES),
-            help="Which points are the same: those in equal rows, with equal ids, or, where nobody knows, the closest "
-            "ones of clouds that lie nearly right. If not given: id where all files have a column id, else rows.",
-        ),
-    ] = None,
-    method: Annotated[
-        str,
-        typer.Option(
-            metavar="|".join(FITS),
-            help="Fit that prefers no cloud and shrinks none, or least squares onto the first.",
-        ),
-    ] = "symmetric",
-    robust: Annotated[
-        bool,
-        typer.Option("--robust", help="Leave out points that are no partners of those with their row or id."),
-    ] = False,
-    weights: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN|FILE",
-            help="What each point counts: a column of the clouds' files, or a file with a number for each row, or id "
-            "and number. 2 is as two points, 0 as none. In a cloud without the column points count as their partners.",
-        ),
-    ] = None,
-    format: FormatOption = "table",
-    output: Annotated[
-        str | None, output_option("Directory for the moved clouds, each as its file.", metavar="DIR")
-    ] = None,
-    overwrite: OverwriteOption = False,
+    files: list[str] = opt.argument("FILE...", "Two clouds or more: .csv, of any dimension, .xyz, .asc, .ply or .pcd."),
+    frame: str = opt.option(
+        "mdt|best|first|last|central|FILE|INDEX",
+        "Frame to bring all to: the mean distorting transformation (MDT) of all, or the coordinates of one "
+        "cloud: the one that distorts the others least, the first, the last, the middle one, or by its name or "
+        "number, from 1.",
+        "mdt",
+    ),
+    correspond: str | None = opt.option(
+        CORRESPONDENCES,
+        "Which points are the same: those in equal rows, with equal ids, or, where nobody knows, the closest "
+        "ones of clouds that lie nearly right. If not given: id where all files have a column id, else rows.",
+    ),
+    method: str = opt.option(
+        FITS, "Fit that prefers no cloud and shrinks none, or least squares onto the first.", "symmetric"
+    ),
+    robust: bool = opt.flag("--robust", "Leave out points that are no partners of those with their row or id."),
+    weights: str | None = opt.option(
+        "COLUMN|FILE",
+        "What each point counts: a column of the clouds' files, or a file with a number for each row, or id "
+        "and number. 2 is as two points, 0 as none. In a cloud without the column points count as their partners.",
+    ),
+    format: opt.Format = "table",
+    output: str | None = opt.output("Directory for the moved clouds, each as its file.", metavar="DIR"),
+    overwrite: opt.Overwrite = False,
 ) -> None:
     """Register point clouds or landmarks by affine maps, in the frame that distorts them least."""
-    form = format_of(format)
-    choice("method", method, list(FITS))
+    form = opt.format_of(format)
+    opt.choice("method", method, list(FITS))
     if correspond is not None:
-        choice("correspondence", correspond, list(CORRESPONDENCES))
+        opt.choice("correspondence", correspond, list(CORRESPONDENCES))
     targets = _targets(files, output, overwrite)
     with refusing():
         numbers = None if weights is None or not _is_file(weights) else read_weights(weights)

@@ -7,9 +7,7 @@ import math
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from projdist import plots
 from projdist.answers import (
@@ -25,33 +23,12 @@ from projdist.answers import (
     sort_order,
     summarize,
 )
+from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, by_region, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
 from projdist.cli.formats import present
 from projdist.cli.number_format import WHOLE, area_text, certain, first_digit, label_of, per_cent, rounded
-from projdist.cli.options import (
-    DpiOption,
-    ExecutorOption,
-    FileFormatOption,
-    MeasuresOption,
-    OutputOption,
-    OverwriteOption,
-    PartialOption,
-    Projections,
-    RegionOption,
-    RegionsOption,
-    SizeOption,
-    WeightOption,
-    check_plain,
-    choice,
-    format_for,
-    measure_names,
-    number,
-    printed_or_file,
-    refuse_regional_options,
-    region_given,
-)
-from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
+from projdist.cli.pictures import GraphOptions, PictureFile
 from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
 from projdist.projections import Projection, ProjectionError
@@ -226,72 +203,57 @@ _LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not show
 _LAST_OF_INDICES = 1e-5
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = (*DISTRIBUTIONS, "modes", "space")
+_INDICES = (
+    f"Published indices of the map: {', '.join(GROUPS)}, all, or names (see 'projdist list indices'); may be repeated, "
+    "or with commas."
+)
 
 
-@functools.partial(with_looks, less=GRAPHS)
 def compare_command(
-    projections: Projections,
-    region: RegionOption = None,
-    regions: RegionsOption = None,
-    weight: WeightOption = None,
-    measure: MeasuresOption = None,
-    indices: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"Published indices of the map: {', '.join(GROUPS)}, all, or names (see 'projdist list indices'); may "
-            "be repeated, or with commas.",
-        ),
-    ] = None,
-    modes: Annotated[
-        bool,
-        typer.Option("--modes", help="The independent ways in which each map distorts, and their shares of the whole."),
-    ] = False,
-    sort: Annotated[
-        str,
-        typer.Option(
-            "--sort",
-            metavar="COLUMN",
-            help="given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.",
-        ),
-    ] = "airy_kavrayskiy",
-    tolerance: Annotated[
-        str, typer.Option(metavar="NUMBER", help="Largest error of the Airy-Kavrayskiy figures.")
-    ] = f"{DEFAULT_TOLERANCE:g}",
-    plot: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(PLOTS),
-            help="Draw to -o FILE.png, .svg or .pdf: the shares of the area by a measure (fisher, or the first of "
-            "--measure), in bins or up to a value; errors of areas against those of angles; the modes as fields over "
-            "the maps; or the Jacobians in the hyperbolic plane, with their mean and median.",
-        ),
-    ] = None,
-    format: FileFormatOption = None,
-    output: OutputOption = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    executor: ExecutorOption = None,
-    partial: PartialOption = None,
-    look: LookWords | None = None,
+    projections: opt.Projections,
+    region: opt.Region = None,
+    regions: opt.Regions = None,
+    weight: opt.Weight = None,
+    measure: opt.Measures = None,
+    indices: list[str] | None = opt.option("NAME", _INDICES),
+    modes: bool = opt.flag(
+        "--modes", "The independent ways in which each map distorts, and their shares of the whole."
+    ),
+    sort: str = opt.option(
+        "COLUMN", "given, name, an airy_kavrayskiy..., INDEX, or MEASURE or MEASURE.STATISTIC.", "airy_kavrayskiy"
+    ),
+    tolerance: str = opt.option("NUMBER", "Largest error of the Airy-Kavrayskiy figures.", f"{DEFAULT_TOLERANCE:g}"),
+    plot: str | None = opt.option(
+        PLOTS,
+        "Draw to -o FILE.png, .svg or .pdf: the shares of the area by a measure (fisher, or the first of "
+        "--measure), in bins or up to a value; errors of areas against those of angles; the modes as fields over "
+        "the maps; or the Jacobians in the hyperbolic plane, with their mean and median.",
+    ),
+    format: str | None = opt.file_format(),
+    output: opt.Output = None,
+    executor: opt.Executor = None,
+    partial: opt.Partial = None,
+    *,
+    pictured: GraphOptions,
 ) -> None:
     """Compare projections over a region, or each of many: Airy-Kavrayskiy errors, measures, published indices."""
     if regions is not None:
-        from projdist.cli.batches import RegionalWork
-
-        check_plain({"--plot": plot, "--size": size, "--dpi": dpi} | look_options(look))
+        opt.refuse_given({"--plot": plot} | pictured.given(), "It cannot be used with --regions.")
         given = {"--region": region, "--weight": weight}
-        options = {"measures": measure_names(measure), "indices": _names(indices), "tolerance": _tolerance(tolerance)}
-        work = RegionalWork(format, output, overwrite=overwrite, executor=executor, partial=partial)
+        options = {
+            "measures": opt.measure_names(measure),
+            "indices": _names(indices),
+            "tolerance": _tolerance(tolerance),
+        }
+        work = RegionalWork(format, output, overwrite=pictured.overwrite, executor=executor, partial=partial)
         compare_regions(projections, regions, given, options, sort, work)
         return
-    refuse_regional_options(executor, partial)
-    picture = _picture(plot, output, size=size, dpi=dpi, overwrite=overwrite, look=look)
-    path = None if picture else printed_or_file(output, overwrite)
-    names, form = measure_names(measure), format_for(format, path)
+    opt.refuse_regional_options(executor, partial)
+    picture = _picture(plot, output, pictured)
+    path = None if picture else opt.printed_or_file(output, pictured.overwrite)
+    names, form = opt.measure_names(measure), opt.format_for(format, path)
     largest = _tolerance(tolerance)
-    area = region_given(region, projections, weight)
+    area = opt.region_given(region, projections, weight)
     chosen = _names(indices)
     with refusing(), progress_bar("maps") as progress:
         found = compare(
@@ -312,13 +274,13 @@ def compare_command(
         report = replace(report, maps=_mapped(found, names))
     bars = [_sort_key(sort, names), ""]
     report = replace(report, tables=[replace(table, bars=key) for table, key in zip(report.tables, bars, strict=False)])
-    present(report, form, path, overwrite)
+    present(report, form, path, pictured.overwrite)
     tell_problems([failure.error for failure in found.failures])
 
 
 def _tolerance(text: str) -> float:
     """Rounding alone is of the order of 1e-15."""
-    return number("tolerance", text, 1e-15, 1.0)
+    return opt.number("tolerance", text, 1e-15, 1.0)
 
 
 def _names(given: Sequence[str] | None) -> list[str]:
@@ -326,25 +288,15 @@ def _names(given: Sequence[str] | None) -> list[str]:
     return [name.strip() for text in given or [] for name in text.split(",")]
 
 
-def _picture(
-    plot: str | None,
-    output: str | None,
-    *,
-    size: str | None,
-    dpi: str | None,
-    overwrite: bool,
-    look: LookWords | None,
-) -> PictureFile | None:
+def _picture(plot: str | None, output: str | None, pictured: GraphOptions) -> PictureFile | None:
     """The picture that is asked for, which then is what is written."""
     if plot is None:
-        for name, value in ({"--size": size, "--dpi": dpi} | look_options(look)).items():
-            if value is not None:
-                refuse(f"Invalid option '{name}'. It needs a picture to draw: --plot {'|'.join(PLOTS)}.")
+        opt.refuse_given(pictured.given(), f"It needs a picture to draw: --plot {'|'.join(PLOTS)}.")
         return None
-    choice("plot", plot, list(PLOTS))
+    opt.choice("plot", plot, list(PLOTS))
     if output is None:
         refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
-    return PictureFile(output, size=size, dpi=dpi, overwrite=overwrite, look=look)
+    return PictureFile(output, pictured)
 
 
 def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFile) -> None:

@@ -4,29 +4,14 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
-from typing import Annotated
-
-import typer
 
 from projdist import plots
 from projdist.answers import CONSTRAINTS, CORRECTION_CRITERIA, Correction, correct
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import HTML, JSON, TABLE, drawing, present
 from projdist.cli.number_format import covers, first_digit, rounded, size_text
-from projdist.cli.options import (
-    PAGE_SUFFIX,
-    DpiOption,
-    OverwriteOption,
-    RegionOption,
-    SizeOption,
-    choice,
-    form_and_page,
-    number,
-    output_option,
-    region_given,
-    report_format,
-)
-from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
 from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.field import Spread
 from projdist.projections import Projection
@@ -35,63 +20,46 @@ from projdist.regions import Place
 _FORMS = (TABLE, JSON, HTML, "proj", "wkt")
 
 
-@with_looks
 def correct_command(
-    projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
-    region: RegionOption = None,
-    criterion: Annotated[
-        str,
-        typer.Option(
-            metavar="|".join(CORRECTION_CRITERIA),
-            help="Least mean square of the distortion, or its least mean, by the geometric median of the Jacobians.",
-        ),
-    ] = "mean",
-    constraint: Annotated[
-        str,
-        typer.Option(metavar="|".join(CONSTRAINTS), help="Any linear map, one that keeps areas, or a scale alone."),
-    ] = "affine",
-    keep_north: Annotated[
-        bool,
-        typer.Option("--keep-north/--free", help="Keep the map's vertical, or turn it so that north is up on average."),
-    ] = True,
-    format: Annotated[str | None, report_format(_FORMS)] = None,
-    output: Annotated[
-        str | None, output_option("Picture of the map before and after: .png, .svg or .pdf; or a page: .html.")
-    ] = None,
-    local: Annotated[
-        str | None,
-        typer.Option(metavar="KM", help="Draw, in its place, the corrections that caps of this radius would have."),
-    ] = None,
-    step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Degrees between the ellipses or caps.")] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    projection: opt.OneProjection,
+    region: opt.Region = None,
+    criterion: str = opt.option(
+        CORRECTION_CRITERIA,
+        "Least mean square of the distortion, or its least mean, by the geometric median of the Jacobians.",
+        "mean",
+    ),
+    constraint: str = opt.option(CONSTRAINTS, "Any linear map, one that keeps areas, or a scale alone.", "affine"),
+    keep_north: bool = opt.flag(
+        "--keep-north/--free", "Keep the map's vertical, or turn it so that north is up on average.", True
+    ),
+    format: str | None = opt.report_format(_FORMS),
+    output: str | None = opt.output("Picture of the map before and after: .png, .svg or .pdf; or a page: .html."),
+    local: str | None = opt.option("KM", "Draw, in its place, the corrections that caps of this radius would have."),
+    step: str | None = opt.option("NUMBER", "Degrees between the ellipses or caps."),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Find the linear map that reduces a map's distortion most, and the corrected map."""
-    form, page = form_and_page(format, output, overwrite, _FORMS)
-    area = region_given(region, [projection])
-    choice("criterion", criterion, list(CORRECTION_CRITERIA))
-    choice("constraint", constraint, list(CONSTRAINTS))
+    form, page = opt.form_and_page(format, output, pictured.overwrite, _FORMS)
+    area = opt.region_given(region, [projection])
+    opt.choice("criterion", criterion, list(CORRECTION_CRITERIA))
+    opt.choice("constraint", constraint, list(CONSTRAINTS))
     picture = picture_of(
         output,
-        size=size,
-        dpi=dpi,
+        pictured,
         step=step,
-        overwrite=overwrite,
-        look=look,
-        beside=(PAGE_SUFFIX,),
+        beside=(opt.PAGE_SUFFIX,),
     )
     with refusing():
         measured = Projection.from_user_input(projection)
         if local is not None:
             _check_local(form, picture, criterion, constraint, keep_north)
-            _draw_local(measured, area, number("radius", local, 1e-3, 10_000.0, " of km"), picture, form)
+            _draw_local(measured, area, opt.number("radius", local, 1e-3, 10_000.0, " of km"), picture, form)
             return
         result = correct(measured, area, criterion=criterion, constraint=constraint, keep_north=keep_north)
     if picture is not None:
         _draw(result, picture)
-    present(_report(result, projection, picture), form, page, overwrite)
+    present(_report(result, projection, picture), form, page, pictured.overwrite)
 
 
 def _draw(result: Correction, picture: PictureFile) -> None:

@@ -4,29 +4,15 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
-from typing import Annotated
 
 import numpy as np
-import typer
 
 from projdist import plots
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, words_told
 from projdist.cli.formats import HTML, JSON, TABLE, present
 from projdist.cli.number_format import certain, per_cent, rounded, size_text
-from projdist.cli.options import (
-    DatumOption,
-    DpiOption,
-    OutputOption,
-    OverwriteOption,
-    SizeOption,
-    WeightOption,
-    choice,
-    file_format,
-    format_for,
-    printed_or_file,
-    region_of,
-)
-from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
 from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.designs import CRITERIA_OF_DESIGNS, KINDS, SYMMETRIES, Design, design
 from projdist.field import Extreme
@@ -42,57 +28,39 @@ _DOING = {
 }
 
 
-@with_looks
 def design_command(
-    region: Annotated[
-        str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
-    ],
-    kind: Annotated[str, typer.Option(metavar="|".join(KINDS), help="What the map keeps.")] = "any",
-    criterion: Annotated[
-        str,
-        typer.Option(
-            "--criterion", "-c", metavar="|".join(CRITERIA_OF_DESIGNS), help="What to make small; max_... if conformal."
-        ),
-    ] = "airy_kavrayskiy",
-    degree: Annotated[
-        str, typer.Option(metavar="auto|NUMBER", help="Of the polynomials; auto while it pays.")
-    ] = "auto",
-    base: Annotated[str | None, typer.Option(metavar="PROJECTION", help="The map to correct, else the best.")] = None,
-    balance: Annotated[
-        str, typer.Option(metavar="NUMBER", help="Share of areas, 0 to 1: more keeps areas better, less angles.")
-    ] = "0.5",
-    norm: Annotated[
-        str | None, typer.Option(metavar="NUMBER", help="Of ln k of conformal maps: 2, or more for the worst places.")
-    ] = None,
-    weight: WeightOption = None,
-    background: Annotated[
-        str,
-        typer.Option(metavar="auto|NUMBER", help="What the surroundings count, 0 to 0.5, so that they do not fold."),
-    ] = "auto",
-    symmetric: Annotated[str, typer.Option(metavar="|".join(SYMMETRIES), help="About what.")] = "none",
-    north: Annotated[str | None, typer.Option(metavar="LON,LAT", help="Where north is up, else in the middle.")] = None,
-    datum: DatumOption = None,
-    against: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PROJECTION", help="Maps to compare with, else the best existing CRS. May be repeated."),
-    ] = None,
-    name: Annotated[str | None, typer.Option(metavar="TEXT", help="Of the CRS.")] = None,
-    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt, .html or .txt")] = None,
-    output: OutputOption = None,
-    picture: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Beside the best existing map: .png, .svg or .pdf.")
-    ] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    region: opt.RegionArgument,
+    kind: str = opt.option(KINDS, "What the map keeps.", "any"),
+    criterion: str = opt.option(
+        CRITERIA_OF_DESIGNS, "What to make small; max_... if conformal.", "airy_kavrayskiy", *opt.CRITERION
+    ),
+    degree: str = opt.option("auto|NUMBER", "Of the polynomials; auto while it pays.", "auto"),
+    base: str | None = opt.option("PROJECTION", "The map to correct, else the best."),
+    balance: str = opt.option("NUMBER", "Share of areas, 0 to 1: more keeps areas better, less angles.", "0.5"),
+    norm: str | None = opt.option("NUMBER", "Of ln k of conformal maps: 2, or more for the worst places."),
+    weight: opt.Weight = None,
+    background: str = opt.option(
+        "auto|NUMBER", "What the surroundings count, 0 to 0.5, so that they do not fold.", "auto"
+    ),
+    symmetric: str = opt.option(SYMMETRIES, "About what.", "none"),
+    north: str | None = opt.option("LON,LAT", "Where north is up, else in the middle."),
+    datum: opt.Datum = None,
+    against: list[str] | None = opt.option(
+        "PROJECTION", "Maps to compare with, else the best existing CRS. May be repeated."
+    ),
+    name: str | None = opt.option("TEXT", "Of the CRS."),
+    format: str | None = opt.file_format(_FORMS, ".json, .wkt, .html or .txt"),
+    output: opt.Output = None,
+    picture: str | None = opt.option("FILE", "Beside the best existing map: .png, .svg or .pdf."),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Make the map that distorts a region least, as a CRS that PROJ and GDAL run."""
-    path = printed_or_file(output, overwrite)
-    form = format_for(format, path, _FORMS)
-    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
-    choice("symmetry", symmetric, list(SYMMETRIES))
-    area = region_of(region, weight, [] if base is None else [base])
+    path = opt.printed_or_file(output, pictured.overwrite)
+    form = opt.format_for(format, path, _FORMS)
+    drawn = picture_of(picture, pictured)
+    opt.choice("symmetry", symmetric, list(SYMMETRIES))
+    area = opt.region_of(region, weight, [] if base is None else [base])
     with refusing(), words_told(_DOING) as tell:
         found = design(
             area,
@@ -112,7 +80,7 @@ def design_command(
         )
     if drawn is not None:
         _draw(found, drawn)
-    present(_report(found, drawn), form, path, overwrite)
+    present(_report(found, drawn), form, path, pictured.overwrite)
 
 
 def _number(thing: str, text: str) -> float:

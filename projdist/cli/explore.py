@@ -7,14 +7,11 @@ import os
 import sys
 import threading
 import webbrowser
-from typing import Annotated
-
-import typer
 
 from projdist import web
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing
 from projdist.cli.formats import emit
-from projdist.cli.options import RegionOption, region_given, whole_number
 from projdist.matrices import get_measure
 from projdist.projections import Projection
 from projdist.regions import region_for
@@ -26,18 +23,13 @@ _LAST_PORT = 65535
 
 
 def explore_command(
-    projections: Annotated[
-        list[str] | None, typer.Argument(metavar="[PROJECTION...]", help="As for compare; Winkel's if there is none.")
-    ] = None,
-    region: RegionOption = None,
-    measure: Annotated[
-        str,
-        typer.Option("--measure", "-m", metavar="NAME", help="The measure shown first (see 'projdist list measures')."),
-    ] = "fisher",
-    port: Annotated[
-        str | None, typer.Option(metavar="NUMBER", help="Of the address; any free one if not given.")
-    ] = None,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
+    projections: list[str] | None = opt.argument("[PROJECTION...]", "As for compare; Winkel's if there is none.", None),
+    region: opt.Region = None,
+    measure: str = opt.option(
+        "NAME", "The measure shown first (see 'projdist list measures').", "fisher", *opt.MEASURE
+    ),
+    port: str | None = opt.option("NUMBER", "Of the address; any free one if not given."),
+    no_browser: bool = opt.flag("--no-browser", "Print the address and open no browser."),
 ) -> None:
     """See maps live in a browser: drag them, turn their parameters, point at them, ask for better ones."""
     given = projections or [_FIRST]
@@ -47,9 +39,9 @@ def explore_command(
         maps = [Projection.from_user_input(text) for text in given]
         chosen = get_measure(measure).name
         check_choice("measure", chosen, web.SHOWN_MEASURES)
-        place = region_for(region_given(region, given), maps)
+        place = region_for(opt.region_given(region, given), maps)
         web.check_server()
-        wanted = 0 if port is None else whole_number("port", port, 0, _LAST_PORT)
+        wanted = 0 if port is None else opt.whole_number("port", port, 0, _LAST_PORT)
     try:
         listening = web.open_socket(wanted)
     except OSError as error:

@@ -10,26 +10,16 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import typer
 
 from projdist import gis
 from projdist.answers import factors
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, tell_problems
 from projdist.cli.formats import CSV, TABLE, drawing, present, tell_written
 from projdist.cli.number_format import fixed, label_of
-from projdist.cli.options import (
-    FileFormatOption,
-    MeasuresOption,
-    OverwriteOption,
-    format_for,
-    format_of,
-    measure_names,
-    output_option,
-    printed_or_file,
-)
 from projdist.cli.pictures import check_libraries
 from projdist.cli.report import Column, Report, Table
 from projdist.projections import (
@@ -362,34 +352,27 @@ def _write_frame(projection: Projection, frame: Any, path: Path, overwrite: bool
 
 
 def factors_command(
-    projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
-    coordinates: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="LON LAT...", help="Degrees; - reads lines of 'lon lat [text]' from stdin."),
-    ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE[#LAYER]",
-            help="GivenPoints to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads.",
-        ),
-    ] = None,
-    measure: MeasuresOption = None,
-    prefix: Annotated[str, typer.Option(metavar="TEXT", help="What the columns added to FILE begin with.")] = "",
-    format: FileFormatOption = None,
-    output: Annotated[
-        str | None,
-        output_option(
-            "File to write instead of printing; with --at, and always for the last three, its suffix tells what "
-            "it is: .csv, .parquet, .gpkg or .geojson."
-        ),
-    ] = None,
-    overwrite: OverwriteOption = False,
+    projection: opt.OneProjection,
+    coordinates: list[str] | None = opt.argument(
+        "LON LAT...", "Degrees; - reads lines of 'lon lat [text]' from stdin.", None
+    ),
+    at: str | None = opt.option(
+        "FILE[#LAYER]",
+        "Points to add columns to: a table (.csv, .tsv, .txt) with lon and lat, or any that GDAL reads.",
+    ),
+    measure: opt.Measures = None,
+    prefix: str = opt.option("TEXT", "What the columns added to FILE begin with.", ""),
+    format: str | None = opt.file_format(),
+    output: str | None = opt.output(
+        "File to write instead of printing; with --at, and always for the last three, its suffix tells what "
+        "it is: .csv, .parquet, .gpkg or .geojson."
+    ),
+    overwrite: opt.Overwrite = False,
 ) -> None:
     """Scales, angles and other measures of a projection at points."""
-    path, names = printed_or_file(output, overwrite), measure_names(measure)
+    path, names = opt.printed_or_file(output, overwrite), opt.measure_names(measure)
     # The points of a file have formats of their own.
-    form = format_for(format, path, others=TABLE_SUFFIXES) if at is None else format_of(format or TABLE)
+    form = opt.format_for(format, path, others=TABLE_SUFFIXES) if at is None else opt.format_of(format or TABLE)
     if (coordinates is None) == (at is None):
         refuse("Invalid points. They must be LON LAT..., - for stdin, or --at FILE. See 'projdist factors --help'.")
     with refusing():

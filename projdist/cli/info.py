@@ -5,28 +5,17 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from projdist import plots
 from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.cli import options as opt
 from projdist.cli.errors import refusing, working
 from projdist.cli.formats import TABLE, present
 from projdist.cli.number_format import certain, first_digit, label_of, per_cent, rounded, size_text, with_error
-from projdist.cli.options import (
-    PAGE_SUFFIX,
-    DpiOption,
-    OverwriteOption,
-    RegionOption,
-    ReportFormatOption,
-    SizeOption,
-    form_and_page,
-    output_option,
-    region_given,
-)
-from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
 from projdist.cli.report import Column, Mapped, Report, Table
 from projdist.cli.screen import room_in, takes_blocks
 from projdist.decisions import MapInfo, info
@@ -156,30 +145,26 @@ _TITLES = {
 _KEEPS = {"conformal": "angles", "equal-area": "areas", "equidistant": "distances"}
 
 
-@with_looks
 def info_command(
-    projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
-    region: RegionOption = None,
-    format: ReportFormatOption = None,
-    output: Annotated[
-        str | None,
-        output_option("A heat map of the scale error: .png, .svg or .pdf; or all as a page with a live map: .html."),
-    ] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    projection: opt.OneProjection,
+    region: opt.Region = None,
+    format: str | None = opt.report_format(),
+    output: str | None = opt.output(
+        "A heat map of the scale error: .png, .svg or .pdf; or all as a page with a live map: .html."
+    ),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Show what a projection is, what it keeps as measured, and its errors where it is for."""
-    form, page = form_and_page(format, output, overwrite)
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
-    area = region_given(region, [projection])
+    form, page = opt.form_and_page(format, output, pictured.overwrite)
+    picture = picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
+    area = opt.region_given(region, [projection])
     with refusing(), working("Measuring"):
         found = info(projection, area)
     if picture is not None:
         _draw(found, picture)
     sketch = sketch_of(found.projection, found.region, page) if form == TABLE else []
-    present(_report(found, sketch, picture.path if picture else None), form, page, overwrite)
+    present(_report(found, sketch, picture.path if picture else None), form, page, pictured.overwrite)
 
 
 def _draw(found: MapInfo, picture: PictureFile) -> None:

@@ -6,27 +6,16 @@ import functools
 import math
 import re
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from projdist import plots
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.formats import CSV, HTML, JSON, TABLE, present
 from projdist.cli.number_format import size_text
-from projdist.cli.options import (
-    PAGE_SUFFIX,
-    DpiOption,
-    OverwriteOption,
-    SizeOption,
-    form_and_page,
-    number,
-    output_option,
-    region_of,
-    report_format,
-)
-from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
 from projdist.cli.report import Column, Copy, Mapped, Report, Row, Table
 from projdist.decisions import LDP, LDP_FAMILIES, ldp, read_heights
 from projdist.projections import ProjectionLike, number_text
@@ -35,57 +24,42 @@ from projdist.regions import Box, PointSet
 _FORMS = (TABLE, "proj", "wkt", "esri", JSON, CSV, HTML)
 
 
-@with_looks
 def ldp_command(
-    region: Annotated[
-        str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
-    ],
-    heights: Annotated[
-        str | None,
-        typer.Option(metavar="FILE", help="Points: .csv with lon, lat and ellipsoidal h, or a .tif (with rasterio)."),
-    ] = None,
-    height: Annotated[
-        str | None, typer.Option(metavar="METRES", help="The ellipsoidal height of the whole region.")
-    ] = None,
-    families: Annotated[str, typer.Option(metavar="NAMES", help="Which to try, with commas.")] = ",".join(LDP_FAMILIES),
-    criterion: Annotated[
-        str,
-        typer.Option(
-            "--criterion",
-            "-c",
-            metavar="NAME",
-            help="share (the most points within the target), max_scale_error_ppm, rms_scale_error_ppm, ...",
-        ),
-    ] = "share",
-    target_ppm: Annotated[str, typer.Option(metavar="PPM", help="The target of the share.")] = "20",
-    round_k: Annotated[str, typer.Option(metavar="NUMBER", help="The scale factor is a multiple of it.")] = "1e-6",
-    round_axis: Annotated[
-        str, typer.Option(metavar="ANGLE", help="The axis is a multiple: 1', 30\", 0.5 (deg).")
-    ] = "1'",
-    geodetic: Annotated[str, typer.Option(metavar="CRS", help="Geographic CRS to base it on.")] = "EPSG:4326",
-    against: Annotated[
-        list[str] | None, typer.Option(metavar="PROJECTION", help="A map to compare with; may be repeated.")
-    ] = None,
-    name: Annotated[str | None, typer.Option(metavar="TEXT", help="The name of the CRS.")] = None,
-    format: Annotated[str | None, report_format(_FORMS)] = None,
-    output: Annotated[str | None, output_option("Map of the ppm: .png, .svg or .pdf; or a page: .html.")] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    region: opt.RegionArgument,
+    heights: str | None = opt.option(
+        "FILE", "Points: .csv with lon, lat and ellipsoidal h, or a .tif (with rasterio)."
+    ),
+    height: str | None = opt.option("METRES", "The ellipsoidal height of the whole region."),
+    families: str = opt.option("NAMES", "Which to try, with commas.", ",".join(LDP_FAMILIES)),
+    criterion: str = opt.option(
+        "NAME",
+        "share (the most points within the target), max_scale_error_ppm, rms_scale_error_ppm, ...",
+        "share",
+        *opt.CRITERION,
+    ),
+    target_ppm: str = opt.option("PPM", "The target of the share.", "20"),
+    round_k: str = opt.option("NUMBER", "The scale factor is a multiple of it.", "1e-6"),
+    round_axis: str = opt.option("ANGLE", "The axis is a multiple: 1', 30\", 0.5 (deg).", "1'"),
+    geodetic: str = opt.option("CRS", "Geographic CRS to base it on.", "EPSG:4326"),
+    against: list[str] | None = opt.option("PROJECTION", "A map to compare with; may be repeated."),
+    name: str | None = opt.option("TEXT", "The name of the CRS."),
+    format: str | None = opt.report_format(_FORMS),
+    output: str | None = opt.output("Map of the ppm: .png, .svg or .pdf; or a page: .html."),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Design a low-distortion projection: grid distances as on the ground, at ellipsoidal heights."""
-    form, page = form_and_page(format, output, overwrite, _FORMS)
-    area = region_of(region)
+    form, page = opt.form_and_page(format, output, pictured.overwrite, _FORMS)
+    area = opt.region_of(region)
     own = isinstance(area, PointSet) and area.height is not None
     if (heights is not None) + (height is not None) > 1 or not (own or heights or height):
         refuse("Invalid heights. There must be either --heights FILE or --height METRES.")
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
+    picture = picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     options: dict[str, Any] = {
         "families": [word.strip() for word in families.split(",") if word.strip()],
         "criterion": criterion,
-        "target_ppm": number("target", target_ppm, 1e-3, 1e5, " of ppm"),
-        "round_k": number("rounding of k_0", round_k, 1e-10, 1e-3),
+        "target_ppm": opt.number("target", target_ppm, 1e-3, 1e5, " of ppm"),
+        "round_k": opt.number("rounding of k_0", round_k, 1e-10, 1e-3),
         "round_axis": _angle(round_axis),
         "geodetic": geodetic,
         "against": against or [],
@@ -93,13 +67,13 @@ def ldp_command(
     }
     with refusing(), working("Designing"):
         if height is not None:
-            options["height"] = number("height", height, -500.0, 9000.0, " of metres")
+            options["height"] = opt.number("height", height, -500.0, 9000.0, " of metres")
         elif heights is not None:
             options["heights"] = read_heights(heights)
         found = ldp(area, **options)
     if picture is not None:
         _draw(found, picture)
-    present(_report(found, picture, against or []), form, page, overwrite)
+    present(_report(found, picture, against or []), form, page, pictured.overwrite)
 
 
 def _draw(found: LDP, picture: PictureFile) -> None:

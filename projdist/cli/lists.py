@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 from projdist.answers import INDICES, TABLES, tables
+from projdist.cli import options as opt
 from projdist.cli.errors import fail, refusing, working
 from projdist.cli.formats import present
 from projdist.cli.number_format import first_digit, fixed
-from projdist.cli.options import (
-    FileFormatOption,
-    FormatOption,
-    OutputOption,
-    OverwriteOption,
-    choice,
-    format_for,
-    format_of,
-    printed_or_file,
-    whole_number,
-)
 from projdist.cli.report import Column, Mapped, Report, Row, Table, listing
 from projdist.field import FIGURES
 from projdist.matrices import MEASURES
@@ -34,19 +24,14 @@ _MOST = 100_000
 
 
 def find_command(
-    words: Annotated[
-        list[str],
-        typer.Argument(metavar="WORDS...", help="In any order, of names, areas of use, methods; or a code."),
-    ],
-    authority: Annotated[
-        str, typer.Option(metavar="NAMES", help="Only of EPSG, ESRI, IGNF or IAU_2015, with commas.")
-    ] = "",
-    deprecated: Annotated[bool, typer.Option("--deprecated", help="Deprecated ones, too.")] = False,
-    limit: Annotated[str, typer.Option(metavar="NUMBER", help="How many to print.")] = "10",
-    format: FormatOption = "table",
+    words: list[str] = opt.argument("WORDS...", "In any order, of names, areas of use, methods; or a code."),
+    authority: str = opt.option("NAMES", "Only of EPSG, ESRI, IGNF or IAU_2015, with commas.", ""),
+    deprecated: bool = opt.flag("--deprecated", "Deprecated ones, too."),
+    limit: str = opt.option("NUMBER", "How many to print.", "10"),
+    format: opt.Format = "table",
 ) -> None:
     """Find projected CRSs and named maps by words, the likeliest first."""
-    form, most = format_of(format), whole_number("limit", limit, 1, _MOST)
+    form, most = opt.format_of(format), opt.whole_number("limit", limit, 1, _MOST)
     chosen = [name for name in authority.split(",") if name.strip()]
     with refusing():
         found = find_crs(" ".join(words), authorities=chosen, deprecated=deprecated, limit=most)
@@ -89,12 +74,12 @@ def _area(row: Row) -> str:
 
 
 def list_command(
-    what: Annotated[str, typer.Argument(metavar="projections|measures|figures|criteria|indices", help="What to list.")],
-    format: FormatOption = "table",
+    what: str = opt.argument("projections|measures|figures|criteria|indices", "What to list."),
+    format: opt.Format = "table",
 ) -> None:
     """List the projections, measures, figures, criteria or published indices that there are."""
-    rows = _LISTS[choice("list", what, list(_LISTS))]()
-    present(listing(rows), format_of(format))
+    rows = _LISTS[opt.choice("list", what, list(_LISTS))]()
+    present(listing(rows), opt.format_of(format))
 
 
 def _projection_rows() -> list[dict[str, str]]:
@@ -167,16 +152,14 @@ _LISTS = {
 
 
 def tables_command(
-    name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help=f"{', '.join(TABLES)}; without it, the list of them.")
-    ] = None,
-    format: FileFormatOption = None,
-    output: OutputOption = None,
-    overwrite: OverwriteOption = False,
+    name: str | None = opt.argument("[NAME]", f"{', '.join(TABLES)}; without it, the list of them.", None),
+    format: str | None = opt.file_format(),
+    output: opt.Output = None,
+    overwrite: opt.Overwrite = False,
 ) -> None:
     """Print a table of the literature beside the same figures computed anew, and what explains the differences."""
-    path = printed_or_file(output, overwrite)
-    form = format_for(format, path)
+    path = opt.printed_or_file(output, overwrite)
+    form = opt.format_for(format, path)
     with refusing(), working("Computing"):
         report = listing(_names()) if name is None else _tables_report(tables(name).to_dict())
     present(report, form, path, overwrite)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -32,22 +31,11 @@ from projdist.applications.mosaics import (
     parse_sizes,
     read_correspondences,
 )
+from projdist.cli import options as opt
 from projdist.cli.errors import fail, progress_bar, refuse, refusing, working
 from projdist.cli.formats import JSON, json_text, present, put
 from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, figure_of_group, picture_notes
-from projdist.cli.options import (
-    DpiOption,
-    FormatOption,
-    OverwriteOption,
-    SizeOption,
-    choice,
-    format_for,
-    format_of,
-    number,
-    output_option,
-    printed_or_file,
-)
-from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, look_options, with_looks
+from projdist.cli.pictures import GraphOptions, PictureFile
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 from projdist.projections import ProjectionLike
@@ -200,114 +188,69 @@ _FIGURES = {
 }
 
 
-@functools.partial(with_looks, less=GRAPHS)
 def mosaic_command(
-    images: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="IMAGE...", help="Overlapping pictures or map sheets, in any format that Pillow reads."),
-    ] = None,
-    correspondences: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="Points in common, in place of those that are found in the images: CSV with model,i,j,xi,yi,xj,yj in "
-            "pixels.",
-        ),
-    ] = None,
-    sizes: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WxH,...",
-            help="Pixels of the images where there are none, one for all or one each; else a comment line of FILE has "
-            "them.",
-        ),
-    ] = None,
-    model: Annotated[
-        str,
-        typer.Option(
-            metavar="|".join(_MODELS),
-            help="The maps of the images; auto: affine maps or homographies, as the points ask for; rotation: a camera "
-            "that only turns, drawn in a map projection of the sphere that it sees.",
-        ),
-    ] = "affine",
-    projection: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PROJECTION",
-            help="That of --model rotation; if not given the one that distorts least what was seen.",
-        ),
-    ] = None,
-    focal: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(FOCALS), help="For --model rotation: one focal length for all images, or one each."
-        ),
-    ] = None,
-    frame: Annotated[
-        str,
-        typer.Option(metavar=f"{'|'.join(FRAMES)}|INDEX", help="The common frame: the MDT's, or an image's plane."),
-    ] = "mdt",
-    rotation: Annotated[
-        str, typer.Option(metavar="|".join(ROTATIONS), help="How the MDT's frame is turned.")
-    ] = "chordal",
-    tolerance: Annotated[
-        str,
-        typer.Option(
-            metavar="PIXELS", help="Points farther off are wrong; pixels of what is looked at: of photos, 2.4 million."
-        ),
-    ] = "4",
-    weights: Annotated[str | None, typer.Option(metavar="NUMBERS", help="Weights of the images, with commas.")] = None,
-    output: Annotated[str | None, output_option("The mosaic to draw: .png, .tif, or .jpg.")] = None,
-    blend: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(BLENDS),
-            help="How images overlap: by bands of frequencies along seams where they differ least, by weights that "
-            "fall to their rims, or later ones on earlier ones. multiband if not given.",
-        ),
-    ] = None,
-    exposure: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(EXPOSURES),
-            help="Make images equally bright (gain), their parts, too, as vignettes need (blocks), or leave them.",
-        ),
-    ] = None,
-    depth: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(str(bits) for bits in DEPTHS),
-            help="Bits a colour of the mosaic. 8 if not given; with 16 images of 12 or 16 bits keep their values.",
-        ),
-    ] = None,
-    crop: Annotated[bool, typer.Option("--crop", help="Crop the mosaic to the largest box without gaps.")] = False,
-    all_groups: Annotated[
-        bool,
-        typer.Option("--all", help="A mosaic of each group of images that hang together: FILE, FILE-2, and so on."),
-    ] = False,
-    pixels: Annotated[str, typer.Option(metavar="NUMBER", help="The most pixels of the mosaic.")] = "1e8",
-    compare: Annotated[
-        str | None,
-        typer.Option(metavar="FILE", help="Figure to draw of all frames side by side: .png, .svg or .pdf."),
-    ] = None,
-    format: FormatOption = "table",
-    report: Annotated[str | None, typer.Option(metavar="FILE", help="Report to write, JSON.")] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    images: list[str] | None = opt.argument(
+        "IMAGE...", "Overlapping pictures or map sheets, in any format that Pillow reads.", None
+    ),
+    correspondences: str | None = opt.option(
+        "FILE",
+        "Points in common, in place of those that are found in the images: CSV with model,i,j,xi,yi,xj,yj in pixels.",
+    ),
+    sizes: str | None = opt.option(
+        "WxH,...",
+        "Pixels of the images where there are none, one for all or one each; else a comment line of FILE has them.",
+    ),
+    model: str = opt.option(
+        _MODELS,
+        "The maps of the images; auto: affine maps or homographies, as the points ask for; rotation: a camera "
+        "that only turns, drawn in a map projection of the sphere that it sees.",
+        "affine",
+    ),
+    projection: str | None = opt.option(
+        "PROJECTION", "That of --model rotation; if not given the one that distorts least what was seen."
+    ),
+    focal: str | None = opt.option(FOCALS, "For --model rotation: one focal length for all images, or one each."),
+    frame: str = opt.option(f"{'|'.join(FRAMES)}|INDEX", "The common frame: the MDT's, or an image's plane.", "mdt"),
+    rotation: str = opt.option(ROTATIONS, "How the MDT's frame is turned.", "chordal"),
+    tolerance: str = opt.option(
+        "PIXELS", "Points farther off are wrong; pixels of what is looked at: of photos, 2.4 million.", "4"
+    ),
+    weights: str | None = opt.option("NUMBERS", "Weights of the images, with commas."),
+    output: str | None = opt.output("The mosaic to draw: .png, .tif, or .jpg."),
+    blend: str | None = opt.option(
+        BLENDS,
+        "How images overlap: by bands of frequencies along seams where they differ least, by weights that "
+        "fall to their rims, or later ones on earlier ones. multiband if not given.",
+    ),
+    exposure: str | None = opt.option(
+        EXPOSURES,
+        "Make images equally bright (gain), their parts, too, as vignettes need (blocks), or leave them.",
+    ),
+    depth: str | None = opt.option(
+        map(str, DEPTHS),
+        "Bits a colour of the mosaic. 8 if not given; with 16 images of 12 or 16 bits keep their values.",
+    ),
+    crop: bool = opt.flag("--crop", "Crop the mosaic to the largest box without gaps."),
+    all_groups: bool = opt.flag(
+        "--all", "A mosaic of each group of images that hang together: FILE, FILE-2, and so on."
+    ),
+    pixels: str = opt.option("NUMBER", "The most pixels of the mosaic.", "1e8"),
+    compare: str | None = opt.option("FILE", "Figure to draw of all frames side by side: .png, .svg or .pdf."),
+    format: opt.Format = "table",
+    report: str | None = opt.option("FILE", "Report to write, JSON."),
+    *,
+    pictured: GraphOptions,
 ) -> None:
     """Bring overlapping images or map sheets into the common frame that distorts them least."""
-    form = format_of(format)
-    for name, value in ({"--size": size, "--dpi": dpi} | look_options(look)).items():
-        if value is not None and compare is None:
-            refuse(f"Invalid option '{name}'. It needs a figure to draw: --compare FILE.")
+    form = opt.format_of(format)
+    if compare is None:
+        opt.refuse_given(pictured.given(), "It needs a figure to draw: --compare FILE.")
     options: dict[str, Any] = {
-        "model": choice("model", model, list(_MODELS)),
-        "rotation": choice("rotation", rotation, list(ROTATIONS)),
-        "tolerance": number("tolerance", tolerance, 1e-3, 1e4, " of pixels"),
-        "most_pixels": number("pixels", pixels, 1e3, 4e8),
-        "weights": None if weights is None else [number("weight", word, 0.0, 1e12) for word in weights.split(",")],
+        "model": opt.choice("model", model, list(_MODELS)),
+        "rotation": opt.choice("rotation", rotation, list(ROTATIONS)),
+        "tolerance": opt.number("tolerance", tolerance, 1e-3, 1e4, " of pixels"),
+        "most_pixels": opt.number("pixels", pixels, 1e3, 4e8),
+        "weights": None if weights is None else [opt.number("weight", word, 0.0, 1e12) for word in weights.split(",")],
     }
     drawn = {"blend": blend, "exposure": exposure, "depth": depth, "crop": crop or None}
     for name, value in drawn.items():
@@ -315,8 +258,8 @@ def mosaic_command(
             refuse(f"Invalid option '--{name}'. It needs a mosaic to draw: -o FILE.")
     turning = options["model"] == "rotation"
     _refuse_others(turning, {"--projection": projection, "--focal": focal}, frame, weights, compare)
-    path = printed_or_file(report, overwrite)
-    format_for(None, path, [JSON])
+    path = opt.printed_or_file(report, pictured.overwrite)
+    opt.format_for(None, path, [JSON])
     with refusing():
         if projection is not None:
             map_of_sphere(projection)
@@ -331,20 +274,20 @@ def mosaic_command(
     target = None
     if output is not None:
         words = {"blend": blend or BLENDS[0], "exposure": exposure or EXPOSURES[0], "depth": depth or "8"}
-        target = MosaicFile(output, pictures, **words, crop=crop, overwrite=overwrite, sheets=not turning)
-    figure = None if compare is None else PictureFile(compare, size=size, dpi=dpi, overwrite=overwrite, look=look)
+        target = MosaicFile(output, pictures, **words, crop=crop, overwrite=pictured.overwrite, sheets=not turning)
+    figure = None if compare is None else PictureFile(compare, pictured)
     points = _matched(pictures) if given is None else given
     if turning:
         present_panoramas(
             points,
             projection=projection,
-            focal=choice("focal", focal or FOCALS[0], list(FOCALS)),
+            focal=opt.choice("focal", focal or FOCALS[0], list(FOCALS)),
             tolerance=options["tolerance"],
             most_pixels=options["most_pixels"],
             all_groups=all_groups,
             target=target,
             report=path,
-            overwrite=overwrite,
+            overwrite=pictured.overwrite,
             form=form,
         )
         return
@@ -364,7 +307,7 @@ def mosaic_command(
         draw_frames(found, pictures, drawing)
         result["compare"] = str(drawing.path)
     if path is not None:
-        put(json_text(_data(results, all_groups)), path, overwrite)
+        put(json_text(_data(results, all_groups)), path, pictured.overwrite)
     written = [*(one.path for one in mosaics), *(one.path for one in figures), path]
     present(_report(results, all_groups, written), form)
     left_out = groups[0].alone if all_groups else groups[0].left_out

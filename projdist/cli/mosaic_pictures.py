@@ -31,9 +31,9 @@ from projdist.applications.mosaics import (
     world_file,
     write_world_file,
 )
+from projdist.cli import options as opt
 from projdist.cli.errors import fail, refuse, refusing
 from projdist.cli.formats import drawing
-from projdist.cli.options import choice, file_of_kind, output_file
 from projdist.cli.pictures import PictureFile, check_libraries
 
 _GEOTIFF = (".tif", ".tiff")
@@ -57,13 +57,13 @@ class MosaicFile:
         """`sheets`: whether the images may have places on the Earth."""
         if not pictures:
             refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
-        self.path = file_of_kind(output, PICTURE_SUFFIXES, overwrite, "picture file")
+        self.path = opt.file_of_kind(output, PICTURE_SUFFIXES, overwrite, "picture file")
         if any(one.path is not None and self.path.exists() and self.path.samefile(one.path) for one in pictures):
             refuse(f"Invalid output '{output}'. It is one of the images.")
         self._options: dict[str, Any] = {
-            "blend": choice("blend", blend, list(BLENDS)),
-            "exposure": choice("exposure", exposure, list(EXPOSURES)),
-            "depth": int(choice("depth", depth, [str(bits) for bits in DEPTHS])),
+            "blend": opt.choice("blend", blend, list(BLENDS)),
+            "exposure": opt.choice("exposure", exposure, list(EXPOSURES)),
+            "depth": int(opt.choice("depth", depth, [str(bits) for bits in DEPTHS])),
             "crop": crop,
         }
         if self._options["depth"] > 8 and self.path.suffix.lower() not in DEEP_SUFFIXES:
@@ -76,7 +76,7 @@ class MosaicFile:
             if self.path.suffix.lower() in _GEOTIFF:
                 check_libraries(self.path)
             else:
-                self._world = output_file(str(world_file(self.path)), overwrite)
+                self._world = opt.output_file(str(world_file(self.path)), overwrite)
 
     def of_group(self, number: int) -> MosaicFile:
         """The file of a group of images: the first has the name, the others FILE-2 and so on."""
@@ -144,7 +144,7 @@ def figure_of_group(figure: PictureFile, number: int) -> PictureFile:
 
 
 def _of_group(path: Path, number: int, overwrite: bool) -> Path:
-    return output_file(str(path.with_stem(f"{path.stem}-{number + 1}")), overwrite) if number else path
+    return opt.output_file(str(path.with_stem(f"{path.stem}-{number + 1}")), overwrite) if number else path
 
 
 def draw_frames(found: Mosaic, pictures: Sequence[Picture], target: PictureFile) -> None:

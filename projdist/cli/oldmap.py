@@ -5,10 +5,9 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from projdist import gis, plots
 from projdist._typing import FloatArray
@@ -22,29 +21,11 @@ from projdist.applications.oldmaps import (
     read_control_points,
     rectify,
 )
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.formats import drawing, present
 from projdist.cli.number_format import fixed
-from projdist.cli.options import (
-    DpiOption,
-    FormatOption,
-    OverwriteOption,
-    SizeOption,
-    choice,
-    file_of_kind,
-    format_of,
-    number,
-    output_option,
-)
-from projdist.cli.pictures import (
-    LookWords,
-    PictureFile,
-    check_layer_options,
-    check_libraries,
-    look_options,
-    picture_of,
-    with_looks,
-)
+from projdist.cli.pictures import PictureFile, PictureOptions, check_layer_options, check_libraries, picture_of
 from projdist.cli.report import Column, Report, Table
 from projdist.designs import mean_plane_map
 from projdist.matrices import get_measure
@@ -66,12 +47,12 @@ class OldMapFile:
         resolution: str | None,
         overwrite: bool,
     ) -> None:
-        self.path = file_of_kind(output, (*SHEETS, *LAYERS), overwrite)
+        self.path = opt.file_of_kind(output, (*SHEETS, *LAYERS), overwrite)
         self._overwrite = overwrite
         self._is_sheet = self.path.suffix.lower() in SHEETS
         allowed = list(RECTIFIED_BY) if self._is_sheet else [name for name in RECTIFIED_BY if name != "fit"]
-        self._by = choice("rectification", by, allowed) if by is not None else "fit" if self._is_sheet else "mdt"
-        self._resolution = None if resolution is None else number("resolution", resolution, 1e-6, 1e7, " of metres")
+        self._by = opt.choice("rectification", by, allowed) if by is not None else "fit" if self._is_sheet else "mdt"
+        self._resolution = opt.number("resolution", resolution, 1e-6, 1e7, " of metres")
         if self._is_sheet:
             if image is None:
                 refuse(f"Invalid output '{output}'. It needs a scan: --image FILE.")
@@ -181,89 +162,62 @@ _USUAL = 4  # panels, if none is named
 _SHOWN = 20  # names in a line
 
 
-@with_looks
 def oldmap_command(
-    points: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="POINTS...",
-            help="Control points: [id], x and y on the old map, x and y in truth in metres; or columns x_old, y_old, "
-            "x_new, y_new; or QGIS's, ArcGIS's link tables, or GDAL's -gcp. Files of several maps of one region are "
-            "compared with their mean.",
-        ),
-    ],
-    model: Annotated[str, typer.Option(metavar="|".join(MODELS), help="What is fitted to the points.")] = "tps",
-    smoothing: Annotated[
-        str | None,
-        typer.Option(metavar="NUMBER", help="Of tps: 0 interpolates; without it, by generalized cross-validation."),
-    ] = None,
-    outliers: Annotated[
-        str, typer.Option(metavar="|".join(OUTLIERS), help="Leave wrong points, which are named, out of the fit.")
-    ] = "drop",
-    crs: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PROJECTION",
-            help="The plane of the truth, given as its coordinates or as longitudes and latitudes to be projected; by "
-            "default the CRS that the file states.",
-        ),
-    ] = None,
-    scan_dpi: Annotated[
-        str | None, typer.Option(metavar="NUMBER", help="Dots per inch of the scan, for denominators of scales.")
-    ] = None,
-    image: Annotated[str | None, typer.Option(metavar="FILE", help="The scan, to draw on, or to rectify.")] = None,
-    by: Annotated[
-        str | None,
-        typer.Option(
-            metavar="|".join(RECTIFIED_BY),
-            help="The map that rectifies the scan, fit if not given; for displacements, isolines and several maps the "
-            "linear map that is taken out first, mdt if not given.",
-        ),
-    ] = None,
-    resolution: Annotated[
-        str | None,
-        typer.Option(metavar="METRES", help="Of the rectified scan's pixels; about the scan's if not given."),
-    ] = None,
-    draw: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="|".join(PANELS),
-            help="A panel; may be repeated, or with commas. The first four if none. Rotations count clockwise.",
-        ),
-    ] = None,
-    measure: Annotated[
-        str, typer.Option("--measure", "-m", metavar="|".join(DRAWN_MEASURES), help="What the heat map shows.")
-    ] = "fisher",
-    format: FormatOption = "table",
-    output: Annotated[
-        str | None,
-        output_option("Picture: .png, .svg or .pdf; rectified scan: .tif; displacements and isolines: .gpkg."),
-    ] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    points: list[str] = opt.argument(
+        "POINTS...",
+        "Control points: [id], x and y on the old map, x and y in truth in metres; or columns x_old, y_old, "
+        "x_new, y_new; or QGIS's, ArcGIS's link tables, or GDAL's -gcp. Files of several maps of one region are "
+        "compared with their mean.",
+    ),
+    model: str = opt.option(MODELS, "What is fitted to the points.", "tps"),
+    smoothing: str | None = opt.option(
+        "NUMBER", "Of tps: 0 interpolates; without it, by generalized cross-validation."
+    ),
+    outliers: str = opt.option(OUTLIERS, "Leave wrong points, which are named, out of the fit.", "drop"),
+    crs: str | None = opt.option(
+        "PROJECTION",
+        "The plane of the truth, given as its coordinates or as longitudes and latitudes to be projected; by "
+        "default the CRS that the file states.",
+    ),
+    scan_dpi: str | None = opt.option("NUMBER", "Dots per inch of the scan, for denominators of scales."),
+    image: str | None = opt.option("FILE", "The scan, to draw on, or to rectify."),
+    by: str | None = opt.option(
+        RECTIFIED_BY,
+        "The map that rectifies the scan, fit if not given; for displacements, isolines and several maps the "
+        "linear map that is taken out first, mdt if not given.",
+    ),
+    resolution: str | None = opt.option("METRES", "Of the rectified scan's pixels; about the scan's if not given."),
+    draw: list[str] | None = opt.option(
+        PANELS, "A panel; may be repeated, or with commas. The first four if none. Rotations count clockwise."
+    ),
+    measure: str = opt.option(DRAWN_MEASURES, "What the heat map shows.", "fisher", *opt.MEASURE),
+    format: opt.Format = "table",
+    output: str | None = opt.output(
+        "Picture: .png, .svg or .pdf; rectified scan: .tif; displacements and isolines: .gpkg."
+    ),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Measure the distortion of an old map by control points, or of several and what they have in common."""
-    form = format_of(format)
+    form = opt.format_of(format)
     fitted = _fitting(crs, model=model, smoothing=smoothing, outliers=outliers, scan_dpi=scan_dpi)
     drawn: dict[str, Any] = {"draw": draw, "measure": None if measure == "fisher" else measure}
-    pictured = {f"--{name}": value for name, value in (drawn | {"size": size, "dpi": dpi}).items()} | look_options(look)
+    of_pictures = {f"--{name}": value for name, value in drawn.items()} | pictured.given()
     if len(points) > 1:
-        refuse_for_several({"--output": output, "--image": image, "--resolution": resolution} | pictured)
+        refuse_for_several({"--output": output, "--image": image, "--resolution": resolution} | of_pictures)
         refuse_twice(points)
         present(_compared(points, fitted, by or "mdt"), form)
         return
     panels = _panels(draw, measure)
     written: OldMapFile | PictureFile | None
     if _is_for_gis(output):
-        check_layer_options(Path(str(output)), pictured)
-        written = OldMapFile(str(output), image=image, by=by, resolution=resolution, overwrite=overwrite)
+        check_layer_options(Path(str(output)), of_pictures)
+        written = OldMapFile(str(output), image=image, by=by, resolution=resolution, overwrite=pictured.overwrite)
     else:
         _refuse_without_layers({"--by": by, "--resolution": resolution})
         beside = (*SHEETS, *LAYERS)
         drawn |= {"image": image}
-        written = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=beside, **drawn)
+        written = picture_of(output, pictured, beside=beside, **drawn)
     with refusing():
         found = fitted(points[0])
     if isinstance(written, OldMapFile):
@@ -280,21 +234,21 @@ def _fitting(
     crs: str | None, *, model: str, smoothing: str | None, outliers: str, scan_dpi: str | None
 ) -> Callable[[str], OldMap]:
     """What makes of a file of control points an old map; wrong words end the command."""
-    choice("model", model, list(MODELS))
-    choice("outliers", outliers, list(OUTLIERS))
+    opt.choice("model", model, list(MODELS))
+    opt.choice("outliers", outliers, list(OUTLIERS))
     options: dict[str, Any] = {
         "model": model,
-        "smoothing": None if smoothing is None else number("smoothing", smoothing, 0.0, 1e9),
+        "smoothing": opt.number("smoothing", smoothing, 0.0, 1e9),
         "outliers": outliers,
-        "dots_per_inch": None if scan_dpi is None else number("scan dpi", scan_dpi, 1.0, 1e5),
+        "dots_per_inch": opt.number("scan dpi", scan_dpi, 1.0, 1e5),
     }
     return lambda points: old_map(read_control_points(points, crs=crs), **options)
 
 
 def _panels(draw: Sequence[str] | None, measure: str) -> Sequence[str]:
     """The panels to draw, the first ones if none is named; wrong words end the command."""
-    choice("measure", measure, list(DRAWN_MEASURES))
-    panels = [choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
+    opt.choice("measure", measure, list(DRAWN_MEASURES))
+    panels = [opt.choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
     return panels or PANELS[:_USUAL]
 
 

@@ -7,20 +7,10 @@ import operator
 from collections.abc import Iterator
 from typing import Annotated, Any
 
-import typer
-
+from projdist.cli import options as opt
 from projdist.cli.errors import progress_bar, refusing
 from projdist.cli.formats import HTML, JSON, TABLE, present
 from projdist.cli.number_format import change, covers, rounded, size_text
-from projdist.cli.options import (
-    OutputOption,
-    OverwriteOption,
-    file_format,
-    format_for,
-    number,
-    printed_or_file,
-    region_of,
-)
 from projdist.cli.report import Column, Copy, Mapped, Report, Table
 from projdist.decisions import FAMILIES, Optimum, optimize, recommend
 from projdist.projections import ProjectionLike, number_text
@@ -35,50 +25,32 @@ _DIGIT = 1e-5  # of a value: what figures of a table are shown to
 _FORMS = (TABLE, "proj", "wkt", JSON, HTML)
 
 
+_FAMILY = f"auto, {', '.join(FAMILIES)}, or a PROJ string with ranges, as '+proj=lcc +lat_1={{20..60}}'."
+
+
 def optimize_command(
-    family: Annotated[
-        str,
-        typer.Argument(
-            metavar="FAMILY",
-            help=f"auto, {', '.join(FAMILIES)}, or a PROJ string with ranges, as '+proj=lcc +lat_1={{20..60}}'.",
-        ),
-    ],
-    region: Annotated[
-        str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
-    ],
-    free: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES", help="Parameters to choose, with commas: lat_1,lat_2,lat_0,lon_0,k_0,alpha,pole, ..."
-        ),
-    ] = None,
-    criterion: Annotated[
-        str,
-        typer.Option(
-            "--criterion", "-c", metavar="NAME", help="What to make small: a name of 'projdist list figures'."
-        ),
-    ] = "airy_kavrayskiy",
-    ellipsoid: Annotated[
-        str | None, typer.Option(metavar="NAME", help="sphere or one of PROJ's; WGS84 where there are formulas for it.")
-    ] = None,
-    round: Annotated[
-        str | None, typer.Option(metavar="NUMBER", help="Degrees of which angles are multiples; k_0 has six decimals.")
-    ] = None,
-    against: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PROJECTION", help="A map to compare with, or 'recommend': the best existing CRS. May be repeated."
-        ),
-    ] = None,
-    format: Annotated[str | None, file_format(_FORMS, ".json, .wkt, .html or .txt")] = None,
-    output: OutputOption = None,
-    overwrite: OverwriteOption = False,
+    family: Annotated[str, opt.argument("FAMILY", _FAMILY)],
+    region: opt.RegionArgument,
+    free: str | None = opt.option(
+        "NAMES", "Parameters to choose, with commas: lat_1,lat_2,lat_0,lon_0,k_0,alpha,pole, ..."
+    ),
+    criterion: str = opt.option(
+        "NAME", "What to make small: a name of 'projdist list figures'.", "airy_kavrayskiy", *opt.CRITERION
+    ),
+    ellipsoid: str | None = opt.option("NAME", "sphere or one of PROJ's; WGS84 where there are formulas for it."),
+    round: str | None = opt.option("NUMBER", "Degrees of which angles are multiples; k_0 has six decimals."),
+    against: list[str] | None = opt.option(
+        "PROJECTION", "A map to compare with, or 'recommend': the best existing CRS. May be repeated."
+    ),
+    format: str | None = opt.file_format(_FORMS, ".json, .wkt, .html or .txt"),
+    output: opt.Output = None,
+    overwrite: opt.Overwrite = False,
 ) -> None:
     """Find the parameters with which a family of projections distorts a region least."""
-    path = printed_or_file(output, overwrite)
-    form = format_for(format, path, _FORMS)
-    step = None if round is None else number("rounding", round, 1e-9, 45.0, " of degrees")
-    area = region_of(region)
+    path = opt.printed_or_file(output, overwrite)
+    form = opt.format_for(format, path, _FORMS)
+    step = opt.number("rounding", round, 1e-9, 45.0, " of degrees")
+    area = opt.region_of(region)
     names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
     with refusing(), progress_bar("families") as progress:
         others = [_best_existing(area, criterion) if one == _RECOMMENDED else one for one in against or []]

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, overload
 
 import typer
 
@@ -20,21 +20,39 @@ from projdist.regions import Place, get_region, region_for, weighted_points
 from projdist.support import is_stream, notices_kept, refuse_existing
 
 
-def file_format(forms: Iterable[str], suffixes: str) -> Any:
-    """The option of a command that prints, or writes a file whose suffix tells its format."""
-    told = f"How to print, a table if not given; a file's suffix tells it: {suffixes}."
-    return typer.Option("--format", "-f", metavar="|".join(forms), help=told)
+def argument(metavar: str, help: str, default: Any = ...) -> Any:
+    """An argument, required without a default."""
+    return typer.Argument(default, metavar=metavar, help=help)
 
 
-def report_format(forms: Iterable[str]) -> Any:
-    """The option of a command that prints, and whose file may be a page."""
-    return typer.Option("--format", "-f", metavar="|".join(forms), help="How to print, a table if not given.")
+def option(value: str | Iterable[str], help: str, default: Any = None, *flags: str) -> Any:
+    """An option with a value, or one of several words; `...` requires it, without `flags` its parameter names it."""
+    return typer.Option(default, *flags, metavar=value if isinstance(value, str) else "|".join(value), help=help)
 
 
-def output_option(told: str, metavar: str = "FILE") -> Any:
-    """The option of a command for what it writes, which is told."""
-    return typer.Option("--output", "-o", metavar=metavar, help=told)
+def flag(name: str, help: str, default: bool = False) -> Any:
+    """An option without a value."""
+    return typer.Option(default, name, help=help)
 
+
+def output(help: str, default: str | None = None, metavar: str = "FILE") -> Any:
+    """The option `--output` of a command."""
+    return typer.Option(default, "--output", "-o", metavar=metavar, help=help)
+
+
+def file_format(forms: Iterable[str] = FORMATS, suffixes: str = ".json, .csv, .md, .html or .txt") -> Any:
+    """The option `--format` of a command that prints, or writes a file whose suffix tells its format."""
+    return option(forms, f"How to print, a table if not given; a file's suffix tells it: {suffixes}.", None, *_FORMAT)
+
+
+def report_format(forms: Iterable[str] = FORMATS) -> Any:
+    """The option `--format` of a command that prints, and whose file may be a page."""
+    return option(forms, "How to print, a table if not given.", None, *_FORMAT)
+
+
+_FORMAT = ("--format", "-f")
+MEASURE, CRITERION = ("--measure", "-m"), ("--criterion", "-c")
+"""The names of these options."""
 
 Projections = Annotated[
     list[str],
@@ -44,7 +62,11 @@ Projections = Annotated[
         "(mollweide@45,-100), PROJ strings, EPSG: or ESRI: codes, WKT, PROJJSON, .prj or .wkt files.",
     ),
 ]
-RegionOption = Annotated[
+OneProjection = Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")]
+RegionArgument = Annotated[
+    str, typer.Argument(metavar="REGION", help="As --region of compare: country:DE, box:W,S,E,N, ...")
+]
+Region = Annotated[
     str | None,
     typer.Option(
         "--region",
@@ -57,7 +79,7 @@ RegionOption = Annotated[
         "area of use of a CRS, if all maps have the same, else the globe.",
     ),
 ]
-WeightOption = Annotated[
+Weight = Annotated[
     str | None,
     typer.Option(
         "--weight",
@@ -66,7 +88,7 @@ WeightOption = Annotated[
         "column.",
     ),
 ]
-RegionsOption = Annotated[
+Regions = Annotated[
     list[str] | None,
     typer.Option(
         metavar="countries|continents|states|FILE",
@@ -74,14 +96,14 @@ RegionsOption = Annotated[
         "(PATH#LAYER), or any region; may be repeated.",
     ),
 ]
-ExecutorOption = Annotated[
+Executor = Annotated[
     str | None,
     typer.Option(
         metavar="processes:N|dask://HOST:PORT",
         help="What the work runs on: processes of this machine, or a Dask scheduler; if not given, a process a core.",
     ),
 ]
-PartialOption = Annotated[
+Partial = Annotated[
     str | None,
     typer.Option(
         metavar="FILE",
@@ -89,31 +111,30 @@ PartialOption = Annotated[
         "beside the output, until that is written.",
     ),
 ]
-FormatOption = Annotated[str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="How to print.")]
-ReportFormatOption = Annotated[str | None, report_format(FORMATS)]
-FileFormatOption = Annotated[str | None, file_format(FORMATS, ".json, .csv, .md, .html or .txt")]
-OutputOption = Annotated[str | None, output_option("File to write instead of printing.")]
-DatumOption = Annotated[
+Format = Annotated[str, typer.Option(*_FORMAT, metavar="|".join(FORMATS), help="How to print.")]
+Output = Annotated[
+    str | None, typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.")
+]
+Datum = Annotated[
     str | None, typer.Option(metavar="CRS", help="The geographic CRS to base it on, as EPSG:4258; else WGS 84.")
 ]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")]
-MeasuresOption = Annotated[
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the file if there is one.")]
+Measures = Annotated[
     list[str] | None,
     typer.Option(
-        "--measure",
-        "-m",
+        *MEASURE,
         metavar="NAME",
         help="A measure (see 'projdist list measures'); may be repeated, or with commas.",
     ),
 ]
-SizeOption = Annotated[str | None, typer.Option(metavar="WIDTH,HEIGHT", help="Of the picture in inches, as 10,6.")]
-ContextOption = Annotated[
+Size = Annotated[str | None, typer.Option(metavar="WIDTH,HEIGHT", help="Of the picture in inches, as 10,6.")]
+Context = Annotated[
     str | None,
     typer.Option(
         metavar="none|coast|borders|full", help="What a picture of a region shows of the Earth; full if not given."
     ),
 ]
-DpiOption = Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")]
+Dpi = Annotated[str | None, typer.Option(metavar="NUMBER", help="Dots per inch; 150 if not given.")]
 
 _MOST_PIXELS = 4e8  # 1.6 GB of memory
 _MOST_LEVELS = 100
@@ -214,18 +235,16 @@ def measure_names(given: list[str] | None) -> list[str]:
     return names
 
 
-def refuse_regional_options(executor: str | None, partial: str | None) -> None:
-    """Refuse the options of many regions where there is one."""
-    for name, value in {"--executor": executor, "--partial": partial}.items():
-        if value is not None:
-            refuse(f"Invalid option '{name}'. It needs --regions.")
-
-
-def check_plain(options: Mapping[str, object]) -> None:
-    """Refuse the options of pictures beside many regions."""
+def refuse_given(options: Mapping[str, object], reason: str, of: str = "") -> None:
+    """Refuse the first option that is given; `of` says of what it is none."""
     for name, value in options.items():
         if value is not None:
-            refuse(f"Invalid option '{name}'. It cannot be used with --regions.")
+            refuse(f"Invalid option '{name}'{of}. {reason}")
+
+
+def refuse_regional_options(executor: str | None, partial: str | None) -> None:
+    """Refuse the options of many regions where there is one."""
+    refuse_given({"--executor": executor, "--partial": partial}, "It needs --regions.")
 
 
 def whole_number(name: str, text: str, low: float, high: float) -> int:
@@ -236,8 +255,16 @@ def whole_number(name: str, text: str, low: float, high: float) -> int:
     return int(value)
 
 
-def number(name: str, text: str, low: float, high: float, unit: str = "") -> float:
-    """A number within limits."""
+@overload
+def number(name: str, text: str, low: float, high: float, unit: str = "") -> float: ...
+@overload
+def number(name: str, text: None, low: float, high: float, unit: str = "") -> None: ...
+@overload
+def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None: ...
+def number(name: str, text: str | None, low: float, high: float, unit: str = "") -> float | None:
+    """A number within limits, or None of None."""
+    if text is None:
+        return None
     try:
         value = float(text)
     except ValueError:
@@ -281,7 +308,7 @@ def file_of_kind(text: str, suffixes: tuple[str, ...], overwrite: bool, kind: st
 
 def step_of(text: str | None) -> float | None:
     """Degrees between ellipses or lines."""
-    return None if text is None else number("step", text, 1e-5, 90, " of degrees")
+    return number("step", text, 1e-5, 90, " of degrees")
 
 
 def dots_of(text: str | None) -> float:

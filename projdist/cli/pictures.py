@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from projdist import gis, plots
+from projdist.cli import options as opt
 from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.formats import drawing, tell_written
-from projdist.cli.options import PAGE_SUFFIX, choice, dots_of, file_of_kind, is_page, number, size_of, step_of
 from projdist.projections import Projection
 from projdist.regions import Place
 
@@ -26,9 +23,7 @@ _MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the rast
 
 def check_layer_options(path: Path, drawn: Mapping[str, str | None]) -> None:
     """Refuse options that are for pictures."""
-    for option, value in drawn.items():
-        if value is not None:
-            refuse(f"Invalid option '{option}' for '{path}'. It is for pictures.")
+    opt.refuse_given(drawn, "It is for pictures.", f" for '{path}'")
 
 
 def check_libraries(path: Path) -> None:
@@ -49,9 +44,9 @@ def write_raster(
     overwrite: bool,
 ) -> None:
     """Measures of a map as a GeoTIFF."""
-    choice("grid", grid, list(gis.GRIDS))
+    opt.choice("grid", grid, list(gis.GRIDS))
     pixels = _pixels(size)
-    side = None if resolution is None else number("resolution", resolution, 1e-12, 1e12)
+    side = opt.number("resolution", resolution, 1e-12, 1e12)
     check_libraries(path)
     projection = _only_map(given, path)
     with drawing(path), working("Measuring"):
@@ -94,121 +89,96 @@ def _pixels(text: str | None) -> int | tuple[int, int] | None:
     words = text.replace("x", ",").split(",")
     if len(words) > 2 or not all(word.strip().isdecimal() for word in words):
         refuse(f"Invalid size '{text}'. It must be pixels of the longer side, or WIDTH,HEIGHT, as 1000 or 1000,500.")
-    counts = [int(number("size", word, 1, _MOST_PIXELS, " of pixels")) for word in words]
+    counts = [int(opt.number("size", word, 1, _MOST_PIXELS, " of pixels")) for word in words]
     return counts[0] if len(counts) == 1 else (counts[0], counts[1])
 
 
 # ---- pictures ------------------------------------------------------------------------------------
 
 
-LookWords = Mapping[str, Any]
-"""The words of the options of looks, by their names."""
+@dataclass(frozen=True, kw_only=True)
+class SizeOptions:
+    """The size and resolution of a picture, and whether it may replace a file."""
 
-# The commands that draw maps have these options, each in its own help.
-_LOOKS: dict[str, tuple[Any, Any]] = {
-    "title": (
-        Annotated[str | None, typer.Option(metavar="TEXT", help="The title of the map, or a heading above several.")],
-        None,
-    ),
-    "no_title": (Annotated[bool, typer.Option("--no-title", help="Nothing above the maps.")], False),
-    "no_colourbar": (Annotated[bool, typer.Option("--no-colourbar", help="No colour bar.")], False),
-    "font_size": (
-        Annotated[str | None, typer.Option(metavar="POINTS", help="Of the colour bar's label; others in proportion.")],
-        None,
-    ),
-    "style": (
-        Annotated[str | None, typer.Option(metavar="FILE", help="A style of matplotlib, by file or name: its fonts.")],
-        None,
-    ),
-    "theme": (
-        Annotated[str | None, typer.Option(metavar="light|dark|print", help="Colours of the picture; print is grey.")],
-        None,
-    ),
-    "transparent": (Annotated[bool, typer.Option("--transparent", help="No background.")], False),
-}
+    size: opt.Size = None
+    dpi: opt.Dpi = None
+    overwrite: opt.Overwrite = False
 
 
-GRAPHS, FILMS = ("no_colourbar",), ("transparent",)
-"""The looks that graphs and films do not have."""
+@dataclass(frozen=True, kw_only=True)
+class StyleOptions:
+    """The style of a picture."""
+
+    title: str | None = opt.option("TEXT", "The title of the map, or a heading above several.")
+    no_title: bool = opt.flag("--no-title", "Nothing above the maps.")
+    font_size: str | None = opt.option("POINTS", "Of the colour bar's label; others in proportion.")
+    style: str | None = opt.option("FILE", "A style of matplotlib, by file or name: its fonts.")
+    theme: str | None = opt.option("light|dark|print", "Colours of the picture; print is grey.")
+
+    def given(self, but: str = "") -> dict[str, Any]:
+        """The options that were given, by their names on the command line; `--overwrite` is of other files, too."""
+        words = ((one.name, getattr(self, one.name)) for one in fields(self) if one.name != "overwrite")
+        options = {f"--{name.replace('_', '-')}": word for name, word in words}
+        return {name: word for name, word in options.items() if word not in (None, False) and name != but}
+
+    def look(self) -> plots.Look:
+        """The look that the options state; a wrong word ends the command with 2."""
+        if self.title is not None and self.no_title:
+            refuse("Invalid option '--no-title'. It cannot be used with --title.")
+        with refusing():
+            return plots.Look(
+                theme=self.theme,
+                font_size=opt.number("font size", self.font_size, 1, 72, " of points"),
+                style=self.style,
+                transparent=getattr(self, "transparent", False),
+                title="" if self.no_title else self.title,
+                colourbar=not getattr(self, "no_colourbar", False),
+            )
 
 
-def with_looks(command: Callable[..., None], *, less: Sequence[str] = ()) -> Callable[..., None]:
-    """A command with the options of looks, `less` some, whose words it takes as `look`."""
-    signature = inspect.signature(command, eval_str=True)
-    own = [parameter for name, parameter in signature.parameters.items() if name != "look"]
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    looks = [
-        inspect.Parameter(name, kind, default=default, annotation=hint)
-        for name, (hint, default) in _LOOKS.items()
-        if name not in less
-    ]
+@dataclass(frozen=True, kw_only=True)
+class FilmOptions(StyleOptions, SizeOptions):
+    """The options of films, which are opaque."""
 
-    @functools.wraps(command)
-    def wrapped(**words: Any) -> None:
-        look = {name: word for name in _LOOKS if (word := words.pop(name, None)) is not None and word is not False}
-        command(**words, look=look)
-
-    wrapped.__signature__ = signature.replace(parameters=[*own, *looks])  # type: ignore[attr-defined]
-    wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in [*own, *looks]}
-    return wrapped
+    no_colourbar: bool = opt.flag("--no-colourbar", "No colour bar.")
 
 
-def look_options(look: LookWords | None) -> dict[str, Any]:
-    """The words by the names of their options."""
-    return {f"--{name.replace('_', '-')}": word for name, word in (look or {}).items()}
+@dataclass(frozen=True, kw_only=True)
+class GraphOptions(StyleOptions, SizeOptions):
+    """The options of graphs, which have no colour bar."""
+
+    transparent: bool = opt.flag("--transparent", "No background.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureOptions(FilmOptions, GraphOptions):
+    """The options of pictures of maps."""
 
 
 class PictureFile:
     """Where a picture goes, and how it is drawn; a wrong word ends the command with 2."""
 
     def __init__(
-        self,
-        output: str,
-        *,
-        size: str | None,
-        dpi: str | None,
-        step: str | None = None,
-        overwrite: bool,
-        look: LookWords | None = None,
-        beside: tuple[str, ...] = (),
+        self, output: str, drawn: GraphOptions, *, step: str | None = None, beside: tuple[str, ...] = ()
     ) -> None:
         kind = "output" if beside else "picture file"
-        self.path: Path = file_of_kind(output, (*plots.SUFFIXES, *beside), overwrite, kind)
-        self.dots, self.step = dots_of(dpi), step_of(step)
-        self.size, self.overwrite = size_of(size, self.dots), overwrite
-        self.look = {} if look is None else {"look": look_of_words(look)}
+        self.path: Path = opt.file_of_kind(output, (*plots.SUFFIXES, *beside), drawn.overwrite, kind)
+        self.dots, self.step = opt.dots_of(drawn.dpi), opt.step_of(step)
+        self.size, self.overwrite = opt.size_of(drawn.size, self.dots), drawn.overwrite
+        self.look = drawn.look()
 
     def save(self, draw: Callable[..., Any]) -> None:
         """Write the figure that `draw` makes with `size`, `dpi` and `look`; what cannot be drawn ends the command."""
         with drawing(self.path), working("Drawing"):
-            figure = draw(size=self.size, dpi=self.dots, **self.look)
+            figure = draw(size=self.size, dpi=self.dots, look=self.look)
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
-
-
-def look_of_words(words: LookWords) -> plots.Look:
-    """The look of words."""
-    if "title" in words and "no_title" in words:
-        refuse("Invalid option '--no-title'. It cannot be used with --title.")
-    size = words.get("font_size")
-    with refusing():
-        return plots.Look(
-            theme=words.get("theme"),
-            font_size=None if size is None else number("font size", size, 1, 72, " of points"),
-            style=words.get("style"),
-            transparent="transparent" in words,
-            title="" if "no_title" in words else words.get("title"),
-            colourbar="no_colourbar" not in words,
-        )
 
 
 def picture_of(
     output: str | None,
+    drawn: GraphOptions,
     *,
-    size: str | None,
-    dpi: str | None,
     step: str | None = None,
-    overwrite: bool,
-    look: LookWords | None = None,
     beside: tuple[str, ...] = (),
     **others: Any,
 ) -> PictureFile | None:
@@ -217,14 +187,9 @@ def picture_of(
     `others` are such options that the command has beside these, None where they are not given; `beside` are suffixes
     of what else it writes, which is not asked for here.
     """
-    page = PAGE_SUFFIX in beside and is_page(output)
+    page = opt.PAGE_SUFFIX in beside and opt.is_page(output)
     if output is not None and not page:
-        return PictureFile(output, size=size, dpi=dpi, step=step, overwrite=overwrite, look=look, beside=beside)
-    given = {f"--{name}": value for name, value in (others | {"step": step, "size": size, "dpi": dpi}).items()}
-    for name, value in (given | look_options(look)).items():
-        if value is not None:
-            missing = (
-                f"It is for pictures, and '{output}' is a page." if page else "It needs a picture to draw to: -o FILE."
-            )
-            refuse(f"Invalid option '{name}'. {missing}")
+        return PictureFile(output, drawn, step=step, beside=beside)
+    reason = f"It is for pictures, and '{output}' is a page." if page else "It needs a picture to draw to: -o FILE."
+    opt.refuse_given({f"--{name}": value for name, value in others.items()} | {"--step": step} | drawn.given(), reason)
     return None

@@ -5,28 +5,15 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from projdist import plots
 from projdist.answers import Profile, profile
+from projdist.cli import options as opt
 from projdist.cli.errors import refusing
 from projdist.cli.formats import present
 from projdist.cli.number_format import fixed, label_of
-from projdist.cli.options import (
-    DpiOption,
-    FileFormatOption,
-    MeasuresOption,
-    OverwriteOption,
-    SizeOption,
-    format_for,
-    measure_names,
-    number,
-    output_option,
-    printed_or_file,
-)
-from projdist.cli.pictures import GRAPHS, LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import GraphOptions, PictureFile, picture_of
 from projdist.cli.report import Column, Report, Table
 from projdist.support import is_stream
 
@@ -34,46 +21,34 @@ _DECIMALS = {"x": 3, "y": 3, "azimuth": 4, "height": 3, "omega": 6, "theta": 6, 
 _MOST_DECIMALS = 8
 
 
-@functools.partial(with_looks, less=GRAPHS)
 def profile_command(
-    projection: Annotated[str, typer.Argument(metavar="PROJECTION", help="As for compare.")],
-    line: Annotated[
-        str,
-        typer.Option(
-            "--line",
-            metavar="FILE|LON,LAT,...",
-            help="A line: a file, as road.geojson or roads.gpkg#LAYER, or LON,LAT of two points or more.",
-        ),
-    ],
-    measure: MeasuresOption = None,
-    spacing: Annotated[
-        str | None, typer.Option(metavar="KM", help="Between the points; a round number if none.")
-    ] = None,
-    height: Annotated[
-        str | None, typer.Option(metavar="METRES", help="Ellipsoidal height of the line, in place of its own.")
-    ] = None,
-    format: FileFormatOption = None,
-    output: Annotated[
-        str | None, output_option("Picture: .png, .svg or .pdf; or table: .csv, .json, .md or .txt.")
-    ] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    projection: opt.OneProjection,
+    line: str = opt.option(
+        "FILE|LON,LAT,...",
+        "A line: a file, as road.geojson or roads.gpkg#LAYER, or LON,LAT of two points or more.",
+        ...,
+    ),
+    measure: opt.Measures = None,
+    spacing: str | None = opt.option("KM", "Between the points; a round number if none."),
+    height: str | None = opt.option("METRES", "Ellipsoidal height of the line, in place of its own."),
+    format: str | None = opt.file_format(),
+    output: str | None = opt.output("Picture: .png, .svg or .pdf; or table: .csv, .json, .md or .txt."),
+    *,
+    pictured: GraphOptions,
 ) -> None:
     """Scale, convergence and other measures along a line, and the combined factor at heights."""
     drawn = output is not None and Path(output).suffix.lower() in plots.SUFFIXES
-    picture = picture_of(output if drawn else None, size=size, dpi=dpi, overwrite=overwrite, look=look)
-    path = None if drawn else printed_or_file(output, overwrite)
-    form = format_for(format, path, others=plots.SUFFIXES)
-    names = measure_names(measure) or ["convergence"]
-    step = None if spacing is None else number("spacing", spacing, 1e-6, 1e6, " of km")
-    above = None if height is None else number("height", height, -12_000.0, 9_000.0, " of metres")
+    picture = picture_of(output if drawn else None, pictured)
+    path = None if drawn else opt.printed_or_file(output, pictured.overwrite)
+    form = opt.format_for(format, path, others=plots.SUFFIXES)
+    names = opt.measure_names(measure) or ["convergence"]
+    step = opt.number("spacing", spacing, 1e-6, 1e6, " of km")
+    above = opt.number("height", height, -12_000.0, 9_000.0, " of metres")
     with refusing():
         found = profile(projection, line, measures=names, spacing_km=step, height=above)
     if picture is not None:
         picture.save(functools.partial(plots.profile_figure, found))
-    present(_report(found, projection, line, picture), form, path, overwrite)
+    present(_report(found, projection, line, picture), form, path, pictured.overwrite)
 
 
 def _report(found: Profile, given: str, line: str, picture: PictureFile | None) -> Report:

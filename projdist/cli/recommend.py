@@ -11,27 +11,12 @@ import typer
 
 from projdist import plots
 from projdist.answers import Batch
+from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
 from projdist.cli.errors import fail, progress_bar, refuse, refusing
 from projdist.cli.formats import present
 from projdist.cli.number_format import certain, change, per_cent, rounded, size_text
-from projdist.cli.options import (
-    PAGE_SUFFIX,
-    DpiOption,
-    ExecutorOption,
-    OverwriteOption,
-    PartialOption,
-    RegionsOption,
-    ReportFormatOption,
-    SizeOption,
-    check_plain,
-    form_and_page,
-    output_option,
-    refuse_regional_options,
-    region_of,
-    whole_number,
-)
-from projdist.cli.pictures import LookWords, PictureFile, look_options, picture_of, with_looks
+from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
 from projdist.cli.report import Column, Mapped, Report, Row, Table
 from projdist.decisions import (
     CLOSE,
@@ -122,48 +107,32 @@ RegionArgument = Annotated[
 ]
 
 
-@with_looks
 def recommend_command(
     region: RegionArgument = None,
-    regions: RegionsOption = None,
-    purpose: Annotated[
-        str, typer.Option(metavar="|".join(PURPOSES), help="What the map shall keep, as measured.")
-    ] = "any",
-    criterion: Annotated[
-        str, typer.Option(metavar="NAME", help="What to rank by: a name of 'projdist list figures'.")
-    ] = "airy_kavrayskiy",
-    authority: Annotated[str, typer.Option(metavar="NAMES", help="EPSG, ESRI, IGNF, with commas.")] = "EPSG,ESRI",
-    datum: Annotated[str | None, typer.Option(metavar="TEXT", help="A part of the name, as WGS 84 or ETRS89.")] = None,
-    contains: Annotated[
-        bool, typer.Option("--contains", help="Only those whose area of use holds the region.")
-    ] = False,
-    intersects: Annotated[
-        bool, typer.Option("--intersects", help="Do not prefer those whose area of use holds the region.")
-    ] = False,
-    deprecated: Annotated[bool, typer.Option("--deprecated", help="Deprecated ones, too.")] = False,
-    limit: Annotated[str, typer.Option(metavar="NUMBER", help="How many to print.")] = "10",
-    uninterrupted: Annotated[
-        bool, typer.Option("--uninterrupted", help="Not those cut in the region; around the Earth, in one line only.")
-    ] = False,
-    custom: Annotated[
-        bool, typer.Option("--custom", help="Also the best custom projections, and what the CRSs lose against them.")
-    ] = False,
-    executor: ExecutorOption = None,
-    partial: PartialOption = None,
-    format: ReportFormatOption = None,
-    output: Annotated[
-        str | None,
-        output_option(
-            "Heat maps of the best: .png, .svg or .pdf; or all as a page: .html. With --regions: as of compare."
-        ),
-    ] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    regions: opt.Regions = None,
+    purpose: str = opt.option(PURPOSES, "What the map shall keep, as measured.", "any"),
+    criterion: str = opt.option("NAME", "What to rank by: a name of 'projdist list figures'.", "airy_kavrayskiy"),
+    authority: str = opt.option("NAMES", "EPSG, ESRI, IGNF, with commas.", "EPSG,ESRI"),
+    datum: str | None = opt.option("TEXT", "A part of the name, as WGS 84 or ETRS89."),
+    contains: bool = opt.flag("--contains", "Only those whose area of use holds the region."),
+    intersects: bool = opt.flag("--intersects", "Do not prefer those whose area of use holds the region."),
+    deprecated: bool = opt.flag("--deprecated", "Deprecated ones, too."),
+    limit: str = opt.option("NUMBER", "How many to print.", "10"),
+    uninterrupted: bool = opt.flag(
+        "--uninterrupted", "Not those cut in the region; around the Earth, in one line only."
+    ),
+    custom: bool = opt.flag("--custom", "Also the best custom projections, and what the CRSs lose against them."),
+    executor: opt.Executor = None,
+    partial: opt.Partial = None,
+    format: str | None = opt.report_format(),
+    output: str | None = opt.output(
+        "Heat maps of the best: .png, .svg or .pdf; or all as a page: .html. With --regions: as of compare."
+    ),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Find the best existing CRSs for a region, or for each of many, by measuring every candidate."""
-    most = whole_number("limit", limit, 1, 10_000)
+    most = opt.whole_number("limit", limit, 1, 10_000)
     if contains and intersects:
         refuse("Invalid option '--intersects'. It cannot be used with --contains.")
     options: dict[str, Any] = {
@@ -178,18 +147,16 @@ def recommend_command(
         "custom": custom,
     }
     if regions is not None:
-        from projdist.cli.batches import RegionalWork
-
-        check_plain({"--size": size, "--dpi": dpi} | look_options(look))
-        work = RegionalWork(format, output, overwrite=overwrite, executor=executor, partial=partial)
+        opt.refuse_given(pictured.given(), "It cannot be used with --regions.")
+        work = RegionalWork(format, output, overwrite=pictured.overwrite, executor=executor, partial=partial)
         recommend_regions(regions, {"a region": region}, options, work)
         return
     if region is None:
         refuse("Missing argument 'REGION', or --regions. See 'projdist recommend --help'.")
-    refuse_regional_options(None, partial)
-    form, page = form_and_page(format, output, overwrite)
-    area = region_of(region)
-    picture = picture_of(output, size=size, dpi=dpi, overwrite=overwrite, look=look, beside=(PAGE_SUFFIX,))
+    opt.refuse_regional_options(None, partial)
+    form, page = opt.form_and_page(format, output, pictured.overwrite)
+    area = opt.region_of(region)
+    picture = picture_of(output, pictured, beside=(opt.PAGE_SUFFIX,))
     with refusing(), executor_opened(executor) as workers, progress_bar("maps", after=0.0) as progress:
         result = recommend(area, **options, executor=workers, progress=progress)
     if not result.results:
@@ -197,7 +164,7 @@ def recommend_command(
         raise typer.Exit(1)
     if picture is not None:
         _draw(result, picture)
-    present(_report(result, picture), form, page, overwrite)
+    present(_report(result, picture), form, page, pictured.overwrite)
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:

@@ -5,67 +5,40 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from projdist import plots
+from projdist.cli import options as opt
 from projdist.cli.errors import cannot_write, progress_bar, refuse, refusing
 from projdist.cli.formats import JSON, TABLE, present
 from projdist.cli.number_format import certain, covers, per_cent, size_text
-from projdist.cli.options import (
-    DatumOption,
-    DpiOption,
-    OutputOption,
-    OverwriteOption,
-    Projections,
-    RegionOption,
-    SizeOption,
-    WeightOption,
-    choice,
-    file_format,
-    file_of_kind,
-    format_for,
-    number,
-    printed_or_file,
-    region_given,
-    region_of,
-)
-from projdist.cli.pictures import LookWords, PictureFile, picture_of, with_looks
+from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
 from projdist.cli.report import Column, Copy, Report, Table
 from projdist.designs import AGAINST, WORLD_SYMMETRIES, MeanMap, WorldMap, mean_map, world_map
 
 _MEAN_FORMS = (TABLE, JSON, "proj", "wkt", "wkt-derived", "projjson")
 
 
-@with_looks
 def mean_map_command(
-    projections: Projections,
-    region: RegionOption = None,
-    weights: Annotated[
-        str | None, typer.Option(metavar="NUMBERS", help="What each map counts, as 1,2; else all the same.")
-    ] = None,
-    degree: Annotated[
-        str | None,
-        typer.Option(metavar="NUMBER", help="Of the polynomials; 8 if not given, of maps of the world 9, at most 12."),
-    ] = None,
-    datum: DatumOption = None,
-    name: Annotated[str | None, typer.Option(metavar="TEXT", help="Of the map.")] = None,
-    format: Annotated[str | None, file_format(_MEAN_FORMS, ".json, .wkt or .txt")] = None,
-    output: OutputOption = None,
-    picture: Annotated[
-        str | None, typer.Option(metavar="FILE", help="The mean beside the average: .png, .svg or .pdf.")
-    ] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    projections: opt.Projections,
+    region: opt.Region = None,
+    weights: str | None = opt.option("NUMBERS", "What each map counts, as 1,2; else all the same."),
+    degree: str | None = opt.option(
+        "NUMBER", "Of the polynomials; 8 if not given, of maps of the world 9, at most 12."
+    ),
+    datum: opt.Datum = None,
+    name: str | None = opt.option("TEXT", "Of the map."),
+    format: str | None = opt.file_format(_MEAN_FORMS, ".json, .wkt or .txt"),
+    output: opt.Output = None,
+    picture: str | None = opt.option("FILE", "The mean beside the average: .png, .svg or .pdf."),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Find the mean of several maps: the map that is nearest to all in distortion."""
-    path = printed_or_file(output, overwrite)
-    form = format_for(format, path, _MEAN_FORMS)
-    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
-    area = region_given(region, projections)
+    path = opt.printed_or_file(output, pictured.overwrite)
+    form = opt.format_for(format, path, _MEAN_FORMS)
+    drawn = picture_of(picture, pictured)
+    area = opt.region_given(region, projections)
     if degree is not None and not degree.isdecimal():
         refuse(f"Invalid degree '{degree}'. It must be a whole number.")
     with refusing(), progress_bar("maps measured") as progress:
@@ -80,7 +53,7 @@ def mean_map_command(
         )
     if drawn is not None:
         _draw_mean(found, drawn)
-    present(_mean_report(found, drawn), form, path, overwrite)
+    present(_mean_report(found, drawn), form, path, pictured.overwrite)
 
 
 def _numbers(text: str) -> list[float]:
@@ -170,73 +143,55 @@ _FORMS = (TABLE, JSON)
 _GOOD = 1e-4  # to which the errors over the globe are measured
 
 
-@with_looks
 def world_map_command(
-    region: Annotated[
-        str | None,
-        typer.Argument(metavar="[REGION]", help="What to show well, as --region of compare; all if not given."),
-    ] = None,
-    cut: Annotated[
-        str,
-        typer.Option(
-            metavar="LON|POINTS",
-            help="A meridian; or points as '-170,40 -70,-62', from the first through the others to its antipode.",
-        ),
-    ] = "180",
-    weight: WeightOption = None,
-    elsewhere: Annotated[
-        str, typer.Option(metavar="NUMBER", help="The weight of what is not in the region, 1e-4 to 1.")
-    ] = "0.02",
-    until: Annotated[str, typer.Option(metavar="LAT", help="Where the map ends, north and south.")] = "90",
-    symmetric: Annotated[str, typer.Option(metavar="|".join(WORLD_SYMMETRIES), help="About what.")] = "auto",
-    exponent: Annotated[
-        str | None, typer.Option(metavar="NUMBER", help="Of the energy, 0 to 1; 1/8 if not given, 0: Airy-Kavrayskiy.")
-    ] = None,
-    cells: Annotated[
-        str | None, typer.Option(metavar="NUMBER", help="Of the mesh, either way, 8 to 128; 32 or, of a region, 64.")
-    ] = None,
-    against: Annotated[
-        list[str] | None, typer.Option(metavar="PROJECTION", help="A map to compare with. May be repeated.")
-    ] = None,
-    format: Annotated[str | None, file_format(_FORMS, ".json or .txt")] = None,
-    output: OutputOption = None,
-    tinshift: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Triangles for PROJ's tinshift, a .json to write.")
-    ] = None,
-    step: Annotated[str, typer.Option(metavar="DEGREES", help="Between the triangles' corners.")] = "2",
-    picture: Annotated[
-        str | None, typer.Option(metavar="FILE", help="A heat map of the Fisher distortion: .png, .svg or .pdf.")
-    ] = None,
-    size: SizeOption = None,
-    dpi: DpiOption = None,
-    overwrite: OverwriteOption = False,
-    look: LookWords | None = None,
+    region: str | None = opt.argument("[REGION]", "What to show well, as --region of compare; all if not given.", None),
+    cut: str = opt.option(
+        "LON|POINTS",
+        "A meridian; or points as '-170,40 -70,-62', from the first through the others to its antipode.",
+        "180",
+    ),
+    weight: opt.Weight = None,
+    elsewhere: str = opt.option("NUMBER", "The weight of what is not in the region, 1e-4 to 1.", "0.02"),
+    until: str = opt.option("LAT", "Where the map ends, north and south.", "90"),
+    symmetric: str = opt.option(WORLD_SYMMETRIES, "About what.", "auto"),
+    exponent: str | None = opt.option("NUMBER", "Of the energy, 0 to 1; 1/8 if not given, 0: Airy-Kavrayskiy."),
+    cells: str | None = opt.option("NUMBER", "Of the mesh, either way, 8 to 128; 32 or, of a region, 64."),
+    against: list[str] | None = opt.option("PROJECTION", "A map to compare with. May be repeated."),
+    format: str | None = opt.file_format(_FORMS, ".json or .txt"),
+    output: opt.Output = None,
+    tinshift: str | None = opt.option("FILE", "Triangles for PROJ's tinshift, a .json to write."),
+    step: str = opt.option("DEGREES", "Between the triangles' corners.", "2"),
+    picture: str | None = opt.option("FILE", "A heat map of the Fisher distortion: .png, .svg or .pdf."),
+    *,
+    pictured: PictureOptions,
 ) -> None:
     """Make the map of the world that distorts a region least."""
-    path = printed_or_file(output, overwrite)
-    form = format_for(format, path, _FORMS)
-    drawn = picture_of(picture, size=size, dpi=dpi, overwrite=overwrite, look=look)
-    triangles = None if tinshift is None else file_of_kind(tinshift, (".json",), overwrite, "file of triangles")
-    corners = number("step", step, 0.2, 30.0, " of degrees")
+    path = opt.printed_or_file(output, pictured.overwrite)
+    form = opt.format_for(format, path, _FORMS)
+    drawn = picture_of(picture, pictured)
+    triangles = (
+        None if tinshift is None else opt.file_of_kind(tinshift, (".json",), pictured.overwrite, "file of triangles")
+    )
+    corners = opt.number("step", step, 0.2, 30.0, " of degrees")
     if weight is not None and region is None:
         refuse(f"Invalid weight '{weight}' without a region. Name one, as globe.")
     options: dict[str, Any] = {
         "cut": _cut(cut),
-        "elsewhere": number("weight elsewhere", elsewhere, 1e-4, 1.0),
-        "until": number("end", until, 10.0, 90.0, " of degrees"),
-        "symmetric": choice("symmetry", symmetric, list(WORLD_SYMMETRIES)),
+        "elsewhere": opt.number("weight elsewhere", elsewhere, 1e-4, 1.0),
+        "until": opt.number("end", until, 10.0, 90.0, " of degrees"),
+        "symmetric": opt.choice("symmetry", symmetric, list(WORLD_SYMMETRIES)),
         "against": against or AGAINST,
         "cells": None if cells is None else _whole(cells),
     }
     if exponent is not None:
-        options["exponent"] = number("exponent", exponent, 0.0, 1.0)
-    area = None if region is None else region_of(region, weight)
+        options["exponent"] = opt.number("exponent", exponent, 0.0, 1.0)
+    area = None if region is None else opt.region_of(region, weight)
     with refusing(), progress_bar("cells") as progress:
         found = world_map(area, **options, progress=progress)
-    pipeline = None if triangles is None else _written(found, triangles, corners, overwrite)
+    pipeline = None if triangles is None else _written(found, triangles, corners, pictured.overwrite)
     if drawn is not None:
         _draw(found, drawn)
-    present(_report(found, pipeline, [triangles, drawn.path if drawn else None]), form, path, overwrite)
+    present(_report(found, pipeline, [triangles, drawn.path if drawn else None]), form, path, pictured.overwrite)
 
 
 def _cut(text: str) -> float | list[list[float]]:
