@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from projdist.web.live.dispatcher import Desk, Request
+from projdist.web.live.dispatcher import Dispatcher, Request
 
 MAPS = ("robinson", "winkel-tripel", "EPSG:3035", "+proj=aeqd +lat_0=40", "goode-homolosine", "isea")
 MOVES = 40
@@ -111,7 +111,7 @@ def script_seconds(session: Any) -> float:
 
 def server_share(given: str) -> float:
     """Milliseconds on the processor that the server takes for a preview."""
-    desk, times = Desk(), []
+    desk, times = Dispatcher(), []
     for k in range(MOVES):
         request = Request(id=k, kind="preview", projection=given, centre=(0.3 * k, 0.0), region="globe")
         start = time.process_time()

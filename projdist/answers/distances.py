@@ -14,8 +14,8 @@ from projdist.answers.finite_distortions import (
     DistanceMeasure,
     FiniteDistortion,
     Found,
-    Points,
     Question,
+    ScatteredPoints,
     groups,
     weighted_sum,
 )
@@ -115,7 +115,7 @@ def distance_distortions(
     distance = map_distance or _straight
     ask = Question.of(projection, region)
     if isinstance(ask.region, PointSet) and ask.region.lon.size <= _EXACT:
-        points = Points(ask.region.lon, ask.region.lat, ask.region.weight)
+        points = ScatteredPoints(ask.region.lon, ask.region.lat, ask.region.weight)
         found = _over_pairs(ask.projection, functions, distance, points, points)
         return ask.answers(names, found, np.zeros(len(names)))
     return ask.estimates(
@@ -138,8 +138,8 @@ def _over_pairs(
     projection: Projection,
     functions: Sequence[DistanceMeasure],
     distance: MapDistance,
-    one: Points,
-    other: Points,
+    one: ScatteredPoints,
+    other: ScatteredPoints,
     rng: np.random.Generator | None = None,
 ) -> Found:
     """The measures over pairs of a point of one set and a point of another."""
@@ -170,14 +170,14 @@ def _straight(x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray) ->
     return np.sqrt(dx * dx + dy * dy)
 
 
-def _on_map(projection: Projection, points: Points) -> tuple[Points, tuple[FloatArray, FloatArray]]:
+def _on_map(projection: Projection, points: ScatteredPoints) -> tuple[ScatteredPoints, tuple[FloatArray, FloatArray]]:
     """The points that are on a map, and their coordinates."""
     x, y = projection(points.lon, points.lat)
     shown = np.isfinite(x)
     return points.take(shown), (x[shown], y[shown])
 
 
-def _globe_distances(projection: Projection, one: Points, other: Points) -> FloatArray:
+def _globe_distances(projection: Projection, one: ScatteredPoints, other: ScatteredPoints) -> FloatArray:
     """True distances in metres from points (n,) to points (m,), shape (n, m)."""
     ellipsoid = projection.ellipsoid
     if ellipsoid.is_sphere:
@@ -255,7 +255,9 @@ def great_circle_bending(
     return found
 
 
-def _over_geodesics(projection: Projection, one: Points, other: Points, rng: np.random.Generator) -> Found:
+def _over_geodesics(
+    projection: Projection, one: ScatteredPoints, other: ScatteredPoints, rng: np.random.Generator
+) -> Found:
     blocks = [np.ix_(rows, columns) for rows, columns in groups(one, other, rng)]
     i, j = (np.concatenate([np.broadcast_arrays(*block)[k].ravel() for block in blocks]) for k in (0, 1))
     weight = one.weight[i] * other.weight[j]

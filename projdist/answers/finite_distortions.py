@@ -19,22 +19,22 @@ GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 _CELLS = 200  # of polygons; between a half and nine tenths of them is polygon
 
 
-class Points(NamedTuple):
+class ScatteredPoints(NamedTuple):
     """Points in degrees, and weights to make means those by true area; all of shape (n,)."""
 
     lon: FloatArray
     lat: FloatArray
     weight: FloatArray
 
-    def take(self, kept: BoolArray | IntArray) -> Points:
+    def take(self, kept: BoolArray | IntArray) -> ScatteredPoints:
         """The points of a mask, or of numbers."""
-        return Points(self.lon[kept], self.lat[kept], self.weight[kept])
+        return ScatteredPoints(self.lon[kept], self.lat[kept], self.weight[kept])
 
 
 class Scatter(Protocol):
     """What strews points over a region."""
 
-    def draw(self, count: int, rng: np.random.Generator) -> Points:
+    def draw(self, count: int, rng: np.random.Generator) -> ScatteredPoints:
         """About `count` points."""
 
 
@@ -52,11 +52,11 @@ class _OfPoints:
         self._points = points
         self._cumulative = np.cumsum(points.weight) / points.weight.sum()
 
-    def draw(self, count: int, rng: np.random.Generator) -> Points:
+    def draw(self, count: int, rng: np.random.Generator) -> ScatteredPoints:
         along, _ = _even(count, rng)
         # The last sum may be rounded to less than one.
         k = np.minimum(np.searchsorted(self._cumulative, along, side="right"), self._points.lon.size - 1)
-        return Points(self._points.lon[k], self._points.lat[k], np.ones(count))
+        return ScatteredPoints(self._points.lon[k], self._points.lat[k], np.ones(count))
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class _OfCap:
     cap: Cap
     ellipsoid: Ellipsoid
 
-    def draw(self, count: int, rng: np.random.Generator) -> Points:
+    def draw(self, count: int, rng: np.random.Generator) -> ScatteredPoints:
         along, across = _even(count, rng)
         azimuth = 360.0 * across
         # The area within c is as sin^2(c / 2).
@@ -94,7 +94,7 @@ class _OfBoxes:
         self._is_box = isinstance(region, Box)
         self._fill = 1.0 if self._is_box else min(1.0, region.area_km2 * 1e6 / (areas.sum() * region.figure.a**2))
 
-    def draw(self, count: int, rng: np.random.Generator) -> Points:
+    def draw(self, count: int, rng: np.random.Generator) -> ScatteredPoints:
         lon, lat = self._places(*_even(int(np.ceil(count / self._fill)), rng))
         points = _weighted(lon, lat, self._ellipsoid)
         return points if self._is_box else points.take(self._region.contains(lon, lat))
@@ -116,10 +116,10 @@ def _even(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]
     return (index + rng.random(count)) / count, np.mod(index * GOLDEN + rng.random(), 1.0)
 
 
-def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: Ellipsoid) -> Points:
+def _weighted(lon: FloatArray, lat: FloatArray, ellipsoid: Ellipsoid) -> ScatteredPoints:
     """Points that are even on a sphere, with the weights that make means those on the ellipsoid."""
     meridian, vertical = ellipsoid.radii(lat)
-    return Points(lon, lat, meridian * vertical / ellipsoid.a**2)
+    return ScatteredPoints(lon, lat, meridian * vertical / ellipsoid.a**2)
 
 
 def _boxes(region: Region, ellipsoid: Ellipsoid) -> FloatArray:
@@ -261,7 +261,9 @@ class Found(NamedTuple):
     coverage: float
 
 
-def groups(one: Points, other: Points, rng: np.random.Generator | None) -> Iterator[tuple[IntArray, IntArray]]:
+def groups(
+    one: ScatteredPoints, other: ScatteredPoints, rng: np.random.Generator | None
+) -> Iterator[tuple[IntArray, IntArray]]:
     """The numbers of the points that are paired each with each: every fourth of one set, every fourth of the other.
 
     Which fourths are paired is random: points come in the order of places, and all pairs of places must be as
@@ -306,7 +308,7 @@ class Question:
     def estimates(
         self,
         measures: Sequence[str],
-        figures: Callable[[Points, Points, np.random.Generator], Found],
+        figures: Callable[[ScatteredPoints, ScatteredPoints, np.random.Generator], Found],
         sizes: tuple[int, ...],
         tolerance: float,
         seed: int,

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.field.chebyshev_panels import evaluate_points, panels_for
-from projdist.field.stencils import Points, fourth_order, is_torn, settle
+from projdist.field.stencils import StencilPoints, fourth_order, is_torn, settle
 from projdist.matrices import principal_scales
 from projdist.projections import Projection, ProjectionLike
 from projdist.support import check_degrees
@@ -309,7 +309,7 @@ def _hard_stage(
     defined = np.isfinite(x[hard])
     outside, hard = hard[~defined], hard[defined]
     J[outside], error[outside], quality[outside] = np.nan, np.nan, Quality.OUTSIDE
-    points = Points.of(projection, lon[hard], lat[hard])
+    points = StencilPoints.of(projection, lon[hard], lat[hard])
     centre = np.stack([x[hard], y[hard]])
     found = settle(points, centre)
     code = np.where(found.one_sided, Quality.ONE_SIDED, Quality.OK).astype(np.int8)

@@ -50,7 +50,7 @@ _BORDER = (1.0 - 1e-9) * np.array(
 ).T
 
 
-class Goal(Protocol):
+class MeshGoal(Protocol):
     """What a refinement is after."""
 
     @property
@@ -283,7 +283,7 @@ class Mesh:
 
     # ---- splitting ----------------------------------------------------------------------
 
-    def refine(self, goal: Goal, most: int) -> str:
+    def refine(self, goal: MeshGoal, most: int) -> str:
         """Split panels until the goal is met ("") or rounding or the number of evaluations stops it (which)."""
         self.panels.strikes[:] = 0
         while True:
@@ -299,7 +299,7 @@ class Mesh:
         """Area of the region in m^2, on the projection's ellipsoid."""
         return float(self.panels.area[self.panels.alive].sum())
 
-    def _to_split(self, goal: Goal) -> tuple[IntArray, str]:
+    def _to_split(self, goal: MeshGoal) -> tuple[IntArray, str]:
         """Which panels to split next, and what limits the accuracy if there are none."""
         panels = self.panels
         error = np.where(panels.alive, self._error(goal), 0.0)
@@ -315,7 +315,7 @@ class Mesh:
         small = np.searchsorted(np.cumsum(error[order]), max(0.5, _MARKING * error[can].sum()))
         return order[small:][can[order[small:]]], "rounding"
 
-    def _error(self, goal: Goal) -> FloatArray:
+    def _error(self, goal: MeshGoal) -> FloatArray:
         """Error of each panel in units of the tolerance."""
         panels = self.panels
         covered = float(panels.covered[panels.alive].sum())
@@ -326,7 +326,7 @@ class Mesh:
         unknown = np.where(panels.undecided, (self.peaks @ sensitivity) * panels.area, 0.0)
         return np.asarray((panels.errors.sum(axis=-1) @ sensitivity + unknown) / covered)
 
-    def _split(self, chosen: IntArray, goal: Goal) -> None:
+    def _split(self, chosen: IntArray, goal: MeshGoal) -> None:
         """Replace panels by halves, or by quarters where both directions need it."""
         panels = self.panels
         in_u, in_v = panels.errors[chosen, goal.column].T
@@ -351,7 +351,7 @@ class Mesh:
         self.panels = _Panels.joined([panels, *new])
         self._judge(chosen, parent[kept], first + np.arange(len(kept)), goal)
 
-    def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: Goal) -> None:
+    def _judge(self, chosen: IntArray, parent: IntArray, children: IntArray, goal: MeshGoal) -> None:
         """Find the families of panels that resolve the map and yet made no progress: rounding grows in small panels."""
         panels = self.panels
         before = panels.tails[chosen, goal.column].sum(axis=-1)

@@ -44,7 +44,7 @@ class Settled:
     one_sided: BoolArray
 
 
-def settle(points: Points, centre: FloatArray) -> Settled:
+def settle(points: StencilPoints, centre: FloatArray) -> Settled:
     """Jacobians at hard points, where the projection has the values `centre` (2, n)."""
     n = points.lon.size
     best = Settled(np.full((n, 2, 2), np.nan), np.full(n, np.inf), np.zeros(n, dtype=bool))
@@ -73,7 +73,7 @@ def _improve(best: Settled, index: IntArray, levels: Iterator[_Level], *, one_si
 
 
 @dataclass(frozen=True)
-class Points:
+class StencilPoints:
     """Points of the ellipsoid, and f on lines through them: in the tangent plane for those of the mask `tangent`."""
 
     projection: Projection
@@ -82,17 +82,17 @@ class Points:
     tangent: BoolArray
 
     @staticmethod
-    def of(projection: Projection, lon: FloatArray, lat: FloatArray) -> Points:
+    def of(projection: Projection, lon: FloatArray, lat: FloatArray) -> StencilPoints:
         """The points, with lines in the tangent plane where a pole is near."""
-        return Points(projection, lon, lat, np.asarray(np.abs(lat) > _TANGENT_LATITUDE))
+        return StencilPoints(projection, lon, lat, np.asarray(np.abs(lat) > _TANGENT_LATITUDE))
 
-    def take(self, index: IntArray | BoolArray) -> Points:
+    def take(self, index: IntArray | BoolArray) -> StencilPoints:
         """Some of the points."""
-        return Points(self.projection, self.lon[index], self.lat[index], self.tangent[index])
+        return StencilPoints(self.projection, self.lon[index], self.lat[index], self.tangent[index])
 
-    def graticule(self) -> Points:
+    def graticule(self) -> StencilPoints:
         """The same points, with lines along the parallels and meridians however near a pole is."""
-        return Points(self.projection, self.lon, self.lat, np.zeros_like(self.tangent))
+        return StencilPoints(self.projection, self.lon, self.lat, np.zeros_like(self.tangent))
 
     def along(self, directions: Sequence[tuple[float, float]], steps: FloatArray) -> tuple[FloatArray, FloatArray]:
         """f at signed steps (m, n) or (m, 1) along k directions (east, north), and the distances in metres.
@@ -181,7 +181,7 @@ def _best_of(levels: Iterator[_Level], n: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _central_levels(
-    points: Points, centre: FloatArray, steps: tuple[float, ...], *, patient: bool = False
+    points: StencilPoints, centre: FloatArray, steps: tuple[float, ...], *, patient: bool = False
 ) -> Iterator[_Level]:
     """Sixth-order central differences with ever smaller steps, for the points not yet settled.
 
@@ -199,7 +199,7 @@ def _central_levels(
     return _levels(_central, points, centre, steps, goes_on)
 
 
-def _one_sided_levels(points: Points, centre: FloatArray) -> Iterator[_Level]:
+def _one_sided_levels(points: StencilPoints, centre: FloatArray) -> Iterator[_Level]:
     """Sixth-order one-sided differences, the best of the four quadrants, for the points not yet settled."""
 
     def goes_on(index: IntArray, count: int, error: FloatArray, previous: FloatArray) -> BoolArray:
@@ -213,8 +213,8 @@ _Found = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def _levels(
-    differences: Callable[[Points, FloatArray, FloatArray], _Found],
-    points: Points,
+    differences: Callable[[StencilPoints, FloatArray, FloatArray], _Found],
+    points: StencilPoints,
     centre: FloatArray,
     steps: tuple[float, ...],
     goes_on: Callable[[IntArray, int, FloatArray, FloatArray], BoolArray],
@@ -239,8 +239,8 @@ def _levels(
 
 
 def _in_parts(
-    differences: Callable[[Points, FloatArray, FloatArray], _Found],
-    points: Points,
+    differences: Callable[[StencilPoints, FloatArray, FloatArray], _Found],
+    points: StencilPoints,
     centre: FloatArray,
     steps: FloatArray,
 ) -> _Found:
@@ -258,7 +258,7 @@ def _in_parts(
     return J, error, noise
 
 
-def _central(points: Points, centre: FloatArray, steps: FloatArray) -> _Found:
+def _central(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _Found:
     """Sixth-order central differences with a step (n,) for each point."""
     f, t = points.along(_LINES, steps * _CENTRAL_OFFSETS[:, None])
     even = f[:, :, 0::2] + f[:, :, 1::2]
@@ -276,7 +276,7 @@ def _central(points: Points, centre: FloatArray, steps: FloatArray) -> _Found:
     return np.moveaxis(J, -1, 0), error, noise / (20.0 * np.where(size > 0, size, np.inf))
 
 
-def _one_sided(points: Points, centre: FloatArray, steps: FloatArray) -> _Found:
+def _one_sided(points: StencilPoints, centre: FloatArray, steps: FloatArray) -> _Found:
     """Sixth-order one-sided differences with a step (n,) for each point, into the quadrant where they are best."""
     n = steps.size
     f, t = points.along(_RAYS, steps * _FORWARD_OFFSETS[:, None])
@@ -349,7 +349,7 @@ def _jacobian_of(
     return J, np.where(np.isfinite(error), error, np.inf)
 
 
-def is_torn(points: Points, centre: FloatArray) -> BoolArray:
+def is_torn(points: StencilPoints, centre: FloatArray) -> BoolArray:
     """Whether f jumps within 1e-7 radii of the point (against a change in proportion to the distance)."""
     jumps = []
     for distance in (1e-5, 1e-7):

@@ -54,7 +54,7 @@ class Coordinates(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pixels:
+class RasterPixels:
     """Rows from north to south of pixels `width` by `height` units from the corner at `left`, `top`."""
 
     left: float
@@ -77,7 +77,7 @@ class Pixels:
         return u, v
 
 
-def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resolution: float | None) -> Pixels:
+def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resolution: float | None) -> RasterPixels:
     """The pixels of an extent.
 
     `size` is the number of pixels along the longer side, which are square then, or columns and
@@ -93,7 +93,7 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
         west, east = _outward(x0, x1, resolution)
         south, north = _outward(y0, y1, resolution)
         _check_number((east - west) * (north - south) * bands, f"resolution '{resolution:g}'")
-        return Pixels(
+        return RasterPixels(
             left=west * resolution,
             top=north * resolution,
             width=resolution,
@@ -104,7 +104,7 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
     if isinstance(size, tuple):
         columns, rows = size
         _check_number(columns * rows * bands, f"size '{columns},{rows}'")
-        return Pixels(left=x0, top=y1, width=width / columns, height=height / rows, rows=rows, columns=columns)
+        return RasterPixels(left=x0, top=y1, width=width / columns, height=height / rows, rows=rows, columns=columns)
     longer = DEFAULT_SIZE if size is None else size
     if longer < 1:
         raise ValueError(f"Invalid size '{longer}'. It must be a positive number of pixels.")
@@ -112,7 +112,7 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
     columns, rows = (max(1, int(np.ceil(length / side - _WHOLE))) for length in (width, height))
     _check_number(columns * rows * bands, f"size '{longer}'")
     left, top = 0.5 * (x0 + x1 - columns * side), 0.5 * (y0 + y1 + rows * side)
-    return Pixels(left=left, top=top, width=side, height=side, rows=rows, columns=columns)
+    return RasterPixels(left=left, top=top, width=side, height=side, rows=rows, columns=columns)
 
 
 def _outward(low: float, high: float, step: float) -> tuple[float, float]:
@@ -211,7 +211,7 @@ class Raster:
     projection: Projection
     measures: tuple[Measure, ...]
     values: FloatArray
-    pixels: Pixels
+    pixels: RasterPixels
     wkt: str
     flavour: str
     note: str
@@ -275,7 +275,7 @@ def _named(measure: str | Measure) -> Measure:
 
 
 def _values(
-    projection: Projection, measures: tuple[Measure, ...], region: Place, coordinates: Coordinates, grid: Pixels
+    projection: Projection, measures: tuple[Measure, ...], region: Place, coordinates: Coordinates, grid: RasterPixels
 ) -> FloatArray:
     values = np.full((len(measures), grid.rows, grid.columns), np.nan)
     step = max(1, _AT_ONCE // grid.columns)

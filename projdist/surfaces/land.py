@@ -24,7 +24,7 @@ _TILES = 36  # an area is cut into as many by as many at most, which makes inter
 
 
 @dataclass(frozen=True)
-class Area:
+class CellAreas:
     """Polygons in degrees, made ready for cells: `edges` are the border and `tiles` parts, also one turn either way.
 
     `steps` are the edges as points, (n, 2, 2). No border is sought in cells that reach beyond the latitude `end`: they
@@ -39,7 +39,7 @@ class Area:
 
     @classmethod
     @GEOS_ARITHMETIC
-    def of(cls, polygons: shapely.MultiPolygon, edges: FloatArray, end: float = 90.0) -> Area:
+    def of(cls, polygons: shapely.MultiPolygon, edges: FloatArray, end: float = 90.0) -> CellAreas:
         """The area of polygons and of its border, segments (n, 2, 2)."""
         turned = np.concatenate([edges + np.array([turn, 0.0]) for turn in _TURNS])
         near = turned[np.abs(turned[..., 0]).min(axis=1) < _REACH]
@@ -110,7 +110,7 @@ class CellsIn:
     pieces: list[FloatArray]
 
 
-def cells_in(surface: Surface, area: Area) -> CellsIn:
+def cells_in(surface: Surface, area: CellAreas) -> CellsIn:
     """What an area has of the cells of a surface."""
     lon, lat = surface.lonlat()
     xy = np.column_stack([surface.x, surface.y])
@@ -134,7 +134,7 @@ def cells_in(surface: Surface, area: Area) -> CellsIn:
 @GEOS_ARITHMETIC
 def _in_cells(
     surface: Surface,
-    area: Area,
+    area: CellAreas,
     cells: IntArray,
     lon: FloatArray,
     lat: FloatArray,
@@ -248,7 +248,7 @@ def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[Flo
     return _polygons(surface, _all_lakes(scale) if _is_wide(surface) else _lakes_about(surface, scale))
 
 
-def _polygons(surface: Surface, area: Area) -> tuple[IntArray, list[FloatArray]]:
+def _polygons(surface: Surface, area: CellAreas) -> tuple[IntArray, list[FloatArray]]:
     found = cells_in(surface, area)
     return surface.covering(found.inside), found.pieces
 
@@ -258,25 +258,27 @@ def _is_wide(surface: Surface) -> bool:
 
 
 @functools.cache
-def _all_land(resolution: str) -> Area:
+def _all_land(resolution: str) -> CellAreas:
     """The land, with its coast but for where the data cuts it."""
-    return Area.of(land(resolution), _segments(coastlines(resolution)), end=_POLAR)
+    return CellAreas.of(land(resolution), _segments(coastlines(resolution)), end=_POLAR)
 
 
-def _land_about(surface: Surface, resolution: str) -> Area:
+def _land_about(surface: Surface, resolution: str) -> CellAreas:
     """The land where a surface is: all takes seconds to make of the finest, and half a second of others."""
     bounds = surface.domain.box.bounds
-    return Area.of(land_within(_window(bounds), resolution), _segments(coast(bounds, resolution, np.inf)), end=_POLAR)
+    return CellAreas.of(
+        land_within(_window(bounds), resolution), _segments(coast(bounds, resolution, np.inf)), end=_POLAR
+    )
 
 
 @functools.cache
-def _all_lakes(resolution: str) -> Area:
-    return Area.of(lakes(resolution), _segments(shores(resolution)))
+def _all_lakes(resolution: str) -> CellAreas:
+    return CellAreas.of(lakes(resolution), _segments(shores(resolution)))
 
 
-def _lakes_about(surface: Surface, resolution: str) -> Area:
+def _lakes_about(surface: Surface, resolution: str) -> CellAreas:
     bounds = surface.domain.box.bounds
-    return Area.of(lakes_within(_window(bounds), resolution), _segments(lake_shores(bounds, resolution, np.inf)))
+    return CellAreas.of(lakes_within(_window(bounds), resolution), _segments(lake_shores(bounds, resolution, np.inf)))
 
 
 def _segments(lines: Sequence[FloatArray]) -> FloatArray:

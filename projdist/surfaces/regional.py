@@ -19,7 +19,7 @@ from projdist.surfaces.domain import (
     normalised,
     nothing_of,
 )
-from projdist.surfaces.land import Area, CellsIn, cells_in
+from projdist.surfaces.land import CellAreas, CellsIn, cells_in
 from projdist.surfaces.lines import project_lines
 from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights
 
@@ -64,7 +64,9 @@ def _fullness(region: Polygons) -> float:
 def _regional(surface: Surface, region: Region) -> Surface:
     """The surface of the box around a region, less the cells without anything of the region."""
     lines = _border_lines(region)
-    area = Area.of(polygons_of(region), np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines]))
+    area = CellAreas.of(
+        polygons_of(region), np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
+    )
     found = cells_in(surface, area)
     pieces = _pieces(surface, found)
     if not pieces:
@@ -173,7 +175,7 @@ def _surroundings(part: Surface) -> Surface:
     if (near == seen).all():
         return build_surface(domain, step)
     shown = _widened(near, ~seen | near)
-    ground = build_surface(replace(domain, within=_Cells(lons, lats, shown)), step)
+    ground = build_surface(replace(domain, within=_RegionCells(lons, lats, shown)), step)
     return replace(ground, outline=np.empty((0, 2, 2)))
 
 
@@ -230,7 +232,7 @@ def _widened(chosen: BoolArray, allowed: BoolArray, steps: int = 4) -> BoolArray
 
 
 @dataclass(frozen=True)
-class _Cells:
+class _RegionCells:
     """Which points are next to chosen ones of a grid."""
 
     lons: FloatArray

@@ -17,7 +17,7 @@ from projdist.surfaces.domain import POLE, Domain, ground_size, longitude_width,
 
 
 @dataclass(frozen=True)
-class Frame:
+class TurnedFrame:
     """A turn of the globe: columns are the grid's axes in geographic coordinates; None is no turn."""
 
     axes: FloatArray | None = None
@@ -37,14 +37,14 @@ class Frame:
 _SINGULAR = 1e4  # of the median scale, 1e-3 degrees from the point; one over the distance is 57 000
 
 
-def frame_of(domain: Domain) -> Frame:
+def frame_of(domain: Domain) -> TurnedFrame:
     """A frame with a pole at the singular point of the map, if that is not a pole of the Earth."""
     if longitude_width(domain.box.bounds) < 180.0:
-        return Frame()
+        return TurnedFrame()
     survey = domain.survey
     scale = np.where(domain.surveyed() & np.isfinite(survey.a), survey.a, np.nan)
     if not np.isfinite(scale).any():
-        return Frame()
+        return TurnedFrame()
     usual = float(np.nanmedian(scale))
     best = int(np.nanargmax(scale))
     lon, lat, span = float(survey.lon.flat[best]), float(survey.lat.flat[best]), 2.0
@@ -58,11 +58,11 @@ def frame_of(domain: Domain) -> Frame:
         best = int(np.argmax(scale))
         lon, lat, span = float(lons.flat[best]), float(lats.flat[best]), span / 3.0
     if scale.flat[best] < _SINGULAR * usual or abs(lat) > 89.5:
-        return Frame()
+        return TurnedFrame()
     lon, lat = np.radians(lon), np.radians(lat)
     pole = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
     east = np.array([-np.sin(lon), np.cos(lon), 0.0])
-    return Frame(np.column_stack([np.cross(east, pole), east, pole]))
+    return TurnedFrame(np.column_stack([np.cross(east, pole), east, pole]))
 
 
 # ---- surface -------------------------------------------------------------------------------------
@@ -95,7 +95,7 @@ class Surface:
     """
 
     domain: Domain
-    frame: Frame
+    frame: TurnedFrame
     shape: tuple[int, int]
     u: FloatArray
     v: FloatArray
@@ -223,7 +223,7 @@ def build_surface(domain: Domain, step: float | None = None) -> Surface:
     return _Builder(domain, frame, function, points, across, along, wraps).surface()
 
 
-def _grid(domain: Domain, frame: Frame, step: float | None) -> tuple[FloatArray, FloatArray, bool]:
+def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[FloatArray, FloatArray, bool]:
     bounds = GLOBE.bounds if frame.axes is not None else domain.box.bounds
     west, south, _, north = bounds
     width, height = longitude_width(bounds), north - south
@@ -254,7 +254,7 @@ class _Builder:
     def __init__(
         self,
         domain: Domain,
-        frame: Frame,
+        frame: TurnedFrame,
         function: Map,
         points: FloatArray,
         across: Links,

@@ -17,7 +17,7 @@ from projdist import (
     great_circle_bending,
 )
 from projdist.answers import distances
-from projdist.answers.finite_distortions import Points, best_scale_of_distances
+from projdist.answers.finite_distortions import ScatteredPoints, best_scale_of_distances
 from projdist.answers.published_tables import printed
 from projdist.earth.ellipsoid import chord_angle, unit_vectors
 from projdist.projections import compose
@@ -333,8 +333,8 @@ def test_the_error_is_the_standard_error_of_draws(monkeypatch):
 def test_geodesics_count_by_the_weights_of_both_ends():
     """On plate carree the equator is straight; geodesics to points of no weight, far north, are not counted."""
     lon = np.linspace(-40.0, 40.0, 20)
-    equator = Points(lon, np.zeros(20), np.ones(20))
-    both = Points(np.append(lon, lon + 1.0), np.repeat([0.0, 60.0], 20), np.repeat([1.0, 0.0], 20))
+    equator = ScatteredPoints(lon, np.zeros(20), np.ones(20))
+    both = ScatteredPoints(np.append(lon, lon + 1.0), np.repeat([0.0, 60.0], 20), np.repeat([1.0, 0.0], 20))
     plate, rng = Projection.from_user_input("plate-carree"), np.random.default_rng(1)
     found = distances._over_geodesics(plate, equator, both, rng)
     assert found.values == pytest.approx(0.0, abs=1e-12)

@@ -9,7 +9,7 @@ from mosaic_sets import SIZES, affine_maps, common_points, homographies, moved
 from scipy.optimize import minimize
 
 from projdist.applications.mosaics import Correspondences, mosaic
-from projdist.applications.mosaics.registration import Registration, common_frames
+from projdist.applications.mosaics.registration import ImageRegistration, common_frames
 from projdist.matrices.mean_transformation import mdt
 
 EQUAL = np.full(6, 1.0 / 6.0)
@@ -22,7 +22,7 @@ def registered(H, model="affine", sizes=SIZES):
     if model == "homography":
         H = H / np.cbrt(np.linalg.det(H))[:, None, None]
     images = list(range(len(H)))
-    return Registration(model, images, H, sizes[: len(H)], 0.0, [images], [], [], {})
+    return ImageRegistration(model, images, H, sizes[: len(H)], 0.0, [images], [], [], {})
 
 
 def found_frames(H, model="affine", weights=EQUAL, rotation="chordal"):

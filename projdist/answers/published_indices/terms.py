@@ -253,7 +253,7 @@ def boundary_cuts(field: ScaledField, scale: float) -> Estimate:
 
 def cut_length(projection: Projection) -> tuple[float, float]:
     """The length of a map's cuts on the unit sphere, and its estimated error."""
-    cells = _Cells(projection)
+    cells = _CutCells(projection)
     parents = cells.first()
     total = error = 0.0
     while len(parents):
@@ -287,7 +287,7 @@ def _size(cells: FloatArray) -> FloatArray:
     return np.asarray(np.radians(cells[:, 3] - cells[:, 2]))
 
 
-class _Cells:
+class _CutCells:
     """Cells in the longitude u and the latitude v of a turned grid."""
 
     def __init__(self, projection: Projection) -> None:

@@ -17,7 +17,7 @@ from .gains import EXPOSURES
 from .homographies import CHOICES, MODELS, corners, places
 from .images import Picture, check_pixels, open_image, open_pictures
 from .panoramas import MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
-from .registration import Frame, Match, Registration, register, register_groups
+from .registration import Frame, ImageRegistration, Match, register, register_groups
 from .rendering import BLENDS, DEEP_SUFFIXES, DEPTHS, PICTURE_SUFFIXES, Rendered, render, save_mosaic
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "Correspondences",
     "Frame",
     "Georeference",
+    "ImageRegistration",
     "MappedPanorama",
     "Match",
     "MeanGeoreference",
@@ -42,7 +43,6 @@ __all__ = [
     "Mosaic",
     "Panorama",
     "Picture",
-    "Registration",
     "Rendered",
     "SphereCanvas",
     "check_frame",

@@ -15,7 +15,7 @@ from projdist.applications.mosaics.homographies import corners, places
 from projdist.applications.mosaics.registration import (
     CommonFrames,
     Frame,
-    Registration,
+    ImageRegistration,
     alone,
     common_frames,
     frame_of_image,
@@ -39,7 +39,7 @@ class Mosaic(Answer):
     """
 
     points: Correspondences
-    registration: Registration
+    registration: ImageRegistration
     common: CommonFrames
     frame_name: str
     frame: Frame
@@ -233,7 +233,7 @@ def _mosaics(
 
 def _framed(
     points: Correspondences,
-    found: Registration,
+    found: ImageRegistration,
     frame: str | int,
     all_weights: FloatArray,
     rotation: str,

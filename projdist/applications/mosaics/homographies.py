@@ -87,7 +87,7 @@ _MOST_STEPS, _HALVINGS = 60, 40
 _DIFFERENCE, _SETTLED = 1e-4, 1e-9
 
 
-class Field(NamedTuple):
+class HomographyField(NamedTuple):
     """Jacobians (N, n, 2, 2) of images at nodes of their domains, where these go (N, n, 2), and weights (n,), sum 1."""
 
     J: FloatArray
@@ -100,13 +100,13 @@ def corners(sizes: FloatArray) -> FloatArray:
     return sizes[:, None] * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
-def field_of(H: FloatArray, sizes: FloatArray) -> Field:
+def field_of(H: FloatArray, sizes: FloatArray) -> HomographyField:
     """The Jacobians of maps (N, 3, 3) over images, by Gauss-Legendre nodes."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     along = 0.5 * (nodes + 1.0)
     grid = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
     places, J = jacobians(H, grid * sizes[:, None])
-    return Field(J, places, np.outer(weights, weights).reshape(-1) / 4.0)
+    return HomographyField(J, places, np.outer(weights, weights).reshape(-1) / 4.0)
 
 
 def behind(H: FloatArray, sizes: FloatArray) -> BoolArray:

@@ -48,7 +48,7 @@ class Match(NamedTuple):
     false_alarms: float
 
 
-class Registration(NamedTuple):
+class ImageRegistration(NamedTuple):
     """The maps of images into a plane that means nothing: that of the first image, in pixels.
 
     `images`: numbers of those that hang together, the most that do; `matrices`: their maps (n, 3, 3). `components`: all
@@ -67,7 +67,7 @@ class Registration(NamedTuple):
     models: dict[str, ModelFit]
 
 
-def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> Registration:
+def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> ImageRegistration:
     """Register images by the points that they have in common.
 
     `model`: affine maps, homographies, or "auto": those that the points ask for. `tolerance`: pixels, of the reduced
@@ -81,7 +81,7 @@ def register(points: Correspondences, *, model: str = "affine", tolerance: float
 
 def register_groups(
     points: Correspondences, *, model: str = "affine", tolerance: float = 4.0, most: int | None = None
-) -> list[Registration]:
+) -> list[ImageRegistration]:
     """Register each group of images that hang together, the largest first; at most so many. Raises as `register`."""
     check_model(model)
     check_tolerance(tolerance)
@@ -146,7 +146,7 @@ def _registered(
     components: list[list[int]],
     matches: list[Match],
     models: dict[str, ModelFit],
-) -> Registration:
+) -> ImageRegistration:
     """The maps of a group of images."""
     unit = float(points.sizes.max()) / 2.0
     number = {image: place for place, image in enumerate(images)}
@@ -166,7 +166,7 @@ def _registered(
     matrices = to_pixels @ maps @ to_unit
     if model == "homography":
         matrices /= np.cbrt(np.linalg.det(matrices))[:, None, None]
-    return Registration(
+    return ImageRegistration(
         model,
         images,
         matrices,
@@ -260,7 +260,7 @@ class Frame(NamedTuple):
     figure: float
 
 
-def frame_of_image(found: Registration, image: int, weights: FloatArray) -> Frame | None:
+def frame_of_image(found: ImageRegistration, image: int, weights: FloatArray) -> Frame | None:
     """The plane of an image that was registered; None where it has no room for another image."""
     own = found.images.index(image)
     matrices = np.linalg.solve(found.matrices[own], found.matrices)
@@ -279,7 +279,7 @@ class CommonFrames(NamedTuple):
     rotation: Rotation
 
 
-def common_frames(found: Registration, weights: FloatArray, rotation: str) -> CommonFrames:
+def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) -> CommonFrames:
     """All frames. Raises ValueError where every plane sends some image through infinity.
 
     Central is the image whose middle is nearest to the mean of all middles in the MDT's frame, best the one with the
@@ -298,12 +298,12 @@ def common_frames(found: Registration, weights: FloatArray, rotation: str) -> Co
     return CommonFrames(frames, [image for image, frame in of_image.items() if frame is None], turn)
 
 
-def _central(found: Registration, mean: Frame) -> int:
+def _central(found: ImageRegistration, mean: Frame) -> int:
     middles = places(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
     return found.images[int(np.hypot(*(middles - middles.mean(axis=0)).T).argmin())]
 
 
-def _mdt_frame(found: Registration, weights: FloatArray, rotation: str) -> tuple[Frame, Rotation]:
+def _mdt_frame(found: ImageRegistration, weights: FloatArray, rotation: str) -> tuple[Frame, Rotation]:
     """The MDT's frame: its shape by the MDT, turned by the mean rotation, shifted to the axes."""
     H = found.matrices if found.model == "affine" else least_distorting(found.matrices, found.sizes, weights)
     if H is None:
@@ -320,7 +320,7 @@ def _mdt_frame(found: Registration, weights: FloatArray, rotation: str) -> tuple
     return _measured(found, None, H, weights), turn
 
 
-def _jacobians(found: Registration, H: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _jacobians(found: ImageRegistration, H: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Jacobians (n, m, 2, 2) of the images at their nodes, and the nodes' weights; one node of an affine map."""
     if found.model == "affine":
         return H[:, None, :2, :2], np.ones(1)
@@ -328,7 +328,7 @@ def _jacobians(found: Registration, H: FloatArray) -> tuple[FloatArray, FloatArr
     return J, w
 
 
-def _measured(found: Registration, reference: int | None, H: FloatArray, weights: FloatArray) -> Frame:
+def _measured(found: ImageRegistration, reference: int | None, H: FloatArray, weights: FloatArray) -> Frame:
     J, w = _jacobians(found, H)
     squares = (np.log(np.linalg.svd(J, compute_uv=False)) ** 2).sum(axis=-1) @ w
     # With equal weights the figure of affine maps is the plain sum.

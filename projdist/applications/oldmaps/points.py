@@ -177,7 +177,7 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
         raise ValueError(f"{text} {error}") from error
 
 
-class _Table(NamedTuple):
+class _PointTable(NamedTuple):
     """What the columns are, whether the truth is named in degrees, the rows with the numbers of lines, the CRS told."""
 
     columns: list[str]
@@ -190,7 +190,7 @@ class _Table(NamedTuple):
 
 
 def _in_plane(
-    new: FloatArray, table: _Table, given: Projection | None, path: Path
+    new: FloatArray, table: _PointTable, given: Projection | None, path: Path
 ) -> tuple[FloatArray, Projection | None, str]:
     """The truth in metres of a plane, whose it is, and what is doubtful; raises ValueError without a beginning."""
     stated = _stated(table.crs, given)
@@ -249,7 +249,7 @@ def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> Flo
 # ---- tables ---------------------------------------------------------------------------------
 
 
-def _table(content: str, text: str) -> _Table:
+def _table(content: str, text: str) -> _PointTable:
     """A table with or without a header."""
     rows = rows_of_text(content, text)
     first = rows[0][1]
@@ -257,7 +257,7 @@ def _table(content: str, text: str) -> _Table:
     crs = "" if stated.lower() == "none" else stated
     if not is_number(first[-1]):
         columns, is_degrees = _header(first, text)
-        return _Table(columns, is_degrees, rows[1:], crs)
+        return _PointTable(columns, is_degrees, rows[1:], crs)
     allowed = {4: _NUMBERS, 5: ("id", *_NUMBERS), len(_LINK_TABLE): _LINK_TABLE}
     if len(first) not in allowed:
         raise ValueError(
@@ -268,7 +268,7 @@ def _table(content: str, text: str) -> _Table:
         raise ValueError(
             f"{text} It has 8 columns of whole numbers. With decimal commas, semicolons must part columns."
         )
-    return _Table([*allowed[len(first)]], False, rows, crs)
+    return _PointTable([*allowed[len(first)]], False, rows, crs)
 
 
 def _header(words: list[str], text: str) -> tuple[list[str], bool]:
@@ -286,7 +286,7 @@ def _header(words: list[str], text: str) -> tuple[list[str], bool]:
     return [ours.get(place, f"other {place}") for place in range(len(found))], is_degrees
 
 
-def _gcps(content: str, text: str) -> _Table:
+def _gcps(content: str, text: str) -> _PointTable:
     """The words behind each `-gcp` of a text, up to the next that is no number, and the CRS that is named beside."""
     rows: list[tuple[int, list[str]]] = []
     crs = ""
@@ -300,7 +300,7 @@ def _gcps(content: str, text: str) -> _Table:
             rows.append((number, behind[: len(_NUMBERS)]))
         elif word in _STATED_BY and place + 1 < len(words):
             crs = words[place + 1][1]
-    return _Table([*_NUMBERS], False, rows, crs)
+    return _PointTable([*_NUMBERS], False, rows, crs)
 
 
 def _words(content: str, text: str) -> list[tuple[int, str]]:

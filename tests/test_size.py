@@ -1,0 +1,79 @@
+"""The budget of the package: lines and modules of each room, so that a small team can hold it."""
+
+import ast
+import collections
+from pathlib import Path
+
+import pytest
+
+import projdist
+
+PACKAGE = Path(projdist.__file__).parent
+SOURCES = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
+
+# Lines and modules, `__init__` included. A feature makes something that is there more general; the budget grows only
+# with a reason in the commit, and shrinks with each simplification.
+BUDGET = {
+    "answers": (4_400, 18),
+    "applications": (7_100, 27),
+    "cli": (6_550, 31),
+    "decisions": (5_500, 18),
+    "designs": (4_000, 15),
+    "earth": (750, 4),
+    "field": (5_750, 18),
+    "gis": (2_000, 10),
+    "matrices": (2_850, 10),
+    "numerics": (700, 4),
+    "plots": (5_050, 16),
+    "projections": (5_650, 21),
+    "regions": (3_350, 14),
+    "support": (1_000, 8),
+    "surfaces": (2_050, 8),
+    "web": (3_300, 13),
+}
+LONGEST = 600  # lines of a module
+IMPORTS = 0.062  # of the lines
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0]
+
+
+@pytest.mark.parametrize("room", BUDGET)
+def test_rooms_keep_to_their_budget(room: str) -> None:
+    """Lines and modules."""
+    found = [text for path, text in SOURCES.items() if room_of(path) == room]
+    lines, modules = BUDGET[room]
+    assert sum(len(text.splitlines()) for text in found) <= lines
+    assert len(found) <= modules
+
+
+def test_every_room_has_a_budget() -> None:
+    """The package itself has three modules more."""
+    assert {room_of(path) for path in SOURCES} - {"__init__.py", "__main__.py", "_typing.py"} == set(BUDGET)
+
+
+def test_modules_are_of_one_topic() -> None:
+    """None is so long that a reader looks for the place."""
+    assert {
+        str(path): len(text.splitlines()) for path, text in SOURCES.items() if len(text.splitlines()) > LONGEST
+    } == {}
+
+
+def test_few_lines_are_imports() -> None:
+    """Many of them are a sign of modules that are too small."""
+    nodes = [node for text in SOURCES.values() for node in ast.walk(ast.parse(text))]
+    imports = sum(
+        node.end_lineno - node.lineno + 1
+        for node in nodes
+        if isinstance(node, ast.Import | ast.ImportFrom) and node.end_lineno is not None
+    )
+    assert imports <= IMPORTS * sum(len(text.splitlines()) for text in SOURCES.values())
+
+
+def test_a_class_has_a_name_of_its_own() -> None:
+    """One word is one thing in the whole package; `Explorer` without anywidget only says that it needs it."""
+    names = collections.Counter(
+        node.name for text in SOURCES.values() for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ClassDef)
+    )
+    assert sorted(name for name, count in names.items() if count > 1) == ["Explorer"]
