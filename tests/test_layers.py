@@ -54,7 +54,6 @@ HOMES = {
     "scipy": {
         *("numerics.minima", "matrices.distortions", "regions.parts"),
         *("applications.oldmaps.field", "applications.oldmaps.field", "applications.oldmaps.rectifying"),
-        "applications.oldmaps.several",
         *("applications.pointclouds.correspondences", "applications.pointclouds.affine"),
         *("applications.mosaics.homographies", "applications.mosaics.features"),
         *(

@@ -1,19 +1,29 @@
 from .arrays import factor_arrays, measure_arrays
-from .atlas_files import ATLAS_SUFFIXES, atlas_frame, save_atlas
 from .conversion import CONVERTED_SUFFIXES, RESAMPLINGS, Conversion, convert, convert_frame
 from .layers import (
+    ATLAS_SUFFIXES,
     LAYER_SUFFIXES,
+    atlas_frame,
     check_libraries,
     frame_of_geojson,
     frame_of_regions,
     indicatrices,
     old_map_layers,
+    save_atlas,
     save_layer,
     save_layers,
 )
 from .points import TABLE_SUFFIXES, frame_of, plain_table, read_data, read_points, save_points
-from .rasters import GRIDS, RASTER_SUFFIXES, Raster, raster, save_raster
-from .sheets import georeference_of, save_geotiff, save_sheet
+from .rasters import (
+    GRIDS,
+    RASTER_SUFFIXES,
+    Raster,
+    georeference_of,
+    raster,
+    save_geotiff,
+    save_raster,
+    save_sheet,
+)
 from .weights import weighted
 
 __all__ = [

@@ -1,7 +1,17 @@
-from .domain import Bounds, ground_size, is_part, longitude_width, normalised
+from .domain import (
+    Bounds,
+    cut_at_tears,
+    graticule,
+    graticule_steps,
+    graticule_values,
+    ground_size,
+    is_part,
+    longitude_width,
+    normalised,
+    project_lines,
+)
 from .fields import ValuesAt, crosses, field, filled, jacobians, jumping, measured
 from .land import coast, coast_resolution, country_borders, lake_polygons, lake_shores, land_polygons, land_rings
-from .lines import cut_at_tears, graticule, graticule_steps, graticule_values, project_lines
 from .regional import shown_part, surface_of, surface_of_globe
 from .surface import Surface, boundary_polygon
 from .tissot_ellipses import (

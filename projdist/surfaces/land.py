@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import GEOS_ARITHMETIC, borders, coastlines, lakes, lakes_within, land, land_within, shores
 from projdist.regions import Polygons
-from projdist.surfaces.domain import Bounds, ground_size, longitude_width, normalised
-from projdist.surfaces.lines import project_lines
+from projdist.surfaces.domain import Bounds, ground_size, longitude_width, normalised, project_lines
 from projdist.surfaces.surface import Surface
 
 _TURNS = (-360.0, 0.0, 360.0)

@@ -18,9 +18,9 @@ from projdist.surfaces.domain import (
     longitude_width,
     normalised,
     nothing_of,
+    project_lines,
 )
 from projdist.surfaces.land import CellAreas, CellsIn, cells_in
-from projdist.surfaces.lines import project_lines
 from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights
 
 _FULLER = 4.0  # times as full must the main part's box be, for far parts to be left out

@@ -14,8 +14,15 @@ from projdist.field import jacobian
 from projdist.matrices import principal_scales
 from projdist.regions import Box, Place
 from projdist.support import check_number
-from projdist.surfaces.domain import Bounds, Domain, check_step, ground_size, longitude_width, normalised
-from projdist.surfaces.lines import graticule_values
+from projdist.surfaces.domain import (
+    Bounds,
+    Domain,
+    check_step,
+    graticule_values,
+    ground_size,
+    longitude_width,
+    normalised,
+)
 from projdist.surfaces.surface import Surface
 
 _LEAST_SHARE = 0.4  # of the usual step

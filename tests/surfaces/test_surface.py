@@ -13,9 +13,8 @@ from projdist.matrices.measures import get_measure
 from projdist.plots.basemap import map_size
 from projdist.projections import Projection
 from projdist.regions import GLOBE, Box, Cap, Region, RegionLike
-from projdist.surfaces.domain import domain_of, ground_size, rough_scales
+from projdist.surfaces.domain import domain_of, graticule, graticule_steps, ground_size, project_lines, rough_scales
 from projdist.surfaces.land import coast, coast_resolution, land_polygons
-from projdist.surfaces.lines import graticule, graticule_steps, project_lines
 from projdist.surfaces.surface import Surface, build_surface
 
 OBLIQUE = f"+proj=ob_tran +o_proj=moll +o_lat_p=40 +o_lon_p=60 +R={R}"

@@ -1,6 +1,5 @@
 from .answers import FRAMES, Mosaic, check_frame, mosaic, mosaics_of_groups
 from .bundle_adjustment import ModelFit
-from .cameras import FOCALS, Cameras
 from .canvases import (
     Canvas,
     Georeference,
@@ -13,12 +12,20 @@ from .canvases import (
 )
 from .correspondences import Correspondences, correspondences_of, parse_sizes, read_correspondences
 from .features import match
-from .gains import EXPOSURES
 from .homographies import CHOICES, MODELS, corners, places
 from .images import Picture, check_pixels, open_image, open_pictures
-from .panoramas import MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
+from .panoramas import FOCALS, Cameras, MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
 from .registration import Frame, ImageRegistration, Match, register, register_groups
-from .rendering import BLENDS, DEEP_SUFFIXES, DEPTHS, PICTURE_SUFFIXES, Rendered, render, save_mosaic
+from .rendering import (
+    BLENDS,
+    DEEP_SUFFIXES,
+    DEPTHS,
+    EXPOSURES,
+    PICTURE_SUFFIXES,
+    Rendered,
+    render,
+    save_mosaic,
+)
 
 __all__ = [
     "BLENDS",

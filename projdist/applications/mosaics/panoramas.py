@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from projdist._typing import FloatArray
-from projdist.applications.mosaics.cameras import Cameras, turned_cameras
+from projdist._typing import BoolArray, FloatArray
+from projdist.applications.mosaics.bundle_adjustment import Link, Pair, adjust_in, transfer_errors, transfers
 from projdist.applications.mosaics.canvases import Camera, SphereCanvas, angles_of, sphere_canvas
 from projdist.applications.mosaics.correspondences import Correspondences
-from projdist.applications.mosaics.registration import alone, left_out_note
+from projdist.applications.mosaics.homographies import homogeneous
+from projdist.applications.mosaics.registration import (
+    Match,
+    alone,
+    chained,
+    check_tolerance,
+    components_of,
+    estimated,
+    left_out_note,
+    links_of,
+    match_of,
+    refuse_mirrors,
+    why_none,
+)
+from projdist.matrices import turns
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.support import Answer, plain
 
@@ -220,3 +235,242 @@ def _outline(view: Camera) -> FloatArray:
     sides = [(along, none), (one, along), (1.0 - along, one), (none, 1.0 - along), (none[:1], none[:1])]
     rim = np.concatenate([np.column_stack(side) for side in sides]) * view.size
     return np.column_stack(angles_of(view.directions(rim)))
+
+
+# ---- cameras --------------------------------------------------------------------------------------
+
+
+FOCALS = ("common", "free")
+
+# Of half the longest side: fields of view from 152 to 5 degrees, in steps of 5 %.
+_WIDEST, _NARROWEST, _STEPS = 0.25, 25.0, 96
+_CAP = 10.0  # tolerances that a wrong point counts at most while the focal length is sought
+_FAR = 0.7  # of half the longest side: a link that chains miss by more waits until they are better
+_WITHIN = 3.7  # of the median error, 2.5 deviations of normal noise: a lens bends lines, whatever the tolerance
+_ROUNDS = 10
+
+
+class Cameras(NamedTuple):
+    """What is known of the camera at each of the images that hang together, the most that do.
+
+    `rotations`: from the camera's right, down and forward to the first one's (n, 3, 3); `focals`: pixels (n,), with
+    standard deviations `focal_errors`. `rms_pixels`: of the symmetric transfer error, `rms_homographies`: with a
+    homography for each pair of images, which a camera that also moves may have.
+    """
+
+    images: list[int]
+    rotations: FloatArray
+    focals: FloatArray
+    focal_errors: FloatArray
+    rms_pixels: float
+    rms_homographies: float
+    components: list[list[int]]
+    left_out: list[int]
+    matches: list[Match]
+
+
+class _Turns(NamedTuple):
+    """The changes of maps M_i = R_i K_i^-1: R_i exp([w_i]) of all images but the first, and f_i exp(t)."""
+
+    is_common: bool
+    model: str = "homography"
+
+    def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Those of w (n - 1, 3), then of t, for all images or for each."""
+        f = _focals_of(M)
+        entries = np.zeros((len(M), 8, 4))
+        # K [w]_x K^-1, its entries (0,1), (0,2), (1,0), (1,2), (2,0) and (2,1); and -t in (0,0) and (1,1).
+        entries[:, 1, 2], entries[:, 3, 2] = -1.0, 1.0
+        entries[:, 2, 1], entries[:, 5, 0] = f, -f
+        entries[:, 6, 1], entries[:, 7, 0] = -1.0 / f, 1.0 / f
+        entries[:, 0, 3] = entries[:, 4, 3] = -1.0
+        small = np.einsum("iap,iajb,jbq->ipjq", entries, normal, entries, optimize=True)
+        slopes = np.einsum("iap,ia->ip", entries, gradient)
+        size = 4 * len(M)
+        into = self._unknowns(len(M))
+        return into.T @ small.reshape(size, size) @ into, into.T @ slopes.reshape(size)
+
+    def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
+        """The maps after a change."""
+        each = (self._unknowns(len(M)) @ step).reshape(len(M), 4)
+        f = _focals_of(M)
+        R = (M @ _scalings(f)) @ turns(each[:, :3])
+        with np.errstate(over="ignore"):
+            return R @ _scalings(1.0 / (f * np.exp(each[:, 3])))
+
+    def _unknowns(self, count: int) -> FloatArray:
+        """From the unknowns to w and t of all images."""
+        rows = np.arange(4 * count).reshape(count, 4)
+        focals = 1 if self.is_common else count
+        into = np.zeros((4 * count, 3 * (count - 1) + focals))
+        into[rows[1:, :3].reshape(-1), np.arange(3 * (count - 1))] = 1.0
+        into[rows[:, 3], 3 * (count - 1) + np.arange(count) % focals] = 1.0
+        return into
+
+
+def check_focal(focal: str) -> str:
+    """Whether focal lengths are common or free; raises ValueError for another word."""
+    if focal not in FOCALS:
+        raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
+    return focal
+
+
+def turned_cameras(
+    points: Correspondences, *, focal: str = "common", tolerance: float = 4.0, most: int | None = None
+) -> list[Cameras]:
+    """The cameras of each group of images that hang together, by the points that they have in common; at most so many.
+
+    `focal`: one focal length for all images ("common"), or each has its own ("free"). `tolerance`: as for `register`.
+    Raises ValueError as that does, and where the camera did more than turn.
+    """
+    check_focal(focal)
+    check_tolerance(tolerance)
+    unit = float(points.sizes.max()) / 2.0
+    links = list(links_of(points, unit))
+    pairs = {
+        (link.i, link.j): (link, estimated(link, reduction * tolerance / unit, points, unit, "homography"))
+        for link, reduction in links
+    }
+    matches = [match_of(link, pair) for link, pair in pairs.values()]
+    good = {key: both for key, both in pairs.items() if both[1].S is not None}
+    components = components_of(good)
+    if not components:
+        raise ValueError("Invalid correspondences. No two images match: " + why_none(points, matches) + ".")
+    cut = max(reduction for _, reduction in links) * tolerance / unit
+    return [_group(points, good, images, components, matches, focal, cut) for images in components[:most]]
+
+
+def _group(
+    points: Correspondences,
+    good: dict[tuple[int, int], tuple[Link, Pair]],
+    images: list[int],
+    components: list[list[int]],
+    matches: list[Match],
+    focal: str,
+    tolerance: float,
+) -> Cameras:
+    """The cameras of a group of images."""
+    unit = float(points.sizes.max()) / 2.0
+    number = {image: place for place, image in enumerate(images)}
+    own = {key: both for key, both in good.items() if key[0] in number}
+    refuse_mirrors(points, images, chained(images, {key: pair for key, (_, pair) in own.items()}))
+    f, turned = _start(list(own.values()), tolerance)
+    M = _scalings(np.array([1.0 / f]))[0] @ chained(images, dict(zip(own, turned, strict=True)))
+    links = [Link(number[link.i], number[link.j], link.xi, link.xj) for link, _ in own.values()]
+    agree = [pair.agree for _, pair in own.values()]
+    M, rms, normal, count = _adjusted(_Turns(focal == "common"), M, links, agree, tolerance)
+    focals = _focals_of(M)
+    return Cameras(
+        images,
+        M @ _scalings(focals),
+        focals * unit,
+        focals * unit * _deviations(normal, rms, count, len(images)),
+        rms * unit,
+        _rms_of(own.values()) * unit,
+        components,
+        sorted(set(range(len(points.sizes))) - set(images)),
+        matches,
+    )
+
+
+def _focals_of(M: FloatArray) -> FloatArray:
+    return np.asarray(1.0 / np.linalg.norm(M[:, :, 0], axis=1))
+
+
+def _scalings(f: FloatArray) -> FloatArray:
+    """The matrices diag(f, f, 1)."""
+    K = np.tile(np.eye(3), (len(f), 1, 1))
+    K[:, 0, 0] = K[:, 1, 1] = f
+    return K
+
+
+def _rms_of(pairs: Any) -> float:
+    """Of the symmetric transfer errors of all pairs with maps of their own."""
+    squares = [np.square(transfers(pair.S, link.xi[pair.agree], link.xj[pair.agree])) for link, pair in pairs]
+    return float(np.sqrt(np.concatenate(squares, axis=1).mean()))
+
+
+# ---- where it begins ------------------------------------------------------------------------
+
+
+def _start(pairs: Sequence[tuple[Link, Pair]], tolerance: float) -> tuple[float, list[Pair]]:
+    """The focal length, in halves of the longest side, with which rotations fit all pairs best; and these, as pairs.
+
+    The rotation of a pair brings the directions of its points together best (Wahba's problem).
+    """
+    f = np.geomspace(_WIDEST, _NARROWEST, _STEPS)
+    cost, maps = np.zeros(_STEPS), []
+    for link, pair in pairs:
+        xi, xj = link.xi[pair.agree], link.xj[pair.agree]
+        S = _scalings(f) @ _rotation(_directions(xi, f), _directions(xj, f)) @ _scalings(1.0 / f)
+        there, back = transfers(S, xi, xj)
+        cost += np.minimum(there**2 + back**2, (_CAP * tolerance) ** 2).sum(axis=-1)
+        maps.append(S)
+    best = int(cost.argmin())
+    turned = [pair._replace(S=S[best]) for (_, pair), S in zip(pairs, maps, strict=True)]
+    return float(f[best]), turned
+
+
+def _directions(x: FloatArray, f: FloatArray) -> FloatArray:
+    """Unit vectors (k, n, 3) to points (n, 2) for focal lengths (k,)."""
+    rays = homogeneous(x) / np.stack([f, f, np.ones_like(f)], axis=-1)[:, None]
+    return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+
+
+def _rotation(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The rotations (k, 3, 3) that bring directions a (k, n, 3) nearest to b."""
+    U, _, V = np.linalg.svd(b.swapaxes(1, 2) @ a)
+    U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
+    return np.asarray(U @ V)
+
+
+# ---- bundle adjustment ----------------------------------------------------------------------
+
+
+def _adjusted(
+    chart: _Turns, M: FloatArray, links: Sequence[Link], agree: Sequence[BoolArray], tolerance: float
+) -> tuple[FloatArray, float, FloatArray, int]:
+    """The adjusted maps, the RMS error, the normal equations and the number of points.
+
+    First the links that the chains do not miss by far, as one round the whole horizon may, then all, by the points that
+    agree until these stay the same.
+    """
+    gaps = [transfer_errors(_between(M, link), link.xi, link.xj) for link in links]
+    chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, some in zip(gaps, agree, strict=True)]
+    for _ in range(_ROUNDS):
+        kept = [Link(link.i, link.j, link.xi[some], link.xj[some]) for link, some in zip(links, chosen, strict=True)]
+        kept = [link for link in kept if len(link.xi) > 1]
+        if len(components_of((link.i, link.j) for link in kept)) != 1 or _alone(kept, len(M)):
+            raise ValueError(
+                "Invalid images for a camera that only turns. Rotations do not bring their points together: it also "
+                "moved, or they are no photographs."
+            )
+        M, rms, normal = adjust_in(chart, M, kept)
+        gaps = [transfer_errors(_between(M, link), link.xi, link.xj) for link in links]
+        usual = float(np.median(np.concatenate([gap[some] for gap, some in zip(gaps, chosen, strict=True)])))
+        before, chosen = chosen, [gap <= max(tolerance, _WITHIN * usual) for gap in gaps]
+        if all((a == b).all() for a, b in zip(before, chosen, strict=True)):
+            break
+    return M, rms, normal, sum(len(link.xi) for link in kept)
+
+
+def _alone(links: Sequence[Link], count: int) -> bool:
+    """Whether some of so many images is in no link."""
+    return len({image for link in links for image in (link.i, link.j)}) < count
+
+
+def _between(M: FloatArray, link: Link) -> FloatArray:
+    return np.asarray(np.linalg.solve(M[link.j], M[link.i]))
+
+
+def _deviations(normal: FloatArray, rms: float, points: int, images: int) -> FloatArray:
+    """Standard deviations of the logarithms of the focal lengths (n,).
+
+    Noise s in each coordinate makes distances there and back with a mean square of 4 s^2, nearly the same ones, so that
+    the covariance is that mean square times the inverse of J^T J over both ways.
+    """
+    freedom = max(2 * points - len(normal), 1)
+    scale = rms**2 * 2.0 * points / freedom
+    with np.errstate(invalid="ignore"):
+        variances = np.diag(np.linalg.pinv(normal, hermitian=True))[3 * (images - 1) :]
+    return np.asarray(np.broadcast_to(np.sqrt(scale * np.maximum(variances, 0.0)), (images,)))

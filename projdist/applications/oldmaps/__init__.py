@@ -3,8 +3,14 @@
 from projdist.applications.oldmaps.field import LOCAL_MEASURES, OUTLIERS, OldMap, Rectification, isolines, old_map
 from projdist.applications.oldmaps.fits import MODELS, Fit, affine_fit, fit, helmert_fit
 from projdist.applications.oldmaps.points import ControlPoints, read_control_points
-from projdist.applications.oldmaps.rectifying import RECTIFIED_BY, RectifiedScan, rectify, scan_extent
-from projdist.applications.oldmaps.several import CommonGround, common_ground
+from projdist.applications.oldmaps.rectifying import (
+    RECTIFIED_BY,
+    CommonGround,
+    RectifiedScan,
+    common_ground,
+    rectify,
+    scan_extent,
+)
 
 __all__ = [
     "LOCAL_MEASURES",
