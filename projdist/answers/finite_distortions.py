@@ -200,7 +200,7 @@ def weighted_sum(values: FloatArray, weight: FloatArray) -> float:
 DISTANCE_MEASURES: dict[str, DistanceMeasure] = {"gott": gott, "peters": peters, "canters": canters}
 
 
-# ---- finite distortions --------------------------------------------------------------------------
+# ---- means over pairs ----------------------------------------------------------------------------
 
 
 DEFAULT_TOLERANCE = 5e-3  # of the value, for polygons; on whole globes the first sets give 1e-4 of a distance measure

@@ -62,7 +62,7 @@ def elevation_factor(lat: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid) ->
     return np.asarray(radius / (radius + height))
 
 
-# ---- profiles ------------------------------------------------------------------------------------
+# ---- along a line --------------------------------------------------------------------------------
 
 
 _POINTS = 50  # about as many, where no spacing is asked for

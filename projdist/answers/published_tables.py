@@ -97,7 +97,7 @@ def _read(name: str) -> tuple[dict[str, str], ...]:
     return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 
-# ---- others --------------------------------------------------------------------------------------
+# ---- figures by others' conventions --------------------------------------------------------------
 
 
 _COARSE = 1e-6  # of means; printed are four digits at most
@@ -174,7 +174,7 @@ _OTHERS: dict[str, Callable[[Printed, float], float]] = {
 }
 
 
-# ---- comparisons ---------------------------------------------------------------------------------
+# ---- printed beside computed ---------------------------------------------------------------------
 
 
 _ROUNDING = 1e-9  # of half a unit of the last decimal

@@ -141,7 +141,7 @@ def _plain(values: dict[str, Any]) -> dict[str, Any]:
     return {name: plain(value) for name, value in values.items()}
 
 
-# ---- measuring -----------------------------------------------------------------------------------
+# ---- the finished map, measured ------------------------------------------------------------------
 
 
 _TOLERANCE = 1e-8

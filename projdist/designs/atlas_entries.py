@@ -177,7 +177,7 @@ def _called(one: AtlasMap | None) -> str:
     return "none" if one is None else one.projection
 
 
-# ---- reading -------------------------------------------------------------------------------------
+# ---- the shipped file ----------------------------------------------------------------------------
 
 
 _ZONE = re.compile(r"(utm )?(zone )?\d{1,2} ?[ns]")

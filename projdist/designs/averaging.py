@@ -142,7 +142,7 @@ def _series(function: BoxPolynomials) -> dict[str, Any]:
     return {"box": list(function.box), "x": x.tolist(), "y": y.tolist()}
 
 
-# ---- averaging -----------------------------------------------------------------------------------
+# ---- the mean map --------------------------------------------------------------------------------
 
 
 _NODES, _FINE = 3000, 10_000

@@ -138,7 +138,7 @@ def _keeps(kind: Kind, J: FloatArray, weight: FloatArray) -> bool:
     return lost is None or float(weight[np.abs(lost(J)) > _KEPT].sum()) <= _ROUGH
 
 
-# ---- degrees -------------------------------------------------------------------------------------
+# ---- degree by degree ----------------------------------------------------------------------------
 
 
 SHARES = (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
@@ -243,7 +243,7 @@ def _is_whole(around: tuple[float, float, float]) -> bool:
     return folded == 0.0 and least >= _LEAST and largest <= _LARGEST
 
 
-# ---- making --------------------------------------------------------------------------------------
+# ---- the design ----------------------------------------------------------------------------------
 
 
 _NODES, _AROUND = 3000, 1000

@@ -96,7 +96,7 @@ def _newton_step(slope: FloatArray, bends: FloatArray, axes: FloatArray) -> Floa
     return -along @ ((along.T @ slope) / bends[steep])
 
 
-# ---- elements ------------------------------------------------------------------------------------
+# ---- maps of elements ----------------------------------------------------------------------------
 
 
 _ELEMENT_STEPS = 200

@@ -95,7 +95,7 @@ def exponentiated(objective: DesignObjective) -> DesignObjective:
     return replace(objective, exponent=EXPONENT)
 
 
-# ---- checks --------------------------------------------------------------------------------------
+# ---- input, checked ------------------------------------------------------------------------------
 
 
 CRITERIA_OF_DESIGNS = ("airy_kavrayskiy", "max_scale_error_ppm", "max_log_scale")

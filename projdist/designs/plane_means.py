@@ -72,7 +72,7 @@ def common_turn(J: FloatArray, weight: FloatArray) -> complex:
     return mean / abs(mean) if abs(mean) > 0.0 else 1.0 + 0.0j
 
 
-# ---- plane means ---------------------------------------------------------------------------------
+# ---- means of Jacobians in a plane ---------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

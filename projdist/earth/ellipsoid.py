@@ -113,7 +113,7 @@ SPHERE = Ellipsoid(MEAN_EARTH_RADIUS)
 WGS84 = Ellipsoid(6378137.0, 1 / 298.257223563)
 
 
-# ---- sphere --------------------------------------------------------------------------------------
+# ---- points on the sphere ------------------------------------------------------------------------
 
 
 def destination(
@@ -170,7 +170,7 @@ SMOOTH = Discontinuities((), (), ())
 """No known discontinuities."""
 
 
-# ---- degree texts --------------------------------------------------------------------------------
+# ---- degrees as text -----------------------------------------------------------------------------
 
 
 def longitude_text(lon: float, *, minutes: bool = False) -> str:

@@ -331,7 +331,7 @@ def _powers(coefficients: FloatArray, kept: IntArray, half: FloatArray) -> Float
     return powers
 
 
-# ---- panel points --------------------------------------------------------------------------------
+# ---- many points on panels -----------------------------------------------------------------------
 
 
 _EPS = np.finfo(float).eps

@@ -264,7 +264,7 @@ class _MeanGoal:
         return result
 
 
-# ---- dense samples -------------------------------------------------------------------------------
+# ---- samples for quantiles -----------------------------------------------------------------------
 
 
 # Points for the quantiles, whose error falls as one over their number: all in all, and in one panel.
@@ -309,7 +309,7 @@ def _within_reach(values: FloatArray, r: FloatArray, s: FloatArray) -> FloatArra
     return np.clip(interpolate(values, r, s), (low - margin)[:, None], (high + margin)[:, None])
 
 
-# ---- airy kavrayskiy -----------------------------------------------------------------------------
+# ---- Airy-Kavrayskiy errors ----------------------------------------------------------------------
 
 
 class AiryKavrayskiy(NamedTuple):

@@ -101,7 +101,7 @@ def _of_areas(J: FloatArray) -> float:
 _DEPARTURES: dict[str, Callable[[FloatArray], float]] = {"conformal": _of_angles, "equal-area": _of_areas}
 
 
-# ---- field ---------------------------------------------------------------------------------------
+# ---- the field of a map --------------------------------------------------------------------------
 
 
 DEFAULT_TOLERANCE = 1e-8

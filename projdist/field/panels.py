@@ -173,7 +173,7 @@ def _divided(rectangles: FloatArray, torn: BoolArray) -> tuple[IntArray, FloatAr
     return np.array(index, dtype=int), np.array(parts)
 
 
-# ---- layouts -------------------------------------------------------------------------------------
+# ---- panels without a map ------------------------------------------------------------------------
 
 
 Partial = FloatArray | float
@@ -357,7 +357,7 @@ def plan_of(region: Region, ellipsoid: Ellipsoid) -> Plan:
     return Plan(region, ellipsoid)
 
 
-# ---- panels --------------------------------------------------------------------------------------
+# ---- panels with a map ---------------------------------------------------------------------------
 
 
 # From one side along a node axis: the derivative, and the last Legendre coefficients.

@@ -120,7 +120,7 @@ def _halve(function: Map, start: FloatArray, stop: FloatArray) -> tuple[FloatArr
     return low, high
 
 
-# ---- cut lengths ---------------------------------------------------------------------------------
+# ---- the length of cuts --------------------------------------------------------------------------
 
 
 _CELLS = 60  # along the longer side of a region: 3 or 6 degrees on the globe

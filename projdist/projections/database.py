@@ -120,7 +120,7 @@ def _facts(rows: list[Any]) -> Facts:
     )
 
 
-# ---- index ---------------------------------------------------------------------------------------
+# ---- the index of CRSs ---------------------------------------------------------------------------
 
 
 AUTHORITIES = ("EPSG", "ESRI", "IGNF")
@@ -275,7 +275,7 @@ def _conversion(crs: CRS) -> Conversion:
     return operation.method_name, tuple(sorted(values))
 
 
-# ---- same conversions ----------------------------------------------------------------------------
+# ---- CRSs of one map -----------------------------------------------------------------------------
 
 
 _FIGURE = 1e-8  # of the axes: GRS 80 and WGS 84 differ by 2e-11 of them

@@ -270,7 +270,7 @@ def _as_tmerc(tokens: dict[str, str], scale: float) -> dict[str, str]:
     return named | rest
 
 
-# ---- definitions ---------------------------------------------------------------------------------
+# ---- PROJ strings as CRSs ------------------------------------------------------------------------
 
 
 _VERSIONS = ("WKT2_2019", "WKT1_ESRI")
@@ -359,7 +359,7 @@ def unprojected(crs: str, x: FloatArray, y: FloatArray) -> tuple[FloatArray, Flo
     return lon / per_degree + greenwich_offset(base), lat / per_degree
 
 
-# ---- composed ------------------------------------------------------------------------------------
+# ---- followed by a linear map --------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -398,7 +398,7 @@ def uncomposed(projection: Projection, matrix: FloatArray) -> tuple[Projection, 
     return projection, matrix
 
 
-# ---- derived -------------------------------------------------------------------------------------
+# ---- followed by operations of PROJ --------------------------------------------------------------
 
 
 _METHOD = "PROJ-based operation method: {}"

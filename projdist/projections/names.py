@@ -145,7 +145,7 @@ def turned_tokens(tokens: Sequence[str], lat: float, lon: float) -> list[str]:
     return ["proj=ob_tran", f"o_proj={operation}", pole, "o_lon_p=0", longitude, *rest]
 
 
-# ---- names ---------------------------------------------------------------------------------------
+# ---- names of maps -------------------------------------------------------------------------------
 
 
 _NEAR = 1e-3  # degrees from a centre, to find the direction of north

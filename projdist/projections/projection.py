@@ -78,7 +78,7 @@ def is_same_body(one: Body, other: Body) -> bool:
     return abs(one.ellipsoid.a - other.ellipsoid.a) < _SAME_SIZE * max(one.ellipsoid.a, other.ellipsoid.a)
 
 
-# ---- inputs --------------------------------------------------------------------------------------
+# ---- what names a map ----------------------------------------------------------------------------
 
 
 _LONGEST_PATH = 300  # characters
@@ -164,7 +164,7 @@ def _parse_file(path: Path) -> Parts:
         raise ProjectionError(f"{complaint} {error}") from error
 
 
-# ---- projection ----------------------------------------------------------------------------------
+# ---- the type ------------------------------------------------------------------------------------
 
 
 _FARTHEST = 1e10  # radii, the reach of the gnomonic map; PROJ returns larger numbers outside of some maps

@@ -78,7 +78,7 @@ def run_as(projection: Projection, definition: str, pipeline: str) -> Projection
     return dataclasses.replace(projection, definition=definition, function=changed)
 
 
-# ---- tuning --------------------------------------------------------------------------------------
+# ---- sliders and dragging ------------------------------------------------------------------------
 
 
 Centre = tuple[float, float]

@@ -298,7 +298,7 @@ def positions(given: Any, text: str) -> FloatArray:
     return found.reshape(-1, 2)
 
 
-# ---- files ---------------------------------------------------------------------------------------
+# ---- regions of files ----------------------------------------------------------------------------
 
 
 # Degrees, 4 cm: of chords for edges that are not straight in longitude and latitude; their corrected middles are off

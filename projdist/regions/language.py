@@ -439,7 +439,7 @@ _KINDS: dict[str, Callable[[str, str, Ellipsoid | None], Place]] = {
 }
 
 
-# ---- defaults ------------------------------------------------------------------------------------
+# ---- regions that were not named -----------------------------------------------------------------
 
 
 def region_for(region: RegionLike | None, projections: Iterable[Projection]) -> Place:
@@ -482,7 +482,7 @@ def ground_of_maps(projections: Iterable[Projection]) -> Ellipsoid:
     return next((figure for figure in figures if not figure.is_sphere), figures[0] if figures else WGS84)
 
 
-# ---- titles --------------------------------------------------------------------------------------
+# ---- regions as titles ---------------------------------------------------------------------------
 
 
 _LONGEST_TITLE = 70  # letters

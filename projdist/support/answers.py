@@ -70,7 +70,7 @@ def _shown(value: Any) -> str:
     return f'<span title="{html.escape(text)}">{html.escape(text[:_LONGEST])}…</span>'
 
 
-# ---- answers -------------------------------------------------------------------------------------
+# ---- the base class ------------------------------------------------------------------------------
 
 
 def plain(value: Any) -> Any:

@@ -4,9 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from sample_candidates import NATIONAL
 
 from projdist import recommend
-from projdist.decisions.recommendation.candidate_crs import Candidate, CountryPart, part_of
+from projdist.decisions.recommendation.candidate_crs import CountryPart, part_of
 from projdist.decisions.recommendation.candidates import lattice_of
 from projdist.decisions.recommendation.preference import in_force
 from projdist.projections.database import CrsRecord
@@ -77,19 +78,7 @@ def test_zones_of_a_state():
     assert [zone.name for zone in system.zones] == ["NAD83 / Ohio North", "NAD83 / Ohio South"]
 
 
-OWN = Candidate(
-    code="EPSG:1",
-    name="",
-    method="",
-    datum="Old",
-    keeps=(),
-    area_of_use=(-180.0, -90.0, 180.0, 90.0),
-    area_name="",
-    trial=None,
-    share=1.0,
-    national=True,
-    datum_since=1870,
-)
+OWN = dataclasses.replace(NATIONAL, datum_since=1870, datum="Old")
 ZONE = dataclasses.replace(OWN, share=0.7, datum_since=1990, datum="New")
 
 

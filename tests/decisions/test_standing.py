@@ -3,9 +3,10 @@
 import dataclasses
 
 import pytest
+from sample_candidates import NATIONAL as OWN
 from tables import each
 
-from projdist.decisions.recommendation.candidate_crs import Candidate, is_own, is_wide, named
+from projdist.decisions.recommendation.candidate_crs import is_own, is_wide, named
 from projdist.decisions.recommendation.preference import (
     CLOSE,
     WIDE_FACTOR,
@@ -16,19 +17,6 @@ from projdist.decisions.recommendation.preference import (
 )
 from projdist.projections.database import CrsRecord, crs_records, facts_of
 
-OWN = Candidate(
-    code="EPSG:1",
-    name="",
-    method="",
-    datum="New",
-    keeps=(),
-    area_of_use=(-180.0, -90.0, 180.0, 90.0),
-    area_name="",
-    trial=None,
-    share=1.0,
-    national=True,
-    datum_since=2010,
-)
 OLD = dataclasses.replace(OWN, datum_since=1950, datum="Old")
 OTHER = dataclasses.replace(OWN, national=False)
 

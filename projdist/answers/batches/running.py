@@ -112,7 +112,7 @@ def _lock(file: FileIO, path: Path) -> None:
         raise ValueError(f"Invalid partial file {quoted(str(path))}. Another process is writing it.") from error
 
 
-# ---- running -------------------------------------------------------------------------------------
+# ---- tasks on an executor ------------------------------------------------------------------------
 
 
 _PAYS = 1.0  # seconds of a group of tasks, against the milliseconds that it takes to send one

@@ -128,7 +128,7 @@ def _area(value: Any) -> Area:
     return Area(region.name, json.dumps(geojson_of(region)))
 
 
-# ---- maps ----------------------------------------------------------------------------------------
+# ---- maps as text --------------------------------------------------------------------------------
 
 
 _FILES = (".prj", ".wkt", ".json")  # that a map may be in, and that workers may not have
@@ -162,7 +162,7 @@ def _is_what_it_says(projection: Projection) -> bool:
     )
 
 
-# ---- tasks ---------------------------------------------------------------------------------------
+# ---- what a worker does --------------------------------------------------------------------------
 
 
 _SLICE = 1.5  # seconds, after which a worker answers with what it has done

@@ -68,7 +68,7 @@ def _area_squared(a: FloatArray, b: FloatArray) -> FloatArray:
     return (a * b) ** 2
 
 
-# ---- what becomes of them -------------------------------------------------------------------
+# ---- indices of means and extremes ---------------------------------------------------------------
 
 
 def value_of(figure: Figure, factor: float = 1.0) -> Value:
@@ -228,7 +228,7 @@ def searched(figure: Figure) -> Callable[[ScaledField], float]:
     return best
 
 
-# ---- boundary ------------------------------------------------------------------------------------
+# ---- the length of the cuts ----------------------------------------------------------------------
 
 
 _COLUMNS, _ROWS = 144, 72  # cells of 2.5 degrees
@@ -373,7 +373,7 @@ class _CutCells:
         return length
 
 
-# ---- finite --------------------------------------------------------------------------------------
+# ---- finite distances ----------------------------------------------------------------------------
 
 
 class Pairs(NamedTuple):

@@ -86,7 +86,7 @@ def _candidates(c: FloatArray) -> FloatArray:
     return points
 
 
-# ---- cells ---------------------------------------------------------------------------------------
+# ---- on cells ------------------------------------------------------------------------------------
 
 
 Inside = Callable[[IntArray, FloatArray, FloatArray], BoolArray]
@@ -206,7 +206,7 @@ def _raise(top: Top, piece: IntArray, new: Top) -> None:
         old[piece[order]] = part[order]
 
 
-# ---- borders -------------------------------------------------------------------------------------
+# ---- along edges of polygons ---------------------------------------------------------------------
 
 
 _INTERVAL_LEVELS = 20

@@ -87,7 +87,7 @@ def measure_at(
     return measure(J, hessian(projection, lon, lat))
 
 
-# ---- polynomials ---------------------------------------------------------------------------------
+# ---- the Jacobian as polynomials -----------------------------------------------------------------
 
 
 _SLOPE = 50.0  # of the first Legendre polynomial left out, at the ends: ORDER (ORDER + 1) / 2 = 55
@@ -216,7 +216,7 @@ def basis(t: FloatArray) -> FloatArray:
     return np.polynomial.legendre.legvander(t, ORDER - 1) @ LEGENDRE
 
 
-# ---- states --------------------------------------------------------------------------------------
+# ---- the state of a search -----------------------------------------------------------------------
 
 
 class State:
@@ -254,7 +254,7 @@ class Chosen(NamedTuple):
 NOBODY = Chosen(np.empty(0, dtype=int), np.empty(0), np.empty(0))
 
 
-# ---- measuring -----------------------------------------------------------------------------------
+# ---- values at places ----------------------------------------------------------------------------
 
 
 _EXACT = 1e-10  # of the scales: what a search resolves, above the rounding of derivatives
