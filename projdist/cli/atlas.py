@@ -67,19 +67,18 @@ def _saved(share: float) -> str:
     return f"{100.0 * share:.0f} %"
 
 
-def _columns(rows: Sequence[Row]) -> Iterator[Column]:
+def _columns(rows: Sequence[Row]) -> Iterator[Column | str]:
     yield Column("purpose", show=lambda name: name or "-")
-    yield Column("what")
+    yield "what"
     yield Column("projection", "map", of=_map, left=True)
     yield Column("airy_kavrayskiy", show=certain)
-    yield Column("over_limit", "over limit", "x {:.3g}".format)
+    yield "over_limit"
     yield Column("saves", show=_saved)
-    yield Column("max_scale_error_ppm", "ppm max", certain)
-    yield Column("mean_scale_error_ppm", "ppm mean", certain)
+    yield "max_scale_error_ppm"
+    yield "mean_scale_error_ppm"
     yield Column("max_omega", "omega max", "{:.4f}".format)
-    if any(row["cut_km"] for row in rows):
-        yield Column("cut_km", "cuts", "{:,.0f}".format, unit="km")
-    yield Column("keeps", show=lambda names: names or "-", left=True)
+    yield "cut_km"
+    yield "keeps"
 
 
 def _notes(entry: AtlasEntry) -> Iterator[str]:
@@ -141,9 +140,9 @@ def _overview(entries: Sequence[AtlasEntry]) -> Report:
     )
 
 
-_OF_ALL = [
-    Column("place"),
-    Column("kind"),
+_OF_ALL: list[Column | str] = [
+    "place",
+    "kind",
     Column("official", left=True),
     Column("official_error", "error", certain),
     Column("existing", "best existing", left=True),

@@ -176,9 +176,9 @@ def _ratio(error: float) -> str:
 
 _degrees = "{:.4f}".format
 _TOTALS = (
-    Column("map", left=True),
-    Column("name"),
-    Column("measured"),
+    "map",
+    "name",
+    "measured",
     Column("area_error", "area ratio", _ratio),
     Column("worst_area_error", "area worst", _error),
     Column("rms_area_error", "area RMS", _error),

@@ -163,15 +163,15 @@ def _write(
 def _report(found: Registration, output: str | None) -> Report:
     answer = found.to_dict()
     rows = [{name: value for name, value in row.items() if name not in ("matrix", "shift")} for row in answer["clouds"]]
-    clouds = [
+    clouds: list[Column | str] = [
         Column("name", "cloud", left=True),
         Column("used", "points", of=lambda row: f"{row['used']} of {row['points']}"),
         Column("distortion", "Dist_F", "{:.6f}".format),
         Column("sum_as_frame", "as frame", "{:.6g}".format),
         Column("rms", show="{:.4g}".format),
     ]
-    frames = [
-        Column("frame"),
+    frames: list[Column | str] = [
+        "frame",
         Column("cloud", "is", of=lambda row: row["cloud"] or "the mean of all", left=True),
         Column("sum", "sum of Dist_F^2", "{:.6g}".format),
     ]

@@ -1,4 +1,4 @@
-"""`compare --regions`: maps over each of many regions."""
+"""The command `compare`: maps over a region, or over each of many."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from projdist import plots
 from projdist.answers import (
     GROUPS,
     STATISTICS,
+    Area,
     Batch,
     BatchFailure,
     Comparison,
@@ -27,172 +28,11 @@ from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, by_region, notices_note, regions_given
 from projdist.cli.errors import progress_bar, refuse, refusing, tell_problems
 from projdist.cli.formats import present
-from projdist.cli.number_format import WHOLE, area_text, certain, first_digit, label_of, per_cent, rounded
+from projdist.cli.number_format import WHOLE, area_text, certain, first_digit, label_of, rounded
 from projdist.cli.pictures import GraphOptions, PictureFile
-from projdist.cli.report import Column, Mapped, Report, Row, Table
+from projdist.cli.report import SHARED, Column, Mapped, Report, Row, Table
 from projdist.field import DEFAULT_TOLERANCE
 from projdist.projections import Projection, ProjectionError
-
-_LEVEL = "airy_kavrayskiy"
-_NO_FIGURE = ("given", "name")  # orders that no map is the best by
-
-
-def compare_regions(
-    projections: Sequence[str],
-    regions: Sequence[str],
-    others: Mapping[str, object],
-    options: Mapping[str, Any],
-    sort: str,
-    work: RegionalWork,
-) -> None:
-    """Compare maps over regions, and tell which is the best where."""
-    with refusing():
-        indices = get_indices(options["indices"])
-        column = sort_column(sort, options["measures"], [index.name for index in indices])
-    areas = regions_given(regions, others)
-    maps, problems = _known(projections)
-    if not maps:
-        tell_problems(problems)
-    found = work.run(summarize, areas, maps, options)
-    report, best = _report(found, maps, column, indices)
-    work.leave(report, found, best, {area.name: area for area in areas}, problems)
-
-
-def _known(projections: Sequence[str]) -> tuple[list[str], list[str]]:
-    """The maps that there are, and what is wrong with others, which need not be said of every region."""
-    maps, problems = [], []
-    for text in dict.fromkeys(projections):
-        try:
-            Projection.from_user_input(text)
-        except ProjectionError as error:
-            problems.append(str(error))
-        else:
-            maps.append(text)
-    return maps, problems
-
-
-def _report(found: Batch, maps: Sequence[str], column: str, indices: Sequence[Index]) -> tuple[Report, list[Row]]:
-    """The report, and the best map of each region."""
-    groups = {
-        name: _sorted([_row(one.rows[0], name, one.area_km2) for one in group], column)
-        for name, group in by_region(found).items()
-    }
-    figure = _LEVEL if column in _NO_FIGURE else column
-    rows = [_of_region(name, group, figure) for name, group in groups.items()]
-    best = [_sorted(group, figure)[0] for group in groups.values()]
-    report = Report(
-        title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
-        tables=[Table(rows, [*_region_columns(groups, maps, figure)]), _totals(groups, maps, figure)] if rows else [],
-        notes=[
-            "* is the best of a region. JSON and CSV have all figures of every map over every region.",
-            *notices_note(found),
-        ]
-        if rows
-        else [],
-        data=lambda: _data(found, groups, column, indices),
-        rows=lambda: [row for group in groups.values() for row in group],
-        header=["region"],
-    )
-    return report, best
-
-
-def _row(row: Row, region: str, area_km2: float) -> Row:
-    return {"region": region, "area_km2": area_km2, **row}
-
-
-def _sorted(rows: Sequence[Row], column: str) -> list[Row]:
-    """Rows of a region, the best first."""
-    return list(rows) if column == "given" else sorted(rows, key=lambda row: _order(row[column]))
-
-
-def _order(value: Any) -> tuple[bool, Any]:
-    return sort_order(float("nan") if value is None else value)
-
-
-def _of_region(name: str, group: Sequence[Row], figure: str) -> Row:
-    """The figures of all maps over a region, by the maps."""
-    best = _sorted(group, figure)[0]
-    figures = {row["projection"]: row[figure] for row in group}
-    errors = {f"{row['projection']} error": row.get(_error_of(figure)) for row in group}
-    least = min(row["coverage"] for row in group)
-    label = label_of(best["projection"], best["name"])
-    return {"region": name, "best": label, "given": best["projection"], "coverage": least, **figures, **errors}
-
-
-def _error_of(figure: str) -> str:
-    return "error_estimate" if figure.startswith(_LEVEL) else f"{figure}_error"
-
-
-def _region_columns(groups: Mapping[str, Sequence[Row]], maps: Sequence[str], figure: str) -> Iterator[Column]:
-    names = {row["projection"]: row["name"] for group in groups.values() for row in group}
-    show = rounded if figure.startswith(_LEVEL) else certain
-    yield Column("region", left=True)
-    yield Column("best", left=True)
-    for one in maps:
-        yield Column(one, label_of(one, names.get(one, one)), of=functools.partial(_cell, one, show))
-    if any(row["coverage"] < 1.0 - 1e-6 for group in groups.values() for row in group):
-        yield Column("coverage", "covers", per_cent)
-
-
-def _cell(one: str, show: Any, row: Row) -> str:
-    """The figure of a map, with a star where it is the best; a dash where there is none."""
-    if row.get(one) is None:
-        return "-"
-    text: str = show(row[one], row.get(f"{one} error"))
-    return f"{text}{'*' if row['given'] == one else ' '}"
-
-
-def _totals(groups: Mapping[str, Sequence[Row]], maps: Sequence[str], figure: str) -> Table:
-    """How each map does in all regions."""
-    rows = []
-    for one in maps:
-        of_it = {name: row for name, group in groups.items() for row in group if row["projection"] == one}
-        known = {name: row[figure] for name, row in of_it.items() if row[figure] is not None}
-        best = sum(_sorted(group, figure)[0]["projection"] == one for group in groups.values())
-        worst = max(known, key=known.__getitem__, default=None)
-        rows.append(
-            {
-                "projection": one,
-                "best": best,
-                "median": statistics.median(known.values()) if known else None,
-                "largest": None if worst is None else known[worst],
-                "where": worst,
-            }
-        )
-    columns = [
-        Column("projection", left=True),
-        Column("best", "best in"),
-        Column("median", show=certain),
-        Column("largest", show=certain),
-        Column("where", left=True),
-    ]
-    return Table(rows, columns, f"{figure} over all regions")
-
-
-def _data(found: Batch, groups: Mapping[str, Sequence[Row]], column: str, indices: Sequence[Index]) -> dict[str, Any]:
-    """A comparison for each region, as of one region, and what was told."""
-    answers = {(one.region, one.projection): one for one in found.results}
-    failures: dict[str, list[BatchFailure]] = {}
-    for failure in found.failures:
-        failures.setdefault(failure.region, []).append(failure)
-    over = {index.name: index.published_over for index in indices if index.published_over}
-    return {
-        "regions": [
-            {
-                "region": {"name": name, "area_km2": group[0]["area_km2"]},
-                "results": [answers[name, row["projection"]].answer for row in group],
-                "failures": [{"projection": one.projection, "error": one.error} for one in failures.get(name, [])],
-                "notices": [*dict.fromkeys(word for row in group for word in answers[name, row["projection"]].notices)],
-            }
-            for name, group in groups.items()
-        ],
-        "failures": [one.to_dict() for one in found.failures],
-        **({"published_over": over} if indices else {}),
-    }
-
-
-# ---- compare -------------------------------------------------------------------------------------
-
 
 _CONVENTION = (
     "AK: Airy-Kavrayskiy error, the RMS of sqrt(ln^2 a + ln^2 b) by true area. Smaller is better, * is the best.",
@@ -201,6 +41,7 @@ _CONVENTION = (
 )
 _LEAST_SHARE = 0.005  # of a map's distortion: modes that have less are not shown
 _LAST_OF_INDICES = 1e-5
+_COVERAGE = replace(SHARED["coverage"], only=lambda share: share < WHOLE)
 DISTRIBUTIONS = ("histogram", "cumulative", "pareto")  # of `plots`, which is slow to load
 PLOTS = (*DISTRIBUTIONS, "modes", "space")
 _INDICES = (
@@ -237,55 +78,47 @@ def compare_command(
     pictured: GraphOptions,
 ) -> None:
     """Compare projections over a region, or each of many: Airy-Kavrayskiy errors, measures, published indices."""
+    largest = opt.number("tolerance", tolerance, 1e-15, 1.0)  # rounding alone is of the order of 1e-15
     if regions is not None:
         opt.refuse_given({"--plot": plot} | pictured.given(), "It cannot be used with --regions.")
-        given = {"--region": region, "--weight": weight}
-        options = {
-            "measures": opt.measure_names(measure),
-            "indices": _names(indices),
-            "tolerance": _tolerance(tolerance),
-        }
+        options = {"measures": opt.measure_names(measure), "indices": opt.names_of(indices), "tolerance": largest}
         work = RegionalWork(format, output, overwrite=pictured.overwrite, executor=executor, partial=partial)
-        compare_regions(projections, regions, given, options, sort, work)
+        areas = regions_given(regions, {"--region": region, "--weight": weight})
+        _compare_regions(projections, areas, options, sort, work)
         return
     opt.refuse_regional_options(executor, partial)
     picture = _picture(plot, output, pictured)
     path = None if picture else opt.printed_or_file(output, pictured.overwrite)
     names, form = opt.measure_names(measure), opt.format_for(format, path)
-    largest = _tolerance(tolerance)
     area = opt.region_given(region, projections, weight)
-    chosen = _names(indices)
     with refusing(), progress_bar("maps") as progress:
         found = compare(
             projections,
             area,
             measures=names,
-            indices=chosen,
+            indices=opt.names_of(indices),
             modes=modes or plot == "modes",
             sort=sort,
             tolerance=largest,
             progress=progress,
         )
-    report = comparison_report(found.to_dict(), found.rows(), names, found.published, f"by {sort}", largest)
+    written = []
     if picture is not None and plot is not None and found.results:
         _draw(found, plot, names, picture)
-        report = replace(report, written=[picture.path])
-    if found.results:
-        report = replace(report, maps=_mapped(found, names))
-    bars = [_sort_key(sort, names), ""]
-    report = replace(report, tables=[replace(table, bars=key) for table, key in zip(report.tables, bars, strict=False)])
+        written = [picture.path]
+    report = comparison_report(
+        found.to_dict(),
+        found.rows(),
+        names,
+        found.published,
+        f"by {sort}",
+        largest,
+        bars=_sort_key(sort, names),
+        written=written,
+        maps=_mapped(found, names) if found.results else None,
+    )
     present(report, form, path, pictured.overwrite)
     tell_problems([failure.error for failure in found.failures])
-
-
-def _tolerance(text: str) -> float:
-    """Rounding alone is of the order of 1e-15."""
-    return opt.number("tolerance", text, 1e-15, 1.0)
-
-
-def _names(given: Sequence[str] | None) -> list[str]:
-    """Names, which may stand with commas between them."""
-    return [name.strip() for text in given or [] for name in text.split(",")]
 
 
 def _picture(plot: str | None, output: str | None, pictured: GraphOptions) -> PictureFile | None:
@@ -331,18 +164,22 @@ def comparison_report(
     indices: Sequence[Index],
     order: str,
     tolerance: float,
+    *,
+    bars: str = "",
+    **more: Any,
 ) -> Report:
-    """A comparison, and its results as flat rows."""
+    """The report of a comparison and of its results as flat rows; `more` are further fields of a report."""
     region = found["region"]
     size = f"{region['points']:,} points" if "points" in region else area_text(region["area_km2"])
     return Report(
         title=f"{region['name']} ({size}), {order}" if rows else "No projection could be measured.",
-        tables=[Table(rows, [*_columns(rows, measures, indices)]), *_mode_tables(found.get("results", ()))]
+        tables=[Table(rows, _columns(measures, indices), bars=bars), *_mode_tables(found.get("results", ()))]
         if rows
         else [],
         notes=[*_notes(found, rows, measures, indices, tolerance)] if rows else [],
         data=lambda: found,
         header=["projection"],
+        **more,
     )
 
 
@@ -364,7 +201,7 @@ def _mode_tables(results: Sequence[Mapping[str, Any]]) -> Iterator[Table]:
         yield Table(rows, columns, "Modes, after the best linear map", keys=3)
 
 
-def _columns(rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column]:
+def _columns(measures: Sequence[str], indices: Sequence[Index]) -> Iterator[Column | str]:
     yield Column("projection", of=lambda row: label_of(row["projection"], row["name"]), left=True)
     for version in ("", "_scaled", "_affine"):
         title = f"AK{version.replace('_', ' ')}"
@@ -377,8 +214,7 @@ def _columns(rows: Sequence[Row], measures: Sequence[str], indices: Sequence[Ind
         yield Column(index.name, index.symbol, _rounded_index, error=f"{index.name}_error")
         if index.best_scale is not None:
             yield Column(f"{index.name}_best", f"{index.symbol} best", _rounded_index, error=f"{index.name}_best_error")
-    if any(row["coverage"] < WHOLE for row in rows):
-        yield Column("coverage", "covers", per_cent)
+    yield _COVERAGE
 
 
 def _notes(
@@ -421,3 +257,139 @@ def _rounded_index(value: float, error: float | None) -> str:
         return rounded(value, _LAST_OF_INDICES)
     decimals = max(0, math.ceil(-math.log10(error)))
     return f"{value:.{decimals}f}({math.ceil(error * 10**decimals)})"
+
+
+# ---- many regions --------------------------------------------------------------------------------
+
+
+_AK = "airy_kavrayskiy"
+_NO_FIGURE = ("given", "name")  # orders by which no map is the best
+
+
+def _compare_regions(
+    projections: Sequence[str], areas: Sequence[Area], options: Mapping[str, Any], sort: str, work: RegionalWork
+) -> None:
+    """Compare maps over regions, and tell which is the best where."""
+    with refusing():
+        indices = get_indices(options["indices"])
+        column = sort_column(sort, options["measures"], [index.name for index in indices])
+    maps, problems = _known(projections)
+    if not maps:
+        tell_problems(problems)
+    found = work.run(summarize, areas, maps, options)
+    groups = {
+        name: _sorted([{"region": name, "area_km2": one.area_km2, **one.rows[0]} for one in group], column)
+        for name, group in by_region(found).items()
+    }
+    figure = _AK if column in _NO_FIGURE else column
+    best = {name: _sorted(group, figure)[0] for name, group in groups.items()}
+    report = Report(
+        title=f"{len(groups)} regions, {len(maps)} maps, {figure}" if groups else "No region could be measured.",
+        tables=[_regions_table(groups, best, maps, figure), _totals(groups, best, maps, figure)] if groups else [],
+        notes=[
+            "* is the best of a region. JSON and CSV have all figures of every map over every region.",
+            *notices_note(found),
+        ]
+        if groups
+        else [],
+        data=lambda: _data(found, groups, indices),
+        rows=lambda: [row for group in groups.values() for row in group],
+        header=["region"],
+    )
+    work.leave(report, found, [*best.values()], {area.name: area for area in areas}, problems)
+
+
+def _known(projections: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The texts that are projections, and why the others are none, which is said once for all regions."""
+    maps, problems = [], []
+    for text in dict.fromkeys(projections):
+        try:
+            Projection.from_user_input(text)
+        except ProjectionError as error:
+            problems.append(str(error))
+        else:
+            maps.append(text)
+    return maps, problems
+
+
+def _sorted(rows: Sequence[Row], column: str) -> list[Row]:
+    """Rows of a region, the best first."""
+    if column == "given":
+        return list(rows)
+    return sorted(rows, key=lambda row: sort_order(math.nan if row[column] is None else row[column]))
+
+
+def _regions_table(
+    groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str
+) -> Table:
+    """A row a region: its best map, and the figure of each map."""
+    is_level = figure.startswith(_AK)
+    show, error = (rounded, "error_estimate") if is_level else (certain, f"{figure}_error")
+
+    def cell(one: str, row: Row) -> str:
+        if row.get(one) is None:
+            return "-"
+        mark = "*" if best[row["region"]]["projection"] == one else " "
+        return show(row[one], row["maps"][one].get(error)) + mark
+
+    rows = [
+        {
+            "region": name,
+            "best": label_of(best[name]["projection"], best[name]["name"]),
+            "coverage": min(row["coverage"] for row in group),
+            "maps": {row["projection"]: row for row in group},
+        }
+        | {row["projection"]: row[figure] for row in group}
+        for name, group in groups.items()
+    ]
+    names = {row["projection"]: row["name"] for group in groups.values() for row in group}
+    columns = [Column(one, label_of(one, names.get(one, one)), of=functools.partial(cell, one)) for one in maps]
+    return Table(rows, ["region", Column("best", left=True), *columns, _COVERAGE])
+
+
+def _totals(groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str) -> Table:
+    """A row a map: how it does in all regions."""
+    rows = []
+    for one in maps:
+        of_it = {name: row[figure] for name, group in groups.items() for row in group if row["projection"] == one}
+        known = {name: value for name, value in of_it.items() if value is not None}
+        worst = max(known, key=known.__getitem__, default=None)
+        rows.append(
+            {
+                "projection": one,
+                "best": sum(row["projection"] == one for row in best.values()),
+                "median": statistics.median(known.values()) if known else None,
+                "largest": None if worst is None else known[worst],
+                "where": worst,
+            }
+        )
+    columns: list[Column | str] = [
+        Column("projection", left=True),
+        Column("best", "best in"),
+        Column("median", show=certain),
+        Column("largest", show=certain),
+        Column("where", left=True),
+    ]
+    return Table(rows, columns, f"{figure} over all regions")
+
+
+def _data(found: Batch, groups: Mapping[str, Sequence[Row]], indices: Sequence[Index]) -> dict[str, Any]:
+    """A comparison for each region, as of one region, and what was told."""
+    answers = {(one.region, one.projection): one for one in found.results}
+    failures: dict[str, list[BatchFailure]] = {}
+    for failure in found.failures:
+        failures.setdefault(failure.region, []).append(failure)
+    over = {index.name: index.published_over for index in indices if index.published_over}
+    return {
+        "regions": [
+            {
+                "region": {"name": name, "area_km2": group[0]["area_km2"]},
+                "results": [answers[name, row["projection"]].answer for row in group],
+                "failures": [{"projection": one.projection, "error": one.error} for one in failures.get(name, [])],
+                "notices": [*dict.fromkeys(word for row in group for word in answers[name, row["projection"]].notices)],
+            }
+            for name, group in groups.items()
+        ],
+        "failures": [one.to_dict() for one in found.failures],
+        **({"published_over": over} if indices else {}),
+    }

@@ -115,7 +115,7 @@ def _report(result: Correction, given: str, picture: PictureFile | None) -> Repo
         for name, (value, spread) in figures.items()
         if spread is not None or result.spread is None
     ]
-    columns = [Column("map"), Column("value", "Airy-Kavrayskiy", rounded, error="error")]
+    columns: list[Column | str] = ["map", Column("value", "Airy-Kavrayskiy", rounded, error="error")]
     if result.spread is not None:
         columns += [
             Column("mean", "mean distortion", rounded, error="mean_error"),

@@ -159,29 +159,24 @@ def _kind_words(found: Design) -> str:
 
 def _rivals(found: Design) -> Table:
     """The map beside others."""
-    rows = [{"map": "made to measure", "name": "", "value": found.value, "error": found.error, "gain": None}]
-    rows += [
-        {"map": one.kind, "name": one.name, "value": one.value, "error": one.error, "gain": one.gain}
-        for one in found.rivals
-    ]
-    columns = [
-        Column("map", left=True),
+    made = {"kind": "made to measure", "name": "", "value": found.value, "error": found.error}
+    columns: list[Column | str] = [
+        Column("kind", "map", left=True),
         Column("name", left=True),
         Column("value", found.criterion, certain, error="error", unit=found.unit),
         Column("gain", "the made map has less by", functools.partial(per_cent, digits=3)),
     ]
-    return Table(rows, columns)
+    return Table([made, *found.rivals], columns)
 
 
 def _degrees(found: Design) -> Table:
     """What each degree gains."""
-    rows = [{"degree": one.degree, "value": one.value, "share": one.share} for one in found.degrees]
-    columns = [
+    columns: list[Column | str] = [
         Column("degree", show="{:d}".format),
         Column("value", f"{found.criterion} at nodes", certain, unit=found.unit),
         Column("share", "share of surroundings", "{:g}".format),
     ]
-    return Table(rows, columns)
+    return Table(found.degrees, columns)
 
 
 def _notes(found: Design) -> Iterator[str]:

@@ -49,8 +49,9 @@ _MOST_DECIMALS = 8
 def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
     """Factors at points; the header is for CSV without points."""
     rows = found["results"]
-    columns = [Column(name, show=functools.partial(_cell, name)) for name in (rows[0] if rows else ())]
-    keys = 2 if [column.key for column in columns[:2]] == ["lon", "lat"] else 1
+    names = [*rows[0]] if rows else []
+    columns = [Column(name, show=functools.partial(_cell, name)) for name in names]
+    keys = 2 if names[:2] == ["lon", "lat"] else 1
     return Report(
         title=_title(found["projection"], found["name"], found["definition"]) if rows else "No point could be read.",
         tables=[Table(rows, columns, keys=keys)] if rows else [],

@@ -181,7 +181,7 @@ def _report(found: MapInfo, sketch: list[str], picture: Path | None) -> Report:
     return Report(
         title=title if stated.code or label != found.projection.name else label,
         tables=[
-            Table([{"what": what, "it is": text} for what, text in _card(found)], [Column("what"), Column("it is")]),
+            Table([{"what": what, "it is": text} for what, text in _card(found)], ["what", Column("it is")]),
             *([Table(parameters, _PARAMETERS, "Parameters")] if parameters else []),
             _errors(found),
         ],
@@ -283,7 +283,7 @@ def _same(codes: list[str]) -> str:
 
 def _errors(found: MapInfo) -> Table:
     rows = [{"name": _TITLES[name], **spread.to_dict()} for name, spread in found.measures.items()]
-    columns = [
+    columns: list[Column | str] = [
         Column("name", "measure"),
         Column("mean", show=_figure, error="mean_error"),
         Column("min", "least", _figure, error="min_error"),

@@ -139,7 +139,7 @@ def _maps(found: LDP) -> Table:
     ]
     figures = [Column(name, show="{:.2f}".format, unit="ppm") for name in ("min", "max", "mean", "std", "rms")]
     shares = [Column(f"within {ppm:g}", show=_share) for ppm in found.statistics.within]
-    return Table(rows, [Column("map", left=True), *figures, *shares])
+    return Table(rows, ["map", *figures, *shares])
 
 
 def _notes(found: LDP) -> Iterator[str]:

@@ -173,14 +173,14 @@ def _tables_report(found: dict[str, Any]) -> Report:
     rows = found["results"]
     explanations = {row["convention"]: row["explanation"] for row in rows if row["convention"]}
     places = [] if rows[0]["lat"] is None else [Column(key, show="{:.9g}".format) for key in ("lon", "lat")]
-    others = [
+    others: list[Column | str] = [
         Column("value_by_convention", "otherwise", of=lambda row: _shown("value_by_convention", row)),
-        Column("convention"),
+        "convention",
     ]
-    columns = [
-        Column("projection"),
+    columns: list[Column | str] = [
+        "projection",
         *places,
-        Column("measure"),
+        "measure",
         Column("published", of=lambda row: f"{row['published']:.{row['decimals']}f}"),
         Column("value", "ours", of=lambda row: _shown("value", row)),
         Column("error", show=first_digit),

@@ -151,12 +151,12 @@ def _cameras(result: dict[str, Any]) -> Table:
         if result["focals"][row] is not None
     ]
     angles = [Column(key, show="{:.2f}".format, unit="(°)") for key in ("longitude", "latitude", "roll")]
-    return Table(rows, [Column("image", left=True), *angles, Column("focal", show="{:.1f}".format, unit="(pixels)")])
+    return Table(rows, ["image", *angles, Column("focal", show="{:.1f}".format, unit="(pixels)")])
 
 
 def _projections(result: dict[str, Any]) -> Table:
     """A row a projection: what it distorts of the part of the sphere that was seen."""
-    columns = [
+    columns: list[Column | str] = [
         Column("projection", left=True),
         Column("airy_kavrayskiy_scaled", "Airy-Kavrayskiy error", "{:.3g}".format, best=True),
         Column("coverage", "shown", "{:.0%}".format),
@@ -386,7 +386,7 @@ def _table(result: dict[str, Any], own_images: bool) -> Table:
         if result["matrices"][row] is not None or not own_images
     ]
     references = {frame: f"{frame} ({image})" for frame, image in result["references"].items()}
-    columns = [Column("image", left=True)]
+    columns: list[Column | str] = ["image"]
     columns += [Column(frame, references.get(frame, ""), "{:.4g}".format) for frame in result["frames"]]
     return Table([*rows, {"image": "all"} | result["frames"]], columns)
 

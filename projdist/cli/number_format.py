@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from projdist.regions import Place, PointSet
+if TYPE_CHECKING:
+    from projdist.regions import Place
 
 _DIGITS = 5
 _MOST_DECIMALS = 10  # a tenth of a millimetre in 1000 km
@@ -95,6 +97,8 @@ def area_text(km2: float) -> str:
 
 def size_text(region: Place) -> str:
     """How large a region is, in words: its area, or how many points it has."""
+    from projdist.regions import PointSet  # loads numpy, which --version does without
+
     return f"{region.lon.size:,} points" if isinstance(region, PointSet) else area_text(region.area_km2)
 
 

@@ -122,8 +122,8 @@ def _rounded(square: float) -> str:
     return f"{square if square > _ROUNDING else 0.0:.4g}"
 
 
-_COLUMNS = [
-    Column("map"),
+_COLUMNS: list[Column | str] = [
+    "map",
     Column("points", show="{:,}".format),
     Column("left_out", "left out", "{:,}".format),
     Column("distortion", "mean Dist_F^2", _rounded),
@@ -289,9 +289,9 @@ def _report(found: OldMap, given: str, written: PictureFile | OldMapFile | None)
 _NAMES = {"mdt": "MDT", "affine": "affine, least squares", "helmert": "Helmert, least squares"}
 
 
-def _columns(scanned: bool) -> Iterator[Column]:
+def _columns(scanned: bool) -> Iterator[Column | str]:
     """Of rectifications."""
-    yield Column("map")
+    yield "map"
     yield Column("distortion", "mean Dist_F^2", lambda value: f"{round(value, 12):.4g}")
     yield Column("residual", "RMS at points,", _short, unit="m")
     yield Column("scale", "m per unit", "{:.5g}".format)

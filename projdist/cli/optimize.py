@@ -132,11 +132,11 @@ def _maps(found: Optimum) -> Table:
         }
         for label, one, definition in compared
     ]
-    columns = [
-        Column("map", left=True),
+    columns: list[Column | str] = [
+        "map",
         Column("value", name, _shown, error="error", unit=unit),
         Column("against_this", "against this", change),
-        Column("definition"),
+        "definition",
     ]
     return Table(rows, columns)
 

@@ -226,9 +226,14 @@ def _weighted(text: str, weight: str) -> Place:
         return gis.weighted(text, path, band=int(band or 1))
 
 
+def names_of(given: Iterable[str] | None) -> list[str]:
+    """Names of words, which may stand with commas between them."""
+    return [name.strip() for text in given or [] for name in text.split(",")]
+
+
 def measure_names(given: list[str] | None) -> list[str]:
     """Names of measures, which may stand with commas between them."""
-    names = [name.strip() for text in given or [] for name in text.split(",")]
+    names = names_of(given)
     with refusing():
         for name in names:
             get_measure(name)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from projdist.cli.errors import working
-from projdist.cli.report import Mapped, Report, Row, Table
+from projdist.cli.report import Mapped, Report, Row, Table, value_of
 from projdist.projections import Projection, crs_of, crs_wkt
 from projdist.web import Cell, Maps, Page, PageTable, draw_maps, page_html
 
@@ -56,7 +56,7 @@ def _table(table: Table) -> PageTable:
 
 def _figure(row: Row, key: str) -> float | None:
     """What a cell is sorted by: its value, if that is a finite number."""
-    value: Any = row.get(key)
+    value: Any = value_of(row, key)
     try:
         figure = float(value)
     except (TypeError, ValueError):

@@ -54,7 +54,7 @@ def profile_command(
 def _report(found: Profile, given: str, line: str, picture: PictureFile | None) -> Report:
     result = found.to_dict() | {"projection": given}
     rows = result["results"]
-    columns = [Column(name, show=functools.partial(_cell, name)) for name in rows[0]]
+    columns: list[Column | str] = [Column(name, show=functools.partial(_cell, name)) for name in rows[0]]
     kilometres = f"{found.length_m / 1e3:,.6g} km"
     return Report(
         title=f"{label_of(given, found.projection.name)} along {label_of(line, 'a line')} ({kilometres})",

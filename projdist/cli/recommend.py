@@ -83,16 +83,16 @@ def _regions_report(found: Batch, best: Sequence[Row], options: Mapping[str, Any
     )
 
 
-def _region_columns(criterion: str) -> Iterator[Column]:
-    yield Column("region", left=True)
-    yield Column("code")
-    yield Column("name")
+def _region_columns(criterion: str) -> Iterator[Column | str]:
+    yield "region"
+    yield "code"
+    yield "name"
     yield Column("value", criterion, certain, error=f"{criterion}_error")
-    yield Column("max_scale_error_ppm", "ppm max", certain, error="max_scale_error_ppm_error")
+    yield "max_scale_error_ppm"
     yield Column("max_omega", "omega max", certain, error="max_omega_error")
-    yield Column("keeps", of=lambda row: row["keeps"] or "-", left=True)
-    yield Column("coverage", "covers", per_cent)
-    yield Column("share_in_area_of_use", "in area", per_cent)
+    yield "keeps"
+    yield "coverage"
+    yield "share_in_area_of_use"
 
 
 # ---- recommend -----------------------------------------------------------------------------------
@@ -225,50 +225,49 @@ def _report(result: Recommendation, picture: PictureFile | None) -> Report:
     )
 
 
-def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column]:
+def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column | str]:
     """Of existing CRSs."""
-    yield Column("code")
-    yield Column("name")
+    yield "code"
+    yield "name"
     yield Column("method", show=lambda method: method.replace("_", " "))
     yield Column("ranked", "ranks by", certain)
     value, *others = _figures(result.criterion)
     yield value
     if result.limit is not None:
-        yield Column("over_limit", "over limit", "x {:.3g}".format)
+        yield "over_limit"
     yield from others
     if result.custom:
         yield Column("ratio_to_custom", "against custom", change)
-    if any(row["cut_km"] for row in rows):
-        yield Column("cut_km", "cuts", "{:,.0f}".format, unit="km")
-    yield Column("coverage", "covers", per_cent)
-    yield Column("share_in_area_of_use", "in area", per_cent)
+    yield "cut_km"
+    yield "coverage"
+    yield "share_in_area_of_use"
     yield Column("national", "made for", of=_made_for, left=True)
     yield Column("area_of_use", "area of use", _short)
 
 
-def _figures(criterion: str) -> Iterator[Column]:
+def _figures(criterion: str) -> Iterator[Column | str]:
     """The columns of figures."""
     yield Column("value", criterion, certain, error=f"{criterion}_error")
-    yield Column("max_scale_error_ppm", "ppm max", certain, error="max_scale_error_ppm_error")
-    yield Column("mean_scale_error_ppm", "ppm mean", certain, error="mean_scale_error_ppm_error")
+    yield "max_scale_error_ppm"
+    yield "mean_scale_error_ppm"
     yield Column("max_omega", "omega max", _angle, error="max_omega_error")
     yield Column("max_areal_scale", "areal scale", of=_span)
-    yield Column("keeps", of=lambda row: row["keeps"] or "-", left=True)
+    yield "keeps"
 
 
 def _zones(system: ZoneSystem, criterion: str) -> Table:
     """A system of zones: how many there are, whose, and what they are off by at most."""
     whose = "national zones" if system.national else "zones of the world"
-    columns = [
-        Column("code"),
+    columns: list[Column | str] = [
+        "code",
         Column("name", "zone"),
         Column("share", "in area", per_cent),
         Column("value", criterion, certain),
-        Column("max_scale_error_ppm", "ppm max", certain),
+        "max_scale_error_ppm",
     ]
     worst = certain(system.max_scale_error_ppm)
     title = f"{len(system.zones)} {whose}, each in its part at most {worst} ppm"
-    return Table([vars(zone) for zone in system.zones], columns, title)
+    return Table(system.zones, columns, title)
 
 
 def _notes(result: Recommendation) -> list[str]:

@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import KW_ONLY, InitVar, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from projdist.cli.number_format import certain, per_cent
 from projdist.support import is_number
 
 if TYPE_CHECKING:  # these load numpy and pyproj, which help and the version do without
     from projdist.projections import ProjectionLike
     from projdist.regions import RegionLike
 
-Row = Mapping[str, Any]
+Row = Any
+"""A row of a table: a mapping, or an answer whose attributes are its values."""
+
+
+def value_of(row: Row, key: str) -> Any:
+    """The value of a row; None where it has none."""
+    return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
 
 
 @dataclass(frozen=True)
 class Column:
     """A column of a table: the key of its values in the rows, by which it may be sorted, and how they are shown.
 
-    `show` makes the text of a value, and of its error where there is the key of one; `of` that of a whole row. `left`
-    puts it to the left, as words are; if None, what its values are tells. With `best` the least has a star.
+    `show` makes the text of a value, or of a value and its error where `error` is the key of that; `of` makes it of the
+    whole row. The text stands left if `left`, or if None, where values are words. With `best` the least has a star.
+    The column is left out of a table in which `only` holds for none of its values.
     """
 
     key: str
@@ -33,18 +41,19 @@ class Column:
     of: Callable[[Row], str] | None = None
     left: bool | None = None
     best: bool = False
+    only: Callable[[Any], bool] | None = None
 
     @property
     def head(self) -> str:
-        """What stands above it, with the unit."""
+        """The title with the unit."""
         return f"{self.title or self.key} {self.unit}".rstrip()
 
     def values(self, rows: Sequence[Row]) -> list[Any]:
-        """The values, as they were computed."""
-        return [row.get(self.key) for row in rows]
+        """The values as computed."""
+        return [value_of(row, self.key) for row in rows]
 
     def cells(self, rows: Sequence[Row]) -> list[str]:
-        """The values as texts; a dash for what is undefined."""
+        """The values as texts; a dash for an undefined one."""
         cells = [self._shown(row) for row in rows]
         if not self.best:
             return cells
@@ -56,7 +65,7 @@ class Column:
         ]
 
     def is_left(self, rows: Sequence[Row]) -> bool:
-        """Whether its texts stand to the left, and may be folded."""
+        """True if the texts stand left, and may be folded."""
         if self.left is not None:
             return self.left
         return any(isinstance(value, str) and not is_number(value) for value in self.values(rows))
@@ -64,24 +73,49 @@ class Column:
     def _shown(self, row: Row) -> str:
         if self.of is not None:
             return self.of(row)
-        value = row.get(self.key)
+        value = value_of(row, self.key)
         if value is None or value != value:
             return "-"
-        return self.show(value, row.get(self.error)) if self.error else self.show(value)
+        return self.show(value, value_of(row, self.error)) if self.error else self.show(value)
+
+
+SHARED = {
+    column.key: column
+    for column in (
+        Column("region", left=True),
+        Column("map", left=True),
+        Column("image", left=True),
+        Column("max_scale_error_ppm", "ppm max", certain, error="max_scale_error_ppm_error"),
+        Column("mean_scale_error_ppm", "ppm mean", certain, error="mean_scale_error_ppm_error"),
+        Column("over_limit", "over limit", "x {:.3g}".format),
+        Column("keeps", show=lambda names: names or "-", left=True),
+        Column("cut_km", "cuts", "{:,.0f}".format, unit="km", only=bool),
+        Column("coverage", "covers", per_cent),
+        Column("share_in_area_of_use", "in area", per_cent),
+    )
+}
+"""The columns that several commands have, by their keys."""
 
 
 @dataclass(frozen=True)
 class Table:
     """Rows and the columns that are shown of them; the first `keys` columns tell what a row is of.
 
-    In a terminal with room for it, bars show the values of the key `bars`.
+    A column may be given as a key: that of one of `SHARED`, or else of values shown as they are. In a terminal with
+    room for it, bars show the values of the key `bars`.
     """
 
     rows: Sequence[Row]
-    columns: Sequence[Column]
+    given: InitVar[Iterable[Column | str]]
     title: str = ""
     keys: int = 1
     bars: str = ""
+    columns: tuple[Column, ...] = field(init=False)
+
+    def __post_init__(self, given: Iterable[Column | str]) -> None:
+        columns = [SHARED.get(one, Column(one)) if isinstance(one, str) else one for one in given]
+        kept = (one for one in columns if one.only is None or any(map(one.only, one.values(self.rows))))
+        object.__setattr__(self, "columns", tuple(kept))
 
 
 class Copy(NamedTuple):
@@ -133,5 +167,4 @@ class Report:
 
 def listing(rows: Sequence[Row]) -> Report:
     """A report of rows as they are."""
-    columns = [Column(name) for name in rows[0]]
-    return Report(tables=[Table(rows, columns)], data=lambda: rows)
+    return Report(tables=[Table(rows, rows[0])], data=lambda: rows)

@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.table import Table as RichTable
 
 from projdist.cli.errors import folded, takes_escapes, width_of
-from projdist.cli.report import Table
+from projdist.cli.report import Table, value_of
 
 _BORDER = 3  # of a column, with its padding
 _READABLE = 200  # columns: a pipe has room enough, and yet keeps the descriptions of lists readable
@@ -80,7 +80,7 @@ def table_text(table: Table, output: Path | None = None) -> str:
 
 def _with_bars(table: Table, columns: list[_Drawn], room: int | None, narrowest: int, *, unicode: bool) -> list[_Drawn]:
     """The columns, and one of bars from 0 where a terminal has room beside them."""
-    values = [row.get(table.bars) for row in table.rows]
+    values = [value_of(row, table.bars) for row in table.rows]
     bars = _bars(values, unicode=unicode)
     if room is None or not bars:
         return columns

@@ -105,24 +105,13 @@ def _mean_lead(found: MeanMap) -> Iterator[str]:
 
 def _standings(found: MeanMap) -> Table:
     """The bound, the mean, the average and the given maps."""
-    rows = [
-        {
-            "map": one.kind,
-            "name": one.name,
-            "total": one.total,
-            "error": found.error,
-            "airy_kavrayskiy": one.airy_kavrayskiy,
-            "doubt": one.error,
-        }
-        for one in found.standings
-    ]
-    columns = [
-        Column("map", left=True),
+    columns: list[Column | str] = [
+        Column("kind", "map", left=True),
         Column("name", left=True),
-        Column("total", "sum of squared distances", certain, error="error"),
-        Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", certain, error="doubt"),
+        Column("total", "sum of squared distances", functools.partial(certain, error=found.error)),
+        Column("airy_kavrayskiy", "airy_kavrayskiy_scaled", certain, error="error"),
     ]
-    return Table(rows, columns)
+    return Table(found.standings, columns)
 
 
 def _notes(found: MeanMap) -> Iterator[str]:
@@ -254,7 +243,7 @@ def _lead(found: WorldMap) -> Iterator[str]:
 
 def _maps(found: WorldMap) -> Table:
     """The map beside others."""
-    columns = [
+    columns: list[Column | str] = [
         Column("name", "map", left=True),
         Column("airy_kavrayskiy", "AK", certain, error="error_estimate"),
     ]
@@ -265,11 +254,11 @@ def _maps(found: WorldMap) -> Table:
 
 def _meshes(found: WorldMap) -> Table:
     """What finer meshes gain."""
-    columns = [
+    columns: list[Column | str] = [
         Column("cells", show="{0:d} x {0:d}".format),
         Column("unknowns", show="{:d}".format),
         Column("energy", show="{:.6f}".format),
         Column("airy_kavrayskiy", "AK at nodes", "{:.6f}".format),
         Column("steps", show="{:d}".format),
     ]
-    return Table([one.to_dict() for one in found.refinements], columns)
+    return Table(found.refinements, columns)
