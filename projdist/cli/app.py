@@ -25,7 +25,7 @@ from projdist import __version__
 from projdist.cli.errors import notices_said, refuse
 from projdist.support import orderly_end
 
-# What typer raises for a wrong command line. It has its own click in some versions and imports it in others.
+# Raised by typer for a wrong command line. Some versions of typer contain click, others import it.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 _NEGATIVE = re.compile(r"-[\d.]")
@@ -34,7 +34,7 @@ _INFINITE = re.compile(r"-inf(inity)?", re.IGNORECASE)
 
 @contextlib.contextmanager
 def _one_line(command: str) -> Iterator[None]:
-    """Say a usage error in one line, as every other error is said."""
+    """Report a usage error in one line, as all errors."""
     try:
         yield
     except _UsageError as error:
@@ -43,7 +43,7 @@ def _one_line(command: str) -> Iterator[None]:
 
 
 class Commands(TyperGroup):
-    """The commands."""
+    """The group of all commands."""
 
     def make_context(self, info_name: str | None, args: list[str], *others: Any, **extra: Any) -> Any:
         """Parse the options before the command."""
@@ -57,20 +57,20 @@ class Commands(TyperGroup):
 
 
 class Command(TyperCommand):
-    """A command. Where unknown options reach the arguments, they are refused there if they are no number."""
+    """A command; unknown options that reach its arguments are refused, unless they are numbers."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; what the library warns of is said in one line each."""
+        """Run the command; notices of the library are printed in one line each."""
         with notices_said():
             return super().invoke(ctx)
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """`[OPTIONS] REGION [NAME...]`, the same whatever typer's version."""
+        """`[OPTIONS] REGION [NAME...]`, the same in all versions of typer."""
         arguments = [one for one in self.get_params(ctx) if one.param_type_name == "argument"]
         return ["[OPTIONS]", *(_name(one) if one.required else f"[{_name(one)}]" for one in arguments)]
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Arguments and options with their help; newer versions of typer write the types of Python beside arguments."""
+        """Write the help of arguments and options, without Python's types, which newer versions of typer add."""
         rows: dict[str, list[tuple[str, str]]] = {"argument": [], "option": []}
         for one in self.get_params(ctx):
             if record := one.get_help_record(ctx):
@@ -82,7 +82,7 @@ class Command(TyperCommand):
                     formatter.write_dl(lines)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the words behind the command."""
+        """Parse the words after the command's name."""
         options = [name for parameter in self.params for name in parameter.opts if name.startswith("-")]
         words = _protected(args, options)
         with _one_line(ctx.command_path):
@@ -97,13 +97,13 @@ class Command(TyperCommand):
 
 
 def _name(argument: Any) -> str:
-    """What an argument is called in help."""
+    """Name of an argument in the help."""
     name = str(argument.metavar or argument.name.upper())
     return name[1:-1] if name.startswith("[") else name
 
 
 def _protected(words: list[str], options: list[str]) -> list[str]:
-    """Words with a space before `-inf`, which would be the options -i, -n and -f; the value of an option is none."""
+    """The words, with a space before each `-inf` that is no option's value, else parsed as options -i, -n and -f."""
     pairs = zip(["", *words], words, strict=False)
     return [f" {word}" if _INFINITE.fullmatch(word) and last not in options else word for last, word in pairs]
 
@@ -175,7 +175,7 @@ def completion_command(
 
 
 def candidates(commands: Any, words: Sequence[str]) -> list[str]:
-    """What the last of the words may become; nothing where that is a file, or anything."""
+    """Completions of the last word; none where it may be a file or free text."""
     *before, last = words or [""]
     name = next((word for word in before if not word.startswith("-")), "")
     if not name:
@@ -202,7 +202,7 @@ def _beginning(text: str, words: Iterable[str]) -> list[str]:
 
 
 def _values(parameter: Any) -> Iterable[str]:
-    """The words that a parameter takes, as far as they can be listed."""
+    """Values of a parameter that can be listed."""
     what = parameter.metavar or ""
     if _CHOICE.fullmatch(what):
         return what.split("|")
@@ -256,25 +256,25 @@ COMMANDS = {
 }
 """The commands, the modules that have their functions, and what help says of them without loading any."""
 
-# Of many projections or coordinates, `Command` itself tells what is an option that there is not.
+# Of commands with many projections or coordinates, `Command` itself finds unknown options.
 _LAX = ("compare", "factors", "tissot", "heatmap", "mean-map")
 
 
 class _Commands(Commands):
-    """The commands, each loaded when it is asked for: all of them take 0.1 s."""
+    """The commands, each loaded on first use: loading all takes 0.1 s."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.commands = _Loading()
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Name the commands; their modules stay unloaded."""
+        """List the commands without loading their modules."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, words) for name, (_, words) in COMMANDS.items()])
 
 
 class _Loading(MutableMapping[str, Any]):
-    """Commands by their names."""
+    """Commands by name, loaded on first use."""
 
     def __init__(self) -> None:
         self._loaded: dict[str, Any] = {}
@@ -307,9 +307,9 @@ def _command(name: str, function: Any) -> Any:
 
 
 def _with_groups(function: Any) -> Any:
-    """A function with the fields of its option groups, which are dataclasses, as parameters of its own.
+    """A function whose option groups (dataclasses) are replaced by their fields, as parameters.
 
-    A parameter of the function itself goes before a field of the same name, which gets its value, too.
+    A parameter of the function replaces a field of the same name, and gives it its value.
     """
     given = inspect.signature(function, eval_str=True).parameters
     groups: dict[str, Any] = {name: one.annotation for name, one in given.items() if is_dataclass(one.annotation)}
@@ -372,7 +372,7 @@ def main() -> None:
         if stream is None:  # it was closed: nothing to read, nobody to read it
             setattr(sys, name, io.StringIO())
         elif isinstance(stream, io.TextIOWrapper):
-            # Bytes that are no text of the locale's encoding are shown as escapes, and stop nothing.
+            # Bytes outside the locale's encoding are printed as escapes.
             stream.reconfigure(errors="backslashreplace")
     if not sys.warnoptions:  # of somebody who wants to see them
         warnings.simplefilter("ignore")  # what libraries warn of is for programmers; our own notices are said
@@ -388,7 +388,7 @@ def main() -> None:
 
 
 def _part_from_libraries() -> None:
-    """Leave the standard error to Python: what C libraries write there, as libtiff of a broken picture, is lost."""
+    """Keep standard error for Python: what C libraries write there (libtiff on a broken picture) is discarded."""
     stream = sys.stderr
     named = any(name in word for word in sys.argv for name in ("/dev/stderr", "/fd/2"))  # it is to be written to
     if named or not isinstance(stream, io.TextIOWrapper):

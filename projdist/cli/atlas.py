@@ -59,7 +59,7 @@ def _report(entry: AtlasEntry) -> Report:
 
 
 def _map(row: Row) -> str:
-    """A code, or a family: PROJ strings are long."""
+    """Code of the map, or name of its family in place of a long PROJ string."""
     return str(row["name"] if row["projection"].startswith("+") else row["projection"])
 
 
@@ -111,13 +111,13 @@ def _of_zones(system: AtlasZones) -> str:
 
 
 def _reasons(entry: AtlasEntry) -> Iterator[str]:
-    """Why no map was made to measure, once for the purposes that share it."""
+    """Reasons why no map was made to measure, each once."""
     reasons = dict.fromkeys(purpose.reason for purpose in entry.purposes.values() if purpose.reason)
     yield from (f"No map made to measure: {reason}" for reason in reasons)
 
 
 def _names(entry: AtlasEntry) -> str:
-    """The names of the CRSs of the table, as it has their codes."""
+    """Codes of the table's CRSs with their names."""
     existing = [one.existing for one in entry.purposes.values() if one.existing is not None]
     names = {one.projection: one.name for one in existing}
     return "; ".join(f"{code}: {name}" for code, name in names.items())

@@ -1,4 +1,4 @@
-"""The workers that a command is told to use."""
+"""Work over many regions: executors, partial results, and what the command leaves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from projdist.support import check_executor, is_stream, open_executor
 
 @contextlib.contextmanager
 def executor_opened(text: str | None) -> Iterator[Executor | None]:
-    """The executor of `--executor`, None without one; raises ImportError where it needs Dask."""
+    """Executor named by `--executor`, None without one; raises ImportError if Dask is missing."""
     if text is None:
         yield None
         return
@@ -45,7 +45,7 @@ _BESIDE = ".partial"
 
 
 class RegionalWork:
-    """Where a command over regions does its work, and what it leaves: a table, or a layer of the regions."""
+    """Run of a command over many regions; it leaves a report, or a layer of the regions."""
 
     def __init__(
         self,
@@ -72,11 +72,11 @@ class RegionalWork:
 
     @property
     def is_layer(self) -> bool:
-        """Whether it is a file for GIS programs."""
+        """True if the output is a layer for GIS programs."""
         return self.path is not None and self.path.suffix.lower() in LAYER_SUFFIXES
 
     def _beside(self) -> Path | None:
-        """The partial file of an output that is a file."""
+        """Default partial file, beside the output; None if that is no file."""
         if self.path is None or is_stream(self.path):
             return None
         return self.path.with_name(self.path.name + _BESIDE)
@@ -88,7 +88,7 @@ class RegionalWork:
         projections: Sequence[str] | None,
         options: Mapping[str, Any],
     ) -> Batch:
-        """The batch, with its progress; what is wrong with its words ends the command."""
+        """Results of the batch, with a progress bar; invalid input ends the command."""
         if self.partial is not None and self.partial.exists() and not is_stream(self.partial):
             note(f"Results that are in '{self.partial}' are taken from there.")
         try:
@@ -112,9 +112,9 @@ class RegionalWork:
     def leave(
         self, report: Report, found: Batch, best: Sequence[Row], areas: Mapping[str, Area], problems: Sequence[str]
     ) -> None:
-        """Print or write a report, or the best of each region as a layer; then say what failed, and end with 1.
+        """Print or write the report, or the best map of each region as a layer; report failures, and end with 1 if any.
 
-        `problems` are what failed besides tasks.
+        `problems` are failures outside of the tasks.
         """
         if self.is_layer and self.path is not None:
             with drawing(self.path):
@@ -132,7 +132,7 @@ class RegionalWork:
 
 
 def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[Area]:
-    """The regions of an option, beside which some others cannot stand."""
+    """Regions of `--regions`; refuses the options `others`, which cannot be used with it."""
     for name, value in others.items():
         if value is not None:
             refuse(f"Invalid option '--regions'. It cannot be used with {name}.")
@@ -141,7 +141,7 @@ def regions_given(regions: Sequence[str], others: Mapping[str, object]) -> list[
 
 
 def by_region(found: Batch) -> dict[str, list[BatchResult]]:
-    """The results of each region, by its name."""
+    """Results grouped by the name of the region."""
     groups: dict[str, list[BatchResult]] = {}
     for result in found.results:
         groups.setdefault(result.region, []).append(result)
@@ -149,6 +149,6 @@ def by_region(found: Batch) -> dict[str, list[BatchResult]]:
 
 
 def notices_note(found: Batch) -> list[str]:
-    """Where to read what was told of results, if anything was."""
+    """A note that the JSON has notices, if there are any."""
     told = {one.region for one in found.results if one.notices}
     return [f"Notices on {len(told)} of the regions, for example on areas of use, are in the JSON."] if told else []

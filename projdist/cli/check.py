@@ -71,7 +71,7 @@ def check_command(
 
 
 def _reason(result: Check, fail_on: str, share: str | None, bearing: str | None) -> str:
-    """Why the command ends with 3."""
+    """Reason for the exit code 3."""
     if result.overall.undrawn:
         return f"{result.overall.undrawn} feature(s) cannot be drawn in this CRS, which is above every limit."
     limits = [text for text in (share, bearing and f"{bearing} degrees") if text]
@@ -80,14 +80,14 @@ def _reason(result: Check, fail_on: str, share: str | None, bearing: str | None)
 
 
 def _unmeasured(result: Check, data: str) -> str:
-    """Why there is no figure of any feature."""
+    """Reason why no feature could be measured."""
     notes = Counter(str(note).split("; ")[-1] for note in result.features["note"])
     reasons = ", ".join(f"{text} ({times})" for text, times in notes.items())
     return f"Invalid CRS '{result.projection.label}' for '{data}'. None of the features can be drawn in it: {reasons}."
 
 
 def _share(text: str) -> float:
-    """The share of 1%, 0.01 or 500ppm."""
+    """Share given as 1%, 0.01 or 500ppm."""
     match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*(%|ppm|)\s*", text, re.IGNORECASE)
     share = float(match[1]) * _UNITS[match[2].lower()] if match else math.nan
     if not math.isfinite(share):
@@ -96,11 +96,11 @@ def _share(text: str) -> float:
 
 
 def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
-    """Write the data with their errors as columns, in place of those of an earlier check."""
+    """Write the data with their errors as columns; columns of an earlier check are replaced."""
     columns = {name: values for name, values in result.features.items() if name not in ("index", "name")}
     present = {str(name).lower(): name for name in frame.columns}
     taken = [present[name] for name in columns if name in present]
-    # All of them together are of an earlier check; a few are the user's own.
+    # All columns present: from an earlier check. Some: the user's own.
     if 0 < len(taken) < len(columns):
         refuse(f"Invalid data for '{path}'. They have a column '{taken[0]}' already; rename it.")
     with drawing(path):
@@ -108,7 +108,7 @@ def _save(result: Check, frame: Any, path: Path, overwrite: bool) -> None:
 
 
 def _mapped(result: Check, frame: Any, count: int) -> Mapped | None:
-    """The map, and that of the recommended CRS, about the data, with the worst features."""
+    """Maps around the data in the checked and the recommended CRS, with the worst features marked."""
     if result.region is None:
         return None
     maps = (
@@ -126,7 +126,7 @@ def _mapped(result: Check, frame: Any, count: int) -> Mapped | None:
 
 
 def _about(box: Place) -> Box:
-    """A box with a margin, and of some size."""
+    """The box with a margin, at least `_LEAST_MARGIN` wide."""
     west, south, east, north = box.bounds
     margin = max(_MARGIN * max(east - west, north - south), _LEAST_MARGIN)
     return Box.between((west - margin, max(south - margin, -90.0), east + margin, min(north + margin, 90.0)))
@@ -136,7 +136,7 @@ def _about(box: Place) -> Box:
 
 
 def check_report(result: Check, data: str, count: int, written: Path | None = None) -> Report:
-    """The totals in each CRS, and the worst features."""
+    """Report of the totals in each CRS and of the worst features."""
     total = result.overall
     measured = [f"{total.measured} of {len(result.features['note'])} features"]
     measured += [area_text(total.area_km2)] if math.isfinite(total.area_km2) else []
@@ -154,7 +154,7 @@ def check_report(result: Check, data: str, count: int, written: Path | None = No
 
 
 def _totals(result: Check) -> Table:
-    """A row a CRS: this one, and the recommended one where that is another."""
+    """Totals, one row per CRS: the checked one, and the recommended one if it is another."""
     other = None if _is_best(result) else result.recommended
     rows = [
         {"map": one.projection.label, "name": one.projection.name} | vars(one.overall)
@@ -164,7 +164,7 @@ def _totals(result: Check) -> Table:
 
 
 def _error(value: float) -> str:
-    """A relative error in per cent, a small one in parts per million."""
+    """Relative error in per cent, or below 0.1 % in parts per million."""
     if abs(value) < 5e-10:
         return "0"
     return f"{1e6 * value:+.4g} ppm" if abs(value) < 1e-3 else f"{100.0 * value:+.4g} %"
@@ -202,7 +202,7 @@ _FEATURES = (
 
 
 def _notes(result: Check) -> list[str]:
-    """What the columns mean, and what was not measured."""
+    """Notes on the columns and on what was not measured."""
     notes = [
         "Ratios and errors: the map over the ellipsoid, along the same lines; worst: of the worst feature; RMS: of the "
         "features. Bearings: degrees, grid less true; RMS: along the lines; largest: anywhere on them."
@@ -227,5 +227,5 @@ def _notes(result: Check) -> list[str]:
 
 
 def _is_best(result: Check) -> bool:
-    """Whether the CRS that is checked is the recommended one."""
+    """True if the checked CRS is the recommended one."""
     return result.recommended is not None and result.recommended.projection.definition == result.projection.definition

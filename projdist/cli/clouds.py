@@ -93,7 +93,7 @@ def clouds_command(
 
 
 def _is_file(weights: str) -> bool:
-    """Whether weights are in a file, which there must be; else they are a column."""
+    """True if weights are an existing file, False for a column; refuses a missing file."""
     path = Path(weights)
     if not path.is_file() and (path.suffix or len(path.parts) > 1):
         refuse(f"Invalid weights '{weights}'. There is no such file.")
@@ -101,7 +101,7 @@ def _is_file(weights: str) -> bool:
 
 
 def _weights(clouds: Sequence[CloudFile], given: WeightsFile | str, correspond: str) -> list[FloatArray]:
-    """Of each cloud, from the file or from a column."""
+    """Weights of each cloud, from the file or from a column."""
     if isinstance(given, str):
         return column_weights(clouds, given, correspond)
     if correspond == "icp":
@@ -110,7 +110,7 @@ def _weights(clouds: Sequence[CloudFile], given: WeightsFile | str, correspond: 
 
 
 def _frame(text: str, files: Sequence[str]) -> str | int:
-    """A word, the name of a file, with or without its directory, or its number."""
+    """Frame from a keyword, a file's name (with or without directory) or its number from 1."""
     if text.isdecimal():
         if not 1 <= int(text) <= len(files):
             refuse(f"Invalid frame '{text}'. There are {len(files)} clouds, from 1 on.")
@@ -123,7 +123,7 @@ def _frame(text: str, files: Sequence[str]) -> str | int:
 
 
 def _targets(files: Sequence[str], output: str | None, overwrite: bool) -> dict[str, Path]:
-    """The files to write, which are new or may be overwritten."""
+    """Output path of each cloud; refuses existing files without `overwrite`."""
     for file in files:
         if files.count(file) > 1:
             refuse(f"Invalid cloud '{file}'. It must be given once.")
@@ -149,7 +149,7 @@ def _targets(files: Sequence[str], output: str | None, overwrite: bool) -> dict[
 def _write(
     found: Registration, clouds: Sequence[CloudFile], targets: dict[str, Path], folder: Path, overwrite: bool
 ) -> None:
-    """The registered clouds, moved."""
+    """Write the registered clouds, moved."""
     by_name = {str(target): cloud for target, cloud in zip(targets, clouds, strict=True)}
     with drawing(folder):
         folder.mkdir(exist_ok=True)
@@ -196,7 +196,7 @@ def _report(found: Registration, output: str | None) -> Report:
 
 
 def _worst(found: Registration) -> Iterator[str]:
-    """The points that are farthest from where the others have them, where that is known."""
+    """Note on the points with the largest residuals, if known."""
     far = sorted((one for each in found.worst for one in each), key=lambda one: -one.distance)[:_FARTHEST]
     if far:
         told = ", ".join(f"{one.point} of {Path(one.cloud).name} {one.distance:.3g}" for one in far)

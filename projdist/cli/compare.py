@@ -122,7 +122,7 @@ def compare_command(
 
 
 def _picture(plot: str | None, output: str | None, pictured: GraphOptions) -> PictureFile | None:
-    """The picture that is asked for, which then is what is written."""
+    """Picture requested by `--plot`, None without it."""
     if plot is None:
         opt.refuse_given(pictured.given(), f"It needs a picture to draw: --plot {'|'.join(PLOTS)}.")
         return None
@@ -133,7 +133,7 @@ def _picture(plot: str | None, output: str | None, pictured: GraphOptions) -> Pi
 
 
 def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFile) -> None:
-    """The distribution, the modes or the space of the maps that could be measured."""
+    """Draw the distribution, modes or shape space of the measured maps."""
     maps = [one.projection for one in found.results]
     if plot not in DISTRIBUTIONS:
         drawn = {"modes": plots.modes_figure, "space": plots.space_figure}[plot]
@@ -144,13 +144,13 @@ def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFi
 
 
 def _mapped(found: Comparison, names: Sequence[str]) -> Mapped:
-    """The maps that could be measured."""
+    """Measured maps for the page."""
     titles = [label_of(one.given, one.projection.name) for one in found.results]
     return Mapped([one.projection for one in found.results], titles, found.region, names[0] if names else "fisher")
 
 
 def _sort_key(sort: str, measures: Sequence[str]) -> str:
-    """The column of the rows that they are sorted by."""
+    """Key of the column by which rows are sorted."""
     name, dot, statistic = sort.rpartition(".")
     if sort in measures:
         return f"{sort}_mean"
@@ -168,7 +168,7 @@ def comparison_report(
     bars: str = "",
     **more: Any,
 ) -> Report:
-    """The report of a comparison and of its results as flat rows; `more` are further fields of a report."""
+    """Report of a comparison and its flat rows; `more` are further fields of `Report`."""
     region = found["region"]
     size = f"{region['points']:,} points" if "points" in region else area_text(region["area_km2"])
     return Report(
@@ -184,7 +184,7 @@ def comparison_report(
 
 
 def _mode_tables(results: Sequence[Mapping[str, Any]]) -> Iterator[Table]:
-    """The modes of each map that have a part worth telling, where they were asked for."""
+    """Table of the modes with a share worth showing, if modes were requested."""
     rows = [
         {"projection": result["projection"], "name": result["name"], **mode}
         for result in results
@@ -224,7 +224,7 @@ def _notes(
     indices: Sequence[Index],
     tolerance: float,
 ) -> Iterator[str]:
-    """What the columns mean, and why some figures are missing or less certain."""
+    """Notes on the columns, and on missing or less certain figures."""
     weighed = "points" in found["region"]
     yield from (text.replace("by true area", "by the points' weights") if weighed else text for text in _CONVENTION)
     if any("modes" in result for result in found.get("results", ())):
@@ -252,7 +252,7 @@ def _notes(
 
 
 def _rounded_index(value: float, error: float | None) -> str:
-    """Five decimals at most, as published ones have two to four; a larger error in brackets, of the last digit."""
+    """At most five decimals, as published indices have two to four; a larger error in brackets, of the last digit."""
     if error is None or not error > _LAST_OF_INDICES:
         return rounded(value, _LAST_OF_INDICES)
     decimals = max(0, math.ceil(-math.log10(error)))
@@ -269,7 +269,7 @@ _NO_FIGURE = ("given", "name")  # orders by which no map is the best
 def _compare_regions(
     projections: Sequence[str], areas: Sequence[Area], options: Mapping[str, Any], sort: str, work: RegionalWork
 ) -> None:
-    """Compare maps over regions, and tell which is the best where."""
+    """Compare maps over regions, and report the best of each."""
     with refusing():
         indices = get_indices(options["indices"])
         column = sort_column(sort, options["measures"], [index.name for index in indices])
@@ -300,7 +300,7 @@ def _compare_regions(
 
 
 def _known(projections: Sequence[str]) -> tuple[list[str], list[str]]:
-    """The texts that are projections, and why the others are none, which is said once for all regions."""
+    """Valid projections, and messages for the invalid ones."""
     maps, problems = [], []
     for text in dict.fromkeys(projections):
         try:
@@ -322,7 +322,7 @@ def _sorted(rows: Sequence[Row], column: str) -> list[Row]:
 def _regions_table(
     groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str
 ) -> Table:
-    """A row a region: its best map, and the figure of each map."""
+    """One row per region: its best map, and the figure of each map."""
     is_level = figure.startswith(_AK)
     show, error = (rounded, "error_estimate") if is_level else (certain, f"{figure}_error")
 
@@ -348,7 +348,7 @@ def _regions_table(
 
 
 def _totals(groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: Sequence[str], figure: str) -> Table:
-    """A row a map: how it does in all regions."""
+    """One row per map: its figures over all regions."""
     rows = []
     for one in maps:
         of_it = {name: row[figure] for name, group in groups.items() for row in group if row["projection"] == one}
@@ -374,7 +374,7 @@ def _totals(groups: Mapping[str, Sequence[Row]], best: Mapping[str, Row], maps: 
 
 
 def _data(found: Batch, groups: Mapping[str, Sequence[Row]], indices: Sequence[Index]) -> dict[str, Any]:
-    """A comparison for each region, as of one region, and what was told."""
+    """JSON: one comparison per region, with failures and notices."""
     answers = {(one.region, one.projection): one for one in found.results}
     failures: dict[str, list[BatchFailure]] = {}
     for failure in found.failures:

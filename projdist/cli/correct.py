@@ -63,7 +63,7 @@ def correct_command(
 
 
 def _draw(result: Correction, picture: PictureFile) -> None:
-    """Tissot's indicatrices before and after."""
+    """Draw Tissot's indicatrices before and after."""
     picture.save(
         functools.partial(
             plots.tissot_figure,
@@ -90,7 +90,7 @@ def _check_local(form: str, picture: PictureFile | None, criterion: str, constra
 def _draw_local(
     projection: Projection, region: Place | None, radius_km: float, picture: PictureFile | None, form: str
 ) -> None:
-    """The field of local corrections, as a picture, as JSON, or both."""
+    """Draw the field of local corrections, or print it as JSON."""
     if picture is None:
         field = plots.local_figure(projection, radius_km, region=region)[1]
     else:
@@ -137,7 +137,7 @@ def _report(result: Correction, given: str, picture: PictureFile | None) -> Repo
 
 
 def _spread(spread: Spread | None) -> dict[str, float]:
-    """The cells of the mean distortion and of what half of the area is below."""
+    """Cells of the mean and the median distortion."""
     if spread is None:
         return {}
     (mean, mean_error), (half, half_error) = spread

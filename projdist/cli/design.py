@@ -104,13 +104,13 @@ def _place(text: str) -> tuple[float, float]:
 
 
 def _draw(found: Design, picture: PictureFile) -> None:
-    """Heat maps of the made map and its first rival that is a CRS, on one scale."""
+    """Draw heat maps of the design and of its main rival, on one scale."""
     maps, titles, region, measure, *_ = _mapped(found)
     picture.save(functools.partial(plots.heatmap_figure, maps, measure=measure, region=region, titles=titles))
 
 
 def _mapped(found: Design) -> Mapped:
-    """The made map and its first rival that is a CRS."""
+    """The design, and the best existing CRS or else its first rival."""
     beside = next((one for one in found.rivals if one.kind == "best existing"), next(iter(found.rivals), None))
     maps = [found.projection] + ([beside.projection] if beside else [])
     titles = ["Made to measure"] + ([beside.name] if beside else [])
@@ -138,7 +138,7 @@ def _report(found: Design, picture: PictureFile | None) -> Report:
 
 
 def _lead(found: Design) -> Iterator[str]:
-    """The figures of the map."""
+    """Figures of the design."""
     yield f"Degree {found.degree} on {found.base.definition}"
     yield f"{found.criterion} {certain(found.value, found.error)} {found.unit}".rstrip()
     if found.criterion != "airy_kavrayskiy":
@@ -149,7 +149,7 @@ def _lead(found: Design) -> Iterator[str]:
 
 
 def _extreme(found: Extreme) -> str:
-    """A scale with the digits that its error allows, and its place."""
+    """An extreme scale with its certain digits, and its place."""
     return f"{rounded(found.value, found.error)} (at {found.lon:.2f}, {found.lat:.2f})"
 
 
@@ -158,7 +158,7 @@ def _kind_words(found: Design) -> str:
 
 
 def _rivals(found: Design) -> Table:
-    """The map beside others."""
+    """Table of the design and its rivals."""
     made = {"kind": "made to measure", "name": "", "value": found.value, "error": found.error}
     columns: list[Column | str] = [
         Column("kind", "map", left=True),
@@ -170,7 +170,7 @@ def _rivals(found: Design) -> Table:
 
 
 def _degrees(found: Design) -> Table:
-    """What each degree gains."""
+    """Table of the criterion by degree."""
     columns: list[Column | str] = [
         Column("degree", show="{:d}".format),
         Column("value", f"{found.criterion} at nodes", certain, unit=found.unit),

@@ -61,7 +61,7 @@ def tissot_command(
 
 
 def _grid(text: str | None, step: str | None) -> tuple[float, float] | None:
-    """Degrees of latitude and of longitude between ellipses."""
+    """Spacing of the ellipses in degrees of latitude and longitude."""
     if text is None:
         return None
     if step is not None:
@@ -133,7 +133,7 @@ def heatmap_command(
 def _draw(
     figure: Callable[..., Any], given: list[str], region: str | None, picture: PictureFile, **options: Any
 ) -> None:
-    """Draw the projections that can be measured, with their Airy-Kavrayskiy figures, and say why others cannot."""
+    """Draw the measurable projections with their Airy-Kavrayskiy errors; report the others' failures."""
     other = options.get("against")
     listed = given if other is None else [*given, other]  # for a region that all have
     area = opt.region_given(region, [*given, *([] if other is None else [other.definition])])

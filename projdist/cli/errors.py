@@ -1,4 +1,4 @@
-"""Errors of one line with their exit codes, progress, and what a terminal has room for."""
+"""One-line errors with exit codes, progress, and the width of terminals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _USUAL = 80  # columns of a terminal that does not tell
 
 
 def width_of(stream: TextIO) -> int | None:
-    """Columns of the terminal behind a stream; None where it is a file or a pipe, which has all the room one needs."""
+    """Columns of the terminal behind a stream; None for a file or a pipe."""
     if not stream.isatty():
         return None
     wanted = os.environ.get("COLUMNS", "")
@@ -34,12 +34,12 @@ def width_of(stream: TextIO) -> int | None:
 
 
 def takes_escapes(stream: TextIO) -> bool:
-    """Whether a stream is a terminal that knows escape codes, whose user does not object (https://no-color.org)."""
+    """True if a stream is a terminal with escape codes and NO_COLOR is not set (https://no-color.org)."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
 def folded(text: str, width: int | None) -> str:
-    """Text with its wider lines broken at blanks; a longer word, as a path, stays whole: it may be copied."""
+    """Text wrapped at blanks; words longer than a line, such as paths, stay whole so that they can be copied."""
     if width is None:
         return text
     return "\n".join(part for line in text.split("\n") for part in _parts(line, width))
@@ -67,19 +67,19 @@ _MOMENT = 2.0  # seconds: what is done by then needs no bar
 
 @contextlib.contextmanager
 def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[int, int], None] | None]:
-    """A listener (done, total) that moves a bar from so many seconds on; None where the standard error is no terminal.
+    """Callback (done, total) that shows a bar after `after` seconds; None if standard error is no terminal.
 
-    `things` are what is counted. The bar leaves nothing.
+    `things` names what is counted. The bar is erased at the end.
     """
     if not sys.stderr.isatty():
         yield None
         return
-    # Here, and not above: in a pipe rich is loaded only where there is a table.
+    # Imported here: in a pipe rich is loaded for tables only.
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
     columns: list[ProgressColumn] = [MofNCompleteColumn(), TextColumn(things), BarColumn(), TimeRemainingColumn()]
-    # Drawn when there is news, without a thread that would draw it: processes with threads are not forked.
+    # Refreshed on updates, not by a thread: processes with threads are not forked.
     progress = Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False)
     task, start = progress.add_task("", total=None), time.monotonic()
 
@@ -98,7 +98,7 @@ def progress_bar(things: str, *, after: float = _MOMENT) -> Iterator[Callable[[i
 
 @contextlib.contextmanager
 def words_told(words: Mapping[str, str]) -> Iterator[Callable[[str], None]]:
-    """A listener to the keys of words for what is being done, where the standard error is a terminal."""
+    """Callback that shows `words[key]` as the current activity, if standard error is a terminal."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return
@@ -110,7 +110,7 @@ def words_told(words: Mapping[str, str]) -> Iterator[Callable[[str], None]]:
 
 @contextlib.contextmanager
 def working(words: str) -> Iterator[None]:
-    """Words for what takes longer than a moment and cannot be counted, where the standard error is a terminal."""
+    """Show `words` while work takes longer than `_MOMENT`, if standard error is a terminal."""
     if not sys.stderr.isatty():
         yield
         return
@@ -134,9 +134,9 @@ _SURROGATES = 0xDC00  # what Python has for bytes of names that are no text: PEP
 
 
 def fail(message: str) -> None:
-    """Say what went wrong, in one line, or more in a narrow terminal; what cannot be printed is an escape.
+    """Print an error in one line, wrapped in a narrow terminal; unprintable characters become escapes.
 
-    Where a signal told the command to end, no word: what went wrong is then what a library made of that.
+    After a signal to end nothing is printed: the error is then a consequence of the signal.
     """
     end_if_told()
     line = " ".join(message.split())
@@ -145,24 +145,24 @@ def fail(message: str) -> None:
 
 
 def _escaped(letter: str) -> str:
-    """What is not printed, as Python writes it; a byte of a file's name that is no text as that byte."""
+    """Escape of an unprintable character; undecodable bytes of file names as \\xNN."""
     byte = ord(letter) - _SURROGATES
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
 
 
 def refuse(message: str, error: Exception | None = None) -> NoReturn:
-    """Say what was wrong in the usage, and end with 2; with 1 where it was a grid that cannot be had."""
+    """Report invalid usage and exit with 2; with 1 for an unavailable grid."""
     fail(f"Invalid file. {one_line(error)}." if isinstance(error, UnicodeEncodeError) else message)
     raise typer.Exit(1 if isinstance(error, GridError) else 2) from error
 
 
 def cannot_write(output: Path | None, error: OSError) -> NoReturn:
-    """Say which file cannot be written, or that the standard output cannot, and end with 2."""
+    """Report that a file or standard output cannot be written, and exit with 2."""
     refuse(f"Invalid output '{output or 'standard output'}'. It cannot be written: {error.strerror or error}.", error)
 
 
 def tell_problems(problems: list[str]) -> None:
-    """Say what failed beside the results, and end with 1 where anything did."""
+    """Report partial failures, and exit with 1 if there are any."""
     for problem in problems:
         fail(problem)
     if problems:
@@ -171,7 +171,7 @@ def tell_problems(problems: list[str]) -> None:
 
 @contextlib.contextmanager
 def refusing() -> Iterator[None]:
-    """Say in one line what was wrong, and end: with 1 for projections; with 2 for other words, libraries, old files."""
+    """Turn exceptions into one-line errors: exit 1 for projections, 2 for other input, libraries and existing files."""
     try:
         yield
     except ProjectionError as error:
@@ -183,7 +183,7 @@ def refusing() -> Iterator[None]:
 
 @contextlib.contextmanager
 def notices_said() -> Iterator[None]:
-    """Say each of the library's notices once, in one line; other warnings are not for people who run a command."""
+    """Print each notice of the library once, in one line; other warnings are dropped."""
     said: set[str] = set()
 
     def say(message: Warning | str, *_: Any, **__: Any) -> None:

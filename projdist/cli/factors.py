@@ -61,7 +61,7 @@ def factors_report(found: Mapping[str, Any], header: Sequence[str]) -> Report:
 
 
 def _title(given: str, name: str, definition: str) -> str:
-    """A projection as it was given, with what that means, which names the figure of the Earth: `krovak (+proj=...)`."""
+    """The projection as given, with its definition, which has the ellipsoid: `krovak (+proj=...)`."""
     label, meant = label_of(given, name), label_of(definition, name)
     return label if label == meant else f"{label} ({meant})"
 
@@ -86,7 +86,7 @@ class _Point(NamedTuple):
 
 @dataclass
 class GivenPoints:
-    """Longitudes and latitudes in degrees, the text that came with each, and what could not be read."""
+    """Longitudes and latitudes in degrees, their labels, and messages for unreadable lines."""
 
     lon: list[float] = field(default_factory=list)
     lat: list[float] = field(default_factory=list)
@@ -101,7 +101,7 @@ class GivenPoints:
 
 
 def read_points(words: Sequence[str], lines: Iterable[str]) -> GivenPoints:
-    """Points of LON LAT or LON,LAT words, or, where the only word is `-`, of the lines.
+    """Points of words LON LAT or LON,LAT, or, if the only word is `-`, of the lines.
 
     Degrees may have minutes and seconds, and the letters N, S, E, W, which tell what is a latitude. A line
     that cannot be read is a problem, not an error: the others go on. Raises ValueError for words that are no
@@ -130,13 +130,13 @@ def read_points(words: Sequence[str], lines: Iterable[str]) -> GivenPoints:
 
 
 def _pair(word: str) -> list[str]:
-    """The two of a pair in one word, as `10,50` or `"50N 10E"`; none if it is not of two."""
+    """Parts of a word that is a pair, as `10,50` or `"50N 10E"`; empty otherwise."""
     parts = re.split(r"\s*,\s*|\s+", word)
     return parts if len(parts) == 2 else []
 
 
 def _read_lines(points: GivenPoints, lines: Iterable[str]) -> None:
-    """The points of lines, the first of which may be a header."""
+    """Read points from lines, the first of which may be a header."""
     header: _Header | None = None
     first = True
     for number, line in enumerate(lines, start=1):
@@ -154,21 +154,21 @@ def _read_lines(points: GivenPoints, lines: Iterable[str]) -> None:
 
 
 class _Header(NamedTuple):
-    """The numbers of the columns of longitudes and latitudes, and what stands between columns; None for blanks."""
+    """Column numbers of longitude and latitude, and the separator; None for blanks."""
 
     columns: tuple[int, int]
     separator: str | None
 
 
 def _header(text: str) -> _Header | None:
-    """What a first line names, if it names columns."""
+    """Header of a first line that names columns, else None."""
     separator = separator_of(text)
     columns = coordinate_columns(_cells(text, separator))
     return None if columns is None else _Header(columns, separator)
 
 
 def _cells(text: str, separator: str | None) -> list[str]:
-    """The cells of a line, with decimal points in place of commas where these do not stand between them."""
+    """Cells of a line, with decimal commas replaced by points."""
     try:
         row = cells_of(text, separator)
     except ValueError as error:
@@ -177,7 +177,7 @@ def _cells(text: str, separator: str | None) -> list[str]:
 
 
 def _is_blank_separated(line: str, header: _Header) -> bool:
-    """Whether numbers stand in the columns of coordinates if blanks part these."""
+    """True if the coordinate columns hold numbers when the line is split at blanks."""
     words = line.split()
     return len(words) > max(header.columns) and all(
         is_number(words[place]) or has_decimal_comma(words[place]) for place in header.columns
@@ -217,7 +217,7 @@ _ANGLE = re.compile(rf"([+-]?){_FIGURE}(?:[d°](?:{_FIGURE}['′]?)?(?:{_FIGURE}
 
 
 def _angle(word: str) -> tuple[float, str] | None:
-    """Degrees, and the letter behind them; None for a word that is no angle."""
+    """Degrees and the hemisphere letter of an angle; None for another word."""
     with contextlib.suppress(ValueError):
         return float(word), ""
     match = _ANGLE.fullmatch(word)
@@ -230,7 +230,7 @@ def _angle(word: str) -> tuple[float, str] | None:
 
 
 def _point(one: str, other: str) -> _Point:
-    """A point of longitude and latitude, or the other way round where letters say so; NaN is nowhere."""
+    """Point of a longitude and a latitude, in either order if letters tell; NaN for missing ones."""
     east, north = _angle(one), _angle(other)
     text = _quoted(f"{one} {other}")
     if east is None or north is None:
@@ -248,7 +248,7 @@ def _point(one: str, other: str) -> _Point:
 
 
 def _quoted(text: str) -> str:
-    """Text for a message, not too long."""
+    """Text shortened for a message."""
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
@@ -260,7 +260,7 @@ _SUFFIXES = (".csv", *TABLE_SUFFIXES)
 
 
 def is_table_file(path: Path) -> bool:
-    """Whether a file, by its suffix, can hold nothing that is printed."""
+    """True if the suffix is of a binary or GIS file, which cannot be printed."""
     return path.suffix.lower() in TABLE_SUFFIXES and not is_stream(path)
 
 
@@ -274,7 +274,7 @@ def measure_file(
     path: Path | None,
     overwrite: bool,
 ) -> None:
-    """Add columns to the points of a file, and print or write all of them."""
+    """Add columns of measures to the points of a file, and print or write them."""
     if path is not None and not is_stream(path):
         if path.suffix.lower() not in _SUFFIXES:
             refuse(f"Invalid output '{path}'. Its suffix must be {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}.")
@@ -297,7 +297,7 @@ def measure_file(
 def _measured_text(
     projection: Projection, at: str, measures: Sequence[str], prefix: str, form: str
 ) -> tuple[list[str], list[dict[str, Any]]]:
-    """The header and the rows of a table of text with columns added; its own stay text, with decimal points."""
+    """Header and rows of a text table with measures added; its own cells stay text, with decimal points."""
     read = read_point_table(Path(at), f"Invalid points file '{at}'.")
     header, rows = read.header, [row for _, row in read.rows]
     lon, lat = check_degrees(*([row[column] for row in rows] for column in (read.lon, read.lat)))
@@ -317,28 +317,28 @@ def _measured_text(
 
 
 def _measured_frame(projection: Projection, at: str, measures: Sequence[str], prefix: str, path: Path | None) -> Any:
-    """The points of a file as a frame with columns added."""
+    """GeoDataFrame of a file's points with measures added."""
     if path is not None and is_table_file(path):
         check_libraries(path)
     return factors(projection, gis.read_points(at), measures=measures, prefix=prefix)
 
 
 def _rows(projection: Projection, frame: Any) -> tuple[list[str], list[dict[str, Any]]]:
-    """A frame's columns and rows without geometries, for printing."""
+    """Columns and rows of a frame without geometries."""
     table = gis.plain_table(projection, frame)
     rows = [{name: _table_cell(value) for name, value in row.items()} for row in table.to_dict("records")]
     return [str(name) for name in table.columns], rows
 
 
 def _table_cell(value: Any) -> Any:
-    """A number, text or nothing."""
+    """Cell as a number, text or None."""
     if isinstance(value, str | int | float | np.generic | None):
         return plain(value)
     return str(value)
 
 
 def write_table(projection: Projection, rows: Sequence[Mapping[str, Any]], path: Path, overwrite: bool) -> None:
-    """Rows with `lon` and `lat` as a file for GIS programs."""
+    """Write rows with `lon` and `lat` to a file for GIS programs."""
     check_libraries(path)
     _write_frame(projection, gis.frame_of(rows), path, overwrite)
 

@@ -1,4 +1,4 @@
-"""A report in a format, and what a command leaves: text on the standard output or in a file, and pictures."""
+"""Rendering of reports, and writing to standard output and files."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown"
 
 
 def render(report: Report, form: str, output: Path | None = None) -> str:
-    """The text of a report, to print or for a file; where it has no such form the command ends with 1."""
+    """Text of a report in a format; ends the command with 1 if the answer has no such form."""
     if form in report.copies:
         return _copied(report, form)
     return {TABLE: _shown, JSON: _as_json, CSV: _as_csv, MARKDOWN: _as_markdown, HTML: _as_page}[form](report, output)
 
 
 def json_text(value: Any) -> str:
-    """JSON, indented, with null for what is undefined."""
+    """Indented JSON; undefined values must be None."""
     # ASCII is valid JSON in whatever encoding the standard output has.
     return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
 def csv_text(rows: Sequence[Row], header: Sequence[str]) -> str:
-    """Rows below the names of their columns; no rows below a header."""
+    """CSV of rows, or of the header alone without any."""
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0] if rows else header), lineterminator="\n")
     writer.writeheader()
@@ -44,9 +44,9 @@ def csv_text(rows: Sequence[Row], header: Sequence[str]) -> str:
 
 
 def wrote(*paths: Path | None) -> str:
-    """The lines that say which files a command has written; folders of files, too.
+    """Lines `Wrote: PATH` for files and folders.
 
-    They end a table, or are all that is printed; JSON, CSV, Markdown and pages, which go elsewhere, have none.
+    They follow a table, or are the whole output; JSON, CSV, Markdown and pages have none.
     """
     return "".join(f"Wrote: {path}\n" for path in paths if path)
 
@@ -82,7 +82,7 @@ def _as_csv(report: Report, _: Path | None) -> str:
 
 
 def _as_markdown(report: Report, _: Path | None) -> str:
-    """The tables, and below them a list of what is to be said, the title first."""
+    """The tables, then title, lead and notes as a list."""
     lines = [line for line in (report.title, *report.lead, *report.notes) if line]
     if not report.tables:
         return "".join(f"{line}\n" for line in lines)
@@ -115,12 +115,12 @@ def _escaped(text: str) -> str:
 
 
 def present(report: Report, form: str, output: Path | None = None, overwrite: bool = False) -> None:
-    """Print a report in a format, or write it to a file and say so."""
+    """Print a report, or write it to a file and say so."""
     emit(render(report, form, output), output, overwrite)
 
 
 def emit(text: str, output: Path | None, overwrite: bool = False) -> None:
-    """Print text, or write it to a file and say so; what cannot be written ends the command."""
+    """Print text, or write it to a file and say so; failure ends the command."""
     put(text, output, overwrite)
     if output is not None and not is_stream(output):
         tell_written(output)
@@ -132,7 +132,7 @@ def tell_written(*paths: Path) -> None:
 
 
 def put(text: str, output: Path | None, overwrite: bool = False) -> None:
-    """The same without a word."""
+    """Print text or write it to a file, silently; failure ends the command."""
     try:
         with refusing():
             write(text, output, overwrite)
@@ -154,7 +154,7 @@ def write(text: str, output: Path | None, overwrite: bool) -> None:
 
 @contextlib.contextmanager
 def drawing(output: Path) -> Iterator[None]:
-    """Say what of a picture cannot be drawn or written."""
+    """Report errors of drawing or writing a file, and end the command."""
     try:
         with refusing():
             yield

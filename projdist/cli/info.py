@@ -1,4 +1,4 @@
-"""A map in a few lines of characters: where its scale errors are how large, on land and beside it."""
+"""The command `info`, with an ASCII map of the scale error."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ _PLAIN_SHADES, _PLAIN_SEA = "-+x#", "."
 
 
 def sketch_of(projection: Projection, region: Place, output: Path | None = None) -> list[str]:
-    """Lines for a terminal, or for a file: the map of a region in four shades of scale error, and what they mean.
+    """Lines of an ASCII map of the region: scale errors in four shades, and a legend.
 
-    Nothing where the map cannot be drawn, as about a set of points, or where there is no room.
+    Empty if the map cannot be drawn, as for a set of points, or in a narrow terminal.
     """
     widest = min(_WIDEST, room_in(output) or _WIDEST)
     if not region.area_km2 or widest < _NARROWEST:
@@ -57,14 +57,14 @@ def sketch_of(projection: Projection, region: Place, output: Path | None = None)
 
 
 def _step(region: Place) -> float:
-    """Degrees of the cells of a surface, of two triangles each."""
+    """Cell size in degrees that gives about `_TRIANGLES` triangles."""
     _, south, _, north = region.bounds
     longest = np.cos(np.radians(max(south, -north, 0.0)))
     return float(np.sqrt(longitude_width(region.bounds) * longest * (north - south) / (_TRIANGLES / 2)))
 
 
 def _in_characters(surface: Surface, region: Place, widest: int) -> tuple[BoolArray, FloatArray, BoolArray]:
-    """Arrays (rows, columns): whether a character is on the map, its mean error, and whether it is mostly land."""
+    """Per character (rows, columns): on the map, mean scale error, mostly land."""
     lon, lat = (values[surface.source] for values in surface.lonlat())
     measured = field(surface, get_measure(_MEASURE))
     triangles = surface.triangles[np.isfinite(measured[surface.triangles]).all(axis=1)]
@@ -89,13 +89,13 @@ def _in_characters(surface: Surface, region: Place, widest: int) -> tuple[BoolAr
 
 
 def _mean(place: IntArray, values: FloatArray, count: IntArray) -> FloatArray:
-    """Means of values by places; NaN where there is none."""
+    """Mean of the values in each place; NaN without any."""
     total = np.bincount(place, weights=values, minlength=count.size)
     return np.divide(total, count, out=np.full(count.size, np.nan), where=count > 0)
 
 
 def _on_land(surface: Surface, lon: FloatArray, lat: FloatArray, chosen: IntArray) -> FloatArray:
-    """1.0 for vertices on land, 0.0 for others; on other bodies all are land."""
+    """1.0 for vertices on land, 0.0 for others; other bodies are all land."""
     if surface.domain.projection.is_of_another_body:
         return np.ones(chosen.size)
     outline = land_within(surface.domain.region.bounds, coast_resolution(surface))
@@ -105,7 +105,7 @@ def _on_land(surface: Surface, lon: FloatArray, lat: FloatArray, chosen: IntArra
 
 
 def _drawn(cells: BoolArray, values: FloatArray, land: BoolArray, *, unicode: bool) -> list[str]:
-    """The lines of the map, and one that tells what the shades mean."""
+    """Lines of the map and its legend."""
     shades, sea = (_SHADES, _SEA) if unicode else (_PLAIN_SHADES, _PLAIN_SEA)
     apart = land.sum() >= _LAND * cells.sum() and not (land | ~cells).all()
     shaded = land if apart else cells
@@ -123,7 +123,7 @@ def _drawn(cells: BoolArray, values: FloatArray, land: BoolArray, *, unicode: bo
 
 
 def _legend(shades: str, levels: Sequence[float] | FloatArray, largest: float, sea: str) -> str:
-    """What the shades mean: a quarter of what is shaded each."""
+    """Legend of the shades, each for a quarter of the shaded characters."""
     unit, name = (_PPM_OF_A_PER_CENT, "%") if largest >= _PPM_OF_A_PER_CENT else (1.0, "ppm")
     ends = [*levels, largest]
     texts = [f"{shade} to {certain(float(f'{end / unit:.2g}'))}" for shade, end in zip(shades, ends, strict=True)]
@@ -168,7 +168,7 @@ def info_command(
 
 
 def _draw(found: MapInfo, picture: PictureFile) -> None:
-    """A heat map of the scale error."""
+    """Draw a heat map of the scale error."""
     options: dict[str, Any] = {"measure": _MEASURE, "region": found.region}
     options["airy_kavrayskiy"] = [found.airy_kavrayskiy.raw]
     picture.save(functools.partial(plots.heatmap_figure, [found.projection], **options))
@@ -205,7 +205,7 @@ _PARAMETERS = [Column("name", "parameter"), Column("value", show=_value), Column
 
 
 def _card(found: MapInfo) -> Iterator[tuple[str, str]]:
-    """What is said of a map, a line each; what nobody states is left out."""
+    """Rows (label, text) of the card; unknown facts are left out."""
     stated = found.particulars
     yield "kind", stated.kind
     if stated.deprecated:
@@ -237,13 +237,13 @@ def _card(found: MapInfo) -> Iterator[tuple[str, str]]:
 
 
 def _kept(found: MapInfo) -> str:
-    """What is kept, and how well."""
+    """Properties kept as measured, with their deviations."""
     kept = [f"{_KEEPS[name]} ({name}, to {first_digit(found.departures[name])})" for name in found.keeps]
     return f"{listed(kept, 'and')}, as measured" if kept else "neither angles, areas nor distances, as measured"
 
 
 def _short(text: str) -> str:
-    """The beginning of a text: to a colon before a long list, or as much as is read."""
+    """Text shortened to `_LONGEST` characters, or to the colon before a list."""
     text = " ".join(text.split()).rstrip(".")
     if len(text) <= _LONGEST:
         return text
@@ -264,7 +264,7 @@ def _ellipsoid(found: MapInfo) -> str:
 
 
 def _coordinates(found: MapInfo) -> str:
-    """The unit and the axes in their order."""
+    """Axes in order, and their unit."""
     stated = found.particulars
     unit = stated.unit if stated.unit_metres == 1.0 else f"{stated.unit} ({stated.unit_metres:.12g} m)"
     axes = [f"{axis.name.lower()} ({axis.direction})" for axis in stated.axes]
@@ -296,7 +296,7 @@ def _errors(found: MapInfo) -> Table:
 
 
 def _figure(value: float, error: float | None) -> str:
-    """Ratios near 1 keep the digits that tell them from it."""
+    """Figure with certain digits; ratios near 1 with decimals."""
     if 0.5 < value < 2.0:
         return rounded(value, max(error or 0.0, 1e-6))
     return certain(value, error)

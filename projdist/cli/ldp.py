@@ -77,12 +77,12 @@ def ldp_command(
 
 
 def _draw(found: LDP, picture: PictureFile) -> None:
-    """The map of the distortion."""
+    """Draw the map of the distortion."""
     picture.save(functools.partial(plots.ldp_figure, found))
 
 
 def _angle(text: str) -> float:
-    """Degrees of `0.5`, `1'` or `30"`."""
+    """Angle in degrees, given as `0.5`, `1'` or `30"`."""
     match = re.fullmatch(r"\s*([\d.]+(?:e-?\d+)?)\s*(['\"′″°]?)\s*", text)
     unit = {"'": 60.0, "′": 60.0, '"': 3600.0, "″": 3600.0}.get(match[2] if match else "", 1.0)
     try:
@@ -120,7 +120,7 @@ def _report(found: LDP, picture: PictureFile | None, against: Sequence[str]) -> 
 
 
 def _mapped(found: LDP, against: Sequence[str]) -> Mapped:
-    """The map and those that it is compared with, with scales on the ground at the mean height."""
+    """The design and its baselines, with scales on the ground at the mean height."""
     height = float(np.average(found.height, weights=found.weight))
     at = f"at {height:,.0f} m" if np.ptp(found.height) < 0.5 else f"at the mean height, {height:,.0f} m"
     labels = [found.family, *(label for label, _ in found.baselines)]
@@ -131,7 +131,7 @@ def _mapped(found: LDP, against: Sequence[str]) -> Mapped:
 
 
 def _maps(found: LDP) -> Table:
-    """What the map does in the region, and what others do."""
+    """Table of ppm statistics of the design, other families and baselines."""
     maps = [(found.family, found.statistics), *((other.family, other.statistics) for other in found.others)]
     rows = [
         {"map": label} | vars(statistics) | {f"within {ppm:g}": share for ppm, share in statistics.within.items()}
@@ -155,7 +155,7 @@ def _notes(found: LDP) -> Iterator[str]:
 
 
 def _points(found: LDP) -> list[Row]:
-    """A row a point of the region."""
+    """One row per point of the region."""
     columns = {"lon": found.lon, "lat": found.lat, "height": found.height, "ppm": found.ppm}
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
@@ -166,7 +166,7 @@ def _share(share: float) -> str:
 
 
 def _degrees(value: float) -> str:
-    """Degrees, minutes and seconds, and decimal degrees."""
+    """Angle in degrees, minutes and seconds, and in decimal degrees."""
     seconds: Any = round(abs(value) * 3600.0, 5)
     minutes, seconds = divmod(seconds, 60.0)
     degrees, minutes = divmod(int(minutes), 60)

@@ -103,7 +103,7 @@ def _measure_rows() -> list[dict[str, str]]:
 
 
 def _figure_rows() -> list[dict[str, str]]:
-    """What maps are ranked by and made better by."""
+    """Figures by which maps are ranked and optimised."""
     return [
         {
             "name": figure.name,
@@ -203,13 +203,13 @@ def _tables_report(found: dict[str, Any]) -> Report:
 
 
 def _maps(rows: Sequence[Row]) -> Mapped | None:
-    """The maps of which figures of the whole are printed."""
+    """Maps of the table whose figures are global."""
     maps = {row["definition"]: row["projection"] for row in rows if row["lat"] is None}
     return Mapped([*maps], [*maps.values()], "globe") if maps else None
 
 
 def _shown(key: str, row: Row, sign: str = "") -> str:
-    """A figure with two decimals more than were printed."""
+    """Figure with two decimals more than the published one."""
     return "" if row[key] is None else fixed(row[key], row["decimals"] + 2, sign)
 
 

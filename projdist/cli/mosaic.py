@@ -1,4 +1,4 @@
-"""The command `mosaic` for a camera that only turns: panoramas on maps of the sphere."""
+"""The command `mosaic`: mosaics of images or map sheets in a common plane, and panoramas on maps of the sphere."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 from projdist.projections import ProjectionLike
 
-# What panoramas are usually drawn in, beside the best; the first is called spherical elsewhere.
+# Usual projections of panoramas; plate carrée is called spherical elsewhere.
 _USUAL = {
     "eqc": "plate carrée",
     "merc": "Mercator",
@@ -64,7 +64,7 @@ def present_panoramas(
     overwrite: bool,
     form: str,
 ) -> None:
-    """Find the cameras, choose the projection, draw and print; what cannot be ends the command with 1."""
+    """Adjust the cameras, choose the projection, draw and print; failure ends the command with 1."""
     options: dict[str, Any] = {"focal": focal, "tolerance": tolerance}
     try:
         with working("Adjusting"):
@@ -92,7 +92,7 @@ def present_panoramas(
 
 
 def _mapped(found: Panorama, projection: str | None, most_pixels: float) -> MappedPanorama:
-    """The panorama on the map that was asked for, or on the one that distorts the part of the sphere seen least."""
+    """Panorama on the requested projection, or on the one that distorts the visible part of the sphere least."""
     if projection is not None:
         return found.mapped(projection, most_pixels=most_pixels)
     from projdist.decisions import optimize  # slow to load
@@ -102,7 +102,7 @@ def _mapped(found: Panorama, projection: str | None, most_pixels: float) -> Mapp
 
 
 def _result(found: MappedPanorama) -> dict[str, Any]:
-    """The report: the cameras, the projection, and what others would distort."""
+    """JSON of a panorama: cameras, projection, and errors of the usual projections."""
     from projdist.answers import compare  # slow to load
 
     radius = found.projection.ellipsoid.a
@@ -143,7 +143,7 @@ def _panorama_report(results: list[dict[str, Any]], data: dict[str, Any], writte
 
 
 def _cameras(result: dict[str, Any]) -> Table:
-    """A row an image: where it looks."""
+    """One row per image: where its camera points."""
     keys = {"longitude": "longitudes", "latitude": "latitudes", "roll": "rolls", "focal": "focals"}
     rows = [
         {"image": image} | {key: result[column][row] for key, column in keys.items()}
@@ -155,7 +155,7 @@ def _cameras(result: dict[str, Any]) -> Table:
 
 
 def _projections(result: dict[str, Any]) -> Table:
-    """A row a projection: what it distorts of the part of the sphere that was seen."""
+    """One row per projection: its error over the visible part of the sphere."""
     columns: list[Column | str] = [
         Column("projection", left=True),
         Column("airy_kavrayskiy_scaled", "Airy-Kavrayskiy error", "{:.3g}".format, best=True),
@@ -320,7 +320,7 @@ def mosaic_command(
 def _refuse_others(
     turning: bool, own: dict[str, str | None], frame: str, weights: str | None, compare: str | None
 ) -> None:
-    """Refuse options of panoramas for mosaics, and the other way round."""
+    """Refuse options of panoramas for mosaics, and vice versa."""
     for name, value in own.items():
         if value is not None and not turning:
             refuse(f"Invalid option '{name}'. It needs a camera that only turns: --model rotation.")
@@ -331,7 +331,7 @@ def _refuse_others(
 
 
 def _matched(pictures: Sequence[Picture]) -> Correspondences:
-    """The points that pictures have in common."""
+    """Correspondences found in the pictures."""
     try:
         with progress_bar("images and pairs matched") as progress:
             return match(pictures, progress=progress)
@@ -345,7 +345,7 @@ def _matched(pictures: Sequence[Picture]) -> Correspondences:
 def _given(
     pictures: Sequence[Picture], correspondences: str | None, sizes: str | None, model: str
 ) -> Correspondences | None:
-    """The points of a file, or None where they are to be found in the pictures."""
+    """Correspondences of a file, None if they are to be found in the pictures."""
     if pictures and sizes is not None:
         raise ValueError(f"Invalid sizes '{sizes}'. The images have their own.")
     if correspondences is None:
@@ -358,7 +358,7 @@ def _given(
 
 
 def _data(results: list[dict[str, Any]], all_groups: bool) -> dict[str, Any]:
-    """The report: of one mosaic, or of all groups."""
+    """JSON of one mosaic, or of all groups."""
     return {"mosaics": results} if all_groups else results[0]
 
 
@@ -379,7 +379,7 @@ def _report(results: list[dict[str, Any]], all_groups: bool, written: Sequence[P
 
 
 def _table(result: dict[str, Any], own_images: bool) -> Table:
-    """A row an image; of a group among others its own images only."""
+    """One row per image; with several groups only the group's own images."""
     rows = [
         {"image": image} | {frame: of_images and of_images[row] for frame, of_images in result["distortions"].items()}
         for row, image in enumerate(result["images"])

@@ -1,4 +1,4 @@
-"""The pictures of the command `mosaic`: the mosaic, and where on the Earth it is."""
+"""Output of the command `mosaic`: the mosaic, its georeference, and figures of its frames."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _GEOTIFF = (".tif", ".tiff")
 
 
 class MosaicFile:
-    """Where a mosaic goes, and how it is drawn; a wrong word ends the command with 2."""
+    """Path and drawing options of a mosaic; invalid ones end the command with 2."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class MosaicFile:
         overwrite: bool,
         sheets: bool,
     ) -> None:
-        """`sheets`: whether the images may have places on the Earth."""
+        """Check the options; `sheets` tells if images may be georeferenced."""
         if not pictures:
             refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
         self.path = opt.file_of_kind(output, PICTURE_SUFFIXES, overwrite, "picture file")
@@ -79,7 +79,7 @@ class MosaicFile:
                 self._world = opt.output_file(str(world_file(self.path)), overwrite)
 
     def of_group(self, number: int) -> MosaicFile:
-        """The file of a group of images: the first has the name, the others FILE-2 and so on."""
+        """The file of a group of images: FILE, FILE-2, ..."""
         new = copy.copy(self)
         new.path = _of_group(self.path, number, self._overwrite)
         if self._world is not None:
@@ -87,7 +87,7 @@ class MosaicFile:
         return new
 
     def save(self, found: Mosaic) -> dict[str, Any]:
-        """Draw the mosaic and write it; what was written, for the report."""
+        """Draw and write the mosaic; returns its entry in the report."""
         drawn = self._drawn(found)
         canvas = drawn.canvas
         place = self._place(found, canvas) if isinstance(canvas, Canvas) else None
@@ -98,7 +98,7 @@ class MosaicFile:
         return self._written(drawn) | {"matrices": matrices, "georeference": sheet}
 
     def save_panorama(self, found: MappedPanorama) -> dict[str, Any]:
-        """The same of a panorama on a map."""
+        """Draw and write a panorama; returns its entry in the report."""
         drawn = self._drawn(found)
         with drawing(self.path):
             save_mosaic(drawn, self.path, overwrite=self._overwrite)
@@ -108,7 +108,7 @@ class MosaicFile:
         return {"file": str(self.path), "width": drawn.canvas.width, "height": drawn.canvas.height}
 
     def _drawn(self, found: Mosaic | MappedPanorama) -> Rendered:
-        """What is drawn; what cannot be ends the command."""
+        """Rendered mosaic; failure ends the command."""
         try:
             return render(found, self._pictures, **self._options)
         except ImportError as error:
@@ -137,7 +137,7 @@ class MosaicFile:
 
 
 def figure_of_group(figure: PictureFile, number: int) -> PictureFile:
-    """The same of a figure."""
+    """The figure of a group of images: FILE, FILE-2, ..."""
     new = copy.copy(figure)
     new.path = _of_group(figure.path, number, figure.overwrite)
     return new
@@ -148,13 +148,13 @@ def _of_group(path: Path, number: int, overwrite: bool) -> Path:
 
 
 def draw_frames(found: Mosaic, pictures: Sequence[Picture], target: PictureFile) -> None:
-    """Draw the frames side by side: of images, or, where there are none, of their rims."""
+    """Draw the frames side by side, with the images or, without any, their outlines."""
     with refusing():
         target.save(functools.partial(plots.mosaic_figure, found, pictures or None))
 
 
 def picture_notes(written: dict[str, Any]) -> list[str]:
-    """Lines on what was written."""
+    """Notes on the written mosaic."""
     notes = [f"The mosaic has {written['width']} x {written['height']} pixels."]
     place = written["georeference"]
     if place is not None:
@@ -166,7 +166,7 @@ def picture_notes(written: dict[str, Any]) -> list[str]:
 
 
 def _georeference(picture: Picture) -> Georeference | None:
-    """Where a sheet lies: what its world file says, and, with rasterio, GDAL."""
+    """Georeference of a sheet, by GDAL if rasterio is installed, else by its world file."""
     if picture.path is None or picture.is_turned:
         return None
     own = read_world_file(picture.path)

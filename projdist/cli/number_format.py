@@ -1,4 +1,4 @@
-"""What stands in the cells of tables and in titles: numbers with the digits that their errors allow, and names."""
+"""Formats of numbers with the digits that their errors allow, of areas, shares and names."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ WHOLE = 0.9999995
 
 
 def rounded(value: float | None, error: float | None) -> str:
-    """At most six decimals or four significant digits, and none that the error makes doubtful.
+    """A number with at most six decimals or four significant digits, and only certain ones.
 
-    Of a figure that is no more than its error both are shown; one that is nothing but rounding has zeros.
+    A value within its error is shown with the error, one within rounding as zeros.
     """
     if value is None:
         return "-"
@@ -35,9 +35,9 @@ def rounded(value: float | None, error: float | None) -> str:
 
 
 def certain(value: float | None, error: float | None = None) -> str:
-    """Five significant digits at most, and none that the error makes doubtful.
+    """A number with at most five significant digits, and only certain ones.
 
-    Of a figure that is no more than its error both are shown; one that is nothing but rounding is 0.
+    A value within its error is shown with the error, one within rounding as 0.
     """
     if value is None:
         return "-"
@@ -53,60 +53,60 @@ def certain(value: float | None, error: float | None = None) -> str:
 
 
 def with_error(value: float, error: float) -> str:
-    """A figure and its error: `0.12346 +- 3e-09`, or of what is no more than that `327 +- 27,000`."""
+    """A value and its error: `0.12346 +- 3e-09`, or within the error `327 +- 27,000`."""
     if _is_swallowed(value, error):
         return f"{_plain(value, 3)} +- {_plain(error, 2)}"
     return f"{rounded(value, error)} +- {first_digit(error)}"
 
 
 def _is_swallowed(value: float, error: float) -> bool:
-    """Whether a figure is no more than its error, and that is more than rounding."""
+    """True if a value is within its error, and the error larger than rounding."""
     return error > _ROUNDING and abs(value) <= error
 
 
 def _plain(value: float, digits: int) -> str:
-    """A number to so many digits, with commas, and without an exponent below a million."""
+    """A number with significant digits and thousands separators; an exponent from a million on."""
     few = float(f"{value:.{digits}g}")
     return f"{few:,.0f}" if 10.0 ** (digits - 1) <= abs(few) < _LARGE else f"{few:.{digits}g}"
 
 
 def fixed(value: float, decimals: int, sign: str = "") -> str:
-    """So many decimals, and no "-0.00"."""
+    """A number with fixed decimals, never "-0.00"."""
     return f"{round(value, decimals) + 0.0:{sign}.{decimals}f}"
 
 
 def first_digit(error: float) -> str:
-    """The size of an error."""
+    """An error with one digit."""
     return f"{error:.0e}"
 
 
 def per_cent(share: float, digits: int = 4) -> str:
-    """A share."""
+    """A share in per cent."""
     return f"{100.0 * share:.{digits}g} %"
 
 
 def change(ratio: float) -> str:
-    """By how much something is more than something else, of which it is a ratio."""
+    """Relative change of a ratio, in per cent with sign."""
     return f"{100.0 * (ratio - 1.0):+.2f} %" if abs(ratio) < math.inf else "-"
 
 
 def area_text(km2: float) -> str:
-    """An area in words, small ones with their digits."""
+    """An area in km2."""
     return f"{km2:,.0f} km2" if km2 >= 100 else f"{km2:.3g} km2"
 
 
 def size_text(region: Place) -> str:
-    """How large a region is, in words: its area, or how many points it has."""
+    """Area of a region, or the number of its points."""
     from projdist.regions import PointSet  # loads numpy, which --version does without
 
     return f"{region.lon.size:,} points" if isinstance(region, PointSet) else area_text(region.area_km2)
 
 
 def covers(coverage: float) -> list[str]:
-    """A line on what share of a region a map covers, if it is not all."""
+    """A note on the covered share of the region, if it is not all."""
     return [f"Covers {per_cent(coverage)} of the region."] if coverage < WHOLE else []
 
 
 def label_of(given: str, name: str) -> str:
-    """A projection as it was given, or, as WKT may be long, by its name."""
+    """The projection as given, or its name if that is long, as WKT."""
     return given if len(given) <= _LONGEST_LABEL and "\n" not in given else name

@@ -1,4 +1,4 @@
-"""What the command `oldmap` writes for GIS programs: the rectified scan, and layers."""
+"""The command `oldmap`: its report, rectified scans and layers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ LAYERS = (".gpkg",)
 
 
 class OldMapFile:
-    """Where a sheet or layers go; a wrong word ends the command with 2."""
+    """Path and options of a rectified scan or of layers; invalid ones end the command with 2."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class OldMapFile:
         check_libraries(self.path)
 
     def save(self, found: OldMap) -> None:
-        """Write the file, and tell where it has no CRS; what cannot be done ends the command."""
+        """Write the file, with a notice if it has no CRS; failure ends the command."""
         with drawing(self.path), working("Drawing"):
             if self._is_sheet:
                 sheet = rectify(found, self._image, by=self._by, resolution=self._resolution)
@@ -85,21 +85,21 @@ _ROUNDING = 1e-12  # of a mean square
 
 
 def refuse_for_several(given: Mapping[str, Any]) -> None:
-    """Refuse options of one map only."""
+    """Refuse options that are for one map only."""
     for name, value in given.items():
         if value:
             refuse(f"Invalid option '{name}' for several maps. It is for one.")
 
 
 def refuse_twice(given: Sequence[str]) -> None:
-    """Refuse a file that is given twice: with itself a map has everything in common."""
+    """Refuse a file that is given twice."""
     for name in given:
         if given.count(name) > 1:
             refuse(f"Invalid points file '{name}'. It must be given once.")
 
 
 def several_report(given: Sequence[str], maps: Sequence[OldMap], by: str) -> Report:
-    """A row for each map after its rectification, and one for the mean of all."""
+    """Report with one row per rectified map, and one for their mean."""
     data = _measured(given, maps, by)
     rows = [*data["maps"], {"map": _MEAN, "distortion": data["mean"]["distortion"]}]
     own = np.mean([row["distortion"] for row in data["maps"]])
@@ -132,7 +132,7 @@ _COLUMNS: list[Column | str] = [
 
 
 def _measured(given: Sequence[str], maps: Sequence[OldMap], by: str) -> dict[str, Any]:
-    """The figures of all maps, and the polynomials of their mean."""
+    """JSON of several maps: their figures and their mean map."""
     ground = common_ground(maps, by=by)
     mean = mean_plane_map(ground.x, ground.y, ground.jacobians, area=ground.area)
     nearest = mean.jacobian(ground.x, ground.y)
@@ -233,7 +233,7 @@ def oldmap_command(
 def _fitting(
     crs: str | None, *, model: str, smoothing: str | None, outliers: str, scan_dpi: str | None
 ) -> Callable[[str], OldMap]:
-    """What makes of a file of control points an old map; wrong words end the command."""
+    """Function from a file of control points to a fitted old map; invalid options end the command."""
     opt.choice("model", model, list(MODELS))
     opt.choice("outliers", outliers, list(OUTLIERS))
     options: dict[str, Any] = {
@@ -246,19 +246,19 @@ def _fitting(
 
 
 def _panels(draw: Sequence[str] | None, measure: str) -> Sequence[str]:
-    """The panels to draw, the first ones if none is named; wrong words end the command."""
+    """Panels to draw, by default the first ones; invalid ones end the command."""
     opt.choice("measure", measure, list(DRAWN_MEASURES))
     panels = [opt.choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
     return panels or PANELS[:_USUAL]
 
 
 def _is_for_gis(output: str | None) -> bool:
-    """Whether it is a sheet or layers, and no picture."""
+    """True if the output is a rectified scan or layers."""
     return output is not None and Path(output).suffix.lower() in (*SHEETS, *LAYERS)
 
 
 def _refuse_without_layers(given: Mapping[str, str | None]) -> None:
-    """Refuse options of sheets and layers where none is written."""
+    """Refuse options of rectified scans and layers without either."""
     for name, value in given.items():
         if value is not None:
             refuse(f"Invalid option '{name}'. It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
@@ -268,7 +268,7 @@ def _refuse_without_layers(given: Mapping[str, str | None]) -> None:
 
 
 def _compared(points: Sequence[str], fitted: Callable[[str], OldMap], by: str) -> Report:
-    """Of several maps."""
+    """Report of several maps."""
     with refusing(), working("Fitting"):
         return several_report(points, [fitted(one) for one in points], by)
 
@@ -290,7 +290,7 @@ _NAMES = {"mdt": "MDT", "affine": "affine, least squares", "helmert": "Helmert, 
 
 
 def _columns(scanned: bool) -> Iterator[Column | str]:
-    """Of rectifications."""
+    """Columns of the rectifications."""
     yield "map"
     yield Column("distortion", "mean Dist_F^2", lambda value: f"{round(value, 12):.4g}")
     yield Column("residual", "RMS at points,", _short, unit="m")
@@ -306,7 +306,7 @@ def _columns(scanned: bool) -> Iterator[Column | str]:
 
 
 def _notes(data: dict[str, Any]) -> list[str]:
-    """What the table has no room for."""
+    """Notes on the fit, its folds and outliers."""
     lines = [f"The fit has {data['freedom']:.4g} parameters a coordinate"]
     if data["smoothing"] is not None:
         lines[0] += f", with the smoothing {data['smoothing']:.4g}"

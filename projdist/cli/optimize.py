@@ -95,13 +95,13 @@ def _report(found: Optimum) -> Report:
 
 
 def _mapped(found: Optimum) -> Mapped:
-    """The map beside those that it is compared with."""
+    """The optimum and its baselines."""
     maps: list[ProjectionLike] = [found.projection, *(one.definition for one in found.baselines)]
     return Mapped(maps, ["Optimised", *(one.name for one in found.baselines)], found.region)
 
 
 def _lead(found: Optimum) -> Iterator[str]:
-    """The parameters and the figures."""
+    """Parameters and figures of the optimum."""
     yield from (f"{name:8} {number_text(value)}" for name, value in found.parameters.items())
     yield f"Airy-Kavrayskiy {_shown(found.airy_kavrayskiy)}"
     if found.criterion != "airy_kavrayskiy":
@@ -115,7 +115,7 @@ def _lead(found: Optimum) -> Iterator[str]:
 
 
 def _maps(found: Optimum) -> Table:
-    """The optimum beside other maps. Where the criterion vanishes there is only rounding to compare."""
+    """Table of the optimum and other maps, by Airy-Kavrayskiy error where the criterion vanishes."""
     name, unit = ("airy_kavrayskiy", "") if found.note else (found.criterion, found.unit)
     figure = operator.attrgetter("airy_kavrayskiy" if found.note else "value")
     this = figure(found)
@@ -142,14 +142,14 @@ def _maps(found: Optimum) -> Table:
 
 
 def _roundings(found: Optimum) -> Table:
-    """What rounded parameters cost."""
+    """Table of the costs of rounded parameters."""
     rows = [{"step": one.step, "cost": 1.0 + one.loss} | one.parameters for one in found.roundings]
     parameters = [Column(name, show=number_text) for name in found.roundings[0].parameters]
     return Table(rows, [Column("step", "rounded to", "{:g} deg".format), Column("cost", "costs", change), *parameters])
 
 
 def _shown(value: float, error: float = 0.0) -> str:
-    """One decimal, or five digits of what is small, and none that the error makes doubtful."""
+    """A value with one decimal, or five digits below 1, and only certain ones."""
     if value < 1.0:
         return rounded(value, max(_DIGIT * value, error))
     return f"{value:,.1f}" if error <= _LAST else f"{round(value, -math.ceil(math.log10(error))):,.0f}"

@@ -1,4 +1,4 @@
-"""The options that commands share, and the values of their words; a wrong word ends the command with 2."""
+"""The options that commands share, and their values; an invalid one ends the command with 2."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def argument(metavar: str, help: str, default: Any = ...) -> Any:
 
 
 def option(value: str | Iterable[str], help: str, default: Any = None, *flags: str) -> Any:
-    """An option with a value, or one of several words; `...` requires it, without `flags` its parameter names it."""
+    """An option with a value or one of several words, named as its parameter unless `flags` are given."""
     return typer.Option(default, *flags, metavar=value if isinstance(value, str) else "|".join(value), help=help)
 
 
@@ -141,14 +141,14 @@ _MOST_LEVELS = 100
 
 
 def choice(thing: str, text: str, allowed: list[str]) -> str:
-    """One of the words that are allowed."""
+    """The text, if it is allowed."""
     if text not in allowed:
         refuse(f"Invalid {thing} '{text}'. It must be {', '.join(allowed[:-1])} or {allowed[-1]}.")
     return text
 
 
 def format_of(text: str, forms: Sequence[str] = FORMATS) -> str:
-    """The name of a format."""
+    """The name of a format, if it is allowed."""
     return choice("format", text, list(forms))
 
 
@@ -158,9 +158,9 @@ _OF_ANY = (".txt", ".log", "")
 
 
 def format_for(text: str | None, path: Path | None, forms: Sequence[str] = FORMATS, others: Sequence[str] = ()) -> str:
-    """The format that is asked for, or else told by the suffix of the file to write; they must not contradict.
+    """Format given by `--format` or by the output's suffix; refuses contradictions.
 
-    Files of `others`, suffixes too, hold what is no text.
+    `others` are suffixes of files that are not text.
     """
     stated = None if text is None else format_of(text, forms)
     suffix = "" if path is None or is_stream(path) else path.suffix.lower()
@@ -176,7 +176,7 @@ def format_for(text: str | None, path: Path | None, forms: Sequence[str] = FORMA
 def form_and_page(
     text: str | None, output: str | None, overwrite: bool, forms: Sequence[str] = FORMATS
 ) -> tuple[str, Path | None]:
-    """The format, and the page to write if the output is one, of a command whose other outputs are pictures or data."""
+    """Format, and path of the page if the output is one, of a command with other outputs than text."""
     stated = None if text is None else format_of(text, forms)
     if not is_page(output):
         return stated or TABLE, None
@@ -186,17 +186,17 @@ def form_and_page(
 
 
 def is_page(output: str | None) -> bool:
-    """Whether an output is a page, by its suffix."""
+    """True if the suffix is of a page."""
     return output is not None and Path(output).suffix.lower() == PAGE_SUFFIX
 
 
 def region_given(text: str | None, maps: Iterable[str] = (), weight: str | None = None) -> Place | None:
-    """The region of an option, None for none: its default depends on the maps. That of weights is the globe."""
+    """Region of `--region`, None for the default of the maps; with weights the default is the globe."""
     return None if text is None and weight is None else region_of("globe" if text is None else text, weight, maps)
 
 
 def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) -> Place:
-    """The region of the words of `get_region`, perhaps weighted; what was repaired in it is said."""
+    """Region of a text, possibly weighted; prints notes on repairs."""
     known = _known(maps)
     with refusing():
         region = (region_for(text, known) if known else get_region(text)) if weight is None else _weighted(text, weight)
@@ -206,7 +206,7 @@ def region_of(text: str, weight: str | None = None, maps: Iterable[str] = ()) ->
 
 
 def _known(maps: Iterable[str]) -> list[Projection]:
-    """Those of some texts that are maps; what is to be told of them, or of others, is when they are measured."""
+    """Valid projections among the texts; notices are left to the measuring."""
     found = []
     with notices_kept():
         for text in maps:
@@ -227,12 +227,12 @@ def _weighted(text: str, weight: str) -> Place:
 
 
 def names_of(given: Iterable[str] | None) -> list[str]:
-    """Names of words, which may stand with commas between them."""
+    """Names from repeated options, each possibly a comma-separated list."""
     return [name.strip() for text in given or [] for name in text.split(",")]
 
 
 def measure_names(given: list[str] | None) -> list[str]:
-    """Names of measures, which may stand with commas between them."""
+    """Names of measures from repeated options or comma-separated lists."""
     names = names_of(given)
     with refusing():
         for name in names:
@@ -241,14 +241,14 @@ def measure_names(given: list[str] | None) -> list[str]:
 
 
 def refuse_given(options: Mapping[str, object], reason: str, of: str = "") -> None:
-    """Refuse the first option that is given; `of` says of what it is none."""
+    """Refuse the first given option, for a reason; `of` follows its name in the message."""
     for name, value in options.items():
         if value is not None:
             refuse(f"Invalid option '{name}'{of}. {reason}")
 
 
 def refuse_regional_options(executor: str | None, partial: str | None) -> None:
-    """Refuse the options of many regions where there is one."""
+    """Refuse `--executor` and `--partial` without `--regions`."""
     refuse_given({"--executor": executor, "--partial": partial}, "It needs --regions.")
 
 
@@ -280,12 +280,12 @@ def number(name: str, text: str | None, low: float, high: float, unit: str = "")
 
 
 def printed_or_file(text: str | None, overwrite: bool) -> Path | None:
-    """None for the standard output, or the file."""
+    """Path of the output, None for standard output."""
     return None if text is None else output_file(text, overwrite)
 
 
 def output_file(text: str, overwrite: bool) -> Path:
-    """A file that can be written as far as one can say before the work, and that is new or may be overwritten."""
+    """Path of an output, checked before the work: a file in a directory, new unless `overwrite`."""
     if not text:
         refuse("Invalid output ''. It must be the name of a file.")
     path = Path(text)
@@ -304,7 +304,7 @@ def output_file(text: str, overwrite: bool) -> Path:
 
 
 def file_of_kind(text: str, suffixes: tuple[str, ...], overwrite: bool, kind: str = "output") -> Path:
-    """The same for a file whose suffix tells its format."""
+    """Path of an output whose suffix is one of `suffixes`, checked as by `output_file`."""
     if Path(text).suffix.lower() not in suffixes:
         allowed = " or ".join(filter(None, (", ".join(suffixes[:-1]), suffixes[-1])))
         refuse(f"Invalid {kind} '{text}'. Its suffix must be {allowed}.")
@@ -312,7 +312,7 @@ def file_of_kind(text: str, suffixes: tuple[str, ...], overwrite: bool, kind: st
 
 
 def step_of(text: str | None) -> float | None:
-    """Degrees between ellipses or lines."""
+    """Spacing of ellipses or lines in degrees."""
     return number("step", text, 1e-5, 90, " of degrees")
 
 
@@ -322,7 +322,7 @@ def dots_of(text: str | None) -> float:
 
 
 def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
-    """Width and height in inches."""
+    """Width and height in inches, None by default."""
     if text is None:
         return None
     width, comma, height = text.replace("x", ",").partition(",")
@@ -335,14 +335,14 @@ def size_of(text: str | None, dpi: float) -> tuple[float, float] | None:
 
 
 def context_of(text: str | None) -> str:
-    """What a picture of a region shows of the Earth."""
+    """Context of a picture of a region, the last of `CONTEXTS` by default."""
     from projdist import plots  # loads matplotlib
 
     return plots.CONTEXTS[-1] if text is None else choice("context", text, list(plots.CONTEXTS))
 
 
 def levels_of(text: str | None) -> int | list[float] | None:
-    """A number of isolines, or their values."""
+    """Number of isolines, or their values."""
     if text is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""A report as a web page: its tables, its notes, what it has to copy, and its maps."""
+"""Reports as web pages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FORMS = {
 
 
 def page_text(report: Report) -> str:
-    """The page of a report."""
+    """HTML page of a report."""
     return page_html(
         Page(
             title=report.title,
@@ -55,7 +55,7 @@ def _table(table: Table) -> PageTable:
 
 
 def _figure(row: Row, key: str) -> float | None:
-    """What a cell is sorted by: its value, if that is a finite number."""
+    """Sort key of a cell: its value if finite, else None."""
     value: Any = value_of(row, key)
     try:
         figure = float(value)
@@ -65,7 +65,7 @@ def _figure(row: Row, key: str) -> float | None:
 
 
 def _copies(report: Report) -> Iterator[tuple[str, str | None]]:
-    """The command, and the forms of the answer, or else those of the maps."""
+    """Texts to copy: the command, and the forms of the answer or else of its maps."""
     yield "Command", shlex.join(["projdist", *sys.argv[1:]])
     yield from ((_FORMS[form], copy.text) for form, copy in report.copies.items())
     if report.maps and not report.copies:
@@ -77,7 +77,7 @@ def _copies(report: Report) -> Iterator[tuple[str, str | None]]:
 
 
 def _wkt(projection: Projection) -> str | None:
-    """WKT2, of a code that which its authority has; None where there is none."""
+    """WKT2 of a projection, of a code its authority's own; None if it has none."""
     if _CODE.fullmatch(projection.definition):
         return str(crs_of(projection.definition).to_wkt("WKT2_2019", pretty=True))
     return crs_wkt(projection, projection.name)[0]

@@ -1,4 +1,4 @@
-"""Pictures, rasters and layers that a command writes, from the words of its options."""
+"""Pictures, rasters and layers that commands write, and their options."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _MOST_PIXELS = 1e8  # along a side; how many there may be in all is for the rast
 
 
 def check_layer_options(path: Path, drawn: Mapping[str, str | None]) -> None:
-    """Refuse options that are for pictures."""
+    """Refuse options of pictures for other files."""
     opt.refuse_given(drawn, "It is for pictures.", f" for '{path}'")
 
 
 def check_libraries(path: Path) -> None:
-    """Refuse a file that cannot be written because a library is missing."""
+    """Refuse a file if the library that writes it is missing."""
     with refusing():
         gis.check_libraries(path)
 
@@ -43,7 +43,7 @@ def write_raster(
     resolution: str | None,
     overwrite: bool,
 ) -> None:
-    """Measures of a map as a GeoTIFF."""
+    """Write measures of a map as a GeoTIFF."""
     opt.choice("grid", grid, list(gis.GRIDS))
     pixels = _pixels(size)
     side = opt.number("resolution", resolution, 1e-12, 1e12)
@@ -57,7 +57,7 @@ def write_raster(
 
 
 def write_layer(given: Sequence[str], path: Path, *, region: Place | None, step: float | None, overwrite: bool) -> None:
-    """The indicatrices of a map as polygons."""
+    """Write the indicatrices of a map as polygons."""
     check_libraries(path)
     projection = _only_map(given, path)
     with drawing(path):
@@ -69,13 +69,13 @@ def write_layer(given: Sequence[str], path: Path, *, region: Place | None, step:
 
 
 def note(text: str) -> None:
-    """Say something on standard error that is no failure."""
+    """Print a note on standard error."""
     if text:
         sys.stderr.write(f"projdist: Note: {text}\n")
 
 
 def _only_map(given: Sequence[str], path: Path) -> Projection:
-    """The map of a file that has room for one."""
+    """The projection of a file that holds one map."""
     if len(given) != 1:
         refuse(f"Invalid projections '{' '.join(given)}' for '{path}'. A {path.suffix} file has one map; name one.")
     with refusing():
@@ -83,7 +83,7 @@ def _only_map(given: Sequence[str], path: Path) -> Projection:
 
 
 def _pixels(text: str | None) -> int | tuple[int, int] | None:
-    """The pixels of a raster's longer side, or of its width and height."""
+    """Pixels of a raster's longer side, or its width and height."""
     if text is None:
         return None
     words = text.replace("x", ",").split(",")
@@ -116,13 +116,13 @@ class StyleOptions:
     theme: str | None = opt.option("light|dark|print", "Colours of the picture; print is grey.")
 
     def given(self, but: str = "") -> dict[str, Any]:
-        """The options that were given, by their names on the command line; `--overwrite` is of other files, too."""
+        """Given options by name; without `--overwrite`, which is for other files, too."""
         words = ((one.name, getattr(self, one.name)) for one in fields(self) if one.name != "overwrite")
         options = {f"--{name.replace('_', '-')}": word for name, word in words}
         return {name: word for name, word in options.items() if word not in (None, False) and name != but}
 
     def look(self) -> plots.Look:
-        """The look that the options state; a wrong word ends the command with 2."""
+        """Style of the options; invalid ones end the command with 2."""
         if self.title is not None and self.no_title:
             refuse("Invalid option '--no-title'. It cannot be used with --title.")
         with refusing():
@@ -156,7 +156,7 @@ class PictureOptions(FilmOptions, GraphOptions):
 
 
 class PictureFile:
-    """Where a picture goes, and how it is drawn; a wrong word ends the command with 2."""
+    """Path and drawing options of a picture; invalid ones end the command with 2."""
 
     def __init__(
         self, output: str, drawn: GraphOptions, *, step: str | None = None, beside: tuple[str, ...] = ()
@@ -168,7 +168,7 @@ class PictureFile:
         self.look = drawn.look()
 
     def save(self, draw: Callable[..., Any]) -> None:
-        """Write the figure that `draw` makes with `size`, `dpi` and `look`; what cannot be drawn ends the command."""
+        """Write the figure that `draw` makes with `size`, `dpi` and `look`; failure ends the command."""
         with drawing(self.path), working("Drawing"):
             figure = draw(size=self.size, dpi=self.dots, look=self.look)
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
@@ -182,7 +182,7 @@ def picture_of(
     beside: tuple[str, ...] = (),
     **others: Any,
 ) -> PictureFile | None:
-    """The picture of a command that draws one only where it is asked to; else options of pictures are refused.
+    """Picture requested by `output`; without one, options of pictures are refused.
 
     `others` are such options that the command has beside these, None where they are not given; `beside` are suffixes
     of what else it writes, which is not asked for here.

@@ -1,4 +1,4 @@
-"""`recommend --regions`: the best CRSs of each of many regions."""
+"""The command `recommend`: the best CRSs for a region, or for each of many."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def recommend_regions(
     options: Mapping[str, Any],
     work: RegionalWork,
 ) -> None:
-    """Find the best CRSs for each region."""
+    """Find the best CRSs of each region."""
     with refusing():
         get_purpose(options["purpose"])
         get_figure(options["criterion"])
@@ -168,7 +168,7 @@ def recommend_command(
 
 
 def _draw(result: Recommendation, picture: PictureFile) -> None:
-    """Heat maps of the best, with one colour bar."""
+    """Draw heat maps of the best CRSs, with one colour bar."""
     maps, titles, region, measure, *_ = _mapped(result)
     distortions = [*(one.distortion for one in _drawn(result)), *(one.distortion for one in result.custom[:1])]
     picture.save(
@@ -184,19 +184,19 @@ def _draw(result: Recommendation, picture: PictureFile) -> None:
 
 
 def _drawn(result: Recommendation) -> Sequence[Candidate]:
-    """The best that are drawn, beside the best custom projection if there is one."""
+    """Candidates that are drawn; a custom projection takes one of the places."""
     return _drawable(result)[: _DRAWN - len(result.custom[:1])]
 
 
 def _mapped(result: Recommendation) -> Mapped:
-    """The maps of the best by their codes, as their names would not fit, and the best custom projection."""
+    """The best candidates, titled by code, and the best custom projection."""
     best, custom = _drawn(result), result.custom[:1]
     maps = [*(one.code for one in best), *(one.proj for one in custom)]
     return Mapped(maps, [*(one.code for one in best), *(f"custom {one.family}" for one in custom)], result.region)
 
 
 def _drawable(result: Recommendation) -> tuple[Candidate, ...]:
-    """Results that do not tear a region that does not go round the Earth: its parts would be specks far apart."""
+    """Candidates that do not cut the region, unless it spans all longitudes or all candidates cut it."""
     west, _, east, _ = result.region.bounds
     whole = tuple(one for one in result.results if east - west >= 360.0 or not one.distortion.cut_km)
     return whole or result.results
@@ -226,7 +226,7 @@ def _report(result: Recommendation, picture: PictureFile | None) -> Report:
 
 
 def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column | str]:
-    """Of existing CRSs."""
+    """Columns of existing CRSs."""
     yield "code"
     yield "name"
     yield Column("method", show=lambda method: method.replace("_", " "))
@@ -246,7 +246,7 @@ def _columns(rows: Sequence[Row], result: Recommendation) -> Iterator[Column | s
 
 
 def _figures(criterion: str) -> Iterator[Column | str]:
-    """The columns of figures."""
+    """Columns of the figures of a CRS."""
     yield Column("value", criterion, certain, error=f"{criterion}_error")
     yield "max_scale_error_ppm"
     yield "mean_scale_error_ppm"
@@ -256,7 +256,7 @@ def _figures(criterion: str) -> Iterator[Column | str]:
 
 
 def _zones(system: ZoneSystem, criterion: str) -> Table:
-    """A system of zones: how many there are, whose, and what they are off by at most."""
+    """Table of a zone system, titled with its largest scale error."""
     whose = "national zones" if system.national else "zones of the world"
     columns: list[Column | str] = [
         "code",
@@ -271,7 +271,7 @@ def _zones(system: ZoneSystem, criterion: str) -> Table:
 
 
 def _notes(result: Recommendation) -> list[str]:
-    """What the columns mean, which CRSs draw the same map, and how many are none."""
+    """Notes on the columns, identical maps and rejected CRSs."""
     notes = [
         *result.notes,
         "ppm: |scale - 1| in parts per million; omega: angular deformation in degrees; keeps: as measured; "
@@ -320,7 +320,7 @@ def _notes(result: Recommendation) -> list[str]:
 
 
 def _own(official: Candidate, result: Recommendation) -> str:
-    """Which CRS is the country's own, with its figures where no row has them."""
+    """Note on the country's official CRS, with its figures if it is not in the table."""
     own = f"The best of {result.country}'s own for general use, on its datum in force: {official.code}"
     if official.code in (one.code for one in result.results):
         return f"{own}."
@@ -329,7 +329,7 @@ def _own(official: Candidate, result: Recommendation) -> str:
 
 
 def _kind(reason: str) -> str:
-    """What sort of reason it is."""
+    """Kind of a reason for rejection, in the plural."""
     if reason.startswith("Its area of use"):
         return "whose area of use holds too little of the region"
     if reason.startswith("It can be projected"):
@@ -340,27 +340,27 @@ def _kind(reason: str) -> str:
 
 
 def _angle(degrees: float, error: float) -> str:
-    """What is below the rounding is 0."""
+    """Angle in degrees; 0 within rounding."""
     return "0" if abs(degrees) < _ROUNDING else certain(degrees, error)
 
 
 def _span(row: Row) -> str:
-    """`0.99920 .. 1.00426`, with fewer decimals where the errors ask for it."""
+    """Range of areal scales with certain decimals: `0.99920 .. 1.00426`."""
     ends = ((row[f"{end}_areal_scale"], row[f"{end}_areal_scale_error"]) for end in ("min", "max"))
     return " .. ".join("inf" if value == float("inf") else rounded(value, max(error, 1e-5)) for value, error in ends)
 
 
 def _made_for(row: Row) -> str:
-    """Whose a map is, as far as that counts."""
+    """Extent that the CRS is made for: national, or continent or world."""
     return "national" if row["national"] else "continent or world" if row["wide"] else ""
 
 
 def _short(text: str) -> str:
-    """The beginning of a text, to its first full stop or for 40 characters."""
+    """Text up to its first full stop, at most 40 characters."""
     beginning = text.partition(". ")[0].rstrip(".")
     return beginning if len(beginning) <= 40 else f"{beginning[:37].rstrip()}..."
 
 
 def _finite(value: Any) -> Any:
-    """A cell of CSV; infinite and undefined ones are empty."""
+    """Cell of CSV; infinity and NaN become empty."""
     return "" if isinstance(value, float) and not abs(value) < float("inf") else value

@@ -1,4 +1,4 @@
-"""What a command answers, before it has a format: a title, tables, notes, texts to copy, and the data behind them."""
+"""Answers of commands before they have a format: title, tables, notes, texts to copy, and the data behind them."""
 
 from __future__ import annotations
 
@@ -119,14 +119,14 @@ class Table:
 
 
 class Copy(NamedTuple):
-    """A text to copy, as a PROJ string; None where there is none, for a reason."""
+    """A text to copy, such as a PROJ string; None with a reason if there is none."""
 
     text: str | None
     reason: str | None = None
 
 
 class Mapped(NamedTuple):
-    """Projections whose maps a page shows, by what they are called, over a region, and the measure shown first.
+    """Projections that a page maps over a region, with their titles and the measure shown first.
 
     Scales are those on the ground at an ellipsoidal height in metres. `marks` are geometries in longitude and latitude,
     by their names.
@@ -142,9 +142,9 @@ class Mapped(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """An answer: one renderer gives it any format.
+    """The answer of a command, which is rendered in any format.
 
-    `lead` are lines between the title and the tables, `sketch` those of a picture in characters below them, for plain
+    `lead` are lines between the title and the tables, `sketch` those of an ASCII map below them, for plain
     text only. `data` gives what JSON has, `rows` what CSV has, if not the rows
     of the first table; `header` names its columns where there are none. `copies` are the forms of the answer that are
     formats of their own; `about` is what they are of. `written` are the files that the command has left. `maps` are
@@ -166,5 +166,5 @@ class Report:
 
 
 def listing(rows: Sequence[Row]) -> Report:
-    """A report of rows as they are."""
+    """Report that is one table of rows."""
     return Report(tables=[Table(rows, rows[0])], data=lambda: rows)

@@ -1,4 +1,4 @@
-"""Tables and lines of text, as they fit into a terminal."""
+"""Tables and notes that fit the width of the terminal."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LONGEST_FIGURE = 24  # as 0.99941 .. 1.00026
 
 
 class _Drawn(NamedTuple):
-    """A column as text: whether it stands to the left, and its best cell is bold."""
+    """A column as text, its alignment, and whether its best cell is bold."""
 
     head: str
     cells: list[str]
@@ -35,19 +35,19 @@ class _Drawn(NamedTuple):
 
     @property
     def folds(self) -> bool:
-        """Whether it is of texts, which may be folded."""
+        """True for texts, which may be folded."""
         return self.left or max(map(cell_len, self.cells)) > _LONGEST_FIGURE
 
     def least(self, narrowest: int) -> int:
-        """Characters that it needs, with its border and padding."""
+        """Characters needed, with border and padding."""
         width = max(cell_len(self.head), *map(cell_len, self.cells))
         return _BORDER + (min(width, narrowest) if self.folds else width)
 
 
 def table_text(table: Table, output: Path | None = None) -> str:
-    """A table; columns that the terminal has no room for go to further tables, which repeat those that are keys.
+    """Text of a table; columns beyond the terminal's width go to further tables, which repeat the key columns.
 
-    Figures are never cut off. What goes to a file or a pipe has all the room that it needs.
+    Figures are never cut off. In a file or a pipe the width is not limited.
     """
     rows, keys, room = table.rows, table.keys, room_in(output)
     columns = [_Drawn(one.head, one.cells(rows), one.is_left(rows), one.best) for one in table.columns]
@@ -79,7 +79,7 @@ def table_text(table: Table, output: Path | None = None) -> str:
 
 
 def _with_bars(table: Table, columns: list[_Drawn], room: int | None, narrowest: int, *, unicode: bool) -> list[_Drawn]:
-    """The columns, and one of bars from 0 where a terminal has room beside them."""
+    """The columns, and one of bars if the terminal has room."""
     values = [value_of(row, table.bars) for row in table.rows]
     bars = _bars(values, unicode=unicode)
     if room is None or not bars:
@@ -90,7 +90,7 @@ def _with_bars(table: Table, columns: list[_Drawn], room: int | None, narrowest:
 
 
 def _bars(values: Sequence[object], *, unicode: bool) -> list[str]:
-    """Bars as long as numbers of 0 and more are large; none where fewer than two are, or any is less than 0."""
+    """Bars proportional to the values; none for fewer than two values, or with negative ones."""
     numbers = [float(one) if isinstance(one, int | float) and math.isfinite(one) else None for one in values]
     known = [one for one in numbers if one is not None]
     if len(known) < 2 or min(known) < 0.0 or max(known) == 0.0:
@@ -102,22 +102,22 @@ def _bars(values: Sequence[object], *, unicode: bool) -> list[str]:
 
 
 def notes_text(lines: Iterable[str], output: Path | None = None) -> str:
-    """Lines of words, which a terminal has in lines that fit."""
+    """Lines of text, wrapped to the terminal."""
     return "".join(f"{folded(line, room_in(output))}\n" for line in lines)
 
 
 def room_in(output: Path | None) -> int | None:
-    """Columns of the terminal that is printed to; None without one."""
+    """Width of the terminal that is printed to; None without one."""
     return None if output is not None else width_of(sys.stdout)
 
 
 def takes_blocks(output: Path | None) -> bool:
-    """Whether lines and blocks can be printed: a file has UTF-8."""
+    """True if the output takes box and block characters; files are UTF-8."""
     return output is not None or (sys.stdout.encoding or "").lower().startswith("utf")
 
 
 def _narrowest(columns: Sequence[_Drawn], keys: int, room: int | None) -> int:
-    """How narrow texts may be: not more than lets each column stand beside the keys."""
+    """Minimum width of text columns at which each fits beside the key columns."""
     for narrowest in _NARROWEST:
         least = [column.least(narrowest) for column in columns]
         if room is None or 1 + sum(least[:keys]) + max(least[keys:], default=0) <= room:
@@ -126,7 +126,7 @@ def _narrowest(columns: Sequence[_Drawn], keys: int, room: int | None) -> int:
 
 
 def _blocks(columns: Sequence[_Drawn], keys: int, room: int, narrowest: int) -> Iterator[list[_Drawn]]:
-    """Columns in groups that fit into `room` characters; each group begins with the first `keys`."""
+    """Groups of columns that fit into `room` characters, each beginning with the key columns."""
     first = list(columns[:keys])
     group = first
     for column in columns[keys:]:

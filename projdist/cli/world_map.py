@@ -64,7 +64,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def _draw_mean(found: MeanMap, picture: PictureFile) -> None:
-    """Heat maps of the mean and the average, on one scale."""
+    """Draw heat maps of the mean and the average, on one scale."""
     picture.save(
         functools.partial(
             plots.heatmap_figure,
@@ -96,7 +96,7 @@ def _mean_report(found: MeanMap, picture: PictureFile | None) -> Report:
 
 
 def _mean_lead(found: MeanMap) -> Iterator[str]:
-    """Degree and weights."""
+    """Degree and weights of the mean."""
     on = "in longitude and in latitude" if found.base is None else f"on {found.base.definition}"
     yield f"Degree {found.degree} {on}"
     if len(set(found.weights)) > 1:
@@ -104,7 +104,7 @@ def _mean_lead(found: MeanMap) -> Iterator[str]:
 
 
 def _standings(found: MeanMap) -> Table:
-    """The bound, the mean, the average and the given maps."""
+    """Table of the bound, the mean, the average and the given maps."""
     columns: list[Column | str] = [
         Column("kind", "map", left=True),
         Column("name", left=True),
@@ -184,7 +184,7 @@ def world_map_command(
 
 
 def _cut(text: str) -> float | list[list[float]]:
-    """A longitude, or points."""
+    """Cut of the map: a longitude, or a list of points."""
     try:
         values = [[float(value) for value in word.split(",")] for word in text.split()]
     except ValueError:
@@ -203,7 +203,7 @@ def _whole(text: str) -> int:
 
 
 def _written(found: WorldMap, path: Path, step: float, overwrite: bool) -> str:
-    """The operation of PROJ that reads the triangles."""
+    """Write the triangles; returns the PROJ operation that reads them."""
     try:
         return found.write_tinshift(path, step=step, overwrite=overwrite)
     except FileExistsError as error:
@@ -242,7 +242,7 @@ def _lead(found: WorldMap) -> Iterator[str]:
 
 
 def _maps(found: WorldMap) -> Table:
-    """The map beside others."""
+    """Table of the map and others."""
     columns: list[Column | str] = [
         Column("name", "map", left=True),
         Column("airy_kavrayskiy", "AK", certain, error="error_estimate"),
@@ -253,7 +253,7 @@ def _maps(found: WorldMap) -> Table:
 
 
 def _meshes(found: WorldMap) -> Table:
-    """What finer meshes gain."""
+    """Table of the refinements of the mesh."""
     columns: list[Column | str] = [
         Column("cells", show="{0:d} x {0:d}".format),
         Column("unknowns", show="{:d}".format),

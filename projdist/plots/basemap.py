@@ -1,4 +1,4 @@
-"""Areas of colour on a map: sea, land and lakes, and the region as a path that clips what is drawn of it."""
+"""Base maps: sea, land and lakes, lines and their labels, titles, and the region as a clip path."""
 
 from __future__ import annotations
 
@@ -43,19 +43,19 @@ CONTEXTS = ("none", "coast", "borders", "full")
 
 
 def check_context(context: str) -> str:
-    """One of `CONTEXTS`, or ValueError."""
+    """Check that a context is one of `CONTEXTS`; raises ValueError."""
     if context not in CONTEXTS:
         raise ValueError(f"Invalid context {context!r}. It must be one of {', '.join(CONTEXTS)}.")
     return context
 
 
 def shows_borders(surface: Surface, context: str) -> bool:
-    """Whether lakes and borders of countries are drawn: on maps of parts of the world."""
+    """True if lakes and borders are drawn, as on maps of parts of the world."""
     return context in ("borders", "full") and surface.is_local
 
 
 def triangulation(surface: Surface, triangles: IntArray) -> tuple[Triangulation, IntArray]:
-    """Triangles of a surface for matplotlib, and the vertices that they use."""
+    """Triangulation of a surface for matplotlib, and the vertices in use."""
     used = np.zeros(surface.x.size, dtype=bool)
     used[triangles] = True
     kept = np.flatnonzero(used)
@@ -63,7 +63,7 @@ def triangulation(surface: Surface, triangles: IntArray) -> tuple[Triangulation,
 
 
 def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
-    """Sea and land as pale areas, what is beside a region paler; other bodies are all land."""
+    """Draw sea and land as pale areas, paler outside of the region; other bodies are all land."""
     draw_surroundings(ax, surface, context)
     _draw_land(
         ax,
@@ -77,14 +77,14 @@ def draw_ground(ax: Axes, surface: Surface, context: str) -> None:
 
 
 def draw_surroundings(ax: Axes, surface: Surface, context: str) -> None:
-    """Sea and land about a region."""
+    """Draw sea and land around a region."""
     if surface.ground is not None and context != "none":
         lakes, pale = shows_borders(surface, context), look_of(ax).colours.neighbours
         _draw_land(ax, surface.ground, pale, 0.2, context, coast_resolution(surface), lakes=lakes)
 
 
 def draw_surface(ax: Axes, surface: Surface) -> None:
-    """A small map of its own: sea, land and outline."""
+    """Draw a small map: sea, land and outline."""
     _draw_land(ax, surface, look_of(ax).colours.locator, 0.5, "coast", coast_resolution(surface))
     west, east, south, north = surface.view
     ax.set(xlim=(west, east), ylim=(south, north), aspect="equal")
@@ -95,14 +95,14 @@ def draw_surface(ax: Axes, surface: Surface) -> None:
 
 
 def region_clip(ax: Axes, surface: Surface) -> TransformedPath | None:
-    """The region as a path that clips what is drawn of it; None where its triangles are the region."""
+    """Clip path of the region; None if its triangles are exactly the region."""
     if not surface.pieces:
         return None
     return TransformedPath(_closed(surface.pieces), ax.transData)
 
 
 def _closed(pieces: Sequence[FloatArray]) -> Path:
-    """Polygons of (x, y) as one path."""
+    """Closed polygons of (x, y) as one path."""
     ends = np.cumsum([len(piece) for piece in pieces])
     points = np.concatenate(pieces)
     vertices = np.insert(points, ends, points[np.append(0, ends[:-1])], axis=0)
@@ -130,7 +130,7 @@ def _draw_land(
         if len(cells):
             _fill(ax, surface, cells, face, above, clip)
         if pieces:
-            # The hair of an edge in the same colour closes the joints between the pieces.
+            # A thin edge of the same colour closes the joints between the pieces.
             drawn = PathPatch(_closed(pieces), color=face, linewidth=0.3, rasterized=True, zorder=above)
             ax.add_artist(drawn)
             if clip is not None:
@@ -168,7 +168,7 @@ _PREFERRED = {True: ("bottom", "top", "left", "right"), False: ("left", "right",
 
 
 class GraticuleLine(NamedTuple):
-    """A meridian or a parallel of `value` degrees, and its images as lines (x, y)."""
+    """A meridian or parallel of `value` degrees, and its projected lines (x, y)."""
 
     is_meridian: bool
     value: float
@@ -182,7 +182,7 @@ class GraticuleLine(NamedTuple):
 
 @dataclass(frozen=True)
 class _Label:
-    """A text at x, y in points from the lower left of the frame, and half its width and height."""
+    """A text centred at x, y in points from the frame's lower left, with half its width and height."""
 
     text: str
     edge: str
@@ -191,18 +191,18 @@ class _Label:
     half: tuple[float, float]
 
     def fits(self, width: float) -> bool:
-        """Whether it does not reach to the right of a frame, or hardly so where it stands below it."""
+        """True if the label stays left of the frame's right edge; one below the frame may exceed it slightly."""
         beyond = _BEYOND if self.edge == "bottom" else 0.0
         return self.x + self.half[0] < width + beyond
 
     def overlaps(self, other: _Label) -> bool:
-        """Whether two labels would touch."""
+        """True if two labels touch."""
         apart = abs(self.x - other.x), abs(self.y - other.y)
         return apart[0] < self.half[0] + other.half[0] and apart[1] < self.half[1] + other.half[1]
 
 
 def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
-    """Label lines where they cross the frame: below and to the left of it, or else within it."""
+    """Label lines where they cross the frame, below or left of it, or else inside."""
     ax.apply_aspect()
     box = ax.get_window_extent()
     points, size = 72.0 / ax.figure.dpi, SIZE * scale_of(ax)
@@ -228,7 +228,7 @@ def label_graticule(ax: Axes, lines: Sequence[GraticuleLine]) -> None:
 
 
 def _crossings(pieces: Sequence[FloatArray], edge: str, width: float, height: float) -> list[tuple[float, float]]:
-    """Where lines in points cross an edge of the frame, not too much along it."""
+    """Crossings of lines with an edge of the frame, except shallow ones."""
     across, level, end = {
         "bottom": (1, 0.0, width),
         "top": (1, height, width),
@@ -249,7 +249,7 @@ def _crossings(pieces: Sequence[FloatArray], edge: str, width: float, height: fl
 def _label(text: str, edge: str, place: tuple[float, float], size: float) -> _Label:
     half = 0.5 * len(text) * _WIDTH * size + _AIR, 0.5 * _HEIGHT * size
     x, y = place
-    # Below and to the left labels are outside of the frame; above and to the right within it.
+    # Below and left, labels are outside of the frame; above and right, inside.
     if edge in ("left", "right"):
         x -= half[0]
     else:
@@ -258,7 +258,7 @@ def _label(text: str, edge: str, place: tuple[float, float], size: float) -> _La
 
 
 def _inside(text: str, pieces: Sequence[FloatArray], width: float, height: float, size: float) -> list[_Label]:
-    """A label on the lowest point within the frame of a line that crosses no edge."""
+    """Label at the lowest point of a line that crosses no edge of the frame."""
     xy = np.concatenate([np.empty((0, 2)), *pieces])
     xy = xy[((xy > 0.0) & (xy < [width, height])).all(axis=1)]
     if not len(xy):
@@ -295,13 +295,13 @@ _BELOW_LABEL = "below the title"
 
 
 def map_size(surface: Surface) -> float:
-    """The greater of width and height in metres."""
+    """Larger of the map's width and height in metres."""
     west, east, south, north = surface.extent
     return max(east - west, north - south)
 
 
 def set_view(ax: Axes, surface: Surface) -> None:
-    """The frame of the picture, one metre the same in x and y; its line is drawn where the map goes on beyond."""
+    """Set the view with equal scales in x and y; the frame is drawn if the map continues beyond it."""
     west, east, south, north = surface.view
     ax.set_xlim(west, east)
     ax.set_ylim(south, north)
@@ -316,7 +316,7 @@ def set_view(ax: Axes, surface: Surface) -> None:
 def draw_lines(
     ax: Axes, surface: Surface, step: float | None, *, over_colours: bool = False, context: str = CONTEXTS[-1]
 ) -> None:
-    """Graticule, coast, borders and outline; with a pale halo where they lie over a coloured field."""
+    """Draw graticule, coast, borders and outline; with a pale halo over a coloured field."""
     drawn = surface if surface.ground is None else surface.ground
     meridians_and_parallels = graticule_lines(surface, step)
     grid = [piece for line in meridians_and_parallels for piece in line.pieces]
@@ -338,7 +338,7 @@ def draw_lines(
 
 
 def graticule_lines(surface: Surface, step: float | None) -> list[GraticuleLine]:
-    """The meridians and parallels of a picture."""
+    """Meridians and parallels of a picture."""
     drawn = surface if surface.ground is None else surface.ground
     bounds = drawn.domain.box.bounds
     steps = graticule_steps(surface.domain.region.bounds if surface.is_local else bounds, step)
@@ -353,7 +353,7 @@ def graticule_lines(surface: Surface, step: float | None) -> list[GraticuleLine]
 
 
 def _earthly(surface: Surface, lines: Callable[[Bounds, str, float], list[FloatArray]]) -> list[FloatArray]:
-    """The images of coasts, shores or borders."""
+    """Projected coasts, shores or borders."""
     drawn = surface if surface.ground is None else surface.ground
     bounds = drawn.domain.box.bounds
     spacing = min(1.0, max(ground_size(bounds)) / 60.0)
@@ -377,7 +377,7 @@ def _draw(
 
 
 def _joined(segments: FloatArray) -> list[FloatArray]:
-    """Segments (m, 2, 2) as lines: drawn one by one, they would leave dots where they meet."""
+    """Segments (m, 2, 2) joined to lines: drawn one by one, they leave dots at the joints."""
     if not len(segments):
         return []
     lines = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(segments))))
@@ -385,12 +385,12 @@ def _joined(segments: FloatArray) -> list[FloatArray]:
 
 
 def airy_kavrayskiy_line(figure: float | None) -> str:
-    """An Airy-Kavrayskiy figure as a line below a title; nothing where it is not known."""
+    """Subtitle of an Airy-Kavrayskiy error, empty if unknown."""
     return "" if figure is None else f"Airy–Kavrayskiy {check_number('Airy-Kavrayskiy figure', figure):.4g}"
 
 
 def draw_title(ax: Axes, title: str, below: str) -> None:
-    """The name of the map, and a line below it."""
+    """Draw a title and a subtitle."""
     look, scale, is_tight = look_of(ax), scale_of(ax), is_tight_of(ax)
     if not look.has_titles:
         return
@@ -414,21 +414,21 @@ def draw_title(ax: Axes, title: str, below: str) -> None:
 
 
 def title_width(title: str, below: str) -> float:
-    """The width in inches of what `draw_title` writes."""
+    """Width in inches of what `draw_title` writes."""
     return max(text_width(text, size) for text, size in ((check_text("title", title), _TITLE), (below, _BELOW))) / 72.0
 
 
 def fit_titles(axes: Sequence[Axes], room: float) -> None:
-    """Make titles, and the lines below them, as small as the widest of each needs in `room`, in inches."""
+    """Shrink titles and subtitles until the widest of each fits `room` in inches."""
     scale = scale_of(axes[0])
     titles = [ax.title for ax in axes]
     below = [text for ax in axes for text in ax.texts if text.get_label() == _BELOW_LABEL]
-    # A line below a title is never the larger of the two.
+    # A subtitle is never larger than its title.
     _shrink(below, min(_shrink(titles, scale * _TITLE, room), scale * _BELOW), room)
 
 
 def _shrink(texts: Sequence[Text], points: float, room: float) -> float:
-    """Give texts one size with which all fit, `points` at most; returns it."""
+    """Give texts the largest common size, at most `points`, with which all fit; returns it."""
     widest = max((text_width(text.get_text(), points) for text in texts), default=0.0) / 72.0
     size = points * min(1.0, room / widest) if widest else points
     for text in texts:

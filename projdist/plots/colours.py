@@ -1,4 +1,4 @@
-"""What the colours of a measure mean: their limits, the part of a colour map that is used, and the isolines."""
+"""Colour scales of measures: limits, the part of a colour map that is used, and isolines."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _FEW_LEVELS = 5  # that a notice names
 
 @dataclass(frozen=True)
 class ColourScale:
-    """What the colours of a measure mean: the same for all panels of a figure."""
+    """Colour scale of a measure, shared by all panels of a figure."""
 
     measure: Measure
     norm: Normalize
@@ -51,22 +51,22 @@ class ColourScale:
 
     @classmethod
     def of(cls, measure: Measure, values: Sequence[FloatArray], weights: Sequence[FloatArray]) -> ColourScale:
-        """The colours that pictures of these panels have if nothing else is asked for; the weights are shares."""
+        """Default colour scale of the values of these panels; the weights are shares."""
         return colour_scale(measure, values, weights)
 
     @property
     def labels(self) -> list[str]:
-        """The levels as texts."""
+        """Levels as texts."""
         return level_labels(self.levels)
 
     @property
     def limits(self) -> tuple[float, float]:
-        """The values at the ends of the colours."""
+        """Values at the ends of the colours."""
         return float(self.norm.vmin or 0.0), float(self.norm.vmax or 0.0)
 
     @property
     def colours(self) -> Colormap:
-        """The colours from limit to limit: of a diverging map about the neutral value, the part that is used."""
+        """Colour map from limit to limit; of a diverging one, the part around the neutral value that is used."""
         whole = self.cmap if isinstance(self.cmap, Colormap) else matplotlib.colormaps[self.cmap]
         if self.measure.kind == "magnitude" or not _is_diverging(whole):
             return whole
@@ -76,7 +76,7 @@ class ColourScale:
 
     @property
     def label(self) -> str:
-        """The name of the measure, its symbol and unit."""
+        """Name of the measure with symbol and unit."""
         name = _TITLES.get(self.measure.name, self.measure.name.replace("_", " ").removesuffix(" ppm").capitalize())
         known = self.measure.symbol in ("", self.measure.unit) or self.measure.symbol in name
         symbol = "" if known else f" {self.measure.symbol}"
@@ -85,13 +85,13 @@ class ColourScale:
 
 
 def _is_diverging(colours: Colormap) -> bool:
-    """Whether the middle is lighter, or darker, than both ends."""
+    """True if the middle is lighter, or darker, than both ends."""
     start, middle, stop = colours([0.0, 0.5, 1.0])[:, :3] @ [0.30, 0.59, 0.11]
     return bool((middle - start) * (middle - stop) > 0)
 
 
 def _from_neutral(measure: Measure, values: FloatArray) -> FloatArray:
-    """The distance from the neutral value, 1 in the logarithm for a ratio, and 0 for others."""
+    """Distance from the neutral value: 0, or of a ratio 1, in the logarithm."""
     return np.log(np.maximum(values, _LEAST_RATIO)) if measure.kind == "ratio" else values
 
 
@@ -105,7 +105,7 @@ def colour_scale(
     limits: tuple[float, float] | None = None,
     colours: Theme = THEMES["light"],
 ) -> ColourScale:
-    """Colours for the values of all panels; the weights are shares.
+    """Colour scale for the values of all panels; the weights are shares.
 
     The limits leave out the last 2 % of the weights at an end where the values run off, and take in
     the neutral value (1 of a ratio, else 0) where the values come near to it. About it the colours of
@@ -135,7 +135,7 @@ def colour_scale(
 
 
 def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
-    """Say which levels no value reaches."""
+    """Warn of levels that no value reaches."""
     beyond = levels[(levels < data.min()) | (levels > data.max())]
     if beyond.size:
         few = [f"{level:g}" for level in beyond[:_FEW_LEVELS]]
@@ -145,7 +145,7 @@ def _tell_of_beyond(levels: FloatArray, data: FloatArray) -> None:
 
 
 def _usual_map(measure: Measure, low: float, high: float, colours: Theme) -> str | Colormap:
-    """A diverging map where its neutral colour is on the scale, else the one that is light at the nearer limit."""
+    """Default colour map: diverging if the neutral value is on the scale, else light at the limit nearer to it."""
     if measure.kind == "magnitude":
         return colours.rising
     start, stop = _from_neutral(measure, np.array([low, high]))
@@ -153,7 +153,7 @@ def _usual_map(measure: Measure, low: float, high: float, colours: Theme) -> str
 
 
 def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:
-    """About how many levels there are to be, or the levels in ascending order."""
+    """Approximate number of levels, or the levels in ascending order."""
     if levels is None:
         return _INTERVALS
     if isinstance(levels, int | np.integer) and not isinstance(levels, bool):
@@ -170,7 +170,7 @@ def _check_levels(levels: int | Sequence[float] | None) -> int | FloatArray:
 
 
 def _robust_range(data: FloatArray, low: float, high: float) -> tuple[float, float]:
-    """All values, but for tails of which values run off."""
+    """Range of the values without outlying tails."""
     room = 0.25 * (high - low)
     least, most = float(data.min()), float(data.max())
     return (least if least >= low - room else low), (most if most <= high + room else high)
@@ -181,13 +181,13 @@ def _noise(measure: Measure) -> float:
 
 
 def shows_isolines(scale: ColourScale, values: FloatArray) -> bool:
-    """Whether values differ by more than rounding, and by more than is seen in the colours."""
+    """True if values differ by more than rounding, and visibly."""
     low, high = np.quantile(values, [0.01, 0.99])
     return bool(high - low > max(_noise(scale.measure), _SEEN * (scale.limits[1] - scale.limits[0])))
 
 
 def _limits(measure: Measure, data: FloatArray, area: FloatArray) -> tuple[float, float]:
-    """The limits for values: with the neutral one if they come near to it, and never equal."""
+    """Limits of values, never equal; they include the neutral value if they come near to it."""
     distance = _from_neutral(measure, data)
     low, high, least, most = quantiles(distance, area, [_TAIL, 1.0 - _TAIL, _FEW, 1.0 - _FEW])
     start, stop = _robust_range(distance, low, high)
@@ -201,7 +201,7 @@ def _limits(measure: Measure, data: FloatArray, area: FloatArray) -> tuple[float
 
 
 def _with_neutral(start: float, stop: float, near: float) -> tuple[float, float]:
-    """A range from or up to 0, if it ends as near to it as `near` of its other end, or goes hardly past it."""
+    """A range that ends at 0, if that end is within `near` times the other one of 0, or hardly beyond it."""
     if -_SLACK * stop < start < near * stop:
         return 0.0, stop
     if near * start < stop < -_SLACK * start:
@@ -210,12 +210,12 @@ def _with_neutral(start: float, stop: float, near: float) -> tuple[float, float]
 
 
 def _halves(start: float, stop: float, least: float, most: float) -> tuple[float, float]:
-    """A range about 0 where the lesser half has colours for all but a few values, since a diverging map has them."""
+    """A range around 0 whose smaller half covers all but a few values, as a diverging map has colours for it."""
     reach = max(-start, stop)
     return -reach if least < -_WHOLE * reach else min(start, least), reach if most > _WHOLE * reach else max(stop, most)
 
 
-# Mantissas from coarse to fine; the first set with enough levels is taken.
+# From coarse to fine; the first set with enough levels is used.
 _MANTISSAS = (
     (1.0,),
     (1.0, 2.0, 5.0),
@@ -225,7 +225,7 @@ _MANTISSAS = (
 
 
 def _round_levels(measure: Measure, low: float, high: float, intervals: int) -> FloatArray:
-    """Round numbers between the limits."""
+    """Round numbers within the limits."""
     if measure.kind == "ratio" and high > 1.6 * low:
         decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
         for mantissas in _MANTISSAS:
@@ -239,7 +239,7 @@ def _round_levels(measure: Measure, low: float, high: float, intervals: int) -> 
 
 
 def level_labels(levels: FloatArray) -> list[str]:
-    """The shortest texts that tell the levels apart."""
+    """Shortest texts that distinguish the levels."""
     for digits in range(1, 12):
         labels = [f"{0.0 if abs(level) < 1e-14 else level:.{digits}g}" for level in levels]
         read = np.array([float(label) for label in labels])

@@ -1,4 +1,4 @@
-"""Labels of points, placed so that they hide neither each other nor a point."""
+"""Distributions of distortion as graphs, and the placing of their points' labels."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _Sides = tuple[float, float, float, float]  # left, bottom, right, top in pixels
 def place_labels(
     ax: Axes, xy: FloatArray, texts: Sequence[str], *, size: float, colour: str, line: FloatArray
 ) -> list[Text]:
-    """Write the texts of points (n, 2) beside them and beside a line (m, 2), those with most neighbours first.
+    """Label points (n, 2), those with most neighbours first, without covering points or a line (m, 2).
 
     The limits of the axes must stand.
     """
@@ -78,7 +78,7 @@ def _sides(ax: Axes) -> _Sides:
 
 
 def _dotted(line: FloatArray, step: float) -> FloatArray:
-    """Points along a line."""
+    """Equally spaced points along a line."""
     lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
     at = np.arange(0.0, lengths[-1], step)
     return np.column_stack([np.interp(at, lengths, line[:, k]) for k in (0, 1)])
@@ -92,9 +92,9 @@ def _free(
     frame: _Sides,
     dots: float,
 ) -> FloatArray:
-    """Where the middle of a label has least in its way, the nearest first; an offset in pixels.
+    """Offset in pixels of the nearest place for a label that covers least.
 
-    It should also be clearly nearer to its own point than to any other.
+    It must also be clearly nearer to its own point than to others.
     """
     best, least = np.zeros(2), np.inf
     for distance in np.arange(_NEAR, _FAR, 4.0):
@@ -125,14 +125,14 @@ def _box(centre: FloatArray, size: FloatArray, pad: float) -> _Sides:
 
 
 def _overlap(one: _Sides, other: _Sides) -> float:
-    """The area that two boxes have in common."""
+    """Overlapping area of two boxes."""
     width = min(one[2], other[2]) - max(one[0], other[0])
     height = min(one[3], other[3]) - max(one[1], other[1])
     return max(width, 0.0) * max(height, 0.0)
 
 
 def _outside(box: _Sides, frame: _Sides) -> float:
-    """By how much a box leaves the frame, as an area."""
+    """Area of a box outside of the frame."""
     whole = (box[2] - box[0]) * (box[3] - box[1])
     return whole - _overlap(box, frame)
 
@@ -142,12 +142,12 @@ def _gap(place: FloatArray, box: _Sides) -> float:
 
 
 def _nearest(place: FloatArray, box: _Sides) -> FloatArray:
-    """The point of a box that is nearest to a place."""
+    """Point of a box nearest to a place."""
     return np.array([np.clip(place[0], box[0], box[2]), np.clip(place[1], box[1], box[3])])
 
 
 def _tie(ax: Axes, place: FloatArray, box: _Sides) -> None:
-    """A thin line from a point to its label."""
+    """Draw a thin line from a point to its label."""
     ends = ax.transData.inverted().transform([place, _nearest(place, box)])
     ax.plot(*ends.T, color="#9aa3ad", linewidth=0.6, zorder=2.5)
 
@@ -262,7 +262,7 @@ def distribution_figure(
     return figure
 
 
-# ---- shares of the ground -------------------------------------------------------------------
+# ---- histograms and cumulative curves -------------------------------------------------------
 
 
 def _draw_distribution(ax: Axes, fields: list[Field], names: list[str], measure: Measure, kind: str, over: str) -> None:
@@ -302,7 +302,7 @@ def _draw_distribution(ax: Axes, fields: list[Field], names: list[str], measure:
 
 
 def _sorted(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values in ascending order, and weights that sum to 1."""
+    """Finite values in ascending order, and weights that sum to 1."""
     there = np.isfinite(values) & (weights > 0.0)
     values, weights = values[there], weights[there]
     if not values.size:
@@ -312,7 +312,7 @@ def _sorted(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def _range(measure: Measure, many: list[tuple[FloatArray, FloatArray]]) -> tuple[float, float]:
-    """The limits of the axis: what nearly all values of all maps have, as colours have it."""
+    """Limits of the axis: the range of nearly all values of all maps, as for colours."""
     scale = colour_scale(measure, [values for values, _ in many], [weights for _, weights in many])
     low, high = scale.limits
     ends = [quantiles(values, weights, [_TAIL, 1.0 - _TAIL]) for values, weights in many]
@@ -321,7 +321,7 @@ def _range(measure: Measure, many: list[tuple[FloatArray, FloatArray]]) -> tuple
 
 
 def _with_room(low: float, high: float, logarithmic: bool) -> tuple[float, float]:
-    """A little more at the ends, so that what stands there is seen."""
+    """Limits with a margin."""
     if logarithmic:
         room = (high / low) ** _ROOM
         return low / room, high * room
@@ -390,7 +390,7 @@ def _draw_pareto(figure: Figure, ax: Axes, fields: list[Field], names: list[str]
 
 
 def _front(points: FloatArray, same: float) -> list[int]:
-    """The points (n, 2) that none is below in both, from the left; what differs by `same` is the same."""
+    """Indices of the Pareto front of points (n, 2), from the left; differences below `same` do not count."""
     found: list[int] = []
     for k in np.lexsort((points[:, 1], points[:, 0])):
         if not found or points[k, 1] < points[found[-1], 1] - same:

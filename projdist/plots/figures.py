@@ -1,4 +1,4 @@
-"""What a measure of one map is against that of another, at the same places."""
+"""Whole figures of maps: Tissot's indicatrices, heat maps, modes, corrections; differences of two maps; saving."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _DIRECTIONS = ("meridian_convergence",)  # which go round
 
 
 def field_against(surface: Surface, measure: Measure, other: Projection | None) -> FloatArray:
-    """Values of a measure at the vertices of a surface: less those of another map there, or, of a ratio, over them."""
+    """Measure at the vertices of a surface, minus that of another map there, or for a ratio divided by it."""
     values = field(surface, measure)
     if other is None:
         return values
@@ -67,7 +67,7 @@ def field_against(surface: Surface, measure: Measure, other: Projection | None) 
 
 
 def values_against(projection: Projection, measure: Measure, other: Projection | None) -> ValuesAt:
-    """The same as a function of longitudes and latitudes."""
+    """The values of `field_against` as a function of longitudes and latitudes."""
 
     def values_at(lon: FloatArray, lat: FloatArray) -> FloatArray:
         values = measured(projection, measure, lon, lat)
@@ -77,7 +77,7 @@ def values_against(projection: Projection, measure: Measure, other: Projection |
 
 
 def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatArray:
-    """Values less others, or, of a ratio, over them."""
+    """Difference of values, or for a ratio their quotient."""
     if measure.kind == "ratio":
         with np.errstate(divide="ignore", invalid="ignore"):
             found = values / others
@@ -87,14 +87,14 @@ def _against(values: FloatArray, others: FloatArray, measure: Measure) -> FloatA
 
 
 def measure_against(measure: Measure, other: Projection | None) -> Measure:
-    """What the colours are of: a ratio is neutral at 1, a difference at 0."""
+    """Measure of the colours: a ratio is neutral at 1, a difference at 0."""
     if other is None or measure.kind == "ratio":
         return measure
     return replace(measure, name=f"difference_of_{measure.name}", kind="signed")
 
 
 def label_against(scale: ColourScale, measure: Measure, maps: Sequence[str], other: Projection | None) -> str:
-    """The words of the colour bar: `Angular distortion omega (degrees): Robinson less Mollweide`."""
+    """Label of the colour bar: `Angular distortion omega (degrees): Robinson less Mollweide`."""
     if other is None:
         return scale.label
     label = replace(scale, measure=measure).label
@@ -115,7 +115,7 @@ _BESIDE, _BELOW = 0.5, 0.16  # inches for the labels of a graticule
 
 
 def figure(projections: ProjectionLike | Iterable[ProjectionLike], kind: str = "heatmap", **options: Any) -> Figure:
-    """A figure of a kind, "heatmap" or "tissot", with the options of `heatmap_figure` or `tissot_figure`."""
+    """Figure of a kind, "heatmap" or "tissot", with the options of `heatmap_figure` or `tissot_figure`."""
     kinds: dict[str, Callable[..., Figure]] = {"heatmap": heatmap_figure, "tissot": tissot_figure}
     return kinds[check_choice("kind", kind, list(kinds))](projections, **options)
 
@@ -217,10 +217,10 @@ def modes_figure(
     context: str = "full",
     look: Look | str | None = None,
 ) -> Figure:
-    """The modes of maps' distortions as fields over them: in a panel a mode, its signed part of the distortion.
+    """Modes of maps' distortions, a panel per mode with its signed part of the distortion.
 
-    Where it is positive the map is larger, of shapes wider, than after the best linear map, in the way that the mode is
-    called; the squares of all modes add to that of the Fisher distortion. Modes of less than half a per cent are left
+    Positive values mean a larger area or a wider shape than after the best linear map, as the name of the mode
+    says; the squares of all modes add to that of the Fisher distortion. Modes of less than half a per cent are left
     out. `titles` are for the maps.
     """
     check_context(context)
@@ -253,7 +253,7 @@ def modes_figure(
 
 
 def _score(found: Modes, k: int, J: FloatArray) -> FloatArray:
-    """The scores of Jacobians in one mode."""
+    """Scores of Jacobians in one mode."""
     return found.scores(J)[..., k]
 
 
@@ -320,7 +320,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, dpi: float | None = No
 
 
 def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
-    """What the file of a figure would hold, whose suffix is .png, .svg or .pdf; raises ValueError."""
+    """Bytes of a figure as .png, .svg or .pdf; raises ValueError."""
     check_instance("figure", figure, Figure, "a Figure of matplotlib")
     check_choice("suffix", suffix, SUFFIXES)
     content = io.BytesIO()
@@ -329,20 +329,20 @@ def encoded(figure: Figure, suffix: str, *, dpi: float) -> bytes:
 
 
 def _write(figure: Figure, target: Path | BinaryIO, suffix: str, dpi: float) -> None:
-    """Write a figure without a date. One thread at a time: the salt is a setting of all of matplotlib."""
+    """Write a figure without a date, one thread at a time, as the salt is global to matplotlib."""
     with _SAVING, rc_context({"svg.hashsalt": "projdist"}):
         figure.savefig(target, format=suffix[1:], dpi=dpi, metadata=_UNDATED[suffix])
 
 
 def _draw_bar(figure: StyledFigure, scale: ColourScale, label: str) -> None:
-    """A colour bar at the foot of a figure, where one is wanted."""
+    """Draw a colour bar at the foot of a figure, unless its style has none."""
     if figure.look.colourbar:
         draw_colourbar(figure, scale, cax=bar_axes(figure), label=label)
 
 
 @dataclass(frozen=True)
 class _Map:
-    """What a panel shows, and what stands above it."""
+    """Surface, title and subtitle of a panel."""
 
     surface: Surface
     region: Place
@@ -353,7 +353,7 @@ class _Map:
 
     @property
     def words(self) -> tuple[str, str]:
-        """The title, and the line below it."""
+        """Title and subtitle."""
         name = title_of(self.surface.domain.projection) if self.title is None else check_text("title", self.title)
         below = self.below or airy_kavrayskiy_line(self.airy_kavrayskiy)
         return name, " · ".join(part for part in (self.place, below) if part)
@@ -367,7 +367,7 @@ def _maps(
     look: Look,
     other: Projection | None = None,
 ) -> list[_Map]:
-    """The maps of a figure, all of one region; a single projection need not be in a list."""
+    """Panels of a figure, all of one region, for one projection or several."""
     listed = listed_projections(projections)
     if not listed:
         raise ValueError("Invalid list of projections '[]'. It must name at least one.")
@@ -384,7 +384,7 @@ def _maps(
 
 
 def _over(maps: list[_Map]) -> str:
-    """The region of all maps in words, where it is not the globe and not above the only map."""
+    """Suffix that names the region, unless it is the globe or already in the title of the only map."""
     region = maps[0].region
     if region == GLOBE:
         return ""
@@ -415,7 +415,7 @@ def _layout(
     one_scale: bool,
     look: Look,
 ) -> tuple[StyledFigure, list[Axes], float]:
-    """A figure with room at its foot, axes in the shape of each map, and the room for their titles in inches."""
+    """Figure with a foot, axes in the shape of each map, and the room for their titles in inches."""
     views = np.array([one.surface.view for one in maps])
     shapes = views[:, [1, 3]] - views[:, [0, 2]]
     if not one_scale:

@@ -1,4 +1,4 @@
-"""A projection as a CRS of cartopy's."""
+"""Projections as CRSs of cartopy, and distortion on its axes."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _THRESHOLD = 5e-4  # of a map's shorter side, as cartopy has it for Robinson's m
 
 
 def cartopy_projection(source: Projection, wkt: str, to_metres: FloatArray, polygon: shapely.Polygon) -> Any:
-    """The CRS of a map whose edge, in metres, is that of a polygon, with coordinates in the CRS's own unit."""
+    """Cartopy's CRS of a map with an edge in metres, with coordinates in the CRS's own unit."""
     return _class()(source, wkt, to_metres, polygon)
 
 
 @functools.cache
 def _class() -> Any:
-    """The class of such CRSs."""
+    """Class of these CRSs, made when cartopy is loaded."""
     import cartopy.crs  # an extra
 
     class MeasuredProjection(cartopy.crs.Projection):  # type: ignore[misc]  # cartopy has no types
@@ -116,7 +116,7 @@ def to_cartopy(projection: ProjectionLike, *, region: RegionLike | None = None) 
 def add_tissot(
     ax: Any, *, region: RegionLike | None = None, step: float | None = None, radius: float | None = None
 ) -> float:
-    """Add Tissot's indicatrices to axes of cartopy; returns the radius in metres of the circles that they are.
+    """Add Tissot's indicatrices to axes of cartopy; returns the radius in metres of their circles on the ground.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def add_heatmap(
     limits: tuple[float, float] | None = None,
     colourbar: bool = True,
 ) -> ColourScale:
-    """Add a measure to axes of cartopy, as colours below its lines and isolines; returns what the colours mean.
+    """Add a measure to axes of cartopy, as colours below its lines, and isolines; returns the colour scale.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def _needed_for(thing: str) -> Iterator[None]:
 
 
 def _of_axes(ax: Any) -> tuple[Projection, FloatArray]:
-    """The projection of axes, and the matrix from metres to their coordinates."""
+    """Projection of axes, and the matrix from metres to their coordinates."""
     with _needed_for("axes of cartopy"):
         from cartopy.mpl.geoaxes import GeoAxes
     check_instance("axes", ax, GeoAxes, "GeoAxes of cartopy")
@@ -241,7 +241,7 @@ def _inverse(matrix: FloatArray) -> FloatArray:
 def _plate_carree(crs: Any) -> tuple[Projection, FloatArray]:
     """Cartopy's plate carree, in degrees from a central meridian that it has for a prime meridian."""
     a, b = crs.ellipsoid.semi_major_metre, crs.ellipsoid.semi_minor_metre
-    # The sphere's formula on the ellipsoid. PROJ's own eqc has that of the ellipsoid there since 9.8.
+    # The spherical formula on the ellipsoid; PROJ's eqc has the ellipsoidal one since 9.8.
     sphere = Projection.from_user_input(f"+proj=eqc +lon_0={crs.prime_meridian.longitude!r} +R={a!r}")
     return dataclasses.replace(sphere, ellipsoid=Ellipsoid(a, 1.0 - b / a)), np.eye(2) / np.radians(a)
 
@@ -256,7 +256,7 @@ def _plane_of(projection: Projection) -> ProjectedCrs:
 
 
 def _in_unit(surface: Surface, matrix: FloatArray) -> Surface:
-    """A surface with coordinates times a matrix (2, 2)."""
+    """Surface with coordinates transformed by a matrix (2, 2)."""
     x, y = matrix @ np.stack([surface.x, surface.y])
     return dataclasses.replace(
         surface,

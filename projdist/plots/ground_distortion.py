@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from projdist.decisions import LDP
 
 
-# The surface's own values are given; none is asked for.
+# Values at the vertices are given, none are computed.
 _DISTORTION = Measure("distortion_ppm", lambda J: np.full(J.shape[:-2], np.nan), unit="ppm", kind="signed")
 _LARGEST, _SMALLEST = 60.0, 2.0  # points squared
 _RASTER = 200  # points; of fewer each is shown
@@ -37,7 +37,7 @@ _TARGET = "#1a7f37"
 
 @dataclass(frozen=True)
 class GroundMap:
-    """What is drawn: ppm at the vertices of a surface, a field, or at the points of a design where they are few."""
+    """Prepared picture: ppm at the vertices of a surface, or at the points of a design if these are few."""
 
     surface: Surface
     found: LDP
@@ -55,7 +55,7 @@ class GroundMap:
 
 
 def ground_map(ax: Axes, found: LDP, *, colourbar: bool = True, title: str | None = None) -> ColourScale:
-    """Draw the distortion of a low-distortion projection in ppm on `ax`; returns what the colours mean.
+    """Draw the distortion of a low-distortion projection in ppm on `ax`; returns the colour scale.
 
     A region of one height, and heights that cover it as a raster does, are a field with isolines and the lines of the
     target; points with heights are dots.
@@ -69,7 +69,7 @@ def ground_map(ax: Axes, found: LDP, *, colourbar: bool = True, title: str | Non
 
 
 def prepare_ground(found: LDP) -> GroundMap:
-    """The surface and the colours of a picture."""
+    """Prepared picture of a design: surface, values and colour scale."""
     from projdist.decisions import LDP, distortion_ppm  # slow to load
 
     check_instance("design", found, LDP, "an LDP, as ldp returns")
@@ -85,7 +85,7 @@ def prepare_ground(found: LDP) -> GroundMap:
 
 
 def _heights(surface: Surface, found: LDP) -> FloatArray | None:
-    """Heights at the vertices of a surface; None where those of a design are too few or too uneven to be a field."""
+    """Heights at the vertices of a surface; None if those of a design are too few or too uneven for a field."""
     lon, lat = surface.lonlat()
     if np.ptp(found.height) == 0.0:
         return np.full(lon.size, found.height[0])
@@ -142,13 +142,13 @@ def draw_ground_map(ax: Axes, prepared: GroundMap, title: str | None) -> None:
 
 
 def below_ground_map(prepared: GroundMap, lines: str = "") -> str:
-    """The line below the title: at which heights, and how much is within the target."""
+    """Subtitle: the heights, and the share within the target."""
     target = prepared.found.target_ppm
     return f"{prepared.ground}; {100 * prepared.found.statistics.within[target]:.4g} % within {target:g} ppm{lines}"
 
 
 def _draw_target(ax: Axes, prepared: GroundMap) -> str:
-    """Draw the lines at which the target is missed; says so, if there are any."""
+    """Draw the isolines of the target; returns a note on them, empty without any."""
     mapped, used = triangulation(prepared.surface, prepared.surface.triangles)
     values, target = prepared.ppm[used], prepared.found.target_ppm
     levels = [level for level in (-target, target) if values.min() < level < values.max()]
@@ -175,7 +175,7 @@ _FLAT = 1e-6  # of logarithms: what differs by less is the same, and where all s
 
 @dataclass(frozen=True, kw_only=True)
 class LocalField:
-    """Corrections at n places on a map, (n, 2) in metres, and the radius about each that is free."""
+    """Corrections at n places on a map, (n, 2) in metres, and the free radius around them."""
 
     surface: Surface
     corrections: LocalCorrections
@@ -191,7 +191,7 @@ def scale_of_correction(M: FloatArray) -> FloatArray:
 
 
 def stretch_of_correction(M: FloatArray) -> FloatArray:
-    """The greatest scale over the smallest."""
+    """Largest scale over the smallest."""
     return decompose(M).stretch
 
 
@@ -209,7 +209,7 @@ def local_field(
     colourbar: bool = True,
     title: str | None = None,
 ) -> ColourScale:
-    """Draw the local corrections over caps of `radius_km` on `ax`; returns what the colours mean.
+    """Draw the local corrections over caps of `radius_km` on `ax`; returns the colour scale.
 
     They stand `step` degrees apart. A disc's colour is the correction's scale, or its stretch where all
     scales are the same; a line lies in the direction that is stretched most, its length the logarithm
@@ -224,7 +224,7 @@ def local_field(
 
 
 def prepare_local_field(surface: Surface, radius_km: float, step: float | None) -> LocalField:
-    """The corrections on an even grid of a map; raises ValueError where no cap is on the map."""
+    """Corrections on an even grid of a map; raises ValueError if no cap is on the map."""
     points = tissot_points(surface, _DENSER * usual_step(surface) if step is None else step)
     points = without_crowding(replace(points, J=np.broadcast_to(np.eye(2), points.J.shape)))
     found = local_corrections(surface.domain.projection, points.lon, points.lat, radius_km)
@@ -266,14 +266,14 @@ def draw_local_field(ax: Axes, field: LocalField, title: str | None) -> None:
 
 
 def below_local_field(field: LocalField) -> str:
-    """The line below the title: the caps, and what the longest lines are."""
+    """Subtitle: the caps, and the meaning of the longest lines."""
     segments, longest, cut = _segments(field)
     about = f"Caps of {field.corrections.radius_km:,.6g} km"
     return f"{about}; longest lines: stretch {longest:.4g}{' or more' if cut else ''}" if len(segments) else about
 
 
 def _segments(field: LocalField) -> tuple[FloatArray, float, bool]:
-    """Lines (m, 2, 2) in the directions of the stretches, the stretch of the longest, and whether some exceed it."""
+    """Lines (m, 2, 2) along the stretches, the stretch of the longest, and whether some exceed it."""
     parts = field.corrections.parts
     length = np.where(np.isfinite(parts.stretch_azimuth), np.log(parts.stretch), 0.0)
     longest = float(np.quantile(length, _USUAL))

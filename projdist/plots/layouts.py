@@ -1,4 +1,4 @@
-"""The arrangement of panels in a figure: columns, room for titles and for a colour bar, and the size of letters."""
+"""Arrangement of panels in a figure: columns, room for titles and a colour bar, and font sizes."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _COLUMNS = 5
 _LEAST_TEXT = 0.7  # of the usual size: rather fewer columns than smaller titles
 _WIDEST, _HIGHEST = 11.0, 9.0
 
-# The same in a figure of a stated size, where all that is not map is kept small.
+# In a figure of a stated size margins are kept small.
 _TIGHT = {BAR: 0.57, FOOT: 0.22}
 _TIGHT_GAP, _TIGHT_TITLE, _TIGHT_HEADING, _BELOW = 0.06, 0.24, 0.26, 0.14
 
 
 @dataclass(frozen=True)
 class _Room:
-    """Inches about maps: between them, above each, below all and above all."""
+    """Margins in inches: between maps, above each, below all and above all."""
 
     gap: float
     title: float
@@ -54,12 +54,12 @@ class _PanelGrid:
 
     @property
     def pitch(self) -> float:
-        """The width of a column in inches."""
+        """Width of a column in inches."""
         return (self.width - self.room.gap) / self.columns
 
 
 def _room(look: Look, letters: float, is_tight: bool, foot: float, count: int, has_below: bool) -> _Room:
-    """The room that letters of a size need."""
+    """Margins for a font size."""
     heading = 0.0 if not look.title or count == 1 else letters * (_TIGHT_HEADING if is_tight else _HEADING)
     bottom = foot if look.colourbar or foot != BAR else _EMPTY
     if not is_tight:
@@ -71,7 +71,7 @@ def _room(look: Look, letters: float, is_tight: bool, foot: float, count: int, h
 
 @dataclass(frozen=True, kw_only=True)
 class _Wish:
-    """What is to be arranged: `words` are the title and the line below it of each map."""
+    """Panels to arrange; `words` are the title and subtitle of each map."""
 
     shapes: FloatArray
     size: tuple[float, float] | None
@@ -81,14 +81,14 @@ class _Wish:
     look: Look
 
     def title_width(self, letters: float) -> float:
-        """In inches, the widest."""
+        """Width in inches of the widest title."""
         if not self.look.has_titles:
             return 0.0
         return letters * max(title_width(*words) for words in self.words)
 
 
 def _grid(wish: _Wish, columns: int) -> _PanelGrid:
-    """The arrangement in a number of columns; in one of a stated size titles are of one line where they have room."""
+    """Arrangement in a number of columns; in a figure of stated size, titles and subtitles share a line if they fit."""
     merged = [(" · ".join(filter(None, words)), "") for words in wish.words]
     if wish.size is not None and merged != wish.words:
         one_line = _grid_of(replace(wish, words=merged), columns, is_one_line=True)
@@ -98,12 +98,12 @@ def _grid(wish: _Wish, columns: int) -> _PanelGrid:
 
 
 def _fits(grid: _PanelGrid, wish: _Wish) -> bool:
-    """Whether titles have room in their columns."""
+    """True if the titles fit their columns."""
     return wish.title_width(grid.letters) <= grid.pitch - grid.room.gap
 
 
 def _grid_of(wish: _Wish, columns: int, *, is_one_line: bool) -> _PanelGrid:
-    """The arrangement in a number of columns, as large as it can be."""
+    """Largest arrangement in a number of columns."""
     shapes, size = wish.shapes, wish.size
     count = len(shapes)
     beside, below = wish.labels
@@ -136,7 +136,7 @@ def arranged(
     labels: tuple[float, float] = (0.0, 0.0),
     look: Look = USUAL,
 ) -> tuple[StyledFigure, list[Axes], float]:
-    """A figure with room at its foot, and axes of `shapes`, widths and heights (n, 2), as large as they can be.
+    """Figure with a foot, and axes of `shapes`, widths and heights (n, 2), as large as possible.
 
     Columns are as wide as titles, `words`, where the figure has room for it, with room for `labels` in inches to the
     left of and below the axes; last returned is the room for titles in inches.
@@ -175,7 +175,7 @@ def arranged(
 
 
 def _axes(figure: Figure, grid: _PanelGrid, shapes: FloatArray, labels: tuple[float, float]) -> list[Axes]:
-    """Axes in the middle of the room of each map."""
+    """Axes centred in the cells of the grid."""
     axes = []
     count = len(shapes)
     beside, below = grid.letters * labels[0], grid.letters * labels[1]
@@ -200,7 +200,7 @@ def bar_axes(figure: StyledFigure) -> Axes:
 
 
 def check_size(size: Any) -> tuple[float, float] | None:
-    """A width and a height in inches, or None for as much as is needed."""
+    """Check a size in inches; None stands for as much as needed."""
     if size is None:
         return None
     pair = check_pair("size", size)

@@ -1,4 +1,4 @@
-"""Two maps as one that flows from the first to the second: points of both, cut wherever either is cut."""
+"""Films of one map that turns into another: points of both, cut wherever either map is cut."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _ROUNDS = 3  # of filling what is undefined from its neighbours
 
 @dataclass(frozen=True)
 class Track:
-    """Points in metres on both maps, (n, 2) each."""
+    """Points (n, 2) in metres on both maps."""
 
     first: FloatArray
     second: FloatArray
@@ -75,25 +75,25 @@ class Blend:
     turn: float
 
     def at(self, share: float, track: Track) -> FloatArray:
-        """Points (n, 2) at a share of the way."""
+        """Points (n, 2) at a fraction of the way."""
         way = (1.0 - share) * track.first + share * track.second @ _rotation(self.turn).T
         return way @ _rotation(-share * self.turn).T
 
     def values(self, share: float, measure: Measure) -> FloatArray:
-        """A measure (n,) of the Jacobians there, which are those of both maps in these shares."""
+        """Measure (n,) of the interpolated Jacobians."""
         first, second = self.jacobians
         J = _rotation(-share * self.turn) @ ((1.0 - share) * first + share * _rotation(self.turn) @ second)
         return measure(J)
 
 
 def blend_of(first: Projection, second: Projection, region: Place) -> Blend:
-    """What flows from a map to another; raises ValueError where they have nothing in common."""
+    """Blend of two maps; raises ValueError if they have nothing in common."""
 
     turn = _turn(first, second, region)
     cos, sin = np.cos(turn), np.sin(turn)
 
     def between(lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        # It is cut where either map is: in uneven shares, no cut of one closes that of the other.
+        # Uneven fractions, so that no cut of one map closes a cut of the other.
         (x, y), (p, q) = first(lon, lat), second(lon, lat)
         return 0.55 * x + 0.45 * (cos * p - sin * q), 0.55 * y + 0.45 * (sin * p + cos * q)
 
@@ -132,7 +132,7 @@ def _rotation(angle: float) -> FloatArray:
 
 
 def _inward(surface: Surface) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes of the vertices, those on a seam a little on their own side of it."""
+    """Longitudes and latitudes of vertices, moved off seams to their own side."""
     du, dv = surface.u[surface.source] - surface.u, surface.v[surface.source] - surface.v
     u = surface.u + _INWARD * (np.mod(du + 180.0, 360.0) - 180.0)
     lon, lat = surface.frame.geographic(u, surface.v + _INWARD * dv)
@@ -155,7 +155,7 @@ def _turn(first: Projection, second: Projection, region: Place) -> float:
 
 
 def _filled(projection: Projection, lon: FloatArray, lat: FloatArray, triangles: IntArray) -> FloatArray:
-    """Jacobians at points; what is undefined, as at a pole, is the mean of its neighbours."""
+    """Jacobians at points; undefined ones, as at a pole, are means of their neighbours."""
     J = np.full((lon.size, 2, 2), np.nan)
     inner = np.isfinite(lon) & (np.abs(lat) < _POLE)
     J[inner] = jacobian(projection, lon[inner], lat[inner])
@@ -174,7 +174,7 @@ def _filled(projection: Projection, lon: FloatArray, lat: FloatArray, triangles:
 
 
 def _spans(xy: FloatArray, triangles: IntArray) -> BoolArray:
-    """Triangles that reach across a map: where many cuts meet at a point, some go unseen."""
+    """True for triangles that span a map, left over where many cuts meet at a point."""
     corners = xy[triangles]
     longest = np.hypot(*(corners - corners[:, [1, 2, 0]]).reshape(-1, 2).T).reshape(-1, 3).max(axis=1)
     size = np.ptp(corners.reshape(-1, 2), axis=0).max() if len(corners) else 0.0
@@ -182,18 +182,18 @@ def _spans(xy: FloatArray, triangles: IntArray) -> BoolArray:
 
 
 def _border(triangles: IntArray) -> IntArray:
-    """The edges (k, 2) that only one triangle has."""
+    """Edges (k, 2) of one triangle only."""
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     found, count = np.unique(edges, axis=0, return_counts=True)
     return np.asarray(found[count == 1])
 
 
 def open_edges(xy: FloatArray, edges: IntArray) -> IntArray:
-    """The edges at the rim of the map, without those of a cut that has closed: both its sides are at one place."""
+    """Edges at the rim of the map, without those of closed cuts, whose sides coincide."""
     ends = xy[edges]
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     near = _CLOSED * float(np.median(lengths[lengths >= _SHRUNK * lengths.max()]))
-    # Points along all edges, and the edges that they are of: an edge is closed where another, that shares no end with
+    # Points along all edges, and their edges: an edge is closed if another, sharing no end with
     # it, has a point beside its middle.
     count = np.maximum(1, np.ceil(2.0 * lengths / near)).astype(int)
     owner = np.repeat(np.arange(len(edges)), count)
@@ -208,7 +208,7 @@ def open_edges(xy: FloatArray, edges: IntArray) -> IntArray:
 
 
 def _meets(cell: IntArray, owner: IntArray, middle: IntArray, edges: IntArray) -> BoolArray:
-    """Whether the cell of an edge's middle has a point of an edge that shares no end with it."""
+    """True if the cell of an edge's midpoint holds a point of an edge that shares no end with it."""
     order = np.argsort(cell, kind="stable")
     cell, owner = cell[order], owner[order]
     start, stop = np.searchsorted(cell, middle), np.searchsorted(cell, middle, side="right")
@@ -222,7 +222,7 @@ def _meets(cell: IntArray, owner: IntArray, middle: IntArray, edges: IntArray) -
 
 
 def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, second: Projection) -> list[Track]:
-    """Lines of (lon, lat) on both maps, in pieces that neither map cuts."""
+    """Lines of (lon, lat) on both maps, split where either map is cut."""
     if not lines:
         return []
     domain = surface.domain
@@ -236,7 +236,7 @@ def _tracks(surface: Surface, lines: Sequence[FloatArray], first: Projection, se
 
 
 def _runs(there: BoolArray) -> list[tuple[int, int]]:
-    """Where two or more in a row are there."""
+    """Bounds (start, stop) of two or more consecutive true values."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(np.int8))).reshape(-1, 2)
     return [(int(start), int(stop)) for start, stop in ends if stop - start > 1]
 
@@ -272,7 +272,7 @@ def morph(
     progress: Progress | None = None,
     look: Look | str | None = None,
 ) -> Path:
-    """Write a film in which a map flows into another and back, with a measure of what it is on the way.
+    """Write a film of a map that turns into another and back, in the colours of a measure.
 
     A point moves straight from its place on the one map to that on the other, which is turned for the way so that both
     lie on each other; so the Jacobian is (1 - t) J_1 + t J_2, and the colours are of that. The film is cut where either
@@ -365,12 +365,12 @@ def _film_path(given: Any) -> Path:
 
 
 def eased(count: int) -> FloatArray:
-    """Shares of the way from 0 to 1 that begin and end slowly."""
+    """Fractions of the way from 0 to 1, slow at both ends."""
     return 0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, count))
 
 
 class _Stage:
-    """A figure that shows a blend at any share of the way."""
+    """Figure that shows a blend at any fraction of the way."""
 
     def __init__(self, blend: Blend, measure: Measure, size: tuple[float, float], dpi: float, look: Look) -> None:
         self.blend, self.measure = blend, measure
@@ -413,7 +413,7 @@ class _Stage:
         )
 
     def _title(self, width: float, height: float) -> None:
-        """The names of both maps, and a dot on the way between them."""
+        """Draw the names of both maps, and a dot that moves between them."""
         y = 1.0 - (self.heading + self.letters * 0.2) / height
         size, colours = self.letters * 10.0, self.look.colours
         left, right = self.blend.maps
@@ -436,7 +436,7 @@ class _Stage:
         self.height = y
 
     def draw(self, share: float) -> None:
-        """Show a share of the way."""
+        """Draw the blend at a fraction of the way."""
         blend, ax = self.blend, self.ax
         xy = blend.at(share, blend.vertices)
         values = blend.values(share, self.measure)
@@ -465,7 +465,7 @@ class _Stage:
             self.dot.set_data([self.way[0] + share * (self.way[1] - self.way[0])], [self.height])
 
     def _look_at(self, xy: FloatArray) -> None:
-        """All of the map in the middle of the axes, a metre the same in x and y."""
+        """Centre the whole map in the axes, with equal scales."""
         low, high = xy.min(axis=0), xy.max(axis=0)
         middle, half = 0.5 * (low + high), 0.51 * (high - low)
         half_width = max(half[0], half[1] * self.shape)
@@ -473,7 +473,7 @@ class _Stage:
         self.ax.set_ylim(middle[1] - half_width / self.shape, middle[1] + half_width / self.shape)
 
     def pictures(self, count: int, progress: Progress | None) -> Iterator[AnyArray]:
-        """The pixels (height, width, 3) of the way there."""
+        """Frames (height, width, 3) of the way there."""
         for number, share in enumerate(eased(count), start=1):
             self.draw(float(share))
             self.canvas.draw()
@@ -483,13 +483,13 @@ class _Stage:
 
 
 def _scale(blend: Blend, measure: Measure, look: Look) -> ColourScale:
-    """Colours for all of the way."""
+    """Colour scale for the whole film."""
     values = [blend.values(share, measure) for share in (0.0, 0.5, 1.0)]
     return colour_scale(measure, values, [blend.weights] * len(values), colours=look.colours)
 
 
 def _palette(scale: ColourScale, look: Look) -> Image.Image:
-    """The colours of the scale, under lines, too, from those of the ground to those of letters, and of the dot."""
+    """Palette: colours of the scale, also under lines, of background to text, and of the dot."""
     bright = scale.colours(np.linspace(0.0, 1.0, _COLOURS))[:, :3]
     dark = 0.75 * scale.colours(np.linspace(0.0, 1.0, _DARKER))[:, :3]
     ends = (to_rgb(look.colours.background), to_rgb(look.colours.text))
@@ -501,7 +501,7 @@ def _palette(scale: ColourScale, look: Look) -> Image.Image:
 
 
 def _write_gif(path: Path, pictures: Iterator[AnyArray], palette: Image.Image, seconds: float) -> None:
-    """There and back for ever, with a rest at both ends; all frames have one palette, so that nothing flickers."""
+    """Write an endless loop there and back, with rests; a common palette avoids flicker."""
     there = [Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in pictures]
     step = max(20.0, 1e3 * seconds / (2 * (len(there) - 1)))
     durations = [step] * (2 * len(there) - 2)
@@ -518,7 +518,7 @@ def _write_gif(path: Path, pictures: Iterator[AnyArray], palette: Image.Image, s
 
 
 def _write_mp4(path: Path, stage: _Stage, count: int, seconds: float, progress: Progress | None) -> None:
-    """There and back once, with a rest at both ends."""
+    """Write the way there and back once, with rests."""
     rate = max(1, round(2 * (count - 1) / seconds))
     rest = max(1, round(_HOLD * rate))
     shares = eased(count)

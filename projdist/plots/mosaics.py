@@ -1,4 +1,4 @@
-"""The frames that the images of a mosaic can be brought into, side by side."""
+"""Figures of a mosaic in several frames, side by side."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def mosaic_figure(
     dpi: float = 150.0,
     look: Look | str | None = None,
 ) -> Figure:
-    """A mosaic in several frames, each with its figure of distortion, each as large as it can be.
+    """A mosaic in several frames, each with its distortion, as large as possible.
 
     With `pictures` it is drawn, with the images' rims; without them only these are. A frame in which an image reaches
     infinity has only a title. A `look`, or the name of a theme, says how it looks; its title is a heading. Raises
@@ -63,7 +63,7 @@ def mosaic_figure(
 
 
 def _drawn(found: Mosaic, name: str, pictures: Sequence[Picture] | None) -> Rendered | Canvas | None:
-    """What a panel shows: the mosaic, or only its canvas; None where the frame is impossible."""
+    """Rendered mosaic of a panel, or its canvas alone; None for an impossible frame."""
     frame = found.frames[name]
     if frame is None:
         return None
@@ -101,13 +101,13 @@ def _draw_numbers(ax: Axes, found: Mosaic, rims: FloatArray) -> None:
 
 
 def _edge(ax: Axes) -> str:
-    """The usual blue on a light ground."""
+    """Colour of outlines: blue, or in a theme that of the text."""
     look = look_of(ax)
     return _EDGE if look.theme is None else look.colours.text
 
 
 def _words(found: Mosaic, name: str) -> tuple[str, str]:
-    """The frame, with the image whose plane it is, and its figure."""
+    """Title (the frame and its image) and subtitle (its distortion)."""
     frame = found.frames[name]
     if frame is None:
         return _TITLES[name], "Impossible: the plane sends an image to infinity"

@@ -1,4 +1,4 @@
-"""Scans of old maps, as pictures to draw on."""
+"""Figures of old maps, on their scans."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ _PAPER = 0.7  # of the pixels are darker than blank paper
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Pixels, and the old map's coordinates of the left, right, bottom and top side."""
+    """Pixels of a scan, and its extent (left, right, bottom, top) in the old map's coordinates."""
 
     pixels: AnyArray
     extent: tuple[float, float, float, float]
 
     def brightness(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Shape (y, x): that of the pixels there, 1 for blank paper."""
+        """Brightness (y, x) of the pixels, 1 for blank paper."""
         left, right, bottom, top = self.extent
         height, width = self.pixels.shape[:2]
         columns = np.clip(((x - left) / (right - left) * width).astype(int), 0, width - 1)
@@ -48,7 +48,7 @@ class Scan:
 
 
 def read_scan(path: str | os.PathLike[str], found: OldMap) -> Scan:
-    """A scan in whose pixels the control points are; raises ValueError for what is none, or where they are outside."""
+    """Scan whose pixel coordinates the control points have; raises ValueError if it is none, or they lie outside."""
     path = check_path("image", path)
     text = f"Invalid image '{path}'."
     with open_image(path, text) as image:
@@ -82,7 +82,7 @@ _MOST_NAMES = 12
 
 @dataclass(frozen=True, kw_only=True)
 class OldMapSheet:
-    """The drawn part of an old map: a mesh over the hull of its control points, true places and corrected Jacobians.
+    """Drawn part of an old map: mesh over the hull of its control points, true places, corrected Jacobians.
 
     `view` is left, right, bottom and top; of a mirrored old map the top is less than the bottom.
     """
@@ -97,7 +97,7 @@ class OldMapSheet:
 
     @property
     def folded(self) -> BoolArray:
-        """Where the fit turns over."""
+        """True where the fit folds."""
         return np.asarray(np.isnan(self.J[:, 0, 0]))
 
 
@@ -145,7 +145,7 @@ def old_map_figure(
 
 
 def _sheet(found: OldMap, scan: Scan | None) -> OldMapSheet:
-    """A mesh of nearly equal triangles over the hull."""
+    """Drawn part of an old map, with a mesh of nearly equal triangles."""
     hull = ConvexHull(found.fitted.old)
     corners = found.fitted.old[hull.vertices]
     step = float(np.sqrt(hull.volume / _VERTICES))
@@ -176,7 +176,7 @@ def _sheet(found: OldMap, scan: Scan | None) -> OldMapSheet:
 
 
 def _inside(hull: ConvexHull, step: float, margin: float) -> FloatArray:
-    """Points of a square grid within a hull, by a margin."""
+    """Points of a square grid within a hull, with a margin."""
     low, high = hull.min_bound, hull.max_bound
     axes = [
         start + step * (np.arange(np.ceil((stop - start) / step)) + 0.5) for start, stop in zip(low, high, strict=True)
@@ -190,7 +190,7 @@ def _inside(hull: ConvexHull, step: float, margin: float) -> FloatArray:
 
 
 def _tissot(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
-    """Ellipses, the images of equal circles in truth."""
+    """Draw ellipses, the images of equal circles on the ground."""
     _draw_ground(ax, sheet)
     _draw_grid(ax, sheet)
     hull = ConvexHull(sheet.found.fitted.old)
@@ -216,7 +216,7 @@ def _tissot(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
 
 
 def _heatmap(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
-    """Fisher distortion or areal scale after the MDT."""
+    """Draw Fisher distortion or areal scale after the MDT."""
     mean = sheet.found.rectifications["mdt"].distortion
     scale = _draw_field(ax, sheet, measure)
     _draw_colourbar(bar, scale, None)
@@ -228,7 +228,7 @@ def _heatmap(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
 
 
 def _rotation(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
-    """Isolines of rotation."""
+    """Draw isolines of rotation."""
     turn = round(float(sheet.found.rectifications["mdt"].parts.rotation), 2) + 0.0  # no -0.00
     scale = _draw_field(ax, sheet, "rotation")
     _draw_colourbar(bar, scale, None)
@@ -236,7 +236,7 @@ def _rotation(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
 
 
 def _scale(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
-    """Isolines of scale: of denominators where they are known, else relative to the mean."""
+    """Draw isolines of scale denominators, or without a known resolution of scale relative to the mean."""
     metres = float(sheet.found.rectifications["mdt"].parts.scale)
     denominator = sheet.found.denominator(metres)
     scale = _draw_field(ax, sheet, "scale", denominator)
@@ -248,7 +248,7 @@ def _scale(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
 
 
 def _grid(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
-    """The true grid, the control points, and how far they are from where the MDT would have them."""
+    """Draw the true grid, the control points, and their displacements from the MDT."""
     found = sheet.found
     _draw_ground(ax, sheet)
     step = _draw_grid(ax, sheet, strong=True)
@@ -282,14 +282,14 @@ def _grid(ax: Axes, bar: Axes, sheet: OldMapSheet, measure: str) -> None:
 
 
 def _red(found: OldMap) -> str:
-    """What is told of outliers."""
+    """Colour of outliers."""
     if not found.is_outlier.any():
         return ""
     return "; red: outliers" + ("" if found.is_fitted.all() else ", left out")
 
 
 def _point(ax: Axes, sheet: OldMapSheet) -> str:
-    """The usual blue on paper."""
+    """Colour of control points: blue, or in a theme without a scan that of the text."""
     look = look_of(ax)
     return _POINT if look.theme is None or sheet.scan is not None else look.colours.text
 
@@ -320,7 +320,7 @@ def _set_view(ax: Axes, sheet: OldMapSheet) -> None:
 
 
 def _draw_ground(ax: Axes, sheet: OldMapSheet) -> None:
-    """The hull, pale where there is no scan, and folds."""
+    """Draw the hull, pale without a scan, and folds."""
     if sheet.scan is None:
         ax.fill(*sheet.hull.T, facecolor=look_of(ax).colours.sea, zorder=0.1)
     _draw_rim(ax, sheet)
@@ -342,7 +342,7 @@ def _draw_title(ax: Axes, sheet: OldMapSheet, title: str, below: str) -> None:
 
 
 def _draw_grid(ax: Axes, sheet: OldMapSheet, strong: bool = False) -> float:
-    """Lines of equal true x and y at round distances; returns the distance in metres."""
+    """Draw lines of equal true x and y at a round distance; returns it in metres."""
     step = _round_down(float(np.ptp(sheet.truth, axis=0).max()) / _LINES)
     colours = look_of(ax).colours
     colour = "#00000066" if sheet.scan is not None else f"{colours.text}66" if strong else colours.graticule
@@ -354,7 +354,7 @@ def _draw_grid(ax: Axes, sheet: OldMapSheet, strong: bool = False) -> float:
 
 
 def _draw_field(ax: Axes, sheet: OldMapSheet, name: str, denominator: float | None = None) -> ColourScale:
-    """Colours and isolines of a measure."""
+    """Draw colours and isolines of a measure."""
     folded = sheet.folded
     values = LOCAL_MEASURES[name](sheet.J)
     present = values[~folded]
@@ -384,7 +384,7 @@ def _draw_field(ax: Axes, sheet: OldMapSheet, name: str, denominator: float | No
 
 
 def _colour_scan(ax: Axes, sheet: OldMapSheet, scan: Scan, values: FloatArray, scale: ColourScale) -> None:
-    """Colours as of ink on the paper of a scan: dark lines stay, and blank paper has the colours of the bar."""
+    """Colour the paper of a scan: dark lines stay, blank paper has the colours of the bar."""
     left, right, bottom, top = sheet.view
     rows = max(round(_PIXELS * abs(top - bottom) / (right - left)), 1)
     x = left + (right - left) * (np.arange(_PIXELS) + 0.5) / _PIXELS
@@ -398,7 +398,7 @@ def _colour_scan(ax: Axes, sheet: OldMapSheet, scan: Scan, values: FloatArray, s
 
 
 def _with_round_denominators(scale: ColourScale, denominator: float) -> ColourScale:
-    """A scale of ratios whose levels are round denominators of scales."""
+    """Colour scale whose levels are round denominators of scale."""
     low, high = (denominator / end for end in reversed(scale.limits))
     step = _round_down(1.5 * (high - low) / _LINES)
     rounded = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1.0)
@@ -417,7 +417,7 @@ def _draw_colourbar(bar: Axes, scale: ColourScale, denominator: float | None) ->
 
 
 def _round_down(length: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is not more."""
+    """Largest of 1, 2, 5 times a power of ten that does not exceed a value."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(power * max(m for m in (1.0, 2.0, 5.0) if m * power <= length * (1 + 1e-9)))
 
@@ -429,7 +429,7 @@ def _length(metres: float) -> str:
 def _layout(
     sheet: OldMapSheet, panels: Sequence[str], size: tuple[float, float] | None, dpi: float, look: Look
 ) -> tuple[Figure, list[tuple[Axes, Axes]]]:
-    """A figure with axes for each panel, and below them axes for its colour bar."""
+    """Figure with axes for each panel, and axes below for its colour bar."""
     left, right, bottom, top = sheet.view
     shape, count = abs(top - bottom) / (right - left), len(panels)
     columns = 1 if count == 1 or (count == 2 and shape < 0.4) else 2

@@ -1,4 +1,4 @@
-"""Labels of isolines, where there is room for them."""
+"""Drawing on given axes: indicatrices, heat maps, isolines with labels, and colour bars."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ _SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9)
 
 
 def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], outline: FloatArray) -> None:
-    """Label isolines at places that are clear of each other and of the outline, (n, 2, 2) short segments in metres.
+    """Label isolines clear of each other and of the outline, (n, 2, 2) short segments in metres.
 
-    matplotlib's own choice minds neither: on lobes and at limbs its labels cover each other.
+    matplotlib's own labels cover each other on lobes and at limbs.
     """
     ax.apply_aspect()
     edge = ax.transData.transform(outline.reshape(-1, 2))
@@ -70,7 +70,7 @@ def label_isolines(ax: Axes, lines: ContourSet, labels: Mapping[float, str], out
     places = np.empty((0, 2))
     reaches = np.empty(0)
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
-        # Half the width of the label, whichever way the line turns it, and a little air.
+        # Half the label's width, in any rotation, and a margin.
         reach = 0.5 * height * (_WIDTH * len(labels[level]) + 0.4)
         for piece in path.to_polygons(closed_only=False):
             points = ax.transData.transform(piece)
@@ -104,7 +104,7 @@ Levels = int | Sequence[float] | None
 
 
 def check_axes(ax: Any) -> None:
-    """Refuse what is no axes of matplotlib, before the work."""
+    """Check that an object is matplotlib axes, before the work."""
     check_instance("axes", ax, Axes, "Axes of matplotlib")
 
 
@@ -112,7 +112,7 @@ def check_axes(ax: Any) -> None:
 
 
 def check_exaggeration(factor: float | str) -> float | str:
-    """A factor by which distortion is exaggerated, or "auto"; else ValueError."""
+    """Check an exaggeration: a factor, or "auto"; raises ValueError."""
     if factor == "auto":
         return factor
     if not _LEAST_FACTOR <= check_number("exaggeration", factor) <= _LARGEST_FACTOR:
@@ -132,7 +132,7 @@ def tissot(
     airy_kavrayskiy: float | None = None,
     context: str = CONTEXTS[-1],
 ) -> float:
-    """Draw Tissot's indicatrices on `ax`; returns the radius in metres of the circles that they are.
+    """Draw Tissot's indicatrices on `ax`; returns the radius in metres of their circles on the ground.
 
     The ellipses stand `step` degrees apart and are as large as they can be without overlap, unless
     `radius` states their size. With an `exaggeration` the logarithms of the principal scales are so many times as
@@ -172,7 +172,7 @@ def draw_tissot(
 
 
 def draw_ellipses(ax: Axes, panel: Indicatrices, radius: float, matrix: FloatArray | None = None) -> None:
-    """Draw ellipses only, in metres, or in what a matrix (2, 2) makes of them."""
+    """Draw ellipses only, in metres, or transformed by a matrix (2, 2)."""
     polygons = ellipses(panel, radius, _FEW_VERTICES if panel.lon.size > _MANY else _VERTICES)
     if matrix is not None:
         polygons = polygons @ matrix.T
@@ -203,7 +203,7 @@ def _draw_places(ax: Axes, surface: Surface, context: str) -> None:
 
 
 def _edge_width(ax: Axes, polygons: FloatArray) -> float:
-    """The width in points of the ellipses' edges, less where the ellipses are small."""
+    """Line width in points of the ellipses' edges, smaller for small ellipses."""
     if not len(polygons):
         return _EDGE
     points = ax.get_window_extent().width * 72.0 / ax.figure.dpi / np.ptp(ax.get_xlim())
@@ -228,11 +228,11 @@ def heatmap(
     airy_kavrayskiy: float | None = None,
     context: str = CONTEXTS[-1],
 ) -> ColourScale:
-    """Draw a measure as a field of colours with isolines on `ax`; returns what the colours mean.
+    """Draw a measure as a field of colours with isolines on `ax`; returns the colour scale.
 
     `levels` are the isolines in any order, or about how many; `limits` the ends of the colours;
     `step` the degrees between the lines of the graticule; `context`, one of `CONTEXTS`, what of the Earth is shown
-    about a region. Raises ValueError for options that are none.
+    around a region. Raises ValueError for invalid options.
     """
     check_axes(ax)
     chosen = get_measure(measure)
@@ -304,7 +304,7 @@ def draw_field(
         if values_at is not None:
             traced &= ~jumping(surface, whole, inside, values_at)
         lines = ax.tricontour(
-            # Without the others: matplotlib looks through all of them for each level.
+            # Separate triangulations: matplotlib searches all triangles for each level.
             Triangulation(mapped.x, mapped.y, mapped.triangles[traced]),
             values,
             levels=inside,
@@ -323,7 +323,7 @@ def draw_field(
 
 
 def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulation, FloatArray]:
-    """A field of angles with own vertices for the triangles where it goes from 180 to -180 degrees."""
+    """Field of angles with separate vertices for triangles across the jump from 180 to -180 degrees."""
     corners = values[mapped.triangles]
     turn = np.ptp(corners, axis=1) > 180.0
     torn = mapped.triangles[turn].ravel()
@@ -336,7 +336,7 @@ def _without_turn(mapped: Triangulation, values: FloatArray) -> tuple[Triangulat
 
 
 def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None, **place: Any) -> Colorbar:
-    """A horizontal colour bar with the levels as its ticks, and the measure's name as its label if none is given."""
+    """Draw a horizontal colour bar with the levels as ticks; its label is by default the measure's name."""
     looked = isinstance(figure, StyledFigure)
     letters, is_tight = (figure.scale, figure.is_tight) if looked else (1.0, False)
     colours = figure.look.colours if looked else USUAL.colours
@@ -366,14 +366,14 @@ def draw_colourbar(figure: Any, scale: ColourScale, *, label: str | None = None,
 
 
 def _ticks(scale: ColourScale, length: float) -> list[float]:
-    """As many of the levels as have room for their labels on a bar, its length in units of the labels' size."""
+    """Levels whose labels fit on a bar, whose length is in units of the labels' size."""
     low, high = scale.limits
     levels = scale.levels[(scale.levels >= low) & (scale.levels <= high)]
     if not levels.size:
         return [low, high]
     places = length * np.asarray(scale.norm(levels), dtype=float)
     reach = 0.5 * np.array([text_width(label, 1.0) for label in level_labels(levels)])
-    # Even steps with the neutral value among them; or, if there is room for more so, one after the other.
+    # Even steps through the neutral value, or, if more fit, one after the other.
     middle = int(np.argmin(np.abs(levels - (1.0 if scale.measure.kind == "ratio" else 0.0))))
     steps = (np.arange(middle % every, levels.size, every) for every in range(1, levels.size + 1))
     even = next(chosen for chosen in steps if _are_clear(places[chosen], reach[chosen]))
@@ -386,7 +386,7 @@ def _are_clear(places: FloatArray, reach: FloatArray) -> bool:
 
 
 def _one_after_the_other(places: FloatArray, reach: FloatArray) -> IntArray:
-    """Labels from the first, each the next that is clear of the last one."""
+    """Indices of labels, each the next that is clear of the previous one."""
     chosen = [0]
     for index in range(1, len(places)):
         if places[index] - places[chosen[-1]] > reach[index] + reach[chosen[-1]] + _AIR:

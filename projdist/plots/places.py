@@ -1,4 +1,4 @@
-"""What tells where a picture of a region is, and how large: cities, a scale bar, and a globe with the place."""
+"""Orientation on pictures of regions: cities, a scale bar, and a locator globe."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _APART = 0.12  # of the smaller side: cities are no closer
 
 @dataclass
 class _Texts:
-    """Boxes in points that are taken, the frame's size, and the size of letters relative to the usual one."""
+    """Boxes in points that are occupied, the size of the frame, and the relative font size."""
 
     width: float
     height: float
@@ -50,18 +50,18 @@ class _Texts:
 
     @property
     def size(self) -> float:
-        """The size of letters in points."""
+        """Font size in points."""
         return self.letters * _TEXT
 
     def take(self, x: float, y: float, width: float, height: float) -> bool:
-        """Take a box with its lower left corner at x, y, if it is free and within the frame."""
+        """Occupy a box with its lower left corner at x, y, if it is free and within the frame."""
         if self.is_free(x, y, width, height):
             self.boxes.append((x, y, x + width, y + height))
             return True
         return False
 
     def is_free(self, x: float, y: float, width: float, height: float) -> bool:
-        """Whether a box is free and within the frame."""
+        """True if a box is free and within the frame."""
         right, top = x + width, y + height
         if x < 2.0 or y < 2.0 or right > self.width - 2.0 or top > self.height - 2.0:
             return False
@@ -69,12 +69,12 @@ class _Texts:
 
 
 def shows_places(surface: Surface) -> bool:
-    """Whether a picture has places: one of a part of the Earth."""
+    """True for pictures of parts of the Earth, which have places."""
     return surface.is_local and not surface.domain.projection.is_of_another_body
 
 
 def draw_places(ax: Axes, surface: Surface) -> None:
-    """Draw a globe with the place of a small region, a scale bar where the scale is nearly one, and cities."""
+    """Draw a locator globe of a small region, a scale bar if the scale is nearly one, and cities."""
     ax.apply_aspect()
     box = ax.get_window_extent()
     points = 72.0 / ax.figure.dpi
@@ -89,7 +89,7 @@ def draw_places(ax: Axes, surface: Surface) -> None:
 
 
 def _take_labels(ax: Axes, texts: _Texts) -> None:
-    """Take the places of what is written on the picture already."""
+    """Mark the boxes of existing labels as occupied."""
     box, points = ax.get_window_extent(), 72.0 / ax.figure.dpi
     for text in ax.texts:
         if text.get_text():
@@ -99,7 +99,7 @@ def _take_labels(ax: Axes, texts: _Texts) -> None:
 
 
 def _corners(surface: Surface, width: float, height: float) -> list[tuple[float, float]]:
-    """Lower left corners, in shares of the frame, of boxes in its four corners: with least of the region first."""
+    """Lower left corners, as fractions of the frame, of boxes in its four corners, least of the region first."""
     west, east, south, north = surface.view
     nodes = np.flatnonzero(surface.weights > 0)
     share = (np.column_stack([surface.x[nodes], surface.y[nodes]]) - [west, south]) / [east - west, north - south]
@@ -141,7 +141,7 @@ def _draw_locator(ax: Axes, surface: Surface, texts: _Texts) -> None:
 
 
 def _is_true_to_scale(surface: Surface) -> bool:
-    """Whether nearly all scales in the region are nearly one."""
+    """True if nearly all scales in the region are nearly one."""
     nodes = np.flatnonzero(surface.weights > 0)
     nodes = nodes[:: max(nodes.size // _SAMPLE, 1)]
     lon, lat = surface.lonlat()
@@ -200,7 +200,7 @@ def _write(ax: Axes, texts: _Texts, text: str, x: float, y: float, ha: str, labe
 
 
 def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
-    """Dots and names of the best known cities in the frame, first those of the region."""
+    """Draw dots and names of the main cities in the frame, those of the region first."""
     known = cities()
     xy, order = _in_order(surface)
     most = int(_CITIES_PER_INCH * (texts.width + texts.height) / 72.0 / texts.letters)
@@ -228,7 +228,7 @@ def _draw_cities(ax: Axes, surface: Surface, texts: _Texts) -> None:
 
 
 def main_cities(ax: Axes, surface: Surface) -> FloatArray:
-    """Points (n, 2) of the map along the best known cities of a region and their names, for labels to keep clear of."""
+    """Points (n, 2) along the main cities of a region and their names, which labels must not cover."""
     xy, order = _in_order(surface) if shows_places(surface) else (np.empty((0, 2)), np.empty(0, dtype=int))
     if not order.size:
         return np.empty((0, 2))
@@ -243,7 +243,7 @@ def main_cities(ax: Axes, surface: Surface) -> FloatArray:
 
 
 def _in_order(surface: Surface) -> tuple[FloatArray, IntArray]:
-    """Places (n, 2) of all cities as shares of the frame, and the numbers of those in it, the region's first."""
+    """Places (n, 2) of all cities as fractions of the frame, and the indices of visible ones, the region's first."""
     known = cities()
     xy = _seen(surface, known.lon, known.lat)
     near = [surface.domain.region.contains(known.lon + east, known.lat + north) for east, north in _ABOUT]
@@ -252,7 +252,7 @@ def _in_order(surface: Surface) -> tuple[FloatArray, IntArray]:
 
 
 def _seen(surface: Surface, lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """Places (n, 2) as shares of the frame, NaN for those that are not in it."""
+    """Places (n, 2) as fractions of the frame, NaN outside of it."""
     assert surface.ground is not None
     west, east, south, north = surface.view
     x, y = surface.ground.domain(lon, lat)
@@ -263,7 +263,7 @@ def _seen(surface: Surface, lon: FloatArray, lat: FloatArray) -> FloatArray:
 
 
 def _name(ax: Axes, texts: _Texts, name: str, place: FloatArray) -> bool:
-    """Write a city's name beside its dot, to the right if there is room, else to the left, above or below."""
+    """Write a city's name beside its dot: right if there is room, else left, above or below."""
     width, height = len(name) * _LETTER * texts.size, _LINE * texts.size
     x, y = place
     if not texts.is_free(x - 1.5, y - 1.5, 3.0, 3.0):

@@ -1,4 +1,4 @@
-"""Profiles along a line: panels one above the other, which share the distance along it."""
+"""Profiles along a line: stacked panels that share the distance axis."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class _Curve:
 
 @dataclass(frozen=True)
 class _Panel:
-    """Curves with one axis; `is_scale` where 1 is the truth."""
+    """Curves that share an axis; `is_scale` if 1 is the true value."""
 
     label: str
     curves: Sequence[_Curve]
@@ -52,7 +52,7 @@ def profile_figure(
     title: str | None = None,
     look: Look | str | None = None,
 ) -> Figure:
-    """A profile: the scale along the line with its mean, heights, and the other measures, a panel each.
+    """Figure of a profile: scale along the line with its mean, heights, and other measures, a panel each.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def profile_figure(
 def _drawn(
     figure: StyledFigure, found: Profile, panels: list[_Panel], name: str, inches: tuple[float, float, float, float]
 ) -> Figure:
-    """The panels of a profile in a figure, with what is beside, below and between them in inches."""
+    """Draw the panels of a profile, with margins in inches."""
     left, right, foot, each = inches
     letters, colours = figure.scale, figure.look.colours
     width, height = figure.get_size_inches()
@@ -149,7 +149,7 @@ def _panels(found: Profile) -> list[_Panel]:
 
 
 def _measured(name: str, values: FloatArray) -> _Panel:
-    """The panel of a measure, with what is known of its name."""
+    """Panel of a measure, with its symbol and unit."""
     measure = next((one for one in MEASURES.values() if name in (one.name, one.symbol)), None)
     label = (name if measure is None else measure.name).replace("_", " ").removesuffix(" ppm").replace(" ", "\n", 1)
     unit = {"deg": "degrees"}.get(measure.unit, measure.unit) if measure else ""
@@ -159,7 +159,7 @@ def _measured(name: str, values: FloatArray) -> _Panel:
 
 
 def _draw(ax: Axes, panel: _Panel, distance: FloatArray, vertices: FloatArray, torn: IntArray) -> None:
-    """The curves of a panel, their means dashed, and lines at the vertices."""
+    """Draw the curves of a panel, their means dashed, and lines at the vertices."""
     ax.set_xlim(distance[0], distance[-1])
     colours = look_of(ax).colours
     for curve in panel.curves:
@@ -193,7 +193,7 @@ def _draw(ax: Axes, panel: _Panel, distance: FloatArray, vertices: FloatArray, t
 
 
 def _add_ppm(ax: Axes, low: float, high: float) -> None:
-    """The same axis in parts per million off 1, at the right."""
+    """Add an axis in parts per million off 1, at the right."""
     other = ax.twinx()
     ends = 1e6 * (low - 1.0), 1e6 * (high - 1.0)
     other.set_ylim(*ends)
@@ -203,7 +203,7 @@ def _add_ppm(ax: Axes, low: float, high: float) -> None:
 
 
 def _label(ax: Axes, given: Sequence[float]) -> None:
-    """Ticks within the limits, with as many decimals as tell them apart."""
+    """Set ticks within the limits, with as many decimals as distinguish them."""
     ticks = np.asarray(given)
     low, high = ax.get_ylim()
     kept = ticks[(ticks >= low) & (ticks <= high)]
@@ -228,7 +228,7 @@ def _dress(ax: Axes) -> None:
 
 
 def _limits(panel: _Panel) -> tuple[float, float]:
-    """A little more than what is drawn, and not so little that rounding is seen."""
+    """Limits with a margin, wide enough to hide rounding."""
     drawn = np.concatenate([np.append(curve.values, curve.mean or np.nan) for curve in panel.curves])
     drawn = drawn[np.isfinite(drawn)]
     if not drawn.size:

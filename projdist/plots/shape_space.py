@@ -1,4 +1,4 @@
-"""The space that Jacobians live in: a map as points of the hyperbolic plane, with their mean, median and geodesics.
+"""The space of Jacobians: maps as points of the hyperbolic plane, with mean, median and geodesics.
 
 Up to rotations a Jacobian is its size and its shape, J J^T / |det J|, and the shapes are the hyperbolic plane. In
 Poincare's disc a shape lies at tanh(r / 2), r = ln(a / b), from the middle, which is sin(omega / 2), omega the maximum
@@ -44,7 +44,7 @@ _LABELS = np.radians(202.5)  # half-way between two glyphs
 
 @dataclass(frozen=True)
 class _Cloud:
-    """A map's Jacobians as points of the disc, their areal scales, and where the mean and the median are."""
+    """Jacobians of a map as points of the disc, their areal scales, mean and median."""
 
     points: AnyArray
     sizes: FloatArray
@@ -53,7 +53,7 @@ class _Cloud:
 
 
 def disc_points(J: FloatArray) -> AnyArray:
-    """The points of Poincare's disc, complex numbers (...), of matrices (..., 2, 2); NaN for singular ones."""
+    """Points of Poincare's disc, complex (...), of matrices (..., 2, 2); NaN for singular ones."""
     a, b, c, d = J[..., 0, 0], J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
     area = np.abs(a * d - b * c)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -71,9 +71,9 @@ def space_figure(
     titles: Sequence[str | None] | None = None,
     look: Look | str | None = None,
 ) -> Figure:
-    """The Jacobians of maps as points of the hyperbolic plane, with their mean (the MDT) and their median.
+    """Jacobians of maps as points of the hyperbolic plane, with their mean (the MDT) and median.
 
-    A panel a map: in the middle of Poincare's disc is what has no angular distortion, a point's distance from it is
+    One panel per map: the centre of Poincare's disc has no angular distortion, a point's distance from it is
     sin(omega / 2), and its direction that of the ellipses at the rim. Colours are areal scales. Each point stands for
     the same area. Geodesics lead from the mean to some of the points.
 
@@ -145,7 +145,7 @@ def space_figure(
 
 
 def _cloud(field: Field) -> _Cloud:
-    """Places of equal area, one in the middle of each part."""
+    """Jacobians at places of equal area."""
     J, weights = field.dense_factors
     total = np.cumsum(weights)
     count = min(_POINTS, len(J))
@@ -155,7 +155,7 @@ def _cloud(field: Field) -> _Cloud:
 
 
 def _reach(clouds: list[_Cloud]) -> float:
-    """The radius of what is drawn: the whole disc, or as much of it as nearly all points need."""
+    """Radius of the drawn disc: the whole, or as much as holds nearly all points."""
     far = np.concatenate([np.abs([*cloud.points, cloud.mean, cloud.median]) for cloud in clouds])
     reach = _ROOM * max(float(np.quantile(far, _NEARLY_ALL)), _LEAST_REACH)
     return 1.0 if reach > _WHOLE else reach
@@ -183,7 +183,7 @@ def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
     )
     order = np.argsort(np.abs(np.log(cloud.sizes)))
     x, y = cloud.points.real[order], cloud.points.imag[order]
-    # Below all points darker ones, a little larger, so that those of the background's colour are seen.
+    # Darker, larger points beneath, so that those of the background's colour show.
     under = ax.scatter(x, y, s=letters * 9.0, color=colours.quiet, linewidths=0.0, zorder=1.7, rasterized=True)
     places = ax.scatter(
         x,
@@ -219,14 +219,14 @@ def _draw(ax: Axes, cloud: _Cloud, scale: ColourScale, reach: float) -> None:
 
 
 def _geodesic(start: complex, end: complex) -> FloatArray:
-    """Points (m, 2) of the geodesic between two points of the disc: a straight line, seen from the one."""
+    """Points (m, 2) of the geodesic between two points of the disc."""
     seen = (end - start) / (1.0 - np.conj(start) * end) * _STEPS
     line = (start + seen) / (1.0 + np.conj(start) * seen)
     return np.stack([line.real, line.imag], axis=-1)
 
 
 def _draw_rings(ax: Axes, reach: float) -> None:
-    """Circles of equal angular deformation, named to the lower left, where most maps have no points."""
+    """Draw circles of equal angular deformation, labelled at the lower left, where most maps have no points."""
     colours, letters = look_of(ax).colours, scale_of(ax)
     degrees = _rings(reach)
     for omega, label in zip(degrees, level_labels(degrees), strict=True):
@@ -249,7 +249,7 @@ def _draw_rings(ax: Axes, reach: float) -> None:
 
 
 def _rings(reach: float) -> FloatArray:
-    """Round numbers of degrees within a reach, evenly enough."""
+    """Round numbers of degrees within a radius."""
     most = np.degrees(2.0 * np.arcsin(min(reach, 1.0)))
     if reach >= 1.0:
         return np.array([20.0, 45.0, 90.0])
@@ -263,7 +263,7 @@ def _rings(reach: float) -> FloatArray:
 
 
 def _draw_glyphs(ax: Axes, reach: float) -> None:
-    """Ellipses about the rim: the shapes that lie in each direction."""
+    """Draw ellipses around the rim: the shapes in each direction."""
     colours = look_of(ax).colours
     for k in range(_GLYPHS):
         angle = 360.0 * k / _GLYPHS

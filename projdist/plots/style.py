@@ -1,4 +1,4 @@
-"""How a picture looks: colours, letters, titles, and what stands about its maps."""
+"""The style of pictures: colours, fonts and titles."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from projdist.support import check_instance, check_number, check_text, listed, q
 
 @dataclass(frozen=True, kw_only=True)
 class Theme:
-    """The colours of a picture, as matplotlib takes them, and its colour maps.
+    """Colours and colour maps of a picture, as matplotlib takes them.
 
-    `ink` is for isolines, `halo` what parts lines and letters from colours beneath; `over_graticule` and `over_coast`
+    `ink` is for isolines, `halo` surrounds lines and letters on colours; `over_graticule` and `over_coast`
     are lines on a field of colours; `curves` are those of graphs. `rising` is a colour map that is light at its
     lower end, `falling` at its upper one, `diverging` in its middle.
     """
@@ -142,13 +142,13 @@ _CODE = re.compile(r"\w+:[\w.]+")
 
 
 def title_of(projection: Projection) -> str:
-    """A map's name as it is printed; of a CRS its code, too, and of a long name what there is room for."""
+    """Title of a map: its name, shortened, after the code of a CRS."""
     code = projection.definition if _CODE.fullmatch(projection.definition) else ""
     return shortened(f"{code} · {projection.name}" if code else projection.name)
 
 
 def titles_for(given: Any, own: list[str]) -> list[str]:
-    """The titles given for maps, None standing for a map's own; raises ValueError where there is not one for each."""
+    """Titles of maps, None standing for a map's own; raises ValueError unless there is one for each."""
     if given is None:
         return own
     if not isinstance(given, list | tuple) or len(given) != len(own):
@@ -157,7 +157,7 @@ def titles_for(given: Any, own: list[str]) -> list[str]:
 
 
 def shortened(text: str, longest: int = _LONGEST) -> str:
-    """Whole words of a long text, and an ellipsis."""
+    """Text shortened at a word, with an ellipsis."""
     if len(text) <= longest:
         return text
     cut = text[: longest - 1]
@@ -165,11 +165,11 @@ def shortened(text: str, longest: int = _LONGEST) -> str:
 
 
 def with_minus(text: str) -> str:
-    """A text whose numbers have a true minus sign, U+2212."""
+    """Text with the minus sign U+2212 in numbers."""
     return re.sub(r"(?<![\w.)\]])-(?=\.?\d)|(?<=\de)-(?=\d)", "\N{MINUS SIGN}", text)
 
 
-# ---- looks ---------------------------------------------------------------------------------------
+# ---- style ---------------------------------------------------------------------------------------
 
 
 _FONT = 9.0  # points: the usual size of a colour bar's label, to which all others are in proportion
@@ -190,7 +190,7 @@ _NOT_OF_PICTURES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Look:
-    """How a picture looks.
+    """The style of a picture.
 
     Parameters
     ----------
@@ -243,12 +243,12 @@ class Look:
 
     @functools.cached_property
     def rc(self) -> dict[str, Any]:
-        """What the style states."""
+        """Settings of the style."""
         return {} if self.style is None else _style(self.style)
 
     @functools.cached_property
     def colours(self) -> Theme:
-        """The theme."""
+        """Colours of the theme or style."""
         if isinstance(self.theme, Theme):
             return self.theme
         if self.theme is not None:
@@ -259,18 +259,18 @@ class Look:
 
     @property
     def points(self) -> float | None:
-        """The size of letters that is asked for."""
+        """Stated font size, None by default."""
         size = self.rc.get("font.size") if self.font_size is None else self.font_size
         return None if size is None else float(size)
 
     @property
     def has_titles(self) -> bool:
-        """Whether there is a word above maps."""
+        """True if maps have titles."""
         return self.title != ""
 
     @contextlib.contextmanager
     def applied(self) -> Iterator[None]:
-        """Draw in the style."""
+        """Context in which matplotlib draws in the style."""
         with rc_context(cast(Any, self.rc)):
             yield
 
@@ -279,10 +279,10 @@ USUAL = Look()
 
 
 class StyledFigure(Figure):
-    """A figure that knows its look and is drawn in it.
+    """A figure that is drawn in its style, `look`.
 
-    `scale` is the size of its letters relative to the usual one; `is_tight` whether its size was stated, so that all
-    that is not map is kept small, `is_one_line` whether what stands below titles is beside them.
+    `scale` is the font size relative to the usual one; `is_tight` if its size was stated, so that all
+    margins are small; `is_one_line` if subtitles stand beside titles.
     """
 
     def __init__(
@@ -302,7 +302,7 @@ class StyledFigure(Figure):
         FigureCanvasAgg(self)
 
     def draw(self, renderer: Any) -> None:
-        """Draw in the style of the look."""
+        """Draw in the style."""
         with self.look.applied():
             super().draw(renderer)
 
@@ -318,7 +318,7 @@ class StyledFigure(Figure):
         self.fit(self.text(0.5, bottom, text, ha="center", va="bottom", fontsize=size, color=self.look.colours.quiet))
 
     def fit(self, text: Text) -> None:
-        """Make a line in the middle of the figure as small as it needs to be to have room, and then shorter."""
+        """Shrink a centred line to fit the figure's width, then shorten it."""
         room = 72.0 * self.get_figwidth() - _MARGINS
         words, size = text.get_text(), float(text.get_fontsize())
         width = text_width(words, size)
@@ -331,16 +331,16 @@ class StyledFigure(Figure):
 
 
 def text_width(text: str, points: float) -> float:
-    """The width of what is seen of letters of a size, both in points."""
+    """Width of the visible part of a text, in points."""
     if not text.strip():
         return 0.0
     path = TextPath((0.0, 0.0), text, size=points)
-    # Outlines of letters have points where they reach farthest; the extents of their curves take fifty times as long.
+    # Vertices reach the extremes of letters; exact extents of their curves take fifty times as long.
     return float(np.ptp(path.vertices[path.codes != TextPath.CLOSEPOLY, 0]))
 
 
 def look_for(look: Look | str | None) -> Look:
-    """A look, also of a theme's name."""
+    """Style given as a `Look` or the name of a theme."""
     if look is None or isinstance(look, str):
         return USUAL if look is None else Look(theme=look)
     check_instance("look", look, Look, "a Look or the name of a theme")
@@ -348,31 +348,31 @@ def look_for(look: Look | str | None) -> Look:
 
 
 def look_of(ax: Axes) -> Look:
-    """The look of the figure that axes are in; the usual one of a figure of the caller's."""
+    """Style of the figure of axes; the default in a figure of the caller's."""
     figure = getattr(ax.figure, "figure", ax.figure)
     return figure.look if isinstance(figure, StyledFigure) else USUAL
 
 
 def scale_of(ax: Axes) -> float:
-    """The size of letters and lines on axes, relative to the usual one."""
+    """Size of letters and lines on axes, relative to the usual one."""
     figure = getattr(ax.figure, "figure", ax.figure)
     return figure.scale if isinstance(figure, StyledFigure) else 1.0
 
 
 def is_tight_of(ax: Axes) -> bool:
-    """Whether all that is not map is to be kept small."""
+    """True if margins are to be small."""
     figure = getattr(ax.figure, "figure", ax.figure)
     return isinstance(figure, StyledFigure) and figure.is_tight
 
 
 def is_one_line(ax: Axes) -> bool:
-    """Whether what stands below a title is to be beside it."""
+    """True if subtitles stand beside titles."""
     figure = getattr(ax.figure, "figure", ax.figure)
     return isinstance(figure, StyledFigure) and figure.is_one_line
 
 
 def scale_for(look: Look, room: tuple[float, float] | None) -> float:
-    """The size of letters relative to the usual one: as stated, else less where `room`, inches of a panel, is small."""
+    """Relative font size: as stated, else smaller in a small panel; `room` is its size in inches."""
     if look.points is not None:
         return look.points / _FONT
     if room is None:
@@ -382,7 +382,7 @@ def scale_for(look: Look, room: tuple[float, float] | None) -> float:
 
 
 def _style(style: str | os.PathLike[str]) -> dict[str, Any]:
-    """What a style of matplotlib states, by a name or a file."""
+    """Settings of a matplotlib style, given by name or file."""
     known = matplotlib.style.library
     if isinstance(style, str) and style in known:
         stated = known[style]

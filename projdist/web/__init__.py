@@ -1,4 +1,4 @@
-"""Reports as web pages: one file each, with maps that answer, and nothing that comes from elsewhere.
+"""Reports as web pages, each one self-contained file with interactive maps; and the live page.
 
 The text of a page is complete without scripts. Its maps are frames: the Jacobian at the nodes of a grid, from
 which the page computes every measure.

@@ -1,4 +1,4 @@
-"""A map as a frame: what a page needs to draw it and to tell its distortion anywhere, in one block of bytes.
+"""Frames: blocks of bytes from which a page draws a map and computes its distortion anywhere.
 
 The block is a length (uint32), a header in JSON, padded to four bytes, and the arrays that the header lists as
 `{"name": [type, offset, shape]}`. At each vertex of the map's surface there are its place, in steps of a 65,535th of
@@ -7,7 +7,7 @@ q = (J11 - J22 + i (J21 + J12)) / 2 they are ln |p|, arg p, and the real and ima
 a map is conformal. The principal scales are |p| + |q| and |p| - |q|.
 
 Between nodes a page takes cubic polynomials where there are sixteen nodes around a cell (`cubic`), else bilinear
-ones, and linear ones in the triangles of torn cells. What that is off by was measured in each cell and triangle, and
+ones, and linear ones in the triangles of torn cells. The interpolation error is measured in each cell and triangle and
 stands in `error` and `cutError`.
 """
 
@@ -41,7 +41,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def encoded(block: bytes) -> str:
-    """A block deflated and in base64."""
+    """A block, deflated and in base64."""
     return b64encode(zlib.compress(block, 9)).decode("ascii")
 
 
@@ -53,7 +53,7 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> byt
         places[name] = [values.dtype.name, offset, list(values.shape)]
         blocks.append(block + b"\0" * (-len(block) % 8))
         offset += len(blocks[-1])
-    # ASCII, so that its length in bytes is that of the text; the arrays begin at a multiple of eight.
+    # ASCII: one byte per character; the arrays begin at a multiple of eight.
     text = json.dumps({**header, "arrays": places}).encode("ascii")
     text += b" " * (-(len(text) + 4) % 8)
     return np.uint32(len(text)).tobytes() + text + b"".join(blocks)
@@ -64,8 +64,8 @@ def frame_of(
 ) -> tuple[dict[str, Any], Arrays, FloatArray]:
     """The header and the arrays of a surface's frame, and the Jacobians at its nodes.
 
-    Scales are over distances on the ground at an ellipsoidal height in metres. `marks` are geometries in longitude and
-    latitude by their names, which are drawn.
+    Scales refer to distances on the ground at an ellipsoidal height in metres. `marks` are geometries to draw, in
+    longitude and latitude, by name.
     """
     J = jacobians(surface)
     whole = _whole(surface)
@@ -115,7 +115,7 @@ def frame_of(
 
 
 def _rounded(fields: FloatArray, errors: FloatArray) -> FloatArray:
-    """Fields in steps of a small part of the errors of vertices: digits that mean nothing take half of a page."""
+    """Fields rounded to a small part of the errors at vertices: meaningless digits would double a page."""
     steps = 2.0 ** np.floor(np.log2(_ROUNDING * errors))[:, None]
     return np.asarray(steps * np.rint(fields / steps))
 
@@ -123,11 +123,11 @@ def _rounded(fields: FloatArray, errors: FloatArray) -> FloatArray:
 def _least_errors(
     surface: Surface, fields: FloatArray, error: NDArray[np.uint8], cut_error: NDArray[np.uint8]
 ) -> FloatArray:
-    """The least error of the four numbers (n,) in all cells and triangles that take a vertex into account."""
+    """Smallest error (n,) of the four numbers in the cells and triangles that use each vertex."""
     lesser = np.clip(np.nan_to_num(_lesser(fields), nan=1.0), _FLAT, 1.0)  # errors of ratios are over it
     cells = np.where(error == _NONE, 1.0, 10.0 ** (-error.astype(float) / _TENTHS))
     cells *= _corners(lesser[: surface.nodes].reshape(surface.shape)).min(axis=0)
-    # A cubic takes the nodes of all cells around; those of a node are to the left of it and below, too.
+    # A cubic uses the nodes of all surrounding cells, also left of and below a node.
     wide = np.pad(np.pad(cells, ((2, 1), (0, 0)), constant_values=1.0), ((0, 0), (2, 1)), mode="wrap")
     rows, columns = surface.shape
     around = [wide[j : j + rows, i : i + columns] for j in range(4) for i in range(4)]
@@ -140,26 +140,26 @@ def _least_errors(
 
 
 def _on_ground(surface: Surface, height: float) -> FloatArray:
-    """By what scales on the ground at a height are less than on the ellipsoid, at each vertex."""
+    """Factor at each vertex from scales on the ellipsoid to those on the ground at a height."""
     _, lat = surface.frame.geographic(surface.u, surface.v)
     return elevation_factor(np.clip(np.nan_to_num(lat), -90.0, 90.0), height, surface.domain.projection.ellipsoid)
 
 
 def _wraps(surface: Surface) -> bool:
-    """Whether the grid's last column is beside its first."""
+    """True if the grid's last column adjoins its first."""
     u = surface.u[: surface.shape[1]]
     return bool(abs(u[-1] + (u[1] - u[0]) - u[0] - 360.0) < 1e-6)
 
 
 def _whole(surface: Surface) -> BoolArray:
-    """Whether there is an untorn cell to the right of and above each node."""
+    """True where the cell right of and above a node is not torn."""
     whole = np.zeros(surface.nodes, dtype=bool)
     whole[surface.whole[:, 0]] = True
     return whole.reshape(surface.shape)
 
 
 def _fields(surface: Surface, J: FloatArray) -> tuple[FloatArray, bool]:
-    """The four numbers at each vertex, missing ones from neighbours, and whether the map mirrors."""
+    """The four numbers at each vertex, missing ones filled from neighbours, and whether the map is mirrored."""
     nodes = [filled(J[: surface.nodes, i, j].reshape(surface.shape)).ravel() for i in (0, 1) for j in (0, 1)]
     near = np.stack(nodes, axis=-1).reshape(-1, 2, 2)[surface.source]
     J = np.where(np.isfinite(J), J, near)
@@ -170,7 +170,7 @@ def _fields(surface: Surface, J: FloatArray) -> tuple[FloatArray, bool]:
 
 
 def four_numbers(J: FloatArray, mirrored: bool) -> FloatArray:
-    """Jacobians as the four numbers."""
+    """The four numbers of Jacobians."""
     turn = -1.0 if mirrored else 1.0
     xx, xy, yx, yy = turn * J[..., 0, 0], turn * J[..., 0, 1], J[..., 1, 0], J[..., 1, 1]
     p, q = 0.5 * (xx + yy + 1j * (yx - xy)), 0.5 * (xx - yy + 1j * (yx + xy))
@@ -181,7 +181,7 @@ def four_numbers(J: FloatArray, mirrored: bool) -> FloatArray:
 
 
 def _cubic(surface: Surface, whole: BoolArray, valid: BoolArray) -> BoolArray:
-    """Whether each cell has whole cells all around, and no node without a derivative."""
+    """True for cells surrounded by whole cells whose nodes all have a Jacobian."""
     wraps = _wraps(surface)
     good = whole & _corners(valid.reshape(surface.shape)).all(axis=0)
     padded = np.pad(good, ((1, 1), (0, 0)))
@@ -197,7 +197,7 @@ def _corners(values: Any) -> Any:
     return np.stack([values, right, np.roll(right, -1, axis=0), above])
 
 
-# ---- what interpolation is off by -----------------------------------------------------------
+# ---- errors of interpolation ----------------------------------------------------------------
 
 _STEP = 3e-5  # radians, of differences that tell errors
 _DOUBTFUL = 0.1  # of an error that they tell
@@ -207,7 +207,7 @@ _TRIED_BESIDE_CUTS = np.array([[1, 1, 1], [2.5, 0.25, 0.25], [0.25, 2.5, 0.25], 
 
 
 def _errors(surface: Surface, fields: FloatArray, whole: BoolArray, cubic: BoolArray, mirrored: bool) -> Any:
-    """Errors of ln of scales and of ratios as bytes: -10 log10 of them, and 255 where there is no cell."""
+    """Errors of ln of scales and of ratios as bytes, -10 log10 of the error; 255 without a cell."""
     rows, columns = np.nonzero(whole)
     worst = np.zeros(rows.size)
     least = np.fmin.reduce(_corners(_lesser(fields[: surface.nodes]).reshape(surface.shape)), axis=0)[rows, columns]
@@ -222,9 +222,9 @@ def _errors(surface: Surface, fields: FloatArray, whole: BoolArray, cubic: BoolA
 
 
 def _cut_errors(surface: Surface, fields: FloatArray, mirrored: bool, grid: Grid) -> Any:
-    """Errors between the corners of each triangle of torn cells, as bytes like those of cells; 1 where it is not seen.
+    """Errors in the triangles of torn cells, as bytes like those of cells; error 1 for invisible triangles.
 
-    Those are the slivers beside seams, which would take more time than all others.
+    These are slivers beside seams, which would take more time than all others.
     """
     every = _triangles(surface)
     sides = np.diff(grid.exact(np.column_stack([surface.x, surface.y]))[every], axis=1)
@@ -249,19 +249,19 @@ def _triangles(surface: Surface) -> NDArray[Any]:
 
 
 def _beside(values: FloatArray, turn: float) -> FloatArray:
-    """Angles (n, 3) less whole turns, so that they are next to the first."""
+    """Angles (n, 3) shifted by whole turns to lie nearest to the first."""
     return values - turn * np.round((values - values[:, :1]) / turn)
 
 
 def _lesser(fields: FloatArray) -> FloatArray:
-    """1 - |q / p|: where the smaller scale runs to 0, its relative error is that beside the least of the corners."""
+    """1 - |q / p|, by which errors of ratios are divided: the smaller scale is proportional to it."""
     return 1.0 - np.hypot(*fields[:, 2:].T)
 
 
 def _off(
     surface: Surface, u: FloatArray, v: FloatArray, found: FloatArray, least: FloatArray, mirrored: bool
 ) -> FloatArray:
-    """How far the four numbers (n, 4) are off at grid coordinates, at most 1 where they are none."""
+    """Errors of the four numbers (n, 4) at grid coordinates; 1 where undefined."""
     projection, (lon, lat) = surface.domain.projection, surface.frame.geographic(u, v)
     lon = normalised(lon)
     J, doubt = _near_jacobians(projection, lon, lat)
@@ -273,16 +273,16 @@ def _off(
 
 
 def _apart(found: FloatArray, true: FloatArray, least: FloatArray) -> FloatArray:
-    """How far four numbers (n, 4) are from the true ones."""
+    """Distance of four numbers (n, 4) from the true ones."""
     turn = np.abs(np.mod(found[:, 1] - true[:, 1] + np.pi, 2.0 * np.pi) - np.pi)
     ratio = np.hypot(*(found[:, 2:] - true[:, 2:]).T) / np.maximum(np.fmin(least, _lesser(true)), _FLAT)
     return np.asarray(np.abs(found[:, 0] - true[:, 0]) + ratio + turn)
 
 
 def _near_jacobians(projection: Projection, lon: FloatArray, lat: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Jacobians (n, 2, 2) by central differences, and what they may be off by, in parts of them.
+    """Jacobians (n, 2, 2) by central differences, and their relative errors.
 
-    Where a second difference is k of the first, the third, which is what they are off by, is about k^2 of it.
+    If the second difference is k times the first, the third, which is the error, is about k^2 times it.
     """
     cos = np.cos(np.radians(lat))
     north = np.degrees(_STEP)
@@ -307,7 +307,7 @@ def _as_bytes(errors: FloatArray) -> NDArray[np.uint8]:
 
 
 def _place(surface: Surface, rows: Any, columns: Any, across: float, up: float) -> tuple[FloatArray, FloatArray]:
-    """The grid coordinates at shares of cells."""
+    """Grid coordinates at fractions of cells."""
     u, v = surface.u[: surface.shape[1]], surface.v[: surface.nodes : surface.shape[1]]
     right = np.append(u[1:], u[0] + 360.0)[columns]
     return u[columns] + across * (right - u[columns]), v[rows] + up * (v[rows + 1] - v[rows])
@@ -316,7 +316,7 @@ def _place(surface: Surface, rows: Any, columns: Any, across: float, up: float) 
 def interpolated(
     surface: Surface, fields: FloatArray, rows: Any, columns: Any, u: FloatArray, v: FloatArray, cubic: BoolArray
 ) -> FloatArray:
-    """The four numbers (n, 4) at grid coordinates in cells, as a page finds them."""
+    """The four numbers (n, 4) interpolated at grid coordinates, as in a page."""
     count, width = surface.shape
     table = fields.reshape(count, width, 4)
     across, up = surface.u[:width], surface.v[: surface.nodes : width]
@@ -331,7 +331,7 @@ def interpolated(
 
 
 def _weights(nodes: FloatArray, place: FloatArray, cubic: BoolArray) -> FloatArray:
-    """Lagrange's weights of four nodes (n, 4), or of the two in the middle."""
+    """Lagrange weights (n, 4) of four nodes, or linear ones of the middle two."""
     weights = np.zeros(nodes.shape)
     share = (place - nodes[:, 1]) / (nodes[:, 2] - nodes[:, 1])
     weights[:, 1], weights[:, 2] = 1.0 - share, share

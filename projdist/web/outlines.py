@@ -1,4 +1,4 @@
-"""Lines and areas of a map in whole steps: coasts, borders, graticule, outline, land, and the region itself."""
+"""Lines and areas of a map in grid steps: coasts, borders, graticule, outline, land and the region."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PackedLines = tuple[NDArray[np.uint16], NDArray[np.uint32]]
 
 @dataclass(frozen=True)
 class Grid:
-    """Equal steps in x and y from a corner, which hold what is drawn."""
+    """Equal steps in x and y from a corner, covering the picture."""
 
     west: float
     south: float
@@ -47,7 +47,7 @@ class Grid:
 
     @classmethod
     def of(cls, surface: Surface) -> Grid:
-        """The grid of a picture: its frame, and all vertices of its surface."""
+        """Grid over a picture's view and all vertices of its surface."""
         used = np.unique(surface.triangles)
         west, east, south, north = surface.view
         x = np.concatenate([surface.x[used], [west, east]])
@@ -56,7 +56,7 @@ class Grid:
         return cls(float(x.min()), float(y.min()), size / _STEPS)
 
     def steps(self, xy: FloatArray) -> NDArray[np.uint16]:
-        """Places (n, 2) in whole steps; those that are none are 0."""
+        """Places (n, 2) in whole steps; 0 for NaN."""
         return np.nan_to_num(np.clip(np.rint(self.exact(xy)), 0, _STEPS), nan=0.0).astype(np.uint16)
 
     def exact(self, xy: FloatArray) -> FloatArray:
@@ -68,7 +68,7 @@ class Grid:
 def mark_lines(
     surface: Surface, grid: Grid, marks: Mapping[str, Any]
 ) -> tuple[dict[str, PackedLines], list[list[Any]]]:
-    """The outlines of geometries in longitude and latitude, and their names with their places in steps."""
+    """Outlines of geometries in longitude and latitude, and their names with places in steps."""
     drawn = surface if surface.ground is None else surface.ground
     west, east, south, north = surface.view
     size = max(east - west, north - south)
@@ -100,7 +100,7 @@ def _outlines_of(geometry: Any) -> Iterator[Any]:
 
 @GEOS_ARITHMETIC
 def map_lines(surface: Surface, grid: Grid) -> dict[str, PackedLines]:
-    """All lines and areas by their names, as points one after the other and how many each has."""
+    """Lines and areas by name, as concatenated points and the number of points of each."""
     drawn = surface if surface.ground is None else surface.ground
     west, east, south, north = surface.view
     window = shapely.box(*grid.exact(np.array([west, south])), *grid.exact(np.array([east, north])))
@@ -128,14 +128,14 @@ def map_lines(surface: Surface, grid: Grid) -> dict[str, PackedLines]:
 def _earthly(
     surface: Surface, drawn: Surface, lines: Callable[[Bounds, str, float], list[FloatArray]], size: float
 ) -> list[FloatArray]:
-    """The images of coasts or borders."""
+    """Projected coasts or borders."""
     bounds = drawn.domain.box.bounds
     spacing = min(1.0, max(ground_size(bounds)) / 60.0)
     return project_lines(drawn.domain, lines(bounds, coast_resolution(surface), spacing), size)
 
 
 def _land(surface: Surface, ground: Surface, size: float) -> list[FloatArray]:
-    """The land about a region: rings that are drawn by even and odd, or many polygons side by side."""
+    """Land around a region: rings for even-odd filling, or many adjacent polygons."""
     resolution = coast_resolution(surface)
     rings = land_rings(ground, resolution, size)
     if rings is not None:
@@ -146,7 +146,7 @@ def _land(surface: Surface, ground: Surface, size: float) -> list[FloatArray]:
 
 
 def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon) -> Iterator[FloatArray]:
-    """Lines joined where they meet, with the points that are seen, and only where the picture is."""
+    """Lines joined, simplified and clipped to the picture."""
     if not lines:
         return
     points, sizes = grid.exact(np.concatenate(lines)), [len(line) for line in lines]
@@ -154,14 +154,14 @@ def _simplified(lines: Sequence[FloatArray], grid: Grid, window: shapely.Polygon
     merged = shapely.line_merge(shapely.multilinestrings(steps))
     parts = shapely.get_parts(merged)
     seen = shapely.simplify(parts, _SEEN, preserve_topology=False)
-    # A ring that is smaller becomes a line of no length, which is not drawn; islands are to be dots.
+    # Smaller rings collapse to a line of no length, which is not drawn; islands stay as dots.
     shown = shapely.clip_by_rect(np.where(shapely.length(seen) > 0.0, seen, parts), *window.bounds)
     for line in shapely.get_parts(shapely.get_parts(shown)):
         yield shapely.get_coordinates(line)
 
 
 def _united(polygons: Sequence[FloatArray], grid: Grid, window: shapely.Polygon) -> Iterator[FloatArray]:
-    """The rings around polygons that lie side by side."""
+    """Rings around adjacent polygons."""
     rings = [*_rings_around(polygons, grid)]
     if not rings:
         return
@@ -179,9 +179,9 @@ def _united(polygons: Sequence[FloatArray], grid: Grid, window: shapely.Polygon)
 
 
 def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatArray]:
-    """Rings of the edges in whole steps that are of one polygon only: those between two cancel each other.
+    """Rings of edges, in whole steps, that belong to one polygon only: shared edges cancel.
 
-    It takes a twentieth of the time of a union, and leaves what is drawn by even and odd the same.
+    Takes a twentieth of the time of a union, with the same even-odd filling.
     """
     if not polygons:
         return
@@ -199,7 +199,7 @@ def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatA
     start, stop = vertex.reshape(2, -1)
     edge, index = np.unique(np.minimum(start, stop) * len(places) + np.maximum(start, stop), return_inverse=True)
     net = np.bincount(index, np.sign(stop - start)).astype(int)
-    # Whatever is the border of polygons leads as often to a point as away from it.
+    # Edges of borders lead to a point as often as away from it.
     edge, net = np.repeat(edge, np.abs(net)), np.repeat(net, np.abs(net))
     low, high = edge // len(places), edge % len(places)
     start, stop = np.where(net > 0, low, high), np.where(net > 0, high, low)
@@ -209,7 +209,7 @@ def _rings_around(polygons: Sequence[FloatArray], grid: Grid) -> Iterator[FloatA
 
 
 def _traced(start: NDArray[np.int_], stop: NDArray[np.int_]) -> Iterator[list[int]]:
-    """The numbers of directed edges that make up closed walks, each in one of them."""
+    """Closed walks along directed edges, as lists of edge numbers."""
     follower = np.empty(len(start), dtype=int)
     follower[np.argsort(stop, kind="stable")] = np.argsort(start, kind="stable")
     after = follower.tolist()

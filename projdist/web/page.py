@@ -1,4 +1,4 @@
-"""ES modules as one text, for places that take one script."""
+"""Pages of reports: bundled scripts, maps, and HTML."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _EXPORT = re.compile(r"^export ((?:async )?function|class|const) (\w+)", re.MULT
 
 
 def bundled(files: Mapping[str, str], entry: str) -> str:
-    """A module with all that it imports, each in a scope of its own; what the module exports itself stays exported.
+    """An ES module bundled with its imports, each in its own scope; its own exports stay.
 
-    `files` are texts by names, `frames.js`. Imports are of names in braces, each ended by a semicolon, exports of
+    `files` are texts by name (`frames.js`). Imports must be of names in braces, each ended by a semicolon, exports of
     functions, classes and constants where they are made.
     """
     order: list[str] = []
@@ -54,7 +54,7 @@ def _scope(name: str, text: str) -> str:
 
 
 def _without_imports(text: str) -> str:
-    """Names from the other modules' scopes."""
+    """Module text with imports replaced by names from the other modules' scopes."""
     return _IMPORT.sub(lambda found: f"const {{{found[1].replace(' as ', ': ')}}} = ${found[2]};\n", text)
 
 
@@ -76,7 +76,7 @@ SHOWN_MEASURES = tuple(name for names in GROUPS.values() for name in names)
 
 
 MOST_MAPS = 6
-"""As many maps has a page."""
+"""Largest number of maps on a page."""
 
 _NODES = 10_000  # of a map: what is between them is interpolated
 _COLOURS = 256
@@ -84,7 +84,7 @@ _COLOURS = 256
 
 @dataclass(frozen=True, kw_only=True)
 class Maps:
-    """Maps as encoded frames, what the colours of each measure mean, the measure shown first, and what is missing."""
+    """Encoded frames of maps, the colour scale of each measure, the measure shown first, and notes."""
 
     titles: tuple[str, ...]
     frames: tuple[str, ...]
@@ -102,11 +102,11 @@ def draw_maps(
     height: float = 0.0,
     marks: Mapping[str, Any] | None = None,
 ) -> Maps:
-    """The first `MOST_MAPS` projections as maps of a region, None for the area of use or the globe.
+    """Maps of the first `MOST_MAPS` projections over a region, None for the area of use or the globe.
 
-    `measure` is shown first, or else Fisher's, if the page has it not. A projection that shows nothing of the region is
-    told in the notes. Scales are over distances at an ellipsoidal height in metres; `marks` are geometries in longitude
-    and latitude by their names, which are drawn.
+    `measure` is shown first, or fisher if the page does not have it. A projection that shows no part of the region is
+    reported in the notes. Scales refer to an ellipsoidal height in metres; `marks` are geometries to draw, in longitude
+    and latitude, by name.
     """
     name = get_measure(measure).name
     maps = [Projection.from_user_input(projection) for projection in projections[:MOST_MAPS]]
@@ -136,14 +136,14 @@ def draw_maps(
 
 
 def cell_step(bounds: Bounds) -> float:
-    """Degrees of cells, of which a region has about as many as are wanted."""
+    """Cell size in degrees that gives a region about `_NODES` nodes."""
     _, south, _, north = bounds
     longest = np.cos(np.radians(max(south, -north, 0.0)))
     return float(np.sqrt(longitude_width(bounds) * longest * (north - south) / _NODES))
 
 
 def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]) -> Iterator[dict[str, Any]]:
-    """What the colours of each measure mean, one scale for all maps."""
+    """Colour scale of each measure, shared by all maps."""
     if not jacobians:
         return
     for group, name in ((group, name) for group, names in GROUPS.items() for name in names):
@@ -167,14 +167,14 @@ def colour_scales(jacobians: Sequence[FloatArray], weights: Sequence[FloatArray]
 # ---- page ----------------------------------------------------------------------------------------
 
 
-# In this order: a module takes names only from those before it.
+# In this order: modules use names of earlier ones only.
 _MAP_SCRIPTS = ("frames.js", "measures.js", "sheets.js", "drawing.js", "maps.js")
 _SCRIPTS = ("tables.js", "page.js")
 _FEW_LINES = 8
 
 
 class Cell(NamedTuple):
-    """A text, and the number that it is sorted by, if it is not sorted as text."""
+    """A text, and the number by which it is sorted, None to sort as text."""
 
     text: str
     value: float | None = None
@@ -182,7 +182,7 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class PageTable:
-    """A table: its columns with whether they stand to the left, and rows of cells, whose first one heads them."""
+    """A table: columns (title, left-aligned) and rows of cells, the first of which is the row's heading."""
 
     title: str = ""
     columns: Sequence[tuple[str, bool]]
@@ -191,7 +191,7 @@ class PageTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """What a page says. `copies` are texts to copy by what they are; `maps` may be there."""
+    """Content of a page; `copies` are texts to copy, by title."""
 
     title: str
     lead: Sequence[str] = ()
@@ -202,9 +202,9 @@ class Page:
 
 
 def page_html(page: Page) -> str:
-    """The page; its text is complete without scripts.
+    """HTML of a page, complete without scripts.
 
-    Its policy allows its own style and script by their hashes, and no address at all.
+    Its content security policy allows its own style and script by hash, and no address.
     """
     has_maps = page.maps is not None and bool(page.maps.frames)
     style, script = _file("page.css"), _script((*_MAP_SCRIPTS, *_SCRIPTS) if has_maps else _SCRIPTS)
@@ -241,7 +241,7 @@ def _file(name: str) -> str:
 
 
 def _script(names: Sequence[str]) -> str:
-    """Modules as one, without what they import from and export to each other."""
+    """Modules concatenated, without imports and exports."""
     text = "\n".join(map(_file, names))
     text = re.sub(r"^import .*?;\n", "", text, flags=re.MULTILINE | re.DOTALL)
     return re.sub(r"^export ", "", text, flags=re.MULTILINE)
@@ -264,7 +264,7 @@ def _body(page: Page) -> Iterator[str]:
 
 
 def _maps(maps: Maps) -> Iterator[str]:
-    """Places for the maps, and their data, which no browser runs."""
+    """Canvases of the maps, and their data as scripts that no browser runs."""
     yield '<section class="maps" aria-label="Maps">'
     yield (
         '<div class="bar" hidden><label>Measure <select id="measure"></select></label>'
@@ -295,7 +295,7 @@ def _maps(maps: Maps) -> Iterator[str]:
 
 
 def _json(value: Any) -> str:
-    """JSON that ends no element and begins none."""
+    """JSON in which no character can open or close an element."""
     return json.dumps(value, allow_nan=False).replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
@@ -322,7 +322,7 @@ def _cells(row: Sequence[Cell], kinds: Sequence[str]) -> Iterator[str]:
 
 
 def _copy(name: str, text: str) -> str:
-    """A text with a button; a long one is folded."""
+    """A text with a copy button; a long one is folded."""
     block = f"<pre>{html.escape(text)}</pre>"
     if text.count("\n") > _FEW_LINES:
         block = f"<details><summary>{html.escape(text.partition(chr(10))[0])} ...</summary>\n{block}</details>"

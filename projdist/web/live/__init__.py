@@ -1,1 +1,1 @@
-"""The live page: maps that are drawn anew while the hand moves, by a server on this machine or in a notebook."""
+"""The live page: interactive maps, served on this machine or in a notebook."""

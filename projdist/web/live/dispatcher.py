@@ -1,4 +1,4 @@
-"""Requests of a page: what they may name, where they are answered, and what the page is told."""
+"""Requests of a page: parsing, input policy, dispatch to handlers, and replies."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from projdist.web.live.handlers import Pictures, outline
 from projdist.web.live.previews import Previewer
 
 LONGEST_MESSAGE = 64 * 1024
-"""Bytes of a message; files that are dropped on the page come apart from that."""
+"""Bytes of a message, without a file dropped on the page."""
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Bytes of a file."""
 
 STOP = "stop"
-"""The kind of a message that no process answers: it ends what is done for a kind, its `options["what"]`."""
+"""Kind of a message that cancels the work for a kind, its `options["what"]`."""
 
 WORKER_OF_KIND = {
     "preview": "preview",
@@ -51,7 +51,7 @@ WORKER_OF_KIND = {
     "check": "long",
     "export": "long",
 }
-"""The kinds of requests, and which process answers them: pictures must not wait for one that takes seconds."""
+"""Worker of each kind of request: pictures must not wait for work of seconds."""
 
 _FIELDS = {"id", "kind", "slot", "projection", "values", "centre", "region", "beside", "options"}
 _MOST_VALUES, _MOST_BESIDE, _MOST_OPTIONS = 40, 12, 20
@@ -61,7 +61,7 @@ _LARGEST = 1e300
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """A request: its number, what it is for, which map of the page, and that map with its region.
+    """A request of a page: id, kind, slot of the map, and the map with its region.
 
     `values` are parameters that differ from those of the projection, `centre` the longitude and latitude that are
     brought to the middle, `beside` the keys of the other maps on the page, `file` the bytes of a file.
@@ -80,7 +80,7 @@ class Request:
 
 
 class RequestError(ValueError):
-    """A message that is no request."""
+    """Invalid message."""
 
 
 def read_request(text: str | bytes, file: bytes = b"") -> Request:
@@ -169,7 +169,7 @@ _FILES = ("file", "geodesic", "points")  # kinds of regions
 
 @dataclass(frozen=True)
 class InputPolicy:
-    """The door to projections and regions; `opened` are the texts that the user gave where files may be named."""
+    """Reads projections and regions of requests; only `opened`, texts of the user's own, may name files."""
 
     opened: frozenset[str] = frozenset()
 
@@ -180,7 +180,7 @@ class InputPolicy:
         return _projection(text)
 
     def source(self, text: str) -> ProjectionLike:
-        """What the projection of a text was given as."""
+        """Input that a text stands for."""
         return text
 
     def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
@@ -188,12 +188,12 @@ class InputPolicy:
         return _region(text, ellipsoid) if text in self.opened else _closed_region(text, ellipsoid)
 
     def environment(self) -> dict[str, str]:
-        """Variables for processes that work behind the door: without the user's grids, unless he named a file."""
+        """Environment variables of worker processes: without the user's grids, unless a file was opened."""
         return {} if any(map(_is_of_files, self.opened)) else environment_without_files()
 
 
 class OpenInputPolicy(InputPolicy):
-    """InputPolicy of who may read files anyway, as in a notebook's own kernel."""
+    """Allows all inputs, as in a notebook's own kernel."""
 
     def projection(self, text: str) -> Projection:
         """The projection of any text; raises ProjectionError."""
@@ -204,12 +204,12 @@ class OpenInputPolicy(InputPolicy):
         return _region(text, ellipsoid)
 
     def environment(self) -> dict[str, str]:
-        """No variables: what runs is the user's own."""
+        """No variables: the code is the user's own."""
         return {}
 
 
 def check_projection(text: str) -> None:
-    """Refuse what names a file: allowed are names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError."""
+    """Allow names, PROJ strings, codes, WKT and PROJJSON; raises ProjectionError for what names a file."""
     if len(text) > _LONGEST:
         raise ProjectionError(f"Invalid projection '{shown(text)}'. It must have at most {_LONGEST} characters.")
     named = file_named_in(text)
@@ -246,7 +246,7 @@ def _closed_region(text: str, ellipsoid: Ellipsoid | None) -> Place:
 
 
 def _is_of_files(text: str) -> bool:
-    """Whether a projection or a region names a file."""
+    """True if a projection or a region names a file."""
     try:
         if is_region_text(text):
             _closed_region(text, None)
@@ -266,12 +266,12 @@ def reply(request: Request, header: Mapping[str, Any], arrays: Mapping[str, NDAr
 
 
 def failed(request: Request, reason: str) -> bytes:
-    """A reply that tells why there is none."""
+    """Reply with the reason of a failure."""
     return reply(request, {"problem": reason})
 
 
 def progressed(request: Request, done: int, of: int) -> bytes:
-    """How far the work on a request is."""
+    """Reply with the progress of a request."""
     return reply(request, {"progress": [done, of]})
 
 
@@ -284,14 +284,14 @@ Answer = tuple[dict[str, Any], Arrays]
 
 @dataclass
 class Dispatcher:
-    """Answers requests; what they have in common is kept."""
+    """Answers requests by their handlers; keeps pictures and previews between them."""
 
     policy: InputPolicy = field(default_factory=InputPolicy)
     previewer: Previewer = field(default_factory=Previewer)
     pictures: Pictures = field(default_factory=Pictures)
 
     def answer(self, request: Request, progress: Progress = lambda done, of: None) -> bytes:
-        """The reply; what was wrong is said in it."""
+        """Reply to a request, also to an invalid one."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
             warnings.simplefilter("always", Notice)
@@ -338,7 +338,7 @@ class Dispatcher:
         return tuned(source, request.values, request.centre) if request.values or request.centre else given
 
     def _middle(self, request: Request) -> tuple[float, float] | None:
-        """Longitude and latitude at the middle of a map; what is dragged there goes before parameters."""
+        """Longitude and latitude of the map's centre: the dragged one, else that of the parameters."""
         if request.centre is not None:
             return request.centre
         middle = tunable(self.policy.source(request.projection)).centre

@@ -1,4 +1,4 @@
-"""What is said of maps: figures, parameters, advice, corrections, designs, checks of data, and files to save."""
+"""Handlers of requests: pictures, figures, parameters, recommendations, corrections, designs, checks and exports."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MOST_OF_FEATURE = 500
 
 
 def outline(region: Place) -> tuple[dict[str, Any], Arrays]:
-    """The border of a region, to be moved over a map, with its title and its middle; raises ValueError."""
+    """Outline of a region to be moved over a map, with its title and centre; raises ValueError."""
     if not region.area_km2 or region.bounds[2] - region.bounds[0] >= 360.0:
         raise ValueError("Only a region that is a part of the globe can be moved over a map.")
     rings = shapely.get_rings(shapely.get_parts(polygons_of(region)))
@@ -37,7 +37,7 @@ def outline(region: Place) -> tuple[dict[str, Any], Arrays]:
 
 
 def feature_lines(geometries: Sequence[Any]) -> Arrays:
-    """The longest line of each geometry, with no more points than are seen."""
+    """Longest line of each geometry, thinned."""
     return packed_lines([_longest(geometry) for geometry in geometries])
 
 
@@ -49,7 +49,7 @@ def _longest(geometry: Any) -> FloatArray:
 
 
 def packed_lines(lines: Sequence[FloatArray]) -> Arrays:
-    """Lines as points one after the other, and how many each has."""
+    """Lines as concatenated points and the number of points of each."""
     return {
         "points": np.concatenate([np.empty((0, 2)), *lines]).astype(np.float32),
         "sizes": np.array([len(line) for line in lines], dtype=np.uint32),
@@ -64,14 +64,14 @@ _KEPT = 24  # maps whose values take part in the colours
 
 @dataclass
 class Pictures:
-    """Makes pictures; keeps the Jacobians of the last ones, so that all maps of a page have one scale."""
+    """Makes pictures, and keeps the last Jacobians so that all maps of a page share a scale."""
 
     kept: OrderedDict[tuple[str, str], tuple[FloatArray, FloatArray]] = field(default_factory=OrderedDict)
 
     def picture(
         self, projection: Projection, region: Place, beside: Sequence[str] = ()
     ) -> tuple[dict[str, Any], Arrays]:
-        """The header and the arrays of a map, whose colours suit the maps `beside` it; raises ValueError."""
+        """Header and arrays of a map, in a colour scale shared with the maps `beside`; raises ValueError."""
         shown = shown_part(region)
         surface = surface_of(projection, shown, cell_step(shown.bounds))
         header, arrays, J = frame_of(surface, projection.label)
@@ -84,7 +84,7 @@ class Pictures:
         return header | self.scales(region, [projection.definition, *beside]), arrays
 
     def scales(self, region: Place, definitions: Sequence[str]) -> dict[str, Any]:
-        """The colours for the last pictures of maps of a region, as many as are kept, and of which maps they are."""
+        """Colour scales shared by the kept pictures of a region, and the definitions of these maps."""
         together = [one for one in dict.fromkeys(definitions) if (one, region.name) in self.kept]
         values = [self.kept[definition, region.name] for definition in together]
         scales = colour_scales([J for J, _ in values], [weights for _, weights in values])
@@ -111,7 +111,7 @@ _DOTS = 150.0  # an inch
 
 
 def figures_of(projection: Projection, region: Place) -> dict[str, Any]:
-    """The Airy-Kavrayskiy errors with their error, and their parts; or why there are none."""
+    """Airy-Kavrayskiy errors with their uncertainty and parts, or the reason why they are undefined."""
     try:
         found = sample(projection, region, tolerance=_TOLERANCE)
         errors, (angles, areas) = found.airy_kavrayskiy, found.angles_and_areas
@@ -133,7 +133,7 @@ def _finite(value: float) -> float | None:
 
 
 def knobs(projection: ProjectionLike) -> dict[str, Any]:
-    """The parameters of a map that can be set, and how it can be dragged."""
+    """Adjustable parameters of a map, and how it can be dragged."""
     found = tunable(projection)
     return {
         "tunable": found.definition,
@@ -229,7 +229,7 @@ def checked(projection: Projection, file: bytes) -> tuple[dict[str, Any], Arrays
 
 
 def texts(projection: Projection, region: Place) -> dict[str, Any]:
-    """A map in the forms that are copied."""
+    """Command, PROJ string, WKT2 and PROJJSON of a map, to be copied."""
     found = {}
     if _have_texts(projection, region):
         found["Command"] = shlex.join(["projdist", "heatmap", projection.definition, "--region", region.name])
@@ -243,7 +243,7 @@ def texts(projection: Projection, region: Place) -> dict[str, Any]:
 
 
 def _have_texts(projection: Projection, region: Place) -> bool:
-    """Whether a command can name a map and a region: not those that are objects of a notebook."""
+    """True if texts can name the map and the region, which objects of a notebook have not."""
     try:
         Projection.from_user_input(projection.definition)
         get_region(region.name)
@@ -253,7 +253,7 @@ def _have_texts(projection: Projection, region: Place) -> bool:
 
 
 def _wkt(projection: Projection) -> str | None:
-    """WKT2; None where there is none."""
+    """WKT2 of a projection, None if it has none."""
     if ":" in projection.definition and not projection.definition.startswith("+"):
         return str(crs_of(projection.definition).to_wkt("WKT2_2019", pretty=True))
     return crs_wkt(projection, projection.name)[0]

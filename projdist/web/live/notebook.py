@@ -1,4 +1,4 @@
-"""`Explorer`, or without anywidget a class of that name that says what it needs."""
+"""`Explorer`, or without anywidget a stand-in that raises ImportError."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cells of a grid that the edge of what is shown crosses, as polygons that end there."""
+"""Previews of maps while they are dragged: coarse frames, cut at the edge of the map."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from projdist.web.live.sketches import Sketch, sketch_of
 
 @dataclass(frozen=True)
 class CutCells:
-    """Polygons (n, k) of vertices: nodes of the grid, then points on its edges.
+    """Cells cut at the map's edge, as polygons (n, k) of vertices: grid nodes, then points on edges.
 
-    `ends` (m, 2) are the nodes of each of these, first the one that is shown, `share` (m,) how far from it to the other
-    the point lies, `sides` (l, 2) the sides of polygons along the edge of what is shown, as numbers of points.
+    `ends` (m, 2) are the nodes of each such edge, the visible one first, `share` (m,) the fraction to the other
+    at which the point lies, `sides` (l, 2) the polygon sides along the map's edge, as indices of points.
     """
 
     ends: IntArray
@@ -32,9 +32,9 @@ class CutCells:
 
 
 def cut_cells(level: FloatArray, cells: BoolArray) -> CutCells:
-    """The part of `cells` (n - 1, m - 1) where a level at the nodes (n, m), even along their edges, is at most 0.
+    """The part of `cells` (n - 1, m - 1) where a level given at the nodes (n, m), linear along edges, is at most 0.
 
-    Only of those that are parted.
+    Only of cells that the zero level crosses.
     """
     flat, nodes = level.ravel(), level.size
     row, column = np.nonzero(cells)
@@ -63,7 +63,7 @@ def cut_cells(level: FloatArray, cells: BoolArray) -> CutCells:
 
 
 def _around(kind: int) -> list[int]:
-    """The way around what is shown of a cell, from corners 0 to 3 and points on the edges after them, 4 to 7."""
+    """Path around the visible part of a cell, through corners 0 to 3 and points on the edges after them, 4 to 7."""
     path = []
     for corner in range(4):
         here, after = kind >> corner & 1, kind >> (corner + 1) % 4 & 1
@@ -93,14 +93,14 @@ _AROUND, _NARROWEST = 0.05, 0.5
 
 @dataclass
 class Previewer:
-    """Makes previews; keeps what does not depend on the map, and which turn of the grid suits a kind of map."""
+    """Makes previews; keeps sketches, and the rotation of the grid that suits each kind of map."""
 
     turns: dict[str, str] = field(default_factory=dict)
 
     def frame(
         self, projection: Projection, region: str | Place, centre: tuple[float, float] | None
     ) -> tuple[dict[str, Any], Arrays]:
-        """The header and the arrays of a preview; raises ValueError where nothing of the region is on the map."""
+        """Header and arrays of a preview; raises ValueError if no part of the region is on the map."""
         sketch = sketch_of(region)
         lon, lat = centre or (0.0, 0.0)
         if not sketch.whole:
@@ -114,12 +114,12 @@ class Previewer:
         return pictures[self.turns[kind]].frame()
 
 
-# The first that is as good as any is taken.
+# In order of preference.
 _TURNS = ("north", "centre", "pole")
 
 
 def _axes(turn: str, lon: float, lat: float) -> FloatArray | None:
-    """A turn of the globe: none, with the centre at longitude and latitude 0, or with the centre as its pole."""
+    """Rotation of the grid: none, centre at longitude and latitude 0, or centre as pole."""
     if turn == "north":
         return None
     lam, phi = np.radians(lon), np.radians(lat)
@@ -130,7 +130,7 @@ def _axes(turn: str, lon: float, lat: float) -> FloatArray | None:
 
 
 class _Picture:
-    """One preview: where its grid and its lines come to lie, and the differences between them."""
+    """One preview: projected grid and lines, and the derivatives by differences."""
 
     def __init__(self, projection: Projection, sketch: Sketch, axes: FloatArray | None, middle: float) -> None:
         self.projection, self.sketch, self.axes = projection, sketch, axes
@@ -152,11 +152,11 @@ class _Picture:
 
     @property
     def badness(self) -> float:
-        """Large where cells are torn, or spoilt by a seam: they tell of distortion where there is none."""
+        """Penalty of a rotation: distortion, falsified by seams through cells, and the share of torn cells."""
         return self._about()["airy_kavrayskiy"] + 1.0 - float(self.whole.mean())
 
     def _differ(self) -> None:
-        """Derivatives with respect to the grid's axes on a unit sphere, and the cells that are whole."""
+        """Compute derivatives along the grid's axes on the unit sphere, and the untorn cells."""
         z = self.x + 1j * self.y
         steps_u, steps_v = np.radians(np.diff(self.u)), np.radians(np.diff(self.sketch.v))
         across, up = np.diff(z, axis=1), np.diff(z, axis=0)
@@ -164,12 +164,12 @@ class _Picture:
         self.along_u = _at_nodes(across / steps_u, whole_u) / np.cos(np.radians(self.v))
         self.along_v = _at_nodes((up / steps_v[:, None]).T, whole_v.T).T
         self.whole = whole_u[:-1] & whole_u[1:] & whole_v[:, :-1] & whole_v[:, 1:]
-        # A cell that reaches beyond the map's end is not torn.
+        # Cells across the map's end are not torn.
         whole_u, whole_v = whole_u | np.isnan(across), whole_v | np.isnan(up)
         self.joined = whole_u[:-1] & whole_u[1:] & whole_v[:, :-1] & whole_v[:, 1:]
 
     def frame(self) -> tuple[dict[str, Any], Arrays]:
-        """The header and the arrays."""
+        """Header and arrays."""
         shown = self.shown
         edge = self._edge()
         view = self._view(edge)
@@ -206,7 +206,7 @@ class _Picture:
         return header, arrays | lines
 
     def _edge(self) -> _Edge:
-        """Where what is shown ends in a cell: half of the cell at the edge would be seen as a tooth."""
+        """Cells cut at the map's edge; whole cells would leave a jagged edge."""
         cells = cut_cells(np.where(np.isnan(self.level), 1.0, self.level), self.joined)
         near, far = cells.ends.T
         u, v = self._between(near, far, self._reached(cells))
@@ -216,7 +216,7 @@ class _Picture:
         return _Edge(cells, u, v, x, y, self.four[near] + cells.share[:, None] * steps)
 
     def _reached(self, cells: CutCells) -> FloatArray:
-        """How far from nodes that are shown the edge lies: where the map ends, by halving."""
+        """Fraction of the way from visible nodes at which the edge lies, by bisection where the map ends."""
         near, far = cells.ends.T
         lost = np.isnan(self.x.ravel()[far])
         low, high = np.zeros(lost.sum()), np.ones(lost.sum())
@@ -230,19 +230,19 @@ class _Picture:
         return share
 
     def _between(self, near: IntArray, far: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Grid coordinates at shares of the way from nodes to others."""
+        """Grid coordinates at fractions of the way between nodes."""
         u, v = np.broadcast_to(self.u, self.shape).ravel(), self.v.ravel()
         return u[near] + share * (u[far] - u[near]), v[near] + share * (v[far] - v[near])
 
     def _fields(self) -> tuple[FloatArray, bool, FloatArray]:
-        """The four numbers at the nodes, whether the map mirrors, and a level that is above 0 where none is shown."""
+        """The four numbers at the nodes, whether the map is mirrored, and a level, positive where it is hidden."""
         lon_part, lat_part = self.along_u, self.along_v
         if self.turned is not None:
             east, north = self.turned
             lon_part, lat_part = lon_part * east - lat_part * north, lon_part * north + lat_part * east
         meridian, prime = self.projection.ellipsoid.radii(self.lat)
         east_part, north_part = lon_part / prime, lat_part / meridian
-        # p and q of the frames are half the sum and half the difference of what east and north become.
+        # p and q are half the sum and half the difference of the images of east and north.
         J = np.stack(
             [np.stack([east_part.real, north_part.real], -1), np.stack([east_part.imag, north_part.imag], -1)], -2
         )
@@ -257,7 +257,7 @@ class _Picture:
         return four, mirrored, self._near(four, valid)
 
     def _near(self, four: FloatArray, valid: BoolArray) -> FloatArray:
-        """A level that is above 0 where the map runs off to infinity, NaN where there is none."""
+        """Level that is positive where the map runs off to infinity, NaN off the map."""
         p, ratio = np.exp(four[:, 0]), np.hypot(four[:, 2], four[:, 3])
         a = np.where(valid, (p * (1.0 + ratio)).reshape(self.shape), np.nan)
         b = (p * np.abs(1.0 - ratio)).reshape(self.shape)
@@ -274,7 +274,7 @@ class _Picture:
         return np.where(valid, np.maximum(level, _LOWEST), np.nan)
 
     def _view(self, edge: _Edge) -> list[float]:
-        """The frame of the picture."""
+        """View of the picture."""
         if self.sketch.regional:
             x, y = self._line("region", self.line_x), self._line("region", self.line_y)
             good = np.isfinite(x)
@@ -289,7 +289,7 @@ class _Picture:
         return values[self.sketch.lines.where[name]]
 
     def _lines(self, grid: _StepGrid, view: list[float], edge: _Edge) -> Arrays:
-        """All lines and areas in steps of the grid."""
+        """All lines and areas in grid steps."""
         longest = _LONGEST * max(view[1] - view[0], view[3] - view[2])
         found: Arrays = {}
         foreign = _EARTHLY if self.projection.is_of_another_body else frozenset()
@@ -306,19 +306,19 @@ class _Picture:
         return found | {"outline": points, "outlineSizes": sizes}
 
     def _edges(self, longest: float) -> list[Any]:
-        """The sides of the grid that are sides of the map: its poles, and its cut where the two sides lie apart."""
+        """Grid sides that bound the map: the poles, and the cut where its two sides lie apart."""
         z = np.where(self.shown, self.x + 1j * self.y, np.nan)
         apart = np.abs(z[:, 0] - z[:, -1]) > _NEAR * longest
         return [z[0], z[-1], np.where(apart, z[:, 0], np.nan), np.where(apart, z[:, -1], np.nan)]
 
     @property
     def _hidden(self) -> float:
-        """The share of the region that is not on the map, or runs off to infinity."""
+        """Share of the region that is hidden: off the map, or towards infinity."""
         weights = self.sketch.weights
         return float(1.0 - weights[self.shown].sum() / weights.sum())
 
     def _about(self) -> dict[str, float]:
-        """The Airy-Kavrayskiy errors, roughly."""
+        """Approximate Airy-Kavrayskiy errors."""
         four, shown = self.four, self.shown
         ratio = np.minimum(np.hypot(four[:, 2], four[:, 3]), 1.0 - 1e-9)
         a, b = four[:, 0] + np.log1p(ratio), four[:, 0] + np.log1p(-ratio)
@@ -331,7 +331,7 @@ class _Picture:
 
 
 def _away(z: Any, usual: BoolArray) -> FloatArray:
-    """How far from the middle of usual places others lie, in parts of how far these reach in the same direction."""
+    """Distance from the centre of the usual places, relative to their reach in the same direction."""
     z = np.where(np.isfinite(z), z - z[usual].mean(), 0.0)
     turn, length = _DIRECTIONS * (np.angle(z) / (2.0 * np.pi) + 0.5), np.abs(z)
     reach = np.zeros(_DIRECTIONS)
@@ -343,7 +343,7 @@ def _away(z: Any, usual: BoolArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Edge:
-    """The cells where what is shown ends, and the points there: on the grid, on the map, and their four numbers."""
+    """Cells at the edge of the map, with their points: grid and map coordinates, and the four numbers."""
 
     cells: CutCells
     u: FloatArray
@@ -354,12 +354,12 @@ class _Edge:
 
     @property
     def sides(self) -> Any:
-        """The steps of the map's outline there (l, 2)."""
+        """Steps of the map's outline (l, 2), complex."""
         return (self.x + 1j * self.y)[self.cells.sides]
 
 
 def _packed_polygons(cells: CutCells) -> Arrays:
-    """Polygons as frames have them, with the errors of their triangles."""
+    """Polygons and errors of their triangles, in the format of frames."""
     sizes = [len(polygon) for group in cells.polygons for polygon in group]
     vertices = np.concatenate([np.empty(0, dtype=int), *(group.ravel() for group in cells.polygons)])
     return {
@@ -372,7 +372,7 @@ def _packed_polygons(cells: CutCells) -> Arrays:
 def _geographic(
     axes: FloatArray | None, u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray] | None]:
-    """Longitude and latitude of grid coordinates, and the cosine and sine by which the grid's east is turned there."""
+    """Longitude and latitude of grid coordinates, and cosine and sine of the angle of the grid's east there."""
     if axes is None:
         return u, v, None
     lam, phi = np.radians(u), np.radians(v)
@@ -387,14 +387,14 @@ def _geographic(
 
 
 def _normal(place: tuple[FloatArray, FloatArray, Any]) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes as maps take them."""
+    """Longitudes, normalised, and latitudes."""
     return normalised(place[0]), place[1]
 
 
 def _untorn(length: FloatArray) -> BoolArray:
-    """Which of the edges in rows (n, m) are whole: defined, and not many times as long as those beside them.
+    """True for edges in rows (n, m) that are finite and not many times as long as their neighbours.
 
-    Towards infinity edges are longer than the one, beside a narrow gap longer than both.
+    Towards infinity an edge is longer than one neighbour, across a gap longer than both.
     """
     padded = np.pad(np.nan_to_num(length, nan=np.inf), ((0, 0), (1, 1)), constant_values=np.inf)
     before, after = padded[:, :-2], padded[:, 2:]
@@ -403,7 +403,7 @@ def _untorn(length: FloatArray) -> BoolArray:
 
 
 def _at_nodes(slopes: Any, whole: BoolArray) -> Any:
-    """Slopes of edges in rows as those of the nodes between them, where edges are whole; extrapolated at ends."""
+    """Slopes at nodes from those of whole edges in rows, extrapolated at ends."""
     rows, count = slopes.shape
     padded = np.full((rows, count + 4), np.nan, dtype=complex)
     padded[:, 2:-2] = np.where(whole, slopes, np.nan)
@@ -416,7 +416,7 @@ def _at_nodes(slopes: Any, whole: BoolArray) -> Any:
 
 
 def _frame_of_part(x: FloatArray, y: FloatArray) -> list[float]:
-    """The frame about a region, as pictures have it."""
+    """View around a region, as in pictures."""
     width, height = float(np.ptp(x)), float(np.ptp(y))
     longest = max(width, height)
     narrowest = _NARROWEST * (1.0 + 2.0 * _AROUND) * longest
@@ -435,18 +435,18 @@ class _StepGrid:
 
     @classmethod
     def about(cls, view: list[float]) -> _StepGrid:
-        """The grid of a frame, and as much around it, where cells at its edge come to lie."""
+        """Grid over twice a view, for cells that cross its edge."""
         west, east, south, north = view
         size = max(east - west, north - south)
         return cls(west - 0.5 * size, south - 0.5 * size, 2.0 * size / _STEPS)
 
     def steps(self, values: FloatArray, start: float) -> Any:
-        """Coordinates in whole steps; those that are none are 0."""
+        """Coordinates in whole steps; 0 for NaN."""
         return np.nan_to_num(np.clip(np.rint((values - start) / self.step), 0, _STEPS), nan=0.0).astype(np.uint16)
 
 
 def _pieces(grid: _StepGrid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool) -> tuple[Any, Any]:
-    """Lines as points one after the other and how many each has, parted where they are torn."""
+    """Lines as concatenated points and their numbers, split where torn."""
     good = np.isfinite(x)
     if not good.any():
         return np.empty((0, 2), dtype=np.uint16), np.empty(0, dtype=np.uint32)

@@ -1,4 +1,4 @@
-"""The server of the live page: on this machine only, for who has the token of its address."""
+"""Server of the live page, for browsers on this machine that have the token of its address."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """What a page shows first."""
+    """Initial projections, region and measure of a page."""
 
     projections: tuple[str, ...]
     region: str
@@ -59,7 +59,7 @@ class Start:
 
 @dataclass
 class LiveSite:
-    """Pages on one address, and the processes that work for them. Close it when it is not used any more."""
+    """The live page at one address, with its worker processes; close it after use."""
 
     start: Start
     policy: InputPolicy
@@ -76,11 +76,11 @@ class LiveSite:
             worker.close()
 
     def url(self, port: int) -> str:
-        """The address of the page, with its token where no server sees it."""
+        """Address of the page; the token is in its fragment, which is not sent."""
         return f"http://{HOST}:{port}/#token={self.token}"
 
     def app(self, port: int) -> App:
-        """The page, its modules, and its one socket, as an ASGI application."""
+        """ASGI application of the page, its modules and its socket."""
         from starlette.applications import Starlette
         from starlette.responses import Response
         from starlette.routing import Route, WebSocketRoute
@@ -97,7 +97,7 @@ class LiveSite:
         return _guarded(Starlette(routes=routes), port)
 
     async def _converse(self, socket: Any) -> None:
-        """A page from its first message, the token, until it is closed."""
+        """Serve a page from its first message, the token, until it is closed."""
         await socket.accept()
         try:
             first = await asyncio.wait_for(socket.receive(), _PATIENCE)
@@ -122,7 +122,7 @@ class LiveSite:
                 worker.leave(page)
 
     async def _serve(self, page: int, socket: Any) -> None:
-        """Answer a page until it is closed, or too many answers wait for it."""
+        """Answer a page until it is closed, or leaves too many answers unread."""
         waiting: asyncio.Queue[bytes | str] = asyncio.Queue(_MOST_UNREAD)
         loop, unread = asyncio.get_running_loop(), asyncio.Event()
 
@@ -153,7 +153,7 @@ class LiveSite:
     async def _listen(
         self, page: int, socket: Any, waiting: asyncio.Queue[bytes | str], told: Callable[[bytes], None]
     ) -> None:
-        """Take the requests of a page until it is closed, no more while answers wait for it."""
+        """Receive requests of a page until it is closed, pausing while many answers are unread."""
         while (message := await socket.receive())["type"] != "websocket.disconnect":
             self._take(page, message, told)
             await asyncio.sleep(0)  # for what was told to wait
@@ -181,7 +181,7 @@ class LiveSite:
 
 
 def _request_of(message: Mapping[str, Any]) -> Request:
-    """The request of a message: text, or the length of the text, the text and a file."""
+    """Request of a message: a text, or its length, the text and a file."""
     text = message.get("text")
     if text is not None:
         return read_request(text)
@@ -193,7 +193,7 @@ def _request_of(message: Mapping[str, Any]) -> Request:
 
 
 def _token_of(text: str) -> bytes:
-    """The token of a page's first message; empty if it has none."""
+    """Token of a page's first message, empty without one."""
     try:
         message = json.loads(text)
     except (ValueError, RecursionError):
@@ -203,7 +203,7 @@ def _token_of(text: str) -> bytes:
 
 
 async def _send_all(socket: Any, waiting: asyncio.Queue[bytes | str]) -> None:
-    """Send what waits, until the page is closed."""
+    """Send queued messages until the page is closed."""
     from starlette.websockets import WebSocketDisconnect
 
     with contextlib.suppress(WebSocketDisconnect):
@@ -214,14 +214,14 @@ async def _send_all(socket: Any, waiting: asyncio.Queue[bytes | str]) -> None:
 
 
 def _files() -> dict[str, str]:
-    """The page's files by their names: its own, and those that it shares with reports."""
+    """Files of the page by name: its own, and those shared with reports."""
     web = importlib.resources.files("projdist") / "web"
     own = [file for file in (web / "live").iterdir() if f".{file.name.rpartition('.')[2]}" in _TYPES]
     return {file.name: file.read_text(encoding="utf-8") for file in [*own, *(web / name for name in MODULES)]}
 
 
 def _guarded(app: App, port: int) -> App:
-    """An application that answers this machine's own browsers and pages only, and gives them no other address."""
+    """The application, restricted to hosts and origins of this machine, with security headers."""
     hosts = {f"{name}:{port}" for name in _NAMES} | ({*_NAMES} if port == _HTTP else set())
     origins = {f"http://{host}" for host in hosts}
     policy = (
@@ -257,12 +257,12 @@ def _guarded(app: App, port: int) -> App:
 
 
 def _values(scope: Scope, name: bytes) -> list[str]:
-    """The values of a header."""
+    """Values of a header."""
     return [value.decode("latin-1") for key, value in scope["headers"] if key.lower() == name]
 
 
 async def _refuse(send: Send, is_socket: bool, status: int) -> None:
-    """Answer with a status and nothing else; sockets that are closed before they are open are answered with 403."""
+    """Answer with an empty status; closing a socket before it is accepted sends 403."""
     if is_socket:
         await send({"type": "websocket.close"})
         return
@@ -282,12 +282,12 @@ def check_server() -> None:
 
 
 def open_socket(port: int = 0) -> socket.socket:
-    """A socket of this machine that listens, on any free port for 0; raises OSError."""
+    """Listening socket on this machine, on a free port for 0; raises OSError."""
     return socket.create_server((HOST, port))
 
 
 def serve(site: LiveSite, listening: socket.socket) -> None:
-    """Answer pages until a signal ends it, which is raised again."""
+    """Serve until a signal, which is raised again."""
     import uvicorn
 
     port = listening.getsockname()[1]
@@ -308,7 +308,7 @@ def serve(site: LiveSite, listening: socket.socket) -> None:
 
 @contextlib.contextmanager
 def _hanging_up(server: Any) -> Iterator[None]:
-    """Let a server end as orderly as its terminal is closed as it does by uvicorn's own signals."""
+    """Shut the server down in order on SIGHUP, as uvicorn does on its own signals."""
     number = getattr(signal, "SIGHUP", None)
     is_main = threading.current_thread() is threading.main_thread()
     if number is None or not is_main or signal.getsignal(number) == signal.SIG_IGN:

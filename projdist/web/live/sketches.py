@@ -1,4 +1,4 @@
-"""What previews of a region are made of, whatever the map: a grid, and coasts, borders and the region as points."""
+"""Sketches: the map-independent part of previews, a grid and lines of coasts, borders and the region."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MARGIN = 0.3
 
 @dataclass(frozen=True)
 class Lines:
-    """Points of lines one after the other, which line each is of, and where those of each name are."""
+    """Concatenated points of lines, the line of each, and the slice of each name."""
 
     lon: FloatArray
     lat: FloatArray
@@ -46,10 +46,9 @@ class Lines:
 
 @dataclass(frozen=True, kw_only=True)
 class Sketch:
-    """A grid of longitudes `u` and latitudes `v`, the shares of its nodes in the region's area, and lines.
+    """A grid of longitudes `u` and latitudes `v`, the area weights of its nodes, and lines.
 
-    `regional` is whether what is around the region is drawn, too, `whole` whether the grid is of all the Earth, and
-    `partial` whether it leaves out parts of the region that are far away.
+    `regional`: surroundings are drawn, too; `whole`: the grid is global; `partial`: far parts of the region are missing.
     """
 
     regional: bool
@@ -86,7 +85,7 @@ def make_sketch(region: RegionLike) -> Sketch:
 
 
 def _grid(bounds: Bounds) -> tuple[FloatArray, FloatArray]:
-    """As many nodes as the globe has, in cells that are about square at the region's widest."""
+    """Grid with as many nodes as that of the globe, its cells nearly square where the region is widest."""
     west, south, _, north = bounds
     width = longitude_width(bounds)
     longest = np.cos(np.radians(max(south, -north, 0.0)))
@@ -107,7 +106,7 @@ def _world_lines() -> Lines:
 
 
 def _lines_about(region: Place) -> Lines:
-    """The lines of a region and of what is around it."""
+    """Lines of a region and its surroundings."""
     bounds = _wider(region.bounds)
     size = max(ground_size(region.bounds))
     detail = "110m" if size > _WORLD else "10m" if size < _SMALL else "50m"
@@ -125,7 +124,7 @@ def _lines_about(region: Place) -> Lines:
 
 
 def _wider(bounds: Bounds) -> Bounds:
-    """Bounds with something of what is around them."""
+    """Bounds with a margin."""
     west, south, _, north = bounds
     width = longitude_width(bounds)
     reach = _MARGIN * max(ground_size(bounds))
@@ -137,7 +136,7 @@ def _wider(bounds: Bounds) -> Bounds:
 
 
 def _rings(geometry: shapely.Geometry, seen: float) -> Iterator[FloatArray]:
-    """The rings of polygons, without points that are not seen."""
+    """Rings of polygons, simplified."""
     for ring in shapely.get_rings(shapely.get_parts(shapely.simplify(geometry, seen))):
         yield shapely.get_coordinates(ring)
 
@@ -148,7 +147,7 @@ def _simplified(lines: Sequence[FloatArray], step: float, seen: float) -> list[F
 
 
 def _in_steps(line: FloatArray, step: float) -> FloatArray:
-    """A line with further points, so that none of its steps is longer than `step` degrees."""
+    """A line with further points, its steps at most `step` degrees."""
     return shapely.get_coordinates(shapely.segmentize(shapely.linestrings(line), step))
 
 

@@ -1,4 +1,4 @@
-"""The explorer in notebooks: the live page as a widget, whose messages the kernel answers."""
+"""The live page as a notebook widget; the kernel answers its messages."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ _TRIED = np.array([-120.0, -30.0, 10.0, 40.0, 170.0]), np.array([-50.0, -5.0, 50
 class Explorer(anywidget.AnyWidget):
     """Interactive maps in a notebook: the live page of `projdist explore` as a widget.
 
-    What is dragged and chosen in the page is set here, and what is set here is shown there. Previews are answered by
-    the kernel, pictures and figures by processes of all widgets together, which end with `close()` of the last one, or
-    with the kernel; those of functions by a thread. Where no page runs, as on GitHub, a picture is seen.
+    Attributes follow what is dragged and chosen in the page, and the page follows them. Previews are computed in
+    the kernel, pictures and figures in processes that all widgets share, which end with `close()` of the last one, or
+    with the kernel; those of functions in a thread. Without JavaScript, as on GitHub, a picture is shown.
 
     Needs anywidget: `pip install 'projdist[explore]'`.
 
@@ -125,16 +125,16 @@ class Explorer(anywidget.AnyWidget):
 
     @property
     def maps(self) -> tuple[Projection, ...]:
-        """The projections themselves, of functions, too."""
+        """The projections, also of functions."""
         return tuple(map(self._given.projection, self.projections))
 
     @property
     def place(self) -> Place:
-        """The region itself, of a geometry, too."""
+        """The region, also of a geometry."""
         return self._given.region(self.region)
 
     def close(self) -> None:
-        """End the widget, and with the last one the processes that work for widgets."""
+        """Close the widget; the last one ends the shared processes."""
         super().close()
         thread: Thread | None = getattr(self, "_thread", None)  # none where the arguments were wrong
         if thread is not None:
@@ -142,25 +142,25 @@ class Explorer(anywidget.AnyWidget):
         WORKERS.leave(id(self))
 
     def set_state(self, sync_data: Mapping[str, Any]) -> None:
-        """Take what the page has set; what is not yet right there stays as it was."""
+        """Take the page's state; invalid values are ignored."""
         super().set_state({name: value for name, value in sync_data.items() if self._is_right(name, value)})
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget, and a picture for where it cannot run."""
+        """The widget, and a picture as fallback."""
         bundle = super()._repr_mimebundle_(**options)
         if bundle is None or _is_marimo(self.comm):
             return bundle
         data, metadata = bundle
         return {**data, "image/png": self._picture()}, metadata
 
-    # ---- what is set ------------------------------------------------------------------------
+    # ---- traits -----------------------------------------------------------------------------
 
     @traitlets.validate("projections", "projection", "region", "measure")
     def _checked(self, proposal: Any) -> Any:
         return self._texts_of(proposal.trait.name, proposal.value)
 
     def _texts_of(self, name: str, value: Any) -> Any:
-        """What is set as it is kept; raises ValueError."""
+        """Normalised value of a trait; raises ValueError."""
         if name == "projections":
             return self._projection_texts(value)
         if name == "projection":
@@ -191,10 +191,10 @@ class Explorer(anywidget.AnyWidget):
         if self.projections[0] != change["new"]:
             self.projections = (change["new"], *self.projections[1:])
 
-    # ---- what the page asks -----------------------------------------------------------------
+    # ---- requests of the page ---------------------------------------------------------------
 
     def _heard(self, _: Any, content: Mapping[str, Any], buffers: list[Any]) -> None:
-        """Answer a message: at once a preview, the rest in its turn."""
+        """Answer a message: previews at once, other requests in turn."""
         view = content.get("view")
         if content.get("closed"):
             return
@@ -231,10 +231,10 @@ class Explorer(anywidget.AnyWidget):
         if self.comm is not None:
             self.send({"view": view}, [block])
 
-    # ---- where no page runs -----------------------------------------------------------------
+    # ---- fallback without a page ------------------------------------------------------------
 
     def _picture(self) -> str:
-        """The maps as PNG in base64, of what is set now."""
+        """PNG of the current maps in base64."""
         state = (self.projections, self.region, self.measure)
         if self._still is None or self._still[0] != state:
             from PIL import Image
@@ -257,14 +257,14 @@ class Explorer(anywidget.AnyWidget):
 
 @dataclass(frozen=True)
 class _Given(OpenInputPolicy):
-    """What is named in the page: texts, and objects of the kernel that have none, by names that are made for them."""
+    """Inputs of the page: texts, and objects of the kernel without a text, under generated names."""
 
     projections: dict[str, Projection] = field(default_factory=dict)
     regions: dict[str, Place] = field(default_factory=dict)
 
     @property
     def any(self) -> bool:
-        """Whether there are objects without a text."""
+        """True if there are objects without a text."""
         return bool(self.projections or self.regions)
 
     def projection(self, text: str) -> Projection:
@@ -272,7 +272,7 @@ class _Given(OpenInputPolicy):
         return self.projections[text] if text in self.projections else super().projection(text)
 
     def source(self, text: str) -> ProjectionLike:
-        """What the projection of a text was given as."""
+        """Input that a text stands for."""
         return self.projections.get(text, text)
 
     def region(self, text: str, ellipsoid: Ellipsoid | None = None) -> Place:
@@ -312,7 +312,7 @@ class _Given(OpenInputPolicy):
 
 
 def _reads_back(projection: Projection) -> bool:
-    """Whether the definition is a text of the map."""
+    """True if the definition reads back as the same map."""
     try:
         again = Projection.from_user_input(projection.definition)
     except ProjectionError:
@@ -322,7 +322,7 @@ def _reads_back(projection: Projection) -> bool:
 
 
 def _new_name(name: str, known: Collection[str]) -> str:
-    """A name that nothing else has."""
+    """An unused name."""
     names = [name, *(f"{name} ({k})" for k in range(2, len(known) + 2))]
     return next(one for one in names if one not in known)
 
@@ -332,12 +332,12 @@ def _measure_name(measure: Any) -> str:
 
 
 def _is_marimo(comm: Any) -> bool:
-    """Whether a widget is marimo's, which asks for its picture and shows it nowhere."""
+    """True in marimo, which requests the picture and does not show it."""
     return type(comm).__module__.partition(".")[0] == "marimo"
 
 
 def _in_this_loop(tell: Any) -> Any:
-    """`tell` for other threads, but in the loop that is running here, as widgets must be in some notebooks."""
+    """`tell` for use in other threads: it runs in the current event loop, as some notebooks require."""
     try:
         loop = asyncio.get_running_loop()
     except RuntimeError:
@@ -351,7 +351,7 @@ def _in_this_loop(tell: Any) -> Any:
 
 
 def _modules() -> dict[str, str]:
-    """The page's modules by their names, and its style as one."""
+    """JavaScript modules of the page by name, with its style sheet as one."""
     web = importlib.resources.files("projdist") / "web"
     folders = [web, web / "live"]
     files = {file.name: file for folder in folders for file in folder.iterdir() if file.name.endswith(".js")}

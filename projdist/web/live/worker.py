@@ -1,4 +1,4 @@
-"""Processes that answer the requests of pages, each page in its turn."""
+"""Worker processes that answer requests, taking turns among pages."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from projdist.web.live.dispatcher import (
 )
 
 MOST_OF_PAGE = 48
-"""Tasks of a page that may wait; six maps and all that is asked of them at once have twenty-four in one process."""
+"""Waiting tasks of a page; six maps need at most twenty-four of one worker."""
 
 MOST_OF_ALL = 480
 """Tasks of all pages."""
@@ -42,22 +42,22 @@ _Waiting = TypeVar("_Waiting")
 
 
 class TooManyRequests(ValueError):
-    """There is no place for a task."""
+    """The queue has no place for a task."""
 
 
 @dataclass
 class RequestQueue(Generic[_Waiting]):
-    """Tasks that wait; `most_bytes` is the size of all of a page together."""
+    """Waiting tasks, served in turns among pages; `most_bytes` limits the size of a page's tasks."""
 
     most_bytes: int
     _lines: dict[Hashable, dict[Hashable, tuple[_Waiting, int]]] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        """The number of tasks."""
+        """Number of tasks."""
         return sum(map(len, self._lines.values()))
 
     def put(self, page: Hashable, key: Hashable, task: _Waiting, size: int = 0) -> None:
-        """Let a task wait, in the place of one of the same key; raises TooManyRequests."""
+        """Queue a task, replacing one of the same key; raises TooManyRequests."""
         line = self._lines.get(page, {})
         others = [other for name, (_, other) in line.items() if name != key]
         if key not in line and line and (len(line) >= MOST_OF_PAGE or len(self) >= MOST_OF_ALL):
@@ -72,7 +72,7 @@ class RequestQueue(Generic[_Waiting]):
         self._lines.setdefault(page, line)[key] = task, size
 
     def next(self) -> _Waiting:
-        """The task whose turn it is, which waits no more; raises LookupError where none does."""
+        """Remove and return the next task; raises LookupError if there is none."""
         page = next(iter(self._lines), None)
         if page is None:
             raise LookupError("Nothing waits.")
@@ -83,14 +83,14 @@ class RequestQueue(Generic[_Waiting]):
         return task
 
     def drop(self, page: Hashable, key: Hashable) -> None:
-        """Let a task wait no more, if it does."""
+        """Remove a task, if it is queued."""
         line = self._lines.get(page, {})
         line.pop(key, None)
         if not line:
             self._lines.pop(page, None)
 
     def leave(self, page: Hashable) -> None:
-        """Let no task of a page wait."""
+        """Remove all tasks of a page."""
         self._lines.pop(page, None)
 
 
@@ -98,7 +98,7 @@ class RequestQueue(Generic[_Waiting]):
 
 
 LIMITS = {"preview": 5.0, "picture": 60.0, "figures": 120.0, "long": 600.0}
-"""Seconds after which a process is ended."""
+"""Seconds after which a request is stopped."""
 
 _POLL, _WATCH = 0.2, 1.0  # seconds
 _STARTING = threading.Lock()
@@ -111,7 +111,7 @@ Told = Callable[[bytes], None]
 
 @dataclass(eq=False)
 class _Task:
-    """A request of a page, who hears of it, and whether nobody waits for it any more."""
+    """Queued request, its callback and a cancelled flag."""
 
     page: Hashable
     key: Hashable
@@ -121,7 +121,7 @@ class _Task:
 
 
 class Worker:
-    """A process that answers requests one after the other; the newest of each key."""
+    """A process that answers requests one by one, of each key only the newest."""
 
     def __init__(self, name: str, policy: InputPolicy, limit: float | None = None) -> None:
         self._name, self._policy, self._variables = name, policy, policy.environment()
@@ -136,9 +136,9 @@ class Worker:
         self._thread.start()
 
     def ask(self, page: Hashable, key: Hashable, request: Request, told: Told) -> None:
-        """Answer a request of a page in its turn, or in that of one of the same key that still waits.
+        """Queue a request of a page; it replaces a waiting one of the same key.
 
-        `told` hears of it from another thread, of progress first; at once where there is no place for it.
+        `told` is called from another thread with progress and the reply, or at once if the queue is full.
         """
         try:
             with self._changed:
@@ -148,14 +148,14 @@ class Worker:
             told(failed(request, str(error)))
 
     def drop(self, page: Hashable, key: Hashable) -> None:
-        """Stop what is done for a key of a page."""
+        """Cancel the request of a key of a page."""
         with self._changed:
             self._waiting.drop(page, key)
             if self._running is not None and (self._running.page, self._running.key) == (page, key):
                 self._running.dropped.set()
 
     def leave(self, page: Hashable) -> None:
-        """Stop all that is done for a page."""
+        """Cancel all requests of a page."""
         with self._changed:
             self._waiting.leave(page)
             if self._running is not None and self._running.page == page:
@@ -174,7 +174,7 @@ class Worker:
 
     @property
     def pid(self) -> int | None:
-        """The number of the process, None where there is none."""
+        """Process id, None without a process."""
         return None if self._process is None else self._process[0].pid
 
     def _run(self) -> None:
@@ -191,7 +191,7 @@ class Worker:
                 self._running = None
 
     def _answer(self, task: _Task) -> None:
-        """Have a task done, once more if its process is killed."""
+        """Answer a task; retry once if the process is killed."""
         reply, tries = None, 0
         while reply is None and tries < _TRIES and not task.dropped.is_set():
             reply, tries = self._done(task), tries + 1
@@ -199,7 +199,7 @@ class Worker:
             task.told(reply or failed(task.request, "The process that works on this ended twice. Try another map."))
 
     def _done(self, task: _Task) -> bytes | None:
-        """The reply to a task, None where its process was killed, or nobody waits for it."""
+        """Reply to a task, None if the process was killed or the task cancelled."""
         process, connection = self._start()
         until = time.monotonic() + self._limit + (0.0 if self._ready else _PATIENCE)
         try:
@@ -228,20 +228,20 @@ class Worker:
         return None
 
     def _crashed(self, request: Request, trace: str) -> bytes:
-        """What the page hears of an exception that nobody foresaw, whose trace is for the terminal."""
+        """Reply to an unexpected exception; its traceback goes to the terminal."""
         self._end()
         logging.getLogger(__name__).error(trace)  # to standard error, if nobody says otherwise
         return failed(request, "This failed, and should not have: the terminal where the page was started says why.")
 
     def _start(self) -> tuple[BaseProcess, Connection]:
-        """The process and the connection to it, which are made where there are none."""
+        """The process and its connection, started if needed."""
         if self._process is not None and self._process[0].is_alive():
             return self._process
         if self._process is not None:  # it was killed while it had nothing to do
             self._process[1].close()
         context = multiprocessing.get_context("spawn")
         connection, other = context.Pipe()
-        # Not a daemon: it may have processes of its own.
+        # Not a daemon: daemons may not start processes.
         process = context.Process(
             target=serve_requests, args=(other, self._policy, os.getpid()), name=f"projdist {self._name}", daemon=False
         )
@@ -252,7 +252,7 @@ class Worker:
         return self._process
 
     def _end(self) -> None:
-        """End the process, if there is one, with all that it has started, which may have outlived it."""
+        """Kill the process and its descendants, which may have outlived it."""
         if self._process is None:
             return
         process, connection = self._process
@@ -267,7 +267,7 @@ class Worker:
 
 @contextlib.contextmanager
 def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Have variables for processes that are started meanwhile; there is no other way to give them some."""
+    """Set environment variables for processes started meanwhile; multiprocessing has no other way."""
     with _STARTING:
         kept = {name: os.environ.get(name) for name in variables}
         os.environ.update(variables)
@@ -283,7 +283,7 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 
 def serve_requests(connection: Connection, policy: InputPolicy, parent: int) -> None:
-    """Answer requests until nobody asks any more."""
+    """Answer requests until the connection is closed."""
     _leave_with(parent)
     from projdist.web.live.dispatcher import Dispatcher  # slow to load, and of no use to the page's server
 
@@ -307,7 +307,7 @@ def serve_requests(connection: Connection, policy: InputPolicy, parent: int) -> 
 
 
 def _leave_with(parent: int) -> None:
-    """Have a group of one's own, which Ctrl-C does not reach, and end with the parent, however that ends."""
+    """Start a process group, which Ctrl-C does not reach, and end it with the parent."""
     if not hasattr(os, "setpgid"):
         return
     os.setpgid(0, 0)
@@ -321,15 +321,15 @@ def _leave_with(parent: int) -> None:
     signal.setitimer(signal.ITIMER_REAL, _WATCH, _WATCH)
 
 
-# ---- kernel --------------------------------------------------------------------------------------
+# ---- in a notebook's kernel ----------------------------------------------------------------------
 
 
-# How warnings are treated is a matter of the process, not of a thread: one answer is made after the other.
+# Warning filters are global to the process: one answer at a time.
 _ANSWERING = threading.Lock()
 
 
 def answered(dispatcher: Dispatcher, request: Request, progress: Progress = lambda done, of: None) -> bytes:
-    """The reply of a dispatcher in the kernel; whatever a function of the user's raises is told in it."""
+    """Reply of a dispatcher in the kernel, also to exceptions of the user's functions."""
     replies: list[bytes] = []
 
     def report(_: type[BaseException] | None, error: BaseException | None, __: TracebackType | None) -> bool:
@@ -344,18 +344,18 @@ def answered(dispatcher: Dispatcher, request: Request, progress: Progress = lamb
 
 
 class Stopped(ValueError):
-    """Nobody waits for the answer any more."""
+    """The request was cancelled."""
 
 
 class Thread(Worker):
-    """A worker without a process, for maps and regions that are objects of the kernel and have no text."""
+    """A worker without a process, for objects of the kernel that have no text."""
 
     def __init__(self, dispatcher: Dispatcher) -> None:
         self._dispatcher = dispatcher
         super().__init__("kernel", dispatcher.policy, math.inf)
 
     def _start(self) -> Any:
-        """Nothing is started."""
+        """No process is started."""
 
     def _done(self, task: Any) -> bytes:
         def progress(done: int, of: int) -> None:
@@ -366,26 +366,26 @@ class Thread(Worker):
 
 
 class Workers:
-    """Processes for the widgets of a kernel: each is started when it is needed, and ended with the last widget."""
+    """Workers shared by a kernel's widgets, started on demand and ended with the last widget."""
 
     def __init__(self) -> None:
         self._workers: dict[str, Worker] = {}
         self._users: set[Hashable] = set()
 
     def ask(self, user: Hashable, worker: str, key: Hashable, request: Request, told: Told) -> None:
-        """Have a request answered for a widget."""
+        """Queue a request of a widget."""
         self._users.add(user)
         if worker not in self._workers:
             self._workers[worker] = Worker(worker, OpenInputPolicy())
         self._workers[worker].ask(user, key, request, told)
 
     def drop(self, user: Hashable, worker: str, key: Hashable) -> None:
-        """Stop what is done for a widget."""
+        """Cancel a request of a widget."""
         if worker in self._workers:
             self._workers[worker].drop(user, key)
 
     def leave(self, user: Hashable) -> None:
-        """Do nothing more for a widget."""
+        """Cancel all requests of a widget."""
         self._users.discard(user)
         if not self._users:
             self.close()
@@ -400,7 +400,7 @@ class Workers:
 
     @property
     def pids(self) -> list[int]:
-        """The numbers of the processes."""
+        """Ids of the processes."""
         return [worker.pid for worker in self._workers.values() if worker.pid is not None]
 
 
