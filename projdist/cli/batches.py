@@ -8,12 +8,10 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
-import typer
-
 from projdist import gis
 from projdist.answers import Area, Batch, BatchResult, areas_of, batch
 from projdist.cli import options as opt
-from projdist.cli.errors import cannot_write, fail, progress_bar, refuse, refusing, tell_problems
+from projdist.cli.errors import cannot_write, progress_bar, refuse, refusing, tell_problems
 from projdist.cli.formats import drawing, present, tell_written
 from projdist.cli.pictures import LAYER_SUFFIXES, check_libraries, note
 from projdist.cli.report import Report, Row
@@ -31,8 +29,7 @@ def executor_opened(text: str | None) -> Iterator[Executor | None]:
         try:
             workers = stack.enter_context(open_executor(text))
         except OSError as error:
-            fail(f"Invalid executor '{text}'. Nothing answers there.")
-            raise typer.Exit(1) from error
+            refuse(f"Invalid executor '{text}'. Nothing answers there.", error, code=1)
         yield workers
 
 
@@ -104,8 +101,7 @@ class RegionalWork:
                 )
         except ConnectionError as error:
             kept = f" '{self.partial}' has what is done; the same command goes on from it." if self.partial else ""
-            fail(f"{error}{kept}")
-            raise typer.Exit(1) from error
+            refuse(f"{error}{kept}", error, code=1)
         except OSError as error:
             cannot_write(self.partial, error)
 

@@ -49,7 +49,7 @@ def check_command(
     count = opt.whole_number("number of features", worst, 0, 1_000_000)
     limit = None if fail_above is None else _share(fail_above)
     turn = opt.number("bearing", fail_above_bearing, 0.0, 180.0, " of degrees")
-    opt.choice("thing to fail on", fail_on, list(FAIL_ON))
+    opt.choice("thing to fail on", fail_on, FAIL_ON)
     with refusing():
         get_purpose(purpose)
     path = None if output is None or page else opt.file_of_kind(output, (*LAYER_SUFFIXES, opt.PAGE_SUFFIX), overwrite)

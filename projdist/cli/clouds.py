@@ -57,9 +57,9 @@ def clouds_command(
 ) -> None:
     """Register point clouds or landmarks by affine maps, in the frame that distorts them least."""
     form = opt.format_of(format)
-    opt.choice("method", method, list(FITS))
+    opt.choice("method", method, FITS)
     if correspond is not None:
-        opt.choice("correspondence", correspond, list(CORRESPONDENCES))
+        opt.choice("correspondence", correspond, CORRESPONDENCES)
     targets = _targets(files, output, overwrite)
     with refusing():
         numbers = None if weights is None or not _is_file(weights) else read_weights(weights)

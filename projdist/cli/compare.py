@@ -126,7 +126,7 @@ def _picture(plot: str | None, output: str | None, pictured: GraphOptions) -> Pi
     if plot is None:
         opt.refuse_given(pictured.given(), f"It needs a picture to draw: --plot {'|'.join(PLOTS)}.")
         return None
-    opt.choice("plot", plot, list(PLOTS))
+    opt.choice("plot", plot, PLOTS)
     if output is None:
         refuse(f"Invalid option '--plot {plot}'. It needs a picture to draw to: -o FILE.png.")
     return PictureFile(output, pictured)
@@ -136,11 +136,10 @@ def _draw(found: Comparison, plot: str, names: Sequence[str], picture: PictureFi
     """Draw the distribution, modes or shape space of the measured maps."""
     maps = [one.projection for one in found.results]
     if plot not in DISTRIBUTIONS:
-        drawn = {"modes": plots.modes_figure, "space": plots.space_figure}[plot]
-        picture.save(functools.partial(drawn, maps, region=found.region))
+        picture.save({"modes": plots.modes_figure, "space": plots.space_figure}[plot], maps, region=found.region)
         return
-    options: dict[str, Any] = {"measure": names[0] if names else "fisher", "region": found.region}
-    picture.save(functools.partial(plots.distribution_figure, maps, plot, **options))
+    measure = names[0] if names else "fisher"
+    picture.save(plots.distribution_figure, maps, plot, measure=measure, region=found.region)
 
 
 def _mapped(found: Comparison, names: Sequence[str]) -> Mapped:

@@ -28,7 +28,7 @@ def convert_command(
     if output is None:
         refuse("Invalid option '--output'. It must name a file.")
     path = opt.file_of_kind(output, _SUFFIXES, overwrite)
-    opt.choice("resampling", resampling, list(_RESAMPLINGS))
+    opt.choice("resampling", resampling, _RESAMPLINGS)
     piece = opt.number("distance", densify, 1e-6, 1e5, " of kilometres")
     side = opt.number("resolution", resolution, 1e-12, 1e12)
     check_libraries(path)

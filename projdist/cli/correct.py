@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator
 
 from projdist import plots
@@ -42,8 +41,8 @@ def correct_command(
     """Find the linear map that reduces a map's distortion most, and the corrected map."""
     form, page = opt.form_and_page(format, output, pictured.overwrite, _FORMS)
     area = opt.region_given(region, [projection])
-    opt.choice("criterion", criterion, list(CORRECTION_CRITERIA))
-    opt.choice("constraint", constraint, list(CONSTRAINTS))
+    opt.choice("criterion", criterion, CORRECTION_CRITERIA)
+    opt.choice("constraint", constraint, CONSTRAINTS)
     picture = picture_of(
         output,
         pictured,
@@ -58,21 +57,12 @@ def correct_command(
             return
         result = correct(measured, area, criterion=criterion, constraint=constraint, keep_north=keep_north)
     if picture is not None:
-        _draw(result, picture)
-    present(_report(result, projection, picture), form, page, pictured.overwrite)
-
-
-def _draw(result: Correction, picture: PictureFile) -> None:
-    """Draw Tissot's indicatrices before and after."""
-    picture.save(
-        functools.partial(
-            plots.tissot_figure,
+        maps, figures = (
             [result.projection, result.corrected],
-            region=result.region,
-            step=picture.step,
-            airy_kavrayskiy=[result.airy_kavrayskiy, result.airy_kavrayskiy_corrected],
+            [result.airy_kavrayskiy, result.airy_kavrayskiy_corrected],
         )
-    )
+        picture.save(plots.tissot_figure, maps, region=result.region, step=picture.step, airy_kavrayskiy=figures)
+    present(_report(result, projection, picture), form, page, pictured.overwrite)
 
 
 def _check_local(form: str, picture: PictureFile | None, criterion: str, constraint: str, keep_north: bool) -> None:

@@ -59,7 +59,7 @@ def design_command(
     path = opt.printed_or_file(output, pictured.overwrite)
     form = opt.format_for(format, path, _FORMS)
     drawn = picture_of(picture, pictured)
-    opt.choice("symmetry", symmetric, list(SYMMETRIES))
+    opt.choice("symmetry", symmetric, SYMMETRIES)
     area = opt.region_of(region, weight, [] if base is None else [base])
     with refusing(), words_told(_DOING) as tell:
         found = design(
@@ -79,7 +79,8 @@ def design_command(
             progress=tell,
         )
     if drawn is not None:
-        _draw(found, drawn)
+        maps, titles, place, measure, *_ = _mapped(found)
+        drawn.save(plots.heatmap_figure, maps, measure=measure, region=place, titles=titles)
     present(_report(found, drawn), form, path, pictured.overwrite)
 
 
@@ -101,12 +102,6 @@ def _place(text: str) -> tuple[float, float]:
     if not comma:
         refuse(f"Invalid north '{text}'. It must be LON,LAT in degrees.")
     return _number("north", lon), _number("north", lat)
-
-
-def _draw(found: Design, picture: PictureFile) -> None:
-    """Draw heat maps of the design and of its main rival, on one scale."""
-    maps, titles, region, measure, *_ = _mapped(found)
-    picture.save(functools.partial(plots.heatmap_figure, maps, measure=measure, region=region, titles=titles))
 
 
 def _mapped(found: Design) -> Mapped:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -144,7 +143,7 @@ def _draw(
         maps = [one.projection for one in drawn]
         figures = [one.airy_kavrayskiy for one in drawn]
         options |= {"region": found.region, "step": picture.step, "airy_kavrayskiy": figures}
-        picture.save(functools.partial(figure, maps, **options))
+        picture.save(figure, maps, **options)
         tell_written(picture.path)
     tell_problems([failure.error for failure in found.failures])
 

@@ -150,10 +150,10 @@ def _escaped(letter: str) -> str:
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
 
 
-def refuse(message: str, error: Exception | None = None) -> NoReturn:
-    """Report invalid usage and exit with 2; with 1 for an unavailable grid."""
+def refuse(message: str, error: Exception | None = None, *, code: int = 2) -> NoReturn:
+    """Report an error and exit, with 2 for invalid usage; with 1 for an unavailable grid."""
     fail(f"Invalid file. {one_line(error)}." if isinstance(error, UnicodeEncodeError) else message)
-    raise typer.Exit(1 if isinstance(error, GridError) else 2) from error
+    raise typer.Exit(1 if isinstance(error, GridError) else code) from error
 
 
 def cannot_write(output: Path | None, error: OSError) -> NoReturn:
@@ -175,10 +175,20 @@ def refusing() -> Iterator[None]:
     try:
         yield
     except ProjectionError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
+        refuse(str(error), error, code=1)
     except (ValueError, ImportError, FileExistsError) as error:
         refuse(str(error), error)
+
+
+@contextlib.contextmanager
+def failing() -> Iterator[None]:
+    """Turn a ValueError, where the work itself fails, into a one-line error and exit 1; a missing library exits 2."""
+    try:
+        yield
+    except ImportError as error:
+        refuse(str(error), error)
+    except ValueError as error:
+        refuse(str(error), error, code=1)
 
 
 @contextlib.contextmanager

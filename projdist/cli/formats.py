@@ -12,9 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import typer
-
-from projdist.cli.errors import cannot_write, fail, refuse, refusing
+from projdist.cli.errors import cannot_write, refuse, refusing
 from projdist.cli.report import Report, Row, Table
 from projdist.support import is_stream, replacing
 
@@ -54,8 +52,7 @@ def wrote(*paths: Path | None) -> str:
 def _copied(report: Report, form: str) -> str:
     copy = report.copies[form]
     if copy.text is None:
-        fail(f"Invalid format '{form}' for {report.about}. {copy.reason}")
-        raise typer.Exit(1)
+        refuse(f"Invalid format '{form}' for {report.about}. {copy.reason}", code=1)
     return f"{copy.text}\n"
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from projdist.cli import options as opt
 from projdist.cli.errors import refusing, working
 from projdist.cli.formats import TABLE, present
 from projdist.cli.number_format import certain, first_digit, label_of, per_cent, rounded, size_text, with_error
-from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
+from projdist.cli.pictures import PictureOptions, picture_of
 from projdist.cli.report import Column, Mapped, Report, Table
 from projdist.cli.screen import room_in, takes_blocks
 from projdist.decisions import MapInfo, info
@@ -162,16 +161,10 @@ def info_command(
     with refusing(), working("Measuring"):
         found = info(projection, area)
     if picture is not None:
-        _draw(found, picture)
+        shown: dict[str, Any] = {"measure": _MEASURE, "airy_kavrayskiy": [found.airy_kavrayskiy.raw]}
+        picture.save(plots.heatmap_figure, found.projection, region=found.region, **shown)
     sketch = sketch_of(found.projection, found.region, page) if form == TABLE else []
     present(_report(found, sketch, picture.path if picture else None), form, page, pictured.overwrite)
-
-
-def _draw(found: MapInfo, picture: PictureFile) -> None:
-    """Draw a heat map of the scale error."""
-    options: dict[str, Any] = {"measure": _MEASURE, "region": found.region}
-    options["airy_kavrayskiy"] = [found.airy_kavrayskiy.raw]
-    picture.save(functools.partial(plots.heatmap_figure, [found.projection], **options))
 
 
 def _report(found: MapInfo, sketch: list[str], picture: Path | None) -> Report:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -72,13 +71,8 @@ def ldp_command(
             options["heights"] = read_heights(heights)
         found = ldp(area, **options)
     if picture is not None:
-        _draw(found, picture)
+        picture.save(plots.ldp_figure, found)
     present(_report(found, picture, against or []), form, page, pictured.overwrite)
-
-
-def _draw(found: LDP, picture: PictureFile) -> None:
-    """Draw the map of the distortion."""
-    picture.save(functools.partial(plots.ldp_figure, found))
 
 
 def _angle(text: str) -> float:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import typer
-
 from projdist.answers import INDICES, TABLES, tables
 from projdist.cli import options as opt
-from projdist.cli.errors import fail, refusing, working
+from projdist.cli.errors import refuse, refusing, working
 from projdist.cli.formats import present
 from projdist.cli.number_format import first_digit, fixed
 from projdist.cli.report import Column, Mapped, Report, Row, Table, listing
@@ -36,8 +34,7 @@ def find_command(
     with refusing():
         found = find_crs(" ".join(words), authorities=chosen, deprecated=deprecated, limit=most)
     if not found.results:
-        fail(f"Nothing is found for '{shown(found.text)}'. {found.advice}")
-        raise typer.Exit(1)
+        refuse(f"Nothing is found for '{shown(found.text)}'. {found.advice}", code=1)
     present(_find_report(found), form)
 
 
@@ -78,7 +75,7 @@ def list_command(
     format: opt.Format = "table",
 ) -> None:
     """List the projections, measures, figures, criteria or published indices that there are."""
-    rows = _LISTS[opt.choice("list", what, list(_LISTS))]()
+    rows = _LISTS[opt.choice("list", what, _LISTS)]()
     present(listing(rows), opt.format_of(format))
 
 

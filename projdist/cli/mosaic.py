@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import typer
 
+from projdist import gis, plots
 from projdist.applications.mosaics import (
     BLENDS,
     CHOICES,
+    DEEP_SUFFIXES,
     DEPTHS,
     EXPOSURES,
     FOCALS,
     FRAMES,
+    PICTURE_SUFFIXES,
+    Canvas,
     Correspondences,
+    Georeference,
     MappedPanorama,
+    MeanGeoreference,
+    Mosaic,
     Panorama,
     Picture,
+    Rendered,
     check_frame,
     correspondences_of,
     map_of_sphere,
     match,
+    mean_georeference,
     mosaic,
     mosaics_of_groups,
     open_pictures,
@@ -30,12 +40,16 @@ from projdist.applications.mosaics import (
     panoramas_of_groups,
     parse_sizes,
     read_correspondences,
+    read_world_file,
+    render,
+    save_mosaic,
+    world_file,
+    write_world_file,
 )
 from projdist.cli import options as opt
-from projdist.cli.errors import fail, progress_bar, refuse, refusing, working
-from projdist.cli.formats import JSON, json_text, present, put
-from projdist.cli.mosaic_pictures import MosaicFile, draw_frames, figure_of_group, picture_notes
-from projdist.cli.pictures import GraphOptions, PictureFile
+from projdist.cli.errors import fail, failing, progress_bar, refuse, refusing, working
+from projdist.cli.formats import JSON, drawing, json_text, present, put
+from projdist.cli.pictures import GraphOptions, PictureFile, check_libraries
 from projdist.cli.report import Column, Report, Table
 from projdist.matrices import ROTATIONS
 from projdist.projections import ProjectionLike
@@ -66,15 +80,11 @@ def present_panoramas(
 ) -> None:
     """Adjust the cameras, choose the projection, draw and print; failure ends the command with 1."""
     options: dict[str, Any] = {"focal": focal, "tolerance": tolerance}
-    try:
-        with working("Adjusting"):
-            groups = panoramas_of_groups(points, **options) if all_groups else [panorama(points, **options)]
-        with working("Finding the projection"):
-            mapped = [_mapped(found, projection, most_pixels) for found in groups]
-            results = [_result(found) for found in mapped]
-    except ValueError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
+    with failing(), working("Adjusting"):
+        groups = panoramas_of_groups(points, **options) if all_groups else [panorama(points, **options)]
+    with failing(), working("Finding the projection"):
+        mapped = [_mapped(found, projection, most_pixels) for found in groups]
+        results = [_result(found) for found in mapped]
     targets = [] if target is None else [target.of_group(number) for number in range(len(groups))]
     for found, result, picture in zip(mapped, results, targets, strict=False):
         result["picture"] = picture.save_panorama(found)
@@ -246,16 +256,15 @@ def mosaic_command(
     if compare is None:
         opt.refuse_given(pictured.given(), "It needs a figure to draw: --compare FILE.")
     options: dict[str, Any] = {
-        "model": opt.choice("model", model, list(_MODELS)),
-        "rotation": opt.choice("rotation", rotation, list(ROTATIONS)),
+        "model": opt.choice("model", model, _MODELS),
+        "rotation": opt.choice("rotation", rotation, ROTATIONS),
         "tolerance": opt.number("tolerance", tolerance, 1e-3, 1e4, " of pixels"),
         "most_pixels": opt.number("pixels", pixels, 1e3, 4e8),
         "weights": None if weights is None else [opt.number("weight", word, 0.0, 1e12) for word in weights.split(",")],
     }
-    drawn = {"blend": blend, "exposure": exposure, "depth": depth, "crop": crop or None}
-    for name, value in drawn.items():
-        if value is not None and output is None:
-            refuse(f"Invalid option '--{name}'. It needs a mosaic to draw: -o FILE.")
+    if output is None:
+        drawn = {"--blend": blend, "--exposure": exposure, "--depth": depth, "--crop": crop or None}
+        opt.refuse_given(drawn, "It needs a mosaic to draw: -o FILE.")
     turning = options["model"] == "rotation"
     _refuse_others(turning, {"--projection": projection, "--focal": focal}, frame, weights, compare)
     path = opt.printed_or_file(report, pictured.overwrite)
@@ -281,7 +290,7 @@ def mosaic_command(
         present_panoramas(
             points,
             projection=projection,
-            focal=opt.choice("focal", focal or FOCALS[0], list(FOCALS)),
+            focal=opt.choice("focal", focal or FOCALS[0], FOCALS),
             tolerance=options["tolerance"],
             most_pixels=options["most_pixels"],
             all_groups=all_groups,
@@ -291,21 +300,17 @@ def mosaic_command(
             form=form,
         )
         return
-    try:
-        with working("Adjusting"):
-            groups = mosaics_of_groups(points, **options) if all_groups else [mosaic(points, **options)]
-    except ValueError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
+    with failing(), working("Adjusting"):
+        groups = mosaics_of_groups(points, **options) if all_groups else [mosaic(points, **options)]
     numbers = range(len(groups))
     mosaics = [] if target is None else [target.of_group(number) for number in numbers]
     figures = [] if figure is None else [figure_of_group(figure, number) for number in numbers]
     results = [found.to_dict() for found in groups]
     for found, result, picture in zip(groups, results, mosaics, strict=False):
         result["picture"] = picture.save(found)
-    for found, result, drawing in zip(groups, results, figures, strict=False):
-        draw_frames(found, pictures, drawing)
-        result["compare"] = str(drawing.path)
+    for found, result, target_figure in zip(groups, results, figures, strict=False):
+        draw_frames(found, pictures, target_figure)
+        result["compare"] = str(target_figure.path)
     if path is not None:
         put(json_text(_data(results, all_groups)), path, pictured.overwrite)
     written = [*(one.path for one in mosaics), *(one.path for one in figures), path]
@@ -321,25 +326,17 @@ def _refuse_others(
     turning: bool, own: dict[str, str | None], frame: str, weights: str | None, compare: str | None
 ) -> None:
     """Refuse options of panoramas for mosaics, and vice versa."""
-    for name, value in own.items():
-        if value is not None and not turning:
-            refuse(f"Invalid option '{name}'. It needs a camera that only turns: --model rotation.")
-    planar = {"--frame": frame if frame != "mdt" else None, "--weights": weights, "--compare": compare}
-    for name, value in planar.items():
-        if value is not None and turning:
-            refuse(f"Invalid option '{name}'. A panorama has no frame in a plane; it has a --projection.")
+    if turning:
+        planar = {"--frame": frame if frame != "mdt" else None, "--weights": weights, "--compare": compare}
+        opt.refuse_given(planar, "A panorama has no frame in a plane; it has a --projection.")
+    else:
+        opt.refuse_given(own, "It needs a camera that only turns: --model rotation.")
 
 
 def _matched(pictures: Sequence[Picture]) -> Correspondences:
     """Correspondences found in the pictures."""
-    try:
-        with progress_bar("images and pairs matched") as progress:
-            return match(pictures, progress=progress)
-    except ImportError as error:
-        refuse(str(error), error)
-    except ValueError as error:
-        fail(str(error))
-        raise typer.Exit(1) from error
+    with failing(), progress_bar("images and pairs matched") as progress:
+        return match(pictures, progress=progress)
 
 
 def _given(
@@ -402,3 +399,142 @@ def _notes(result: dict[str, Any]) -> Iterator[str]:
     )
     if "picture" in result:
         yield from picture_notes(result["picture"])
+
+
+# ---- what is written -----------------------------------------------------------------------------
+
+
+_GEOTIFF = (".tif", ".tiff")
+
+
+class MosaicFile:
+    """Path and drawing options of a mosaic; invalid ones end the command with 2."""
+
+    def __init__(
+        self,
+        output: str,
+        pictures: Sequence[Picture],
+        *,
+        blend: str,
+        exposure: str,
+        depth: str,
+        crop: bool,
+        overwrite: bool,
+        sheets: bool,
+    ) -> None:
+        """Check the options; `sheets` tells if images may be georeferenced."""
+        if not pictures:
+            refuse(f"Invalid output '{output}'. A mosaic is drawn from images, and there are none.")
+        self.path = opt.file_of_kind(output, PICTURE_SUFFIXES, overwrite, "picture file")
+        if any(one.path is not None and self.path.exists() and self.path.samefile(one.path) for one in pictures):
+            refuse(f"Invalid output '{output}'. It is one of the images.")
+        self._options: dict[str, Any] = {
+            "blend": opt.choice("blend", blend, BLENDS),
+            "exposure": opt.choice("exposure", exposure, EXPOSURES),
+            "depth": int(opt.choice("depth", depth, [str(bits) for bits in DEPTHS])),
+            "crop": crop,
+        }
+        if self._options["depth"] > 8 and self.path.suffix.lower() not in DEEP_SUFFIXES:
+            refuse(f"Invalid output '{output}'. For 16 bits a colour its suffix must be .png, .tif or .tiff.")
+        self._pictures, self._overwrite = pictures, overwrite
+        with refusing():
+            self._sheets = [_georeference(picture) if sheets else None for picture in pictures]
+        self._world = None
+        if any(self._sheets):
+            if self.path.suffix.lower() in _GEOTIFF:
+                check_libraries(self.path)
+            else:
+                self._world = opt.output_file(str(world_file(self.path)), overwrite)
+
+    def of_group(self, number: int) -> MosaicFile:
+        """The file of a group of images: FILE, FILE-2, ..."""
+        new = copy.copy(self)
+        new.path = _of_group(self.path, number, self._overwrite)
+        if self._world is not None:
+            new._world = _of_group(self._world, number, self._overwrite)
+        return new
+
+    def save(self, found: Mosaic) -> dict[str, Any]:
+        """Draw and write the mosaic; returns its entry in the report."""
+        drawn = self._drawn(found)
+        canvas = drawn.canvas
+        place = self._place(found, canvas) if isinstance(canvas, Canvas) else None
+        with drawing(self.path):
+            self._write(drawn, place)
+        matrices = canvas.matrices.tolist() if isinstance(canvas, Canvas) else None
+        sheet = None if place is None else {**place._asdict(), "matrix": place.matrix.tolist()}
+        return self._written(drawn) | {"matrices": matrices, "georeference": sheet}
+
+    def save_panorama(self, found: MappedPanorama) -> dict[str, Any]:
+        """Draw and write a panorama; returns its entry in the report."""
+        drawn = self._drawn(found)
+        with drawing(self.path):
+            save_mosaic(drawn, self.path, overwrite=self._overwrite)
+        return self._written(drawn) | {"georeference": None}
+
+    def _written(self, drawn: Rendered) -> dict[str, Any]:
+        return {"file": str(self.path), "width": drawn.canvas.width, "height": drawn.canvas.height}
+
+    def _drawn(self, found: Mosaic | MappedPanorama) -> Rendered:
+        """Rendered mosaic; failure ends the command."""
+        try:
+            with failing():
+                return render(found, self._pictures, **self._options)
+        except MemoryError as error:
+            refuse(f"Invalid picture '{self.path}'. It needs more memory than there is: take fewer --pixels.", error)
+
+    def _place(self, found: Mosaic, canvas: Canvas) -> MeanGeoreference | None:
+        sheets = [self._sheets[image] for image in found.images]
+        try:
+            return mean_georeference(canvas, found.registration.sizes, sheets)
+        except ValueError as error:
+            fail(f"{error} The mosaic has none.")
+            return None
+
+    def _write(self, drawn: Rendered, place: MeanGeoreference | None) -> None:
+        if place is not None and self._world is None:
+            gis.save_geotiff(drawn.bands, self.path, place, overwrite=self._overwrite)
+            return
+        save_mosaic(drawn, self.path, overwrite=self._overwrite)
+        if place is not None and self._world is not None:
+            write_world_file(self._world, place.matrix, overwrite=self._overwrite)
+
+
+def figure_of_group(figure: PictureFile, number: int) -> PictureFile:
+    """The figure of a group of images: FILE, FILE-2, ..."""
+    new = copy.copy(figure)
+    new.path = _of_group(figure.path, number, figure.overwrite)
+    return new
+
+
+def _of_group(path: Path, number: int, overwrite: bool) -> Path:
+    return opt.output_file(str(path.with_stem(f"{path.stem}-{number + 1}")), overwrite) if number else path
+
+
+def draw_frames(found: Mosaic, pictures: Sequence[Picture], target: PictureFile) -> None:
+    """Draw the frames side by side, with the images or, without any, their outlines."""
+    with refusing():
+        target.save(plots.mosaic_figure, found, pictures or None)
+
+
+def picture_notes(written: dict[str, Any]) -> list[str]:
+    """Notes on the written mosaic."""
+    notes = [f"The mosaic has {written['width']} x {written['height']} pixels."]
+    place = written["georeference"]
+    if place is not None:
+        notes.append(
+            f"Georeference: the mean of {place['sheets']} sheets by least squares of their corners, which are "
+            f"{place['rms']:.4g} off (RMS, in the coordinates' unit)."
+        )
+    return notes
+
+
+def _georeference(picture: Picture) -> Georeference | None:
+    """Georeference of a sheet, by GDAL if rasterio is installed, else by its world file."""
+    if picture.path is None or picture.is_turned:
+        return None
+    own = read_world_file(picture.path)
+    try:
+        return gis.georeference_of(picture.path) or own
+    except ImportError:
+        return own

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -82,13 +81,6 @@ class OldMapFile:
 
 _MEAN = "their mean"
 _ROUNDING = 1e-12  # of a mean square
-
-
-def refuse_for_several(given: Mapping[str, Any]) -> None:
-    """Refuse options that are for one map only."""
-    for name, value in given.items():
-        if value:
-            refuse(f"Invalid option '{name}' for several maps. It is for one.")
 
 
 def refuse_twice(given: Sequence[str]) -> None:
@@ -204,7 +196,8 @@ def oldmap_command(
     drawn: dict[str, Any] = {"draw": draw, "measure": None if measure == "fisher" else measure}
     of_pictures = {f"--{name}": value for name, value in drawn.items()} | pictured.given()
     if len(points) > 1:
-        refuse_for_several({"--output": output, "--image": image, "--resolution": resolution} | of_pictures)
+        of_one = {"--output": output, "--image": image, "--resolution": resolution} | of_pictures
+        opt.refuse_given({name: value or None for name, value in of_one.items()}, "It is for one.", " for several maps")
         refuse_twice(points)
         present(_compared(points, fitted, by or "mdt"), form)
         return
@@ -214,7 +207,8 @@ def oldmap_command(
         check_layer_options(Path(str(output)), of_pictures)
         written = OldMapFile(str(output), image=image, by=by, resolution=resolution, overwrite=pictured.overwrite)
     else:
-        _refuse_without_layers({"--by": by, "--resolution": resolution})
+        of_layers = {"--by": by, "--resolution": resolution}
+        opt.refuse_given(of_layers, "It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
         beside = (*SHEETS, *LAYERS)
         drawn |= {"image": image}
         written = picture_of(output, pictured, beside=beside, **drawn)
@@ -223,7 +217,7 @@ def oldmap_command(
     if isinstance(written, OldMapFile):
         written.save(found)
     elif written is not None:
-        written.save(functools.partial(plots.old_map_figure, found, draw=panels, measure=measure, image=image))
+        written.save(plots.old_map_figure, found, draw=panels, measure=measure, image=image)
     present(_report(found, points[0], written), form)
 
 
@@ -234,8 +228,8 @@ def _fitting(
     crs: str | None, *, model: str, smoothing: str | None, outliers: str, scan_dpi: str | None
 ) -> Callable[[str], OldMap]:
     """Function from a file of control points to a fitted old map; invalid options end the command."""
-    opt.choice("model", model, list(MODELS))
-    opt.choice("outliers", outliers, list(OUTLIERS))
+    opt.choice("model", model, MODELS)
+    opt.choice("outliers", outliers, OUTLIERS)
     options: dict[str, Any] = {
         "model": model,
         "smoothing": opt.number("smoothing", smoothing, 0.0, 1e9),
@@ -247,7 +241,7 @@ def _fitting(
 
 def _panels(draw: Sequence[str] | None, measure: str) -> Sequence[str]:
     """Panels to draw, by default the first ones; invalid ones end the command."""
-    opt.choice("measure", measure, list(DRAWN_MEASURES))
+    opt.choice("measure", measure, DRAWN_MEASURES)
     panels = [opt.choice("panel", word.strip(), list(PANELS)) for text in draw or [] for word in text.split(",")]
     return panels or PANELS[:_USUAL]
 
@@ -255,13 +249,6 @@ def _panels(draw: Sequence[str] | None, measure: str) -> Sequence[str]:
 def _is_for_gis(output: str | None) -> bool:
     """True if the output is a rectified scan or layers."""
     return output is not None and Path(output).suffix.lower() in (*SHEETS, *LAYERS)
-
-
-def _refuse_without_layers(given: Mapping[str, str | None]) -> None:
-    """Refuse options of rectified scans and layers without either."""
-    for name, value in given.items():
-        if value is not None:
-            refuse(f"Invalid option '{name}'. It needs a sheet or layers to write: -o FILE.tif or FILE.gpkg.")
 
 
 # ---- what is printed ------------------------------------------------------------------------

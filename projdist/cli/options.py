@@ -140,8 +140,9 @@ _MOST_PIXELS = 4e8  # 1.6 GB of memory
 _MOST_LEVELS = 100
 
 
-def choice(thing: str, text: str, allowed: list[str]) -> str:
+def choice(thing: str, text: str, allowed: Iterable[str]) -> str:
     """The text, if it is allowed."""
+    allowed = list(allowed)
     if text not in allowed:
         refuse(f"Invalid {thing} '{text}'. It must be {', '.join(allowed[:-1])} or {allowed[-1]}.")
     return text

@@ -44,7 +44,7 @@ def write_raster(
     overwrite: bool,
 ) -> None:
     """Write measures of a map as a GeoTIFF."""
-    opt.choice("grid", grid, list(gis.GRIDS))
+    opt.choice("grid", grid, gis.GRIDS)
     pixels = _pixels(size)
     side = opt.number("resolution", resolution, 1e-12, 1e12)
     check_libraries(path)
@@ -167,10 +167,10 @@ class PictureFile:
         self.size, self.overwrite = opt.size_of(drawn.size, self.dots), drawn.overwrite
         self.look = drawn.look()
 
-    def save(self, draw: Callable[..., Any]) -> None:
-        """Write the figure that `draw` makes with `size`, `dpi` and `look`; failure ends the command."""
+    def save(self, draw: Callable[..., Any], /, *shown: Any, **options: Any) -> None:
+        """Write the figure that `draw` makes of `shown` in the given size and style; failure ends the command."""
         with drawing(self.path), working("Drawing"):
-            figure = draw(size=self.size, dpi=self.dots, look=self.look)
+            figure = draw(*shown, **options, size=self.size, dpi=self.dots, look=self.look)
             plots.save(figure, self.path, dpi=self.dots, overwrite=self.overwrite)
 
 

@@ -47,7 +47,7 @@ def profile_command(
     with refusing():
         found = profile(projection, line, measures=names, spacing_km=step, height=above)
     if picture is not None:
-        picture.save(functools.partial(plots.profile_figure, found))
+        picture.save(plots.profile_figure, found)
     present(_report(found, projection, line, picture), form, path, pictured.overwrite)
 
 

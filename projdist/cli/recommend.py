@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
@@ -13,7 +12,7 @@ from projdist import plots
 from projdist.answers import Batch
 from projdist.cli import options as opt
 from projdist.cli.batches import RegionalWork, executor_opened, notices_note, regions_given
-from projdist.cli.errors import fail, progress_bar, refuse, refusing
+from projdist.cli.errors import progress_bar, refuse, refusing
 from projdist.cli.formats import present
 from projdist.cli.number_format import certain, change, per_cent, rounded, size_text
 from projdist.cli.pictures import PictureFile, PictureOptions, picture_of
@@ -160,8 +159,7 @@ def recommend_command(
     with refusing(), executor_opened(executor) as workers, progress_bar("maps", after=0.0) as progress:
         result = recommend(area, **options, executor=workers, progress=progress)
     if not result.results:
-        fail(f"No CRS serves the region '{area.name}' with these options.")
-        raise typer.Exit(1)
+        refuse(f"No CRS serves the region '{area.name}' with these options.", code=1)
     if picture is not None:
         _draw(result, picture)
     present(_report(result, picture), form, page, pictured.overwrite)
@@ -171,16 +169,8 @@ def _draw(result: Recommendation, picture: PictureFile) -> None:
     """Draw heat maps of the best CRSs, with one colour bar."""
     maps, titles, region, measure, *_ = _mapped(result)
     distortions = [*(one.distortion for one in _drawn(result)), *(one.distortion for one in result.custom[:1])]
-    picture.save(
-        functools.partial(
-            plots.heatmap_figure,
-            maps,
-            measure=measure,
-            region=region,
-            titles=titles,
-            airy_kavrayskiy=[distortion.airy_kavrayskiy for distortion in distortions],
-        )
-    )
+    figures = [one.airy_kavrayskiy for one in distortions]
+    picture.save(plots.heatmap_figure, maps, measure=measure, region=region, titles=titles, airy_kavrayskiy=figures)
 
 
 def _drawn(result: Recommendation) -> Sequence[Candidate]:

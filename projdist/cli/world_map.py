@@ -52,7 +52,8 @@ def mean_map_command(
             progress=progress,
         )
     if drawn is not None:
-        _draw_mean(found, drawn)
+        maps, titles = [found.projection, found.average], ["Mean", "Average of coordinates"]
+        drawn.save(plots.heatmap_figure, maps, region=found.region, titles=titles)
     present(_mean_report(found, drawn), form, path, pictured.overwrite)
 
 
@@ -61,18 +62,6 @@ def _numbers(text: str) -> list[float]:
         return [float(value) for value in text.split(",")]
     except ValueError:
         refuse(f"Invalid weights '{text}'. They must be numbers with commas, as 1,2.")
-
-
-def _draw_mean(found: MeanMap, picture: PictureFile) -> None:
-    """Draw heat maps of the mean and the average, on one scale."""
-    picture.save(
-        functools.partial(
-            plots.heatmap_figure,
-            [found.projection, found.average],
-            region=found.region,
-            titles=["Mean", "Average of coordinates"],
-        )
-    )
 
 
 def _mean_report(found: MeanMap, picture: PictureFile | None) -> Report:
@@ -168,7 +157,7 @@ def world_map_command(
         "cut": _cut(cut),
         "elsewhere": opt.number("weight elsewhere", elsewhere, 1e-4, 1.0),
         "until": opt.number("end", until, 10.0, 90.0, " of degrees"),
-        "symmetric": opt.choice("symmetry", symmetric, list(WORLD_SYMMETRIES)),
+        "symmetric": opt.choice("symmetry", symmetric, WORLD_SYMMETRIES),
         "against": against or AGAINST,
         "cells": None if cells is None else _whole(cells),
     }
@@ -179,7 +168,8 @@ def world_map_command(
         found = world_map(area, **options, progress=progress)
     pipeline = None if triangles is None else _written(found, triangles, corners, pictured.overwrite)
     if drawn is not None:
-        _draw(found, drawn)
+        titles, figures = ["Made to measure"], [found.airy_kavrayskiy]
+        drawn.save(plots.heatmap_figure, found.projection, titles=titles, airy_kavrayskiy=figures)
     present(_report(found, pipeline, [triangles, drawn.path if drawn else None]), form, path, pictured.overwrite)
 
 
@@ -210,11 +200,6 @@ def _written(found: WorldMap, path: Path, step: float, overwrite: bool) -> str:
         refuse(str(error), error)
     except OSError as error:
         cannot_write(path, error)
-
-
-def _draw(found: WorldMap, picture: PictureFile) -> None:
-    titles, figures = ["Made to measure"], [found.airy_kavrayskiy]
-    picture.save(functools.partial(plots.heatmap_figure, found.projection, titles=titles, airy_kavrayskiy=figures))
 
 
 def _report(found: WorldMap, pipeline: str | None, written: list[Path | None]) -> Report:

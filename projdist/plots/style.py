@@ -83,7 +83,8 @@ _LIGHT = Theme(
     falling="viridis",
     diverging="RdBu_r",
 )
-_DARK = Theme(
+_DARK = replace(
+    _LIGHT,
     background="#14181d",
     text="#f0f2f4",
     quiet="#aab3bd",
@@ -96,14 +97,7 @@ _DARK = Theme(
     outline="#d5dae0",
     face="#ff8f6499",
     edge="#ffc2a8",
-    ink="#111111",
-    halo="#ffffffb0",
-    over_graticule="#00000040",
-    over_coast="#222222",
     curves=("#56b4e9", "#e69f00", "#2fbf97", "#e3a0c6", "#f0e442", "#ff7f45", "#f0f2f4", "#b98a80"),
-    rising="viridis_r",
-    falling="viridis",
-    diverging="RdBu_r",
 )
 # One hue: greys that stay apart from black lines, and, as grey has no two ends, from light to dark for scales, too.
 _GREYS = LinearSegmentedColormap.from_list("greys for print", ["#fafafa", "#6e6e6e"])
@@ -347,28 +341,34 @@ def look_for(look: Look | str | None) -> Look:
     return look
 
 
+def _figure_of(ax: Axes) -> StyledFigure | None:
+    """Figure of axes, None for one of the caller's."""
+    figure = getattr(ax.figure, "figure", ax.figure)
+    return figure if isinstance(figure, StyledFigure) else None
+
+
 def look_of(ax: Axes) -> Look:
     """Style of the figure of axes; the default in a figure of the caller's."""
-    figure = getattr(ax.figure, "figure", ax.figure)
-    return figure.look if isinstance(figure, StyledFigure) else USUAL
+    figure = _figure_of(ax)
+    return USUAL if figure is None else figure.look
 
 
 def scale_of(ax: Axes) -> float:
     """Size of letters and lines on axes, relative to the usual one."""
-    figure = getattr(ax.figure, "figure", ax.figure)
-    return figure.scale if isinstance(figure, StyledFigure) else 1.0
+    figure = _figure_of(ax)
+    return 1.0 if figure is None else figure.scale
 
 
 def is_tight_of(ax: Axes) -> bool:
     """True if margins are to be small."""
-    figure = getattr(ax.figure, "figure", ax.figure)
-    return isinstance(figure, StyledFigure) and figure.is_tight
+    figure = _figure_of(ax)
+    return figure is not None and figure.is_tight
 
 
 def is_one_line(ax: Axes) -> bool:
     """True if subtitles stand beside titles."""
-    figure = getattr(ax.figure, "figure", ax.figure)
-    return isinstance(figure, StyledFigure) and figure.is_one_line
+    figure = _figure_of(ax)
+    return figure is not None and figure.is_one_line
 
 
 def scale_for(look: Look, room: tuple[float, float] | None) -> float:

@@ -55,6 +55,13 @@ class Grid:
         size = max(float(np.ptp(x)), float(np.ptp(y)))
         return cls(float(x.min()), float(y.min()), size / _STEPS)
 
+    @classmethod
+    def about(cls, view: Sequence[float]) -> Grid:
+        """Grid over twice a view, for cells that cross its edge."""
+        west, east, south, north = view
+        size = max(east - west, north - south)
+        return cls(west - 0.5 * size, south - 0.5 * size, 2.0 * size / _STEPS)
+
     def steps(self, xy: FloatArray) -> NDArray[np.uint16]:
         """Places (n, 2) in whole steps; 0 for NaN."""
         return np.nan_to_num(np.clip(np.rint(self.exact(xy)), 0, _STEPS), nan=0.0).astype(np.uint16)

@@ -218,7 +218,9 @@ def test_what_a_picture_shows(rich, tmp_path, monkeypatch):
     """The best that are not torn, the best custom projection last; torn ones where there is nothing else."""
     drawn = []
     monkeypatch.setattr("projdist.plots.heatmap_figure", lambda maps, **options: drawn.append((maps, options)))
-    monkeypatch.setattr("projdist.cli.pictures.PictureFile.save", lambda _, draw: draw())
+    monkeypatch.setattr(
+        "projdist.cli.pictures.PictureFile.save", lambda _, draw, *shown, **options: draw(*shown, **options)
+    )
     code, _, err = run(ISLAND, "-o", str(tmp_path / "x.png"))
     assert (code, err) == (0, "")
     ((maps, options),) = drawn

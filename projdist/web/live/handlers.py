@@ -163,8 +163,8 @@ def recommended(region: Place, options: Mapping[str, Any], progress: Progress) -
             "name": one.name,
             "value": one.value,
             "error": one.distortion.error_estimate,
-            "largest": _plain(one.distortion.max_scale_error_ppm),
-            "omega": _plain(one.distortion.max_omega),
+            "largest": _finite(one.distortion.max_scale_error_ppm),
+            "omega": _finite(one.distortion.max_omega),
             "keeps": list(one.keeps),
             "share": one.share,
             "national": one.national,
@@ -287,7 +287,3 @@ def _picture(projection: Projection, region: Place, measure: str, suffix: str, e
     else:
         figure = plots.heatmap_figure(projection, region=region, measure=measure)
     return plots.encoded(figure, f".{suffix}", dpi=_DOTS)
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

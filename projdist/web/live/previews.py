@@ -15,6 +15,7 @@ from projdist.regions import Place
 from projdist.surfaces import normalised
 from projdist.web.frames import Arrays, four_numbers
 from projdist.web.live.sketches import Sketch, sketch_of
+from projdist.web.outlines import Grid
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,6 @@ def _around(kind: int) -> list[int]:
 
 
 _DIGITS = re.compile(r"[-+]?\d[\d.eE+-]*")
-_STEPS = 65535
 _MARGIN = 0.01  # of a map's larger side
 _ERROR = 15  # in tenths of a decimal exponent: three per cent
 _EARTHLY = frozenset({"coast", "borders", "land"})
@@ -173,7 +173,7 @@ class _Picture:
         shown = self.shown
         edge = self._edge()
         view = self._view(edge)
-        grid = _StepGrid.about(view)
+        grid = Grid.about(view)
         lines = self._lines(grid, view, edge)
         whole = np.zeros(self.shape, dtype=bool)
         whole[:-1, :-1] = self.whole & shown[:-1, :-1] & shown[1:, :-1] & shown[:-1, 1:] & shown[1:, 1:]
@@ -190,12 +190,13 @@ class _Picture:
             "preview": True,
             "about": None if self.sketch.partial or self._hidden > _MOST_HIDDEN else self._about(),
         }
+        x, y = grid.steps(np.column_stack([np.append(self.x, edge.x), np.append(self.y, edge.y)])).T
         arrays: Arrays = {
             "u": self.u,
             "v": self.sketch.v,
             "fields": np.concatenate([self.four, edge.four]).T.astype(np.float32),
-            "x": grid.steps(np.append(self.x, edge.x), grid.west),
-            "y": grid.steps(np.append(self.y, edge.y), grid.south),
+            "x": x,
+            "y": y,
             "imageU": edge.u.astype(np.float32),
             "imageV": edge.v.astype(np.float32),
             "whole": np.packbits(whole),
@@ -288,7 +289,7 @@ class _Picture:
     def _line(self, name: str, values: FloatArray) -> FloatArray:
         return values[self.sketch.lines.where[name]]
 
-    def _lines(self, grid: _StepGrid, view: list[float], edge: _Edge) -> Arrays:
+    def _lines(self, grid: Grid, view: list[float], edge: _Edge) -> Arrays:
         """All lines and areas in grid steps."""
         longest = _LONGEST * max(view[1] - view[0], view[3] - view[2])
         found: Arrays = {}
@@ -425,33 +426,13 @@ def _frame_of_part(x: FloatArray, y: FloatArray) -> list[float]:
     return [middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1]]
 
 
-@dataclass(frozen=True)
-class _StepGrid:
-    """Equal steps in x and y from a corner."""
-
-    west: float
-    south: float
-    step: float
-
-    @classmethod
-    def about(cls, view: list[float]) -> _StepGrid:
-        """Grid over twice a view, for cells that cross its edge."""
-        west, east, south, north = view
-        size = max(east - west, north - south)
-        return cls(west - 0.5 * size, south - 0.5 * size, 2.0 * size / _STEPS)
-
-    def steps(self, values: FloatArray, start: float) -> Any:
-        """Coordinates in whole steps; 0 for NaN."""
-        return np.nan_to_num(np.clip(np.rint((values - start) / self.step), 0, _STEPS), nan=0.0).astype(np.uint16)
-
-
-def _pieces(grid: _StepGrid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool) -> tuple[Any, Any]:
+def _pieces(grid: Grid, x: FloatArray, y: FloatArray, line: Any, longest: float, closed: bool) -> tuple[Any, Any]:
     """Lines as concatenated points and their numbers, split where torn."""
     good = np.isfinite(x)
     if not good.any():
         return np.empty((0, 2), dtype=np.uint16), np.empty(0, dtype=np.uint32)
     x, y, line = x[good], y[good], line[good]
-    points = np.column_stack([grid.steps(x, grid.west), grid.steps(y, grid.south)])
+    points = grid.steps(np.column_stack([x, y]))
     new = line[1:] != line[:-1]
     if not closed:
         new |= np.hypot(np.diff(x), np.diff(y)) > longest

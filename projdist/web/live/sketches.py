@@ -48,7 +48,7 @@ class Lines:
 class Sketch:
     """A grid of longitudes `u` and latitudes `v`, the area weights of its nodes, and lines.
 
-    `regional`: surroundings are drawn, too; `whole`: the grid is global; `partial`: far parts of the region are missing.
+    `regional`: surroundings are drawn, too; `whole`: the grid is global; `partial`: far parts of the region miss.
     """
 
     regional: bool
