@@ -189,7 +189,9 @@ def test_what_a_picture_shows(tmp_path, monkeypatch):
     """Indicatrices before and after, of the same region, with both figures."""
     drawn = []
     monkeypatch.setattr("projdist.plots.tissot_figure", lambda maps, **options: drawn.append((maps, options)))
-    monkeypatch.setattr("projdist.cli.pictures.PictureFile.save", lambda _, draw: draw())
+    monkeypatch.setattr(
+        "projdist.cli.pictures.PictureFile.save", lambda _, draw, *shown, **options: draw(*shown, **options)
+    )
     path = tmp_path / "x.png"
     code, out, err = run("mollweide", *SEA, "-o", str(path))
     assert (code, err, out.endswith(f"Wrote: {path}\n")) == (0, "", True)
