@@ -16,7 +16,7 @@ SOURCES = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rgl
 BUDGET = {
     "answers": (4_400, 18),
     "applications": (7_050, 24),
-    "cli": (6_550, 31),
+    "cli": (6_450, 30),
     "decisions": (5_500, 18),
     "designs": (4_000, 15),
     "earth": (750, 4),

@@ -139,17 +139,14 @@ def _lead(found: Design) -> Iterator[str]:
     if found.criterion != "airy_kavrayskiy":
         yield f"airy_kavrayskiy {certain(found.airy_kavrayskiy)}"
     if found.limit is not None:
-        yield f"limit {certain(found.limit)}: about what the best of all {_kind_words(found)} has"
+        maps = "maps" if found.kind == "any" else f"{found.kind} maps"
+        yield f"limit {certain(found.limit)}: about what the best of all {maps} has"
     yield f"scales {_extreme(found.smallest)} to {_extreme(found.largest)}"
 
 
 def _extreme(found: Extreme) -> str:
     """An extreme scale with its certain digits, and its place."""
     return f"{rounded(found.value, found.error)} (at {found.lon:.2f}, {found.lat:.2f})"
-
-
-def _kind_words(found: Design) -> str:
-    return "maps" if found.kind == "any" else f"{found.kind} maps"
 
 
 def _rivals(found: Design) -> Table:

@@ -22,8 +22,22 @@ TABLE, JSON, CSV, MARKDOWN, HTML = FORMATS = ("table", "json", "csv", "markdown"
 def render(report: Report, form: str, output: Path | None = None) -> str:
     """Text of a report in a format; ends the command with 1 if the answer has no such form."""
     if form in report.copies:
-        return _copied(report, form)
-    return {TABLE: _shown, JSON: _as_json, CSV: _as_csv, MARKDOWN: _as_markdown, HTML: _as_page}[form](report, output)
+        copy = report.copies[form]
+        if copy.text is None:
+            refuse(f"Invalid format '{form}' for {report.about}. {copy.reason}", code=1)
+        return f"{copy.text}\n"
+    if form == TABLE:
+        return _shown(report, output)
+    if form == JSON:
+        return json_text(report.data())
+    if form == CSV:
+        rows = report.rows() if report.rows else report.tables[0].rows if report.tables else ()
+        return csv_text(rows, report.header)
+    if form == MARKDOWN:
+        return _as_markdown(report)
+    from projdist.cli.pages import page_text  # with maps it loads much
+
+    return page_text(report)
 
 
 def json_text(value: Any) -> str:
@@ -49,13 +63,6 @@ def wrote(*paths: Path | None) -> str:
     return "".join(f"Wrote: {path}\n" for path in paths if path)
 
 
-def _copied(report: Report, form: str) -> str:
-    copy = report.copies[form]
-    if copy.text is None:
-        refuse(f"Invalid format '{form}' for {report.about}. {copy.reason}", code=1)
-    return f"{copy.text}\n"
-
-
 def _shown(report: Report, output: Path | None) -> str:
     from projdist.cli.screen import notes_text, table_text  # loads rich
 
@@ -69,16 +76,7 @@ def _shown(report: Report, output: Path | None) -> str:
     return notes_text([*head, *lead], output) + tables + below + notes + wrote(*report.written)
 
 
-def _as_json(report: Report, _: Path | None) -> str:
-    return json_text(report.data())
-
-
-def _as_csv(report: Report, _: Path | None) -> str:
-    rows = report.rows() if report.rows else report.tables[0].rows if report.tables else ()
-    return csv_text(rows, report.header)
-
-
-def _as_markdown(report: Report, _: Path | None) -> str:
+def _as_markdown(report: Report) -> str:
     """The tables, then title, lead and notes as a list."""
     lines = [line for line in (report.title, *report.lead, *report.notes) if line]
     if not report.tables:
@@ -86,12 +84,6 @@ def _as_markdown(report: Report, _: Path | None) -> str:
     blocks = [_markdown_table(table) for table in report.tables]
     notes = "".join(f"- {_escaped(line)}\n" for line in lines)
     return "\n".join([*blocks, *([notes] if notes else [])])
-
-
-def _as_page(report: Report, _: Path | None) -> str:
-    from projdist.cli.pages import page_text  # with maps it loads much
-
-    return page_text(report)
 
 
 def _markdown_table(table: Table) -> str:
