@@ -1,4 +1,4 @@
-"""What of a map is drawn: the region asked for, less the parts that run off to infinity."""
+"""The drawn part of a map, which is the requested region without what runs off to infinity, and lines within it."""
 
 from __future__ import annotations
 
@@ -41,18 +41,18 @@ def ground_size(bounds: Bounds) -> tuple[float, float]:
 
 
 def check_step(step: float) -> None:
-    """Refuse what is no distance between points or lines, in degrees."""
+    """Raise ValueError for a step, in degrees, that is not positive and finite."""
     if not 0.0 < check_number("step", step) < np.inf:
         raise ValueError(f"Invalid step '{step}'. It must be a positive number of degrees.")
 
 
 def normalised(lon: FloatArray) -> FloatArray:
-    """Longitudes in -180 .. 180; those that are there already keep every digit."""
+    """Longitudes within -180 .. 180; those already within stay exactly as they are."""
     return np.where(np.abs(lon) <= 180.0, lon, np.mod(lon + 180.0, 360.0) - 180.0)
 
 
 class Survey(NamedTuple):
-    """Images x, y and rough principal scales a >= b of a map at places lon, lat all over a region, (rows, columns)."""
+    """Images x, y and rough principal scales a >= b of a map on a grid lon, lat over a region, (rows, columns)."""
 
     lon: FloatArray
     lat: FloatArray
@@ -63,7 +63,7 @@ class Survey(NamedTuple):
 
     @classmethod
     def of(cls, projection: Projection, bounds: Bounds) -> Survey:
-        """Places two degrees apart over a globe, and closer together over less."""
+        """The survey of bounds on 180 by 121 places: two degrees apart on a globe."""
         west, south, _, north = bounds
         u = west + longitude_width(bounds) * (np.arange(180) + 0.5) / 180
         v = np.clip(south + (north - south) * np.linspace(0.0, 1.0, 121), -POLE, POLE)
@@ -76,8 +76,8 @@ class Survey(NamedTuple):
 class Domain:
     """The drawn part of a projection; call it for x, y in metres, NaN outside.
 
-    `box` is where it is drawn: around a region that is laid out as a part of it, else the region itself.
-    `beyond` is what of it runs off to infinity, `within` where a map that folds is drawn.
+    `box` is the drawn area: the box around a region that is a part of its surroundings, else the region itself.
+    `beyond` tests for parts that run off to infinity; `within` limits a map that folds to one sheet.
     """
 
     projection: Projection
@@ -88,7 +88,7 @@ class Domain:
     within: Callable[[FloatArray, FloatArray], BoolArray] | None = None
 
     def __call__(self, lon: ArrayLike, lat: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Coordinates in metres of points in degrees, NaN where the point is not drawn."""
+        """Coordinates in metres of points in degrees, NaN for points that are not drawn."""
         lon, lat = np.broadcast_arrays(np.asarray(lon, dtype=float), np.asarray(lat, dtype=float))
         lon = normalised(lon)
         x, y = self.projection(lon, lat)
@@ -98,7 +98,7 @@ class Domain:
         return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
 
     def surveyed(self) -> BoolArray:
-        """Which places of the survey are drawn."""
+        """True for the places of the survey that are drawn."""
         survey = self.survey
         outside = self._outside(survey.lon, survey.lat, survey.x)
         if self.beyond is not None:
@@ -106,7 +106,7 @@ class Domain:
         return ~outside
 
     def _outside(self, lon: FloatArray, lat: FloatArray, x: FloatArray) -> BoolArray:
-        """What is not on the map, or not where it is drawn."""
+        """True for points without an image or outside the drawn area."""
         outside = ~np.isfinite(x)
         if self.box != GLOBE:
             outside |= ~self.box.contains(lon, lat)
@@ -129,14 +129,14 @@ def domain_of(projection: Projection, region: RegionLike | None) -> Domain:
 
 
 def is_part(region: Place) -> TypeGuard[Region]:
-    """Whether a region is drawn as a part of what is around it: polygons, and what is no larger than a continent."""
+    """True if a region is drawn with its surroundings: polygons, and regions no larger than a continent."""
     if isinstance(region, PointSet):
         return False
     return len(region.edges) > 0 or max(ground_size(region.bounds)) <= _LARGEST_PART
 
 
 def nothing_of(domain: Domain) -> ValueError:
-    """What is said where a map shows nothing of a region."""
+    """The error for a map that shows nothing of a region."""
     return ValueError(f"Invalid region for '{domain.projection.name}'. No part of it can be projected.")
 
 
@@ -146,10 +146,10 @@ _STEP = 2e-5  # degrees; 2 m on the ground, where differences still have 9 digit
 def rough_scales(
     projection: Projection, lon: FloatArray, lat: FloatArray, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Principal scales a >= b at points with images x, y, by differences over 2 m, to 5 digits or so.
+    """Principal scales a >= b at points with images x, y, by differences over 2 m, to about 5 digits.
 
-    Each direction takes the smaller of its two one-sided differences, so that a seam in between
-    does not pass for a scale. Those at a pole are a step away from it.
+    Each direction takes the smaller of its two one-sided differences, so that a seam does not count as a large scale.
+    Scales at a pole are taken one step away from it.
     """
     polar = np.abs(lat) > POLE - _STEP
     if polar.any():
@@ -182,7 +182,7 @@ _LARGE = 12.0  # Mercator's scale at 85.2 degrees, the gnomonic map's at 73 degr
 def _beyond(
     projection: Projection, region: Place, survey: Survey
 ) -> Callable[[FloatArray, FloatArray, FloatArray, FloatArray], BoolArray] | None:
-    """The test (x, y, a, b) for the parts that run off to infinity; None for maps that do not."""
+    """A test of x, y, a, b for parts that run off to infinity; None for maps without such parts."""
     lon, lat, x, y, a, b = survey
     within = region.contains(lon, lat)
     undefined = ~np.isfinite(x[within])
@@ -201,10 +201,17 @@ def _beyond(
     core, far, endless = (
         shapely.transform(hull, lambda xy, factor=factor: xy * factor) for factor in (_CORE, _FAR, _ENDLESS)
     )
-    # A large scale alone is no reason: it is found at pole lines, antipodes and the corners of conformal
+    # A large scale alone is no reason: it also occurs at pole lines, antipodes and the corners of conformal
     # squares, where the map ends a little farther out.
-    farthest = _farthest(projection, region, centre, lon[inside], lat[inside], x, y)
-    if shapely.contains_xy(endless, *(farthest - centre)):
+    best = int(np.argmax(np.hypot(x - centre[0], y - centre[1])))
+
+    def distance(lon: FloatArray, lat: FloatArray) -> FloatArray:
+        x, y = projection(lon, lat)
+        away = np.hypot(x - centre[0], y - centre[1])
+        return np.where(np.isfinite(away) & region.contains(lon, lat), away, -1.0)
+
+    farthest = projection(*climb(distance, float(lon[inside][best]), float(lat[inside][best]))[:2])
+    if shapely.contains_xy(endless, *(np.array(farthest) - centre)):
         # Beside gaps in a map that has an end PROJ may be wrong: etmerc is, a few degrees about its singular points.
         wrong = _WRONG * b_limit if undefined.mean() > _GAPS else np.inf
         return (lambda x, y, a, b: b > wrong) if (b > wrong).any() else None
@@ -219,44 +226,32 @@ def _beyond(
     return beyond
 
 
-def _farthest(
-    projection: Projection,
-    region: Place,
-    centre: FloatArray,
-    lon: FloatArray,
-    lat: FloatArray,
-    x: FloatArray,
-    y: FloatArray,
-) -> FloatArray:
-    """x, y of about the farthest point from `centre`, by a search round the farthest of given points."""
-    best = int(np.argmax(np.hypot(x - centre[0], y - centre[1])))
-    place, top = (float(lon[best]), float(lat[best])), np.array([x[best], y[best]])
+def climb(
+    function: Callable[[FloatArray, FloatArray], FloatArray], lon: float, lat: float
+) -> tuple[float, float, float]:
+    """Longitude, latitude and value of a local maximum near a point, found on ever finer grids of 9 by 9 points."""
     span, offsets = 2.0, np.linspace(-1.0, 1.0, 9)
     while span > 1e-4:
-        lons = normalised(place[0] + span * offsets[:, None] / max(np.cos(np.radians(place[1])), 1e-3))
-        lons, lats = np.broadcast_arrays(lons, np.clip(place[1] + span * offsets, -POLE, POLE))
-        xs, ys = projection(lons, lats)
-        distance = np.hypot(xs - centre[0], ys - centre[1])
-        distance = np.where(np.isfinite(distance) & region.contains(lons, lats), distance, -1.0)
-        best = int(np.argmax(distance))
-        if distance.flat[best] > np.hypot(*(top - centre)):
-            place, top = (float(lons.flat[best]), float(lats.flat[best])), np.array([xs.flat[best], ys.flat[best]])
-        span /= 3.0
-    return top
+        lons = normalised(lon + span * offsets[:, None] / max(np.cos(np.radians(lat)), 1e-3))
+        lons, lats = np.broadcast_arrays(lons, np.clip(lat + span * offsets, -POLE, POLE))
+        values = function(lons, lats)
+        best = int(np.argmax(values))
+        lon, lat, span = float(lons.flat[best]), float(lats.flat[best]), span / 3.0
+    return lon, lat, float(values.flat[best])
 
 
 # ---- lines ----------------------------------------------------------------------------------------
 
 
-_SMOOTH = 5e-4  # of the map's size; a chord that is farther off its arc is halved
+_SMOOTH = 5e-4  # of the map's size; a chord farther than this from its arc is halved
 _ROUNDS = 8
-_LONGEST = 0.1  # of the map's size: next to a point where many seams meet, some may go unseen
+_LONGEST = 0.1  # of the map's size: near a point where many seams meet, some may be missed
 
 
 def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> list[FloatArray]:
-    """The images of lines of (lon, lat), as pieces of (x, y) of which none crosses a seam.
+    """Images of lines of (lon, lat), as pieces of (x, y) that cross no seam.
 
-    `size` is the width or height of the map in metres; curves are smooth to a small part of it.
+    `size` is the width or height of the map in metres, which sets how smooth curves are.
     """
     if not lines:
         return []
@@ -279,7 +274,7 @@ def project_lines(domain: Domain, lines: Sequence[FloatArray], size: float) -> l
 
 
 def cut_at_tears(domain: Domain, points: FloatArray, line: IntArray) -> FloatArray:
-    """Points (n, 4) of numbered lines with NaN between the lines, and between the ends on both sides of each tear."""
+    """Points (n, 4) of numbered lines, cut at tears; a row of NaN separates lines and the two sides of a tear."""
     joined = np.flatnonzero(line[1:] == line[:-1])
     links = find_tears(domain, points[joined], points[joined + 1], domain.radius)
     torn = joined[links.torn]
@@ -292,7 +287,7 @@ def cut_at_tears(domain: Domain, points: FloatArray, line: IntArray) -> FloatArr
 
 
 def _pieces(xy: FloatArray, longest: float) -> list[FloatArray]:
-    """The runs of two or more finite points, with no step that is longer than `longest`."""
+    """Runs of two or more finite points without a step longer than `longest`."""
     jumps = np.flatnonzero(np.hypot(*np.diff(xy, axis=0).T) > longest)
     xy = np.insert(xy, jumps + 1, np.nan, axis=0)
     finite = np.isfinite(xy[:, 0])
@@ -311,9 +306,9 @@ _MOST_LINES = 2000  # more cannot be told apart
 
 
 def graticule_steps(bounds: Bounds, step: float | None = None) -> tuple[float, float]:
-    """Degrees between meridians and between parallels: both as given, or round numbers for about six lines across.
+    """Degrees between meridians and between parallels: the given step, or round numbers for about six lines across.
 
-    Raises ValueError where so many lines cannot be told apart.
+    Raises ValueError for a step that makes more than 2000 lines.
     """
     if step is not None:
         check_step(step)
@@ -328,6 +323,7 @@ def graticule_steps(bounds: Bounds, step: float | None = None) -> tuple[float, f
 
 
 def _round_step(step: float) -> float:
+    """The round step nearest in ratio."""
     return min(_ROUND_STEPS, key=lambda candidate: abs(np.log(candidate / step)))
 
 
@@ -344,15 +340,16 @@ def graticule(bounds: Bounds, meridian_step: float, parallel_step: float) -> lis
 
 
 def graticule_values(bounds: Bounds, meridian_step: float, parallel_step: float) -> tuple[list[float], list[float]]:
-    """The longitudes of meridians and the latitudes of parallels at multiples of the steps, all in degrees."""
+    """Longitudes of meridians and latitudes of parallels at multiples of the steps, in degrees."""
     west, south, _, north = bounds
     east = west + longitude_width(bounds)
-    # A pole is no parallel, and on a whole globe the last meridian is the first.
+    # A pole is not a parallel, and on a whole globe the last meridian is the first.
     meridians = _multiples(west, east - (1e-6 if east - west == 360.0 else 0.0), meridian_step)
     parallels = _multiples(max(south, -POLE), min(north, POLE), parallel_step)
     return meridians, [value for value in parallels if abs(value) < POLE]
 
 
 def _multiples(low: float, high: float, step: float) -> list[float]:
+    """Multiples of a step from `low` to `high`, which may be off by rounding."""
     first, last = int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9))
     return [step * index for index in range(first, last + 1)]

@@ -1,4 +1,4 @@
-"""Where a field jumps, as scales do on a map of two parts: isolines end there."""
+"""Values of measures at the vertices of a surface, and the triangles across which they jump, where isolines end."""
 
 from __future__ import annotations
 
@@ -14,19 +14,18 @@ from projdist.surfaces.domain import POLE, normalised
 from projdist.surfaces.surface import Surface
 
 _HALVINGS = 6
-_LEFT = 0.5  # of an edge's difference, on a 64th of it: a field without a jump has a few hundredths of it there
-
-_STEEP = 2.0  # of the usual difference along an edge: along others a field that jumps does so by less than it rises
+_LEFT = 0.5  # of an edge's difference, on a 64th of the edge: a continuous field keeps a few hundredths of it there
+_STEEP = 2.0  # of the usual difference along an edge: a jump on a less steep edge is smaller than the field's slope
 
 ValuesAt = Callable[[FloatArray, FloatArray], FloatArray]
 """A field's values at longitudes and latitudes."""
 
 
 def jumping(surface: Surface, values: FloatArray, levels: FloatArray, values_at: ValuesAt) -> BoolArray:
-    """Which triangles of a surface have an edge along which a field passes a level by a jump."""
+    """True for triangles of a surface with an edge on which the field jumps across a level."""
     corners = values[surface.triangles]
     jumps = np.zeros(len(corners), dtype=bool)
-    # An edge along which a level is passed is of triangles that the level crosses: of few.
+    # Only the few triangles that a level crosses can have such an edge.
     crossed = np.flatnonzero(crosses(corners, levels))
     steepest = _STEEP * _usual_difference(surface, corners)
     jumps[crossed] = _passed_by_jumps(surface, surface.triangles[crossed], values, levels, values_at, steepest)
@@ -34,13 +33,13 @@ def jumping(surface: Surface, values: FloatArray, levels: FloatArray, values_at:
 
 
 def crosses(corners: FloatArray, levels: FloatArray) -> BoolArray:
-    """Which triangles, of values (n, 3) at their corners, any of the levels, in order, crosses or touches."""
+    """True for triangles, values (n, 3) at their corners, that any of the ascending levels crosses or touches."""
     least, most = corners.min(axis=1), corners.max(axis=1)
     return np.asarray(np.searchsorted(levels, most, side="right") > np.searchsorted(levels, least))
 
 
 def _usual_difference(surface: Surface, corners: FloatArray) -> float:
-    """The median over the edges between nodes; NaN where there are none."""
+    """Median difference along the edges between nodes; NaN without such edges."""
     known = (surface.triangles < surface.nodes).all(axis=1) & np.isfinite(corners).all(axis=1)
     inner = corners[known]
     return float(np.median(np.abs(inner - np.roll(inner, 1, axis=1)))) if len(inner) else np.nan
@@ -54,7 +53,7 @@ def _passed_by_jumps(
     values_at: ValuesAt,
     least: float,
 ) -> BoolArray:
-    """The same of some triangles, with the least difference along an edge at which a jump is sought."""
+    """`jumping` for some triangles, among edges with a difference above `least`."""
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
     count = surface.x.size
     keys, which = np.unique((sides[..., 0] * count + sides[..., 1]).ravel(), return_inverse=True)
@@ -62,7 +61,7 @@ def _passed_by_jumps(
     low, high = np.sort(values[edges], axis=1).T
     first = np.searchsorted(levels, low, side="right")
     passed = np.searchsorted(levels, high) > first
-    inside = (edges < surface.nodes).all(axis=1) & np.isfinite(low + high)  # images of a seam are on sides of their own
+    inside = (edges < surface.nodes).all(axis=1) & np.isfinite(low + high)  # not along a seam
     found = np.zeros(len(edges), dtype=bool)
     tried = np.flatnonzero(passed & inside & (high - low > least))
     if tried.size:
@@ -71,17 +70,18 @@ def _passed_by_jumps(
 
 
 def _jumps(surface: Surface, edges: IntArray, level: FloatArray, values_at: ValuesAt) -> BoolArray:
-    """Whether the halves in which a level is passed keep the differences that a field has along edges."""
+    """True for edges (n, 2) on which the crossing of a level is a jump, by repeated halving of the edge."""
     start, stop = edges.T
     u, v = surface.u[start], surface.v[start]
     du, dv = np.mod(surface.u[stop] - u + 180.0, 360.0) - 180.0, surface.v[stop] - v
 
     def along(share: FloatArray | float) -> FloatArray:
+        """Values at a share of the way along the edges."""
         lon, lat = surface.frame.geographic(u + share * du, v + share * dv)
         return values_at(normalised(lon), lat)
 
     here, there = along(0.0), along(1.0)
-    passed = (here - level) * (there - level) < 0.0  # a vertex at a pole has its neighbours' value
+    passed = (here - level) * (there - level) < 0.0  # false where a pole's vertex took its neighbours' value
     least, most = np.minimum(here, there), np.maximum(here, there)
     low = np.zeros(len(edges))
     for halving in range(1, _HALVINGS + 1):
@@ -98,26 +98,26 @@ def _jumps(surface: Surface, edges: IntArray, level: FloatArray, values_at: Valu
 
 
 _INWARD = 0.01  # of the way from the image of a seam to its node
-_MOST_STEPS = 1.5  # an image is less than a step from its node, and the field may bend
+_MOST_STEPS = 1.5  # an image is less than a step from its node, and the field may be curved
 
 
 def field(surface: Surface, measure: Measure) -> FloatArray:
-    """Values of a measure at the vertices of a surface, those at a seam's images on their own side of it."""
+    """Values of a measure at the vertices of a surface, at images of a seam on their own side of it."""
     inner, lon, lat = _measurable(surface)
     values = np.full(surface.x.size, np.nan)
     values[inner] = measured(surface.domain.projection, measure, lon, lat)
     values[~np.isfinite(values)] = np.nan
     nodes = filled(values[: surface.nodes].reshape(surface.shape))
-    # Next to a seam and beyond a limb derivatives may fail. An image that differs from its node by more than the
-    # neighbours do takes the value of the node.
+    # Next to a seam and beyond a limb derivatives may fail: a value that differs from its node's by more than the
+    # node's neighbours do is replaced by the node's.
     near, step = nodes.ravel()[surface.source], _steps(nodes).ravel()[surface.source]
     return np.where(np.abs(values - near) <= _MOST_STEPS * step, values, near)
 
 
 def jacobians(surface: Surface) -> FloatArray:
-    """Jacobians (n, 2, 2) at the vertices of a surface, those at a seam's images on their own side of it.
+    """Jacobians (n, 2, 2) at the vertices of a surface, at images of a seam on their own side of it.
 
-    NaN at the grid's poles, where a map may be singular, and where there is no derivative.
+    NaN at the grid's poles, where a map may be singular, and where the derivative does not exist.
     """
     inner, lon, lat = _measurable(surface)
     found = np.full((surface.x.size, 2, 2), np.nan)
@@ -126,11 +126,11 @@ def jacobians(surface: Surface) -> FloatArray:
 
 
 def _measurable(surface: Surface) -> tuple[IntArray, FloatArray, FloatArray]:
-    """The vertices that are drawn and not at the grid's poles, with longitudes and latitudes to measure them at."""
-    # An image is on the seam itself: a little way towards its node the side is certain.
+    """Numbers of the drawn vertices off the grid's poles, and the longitudes and latitudes to measure them at."""
+    # An image lies on the seam itself; moved a little towards its node, it is on one side for certain.
     du, dv = surface.u[surface.source] - surface.u, surface.v[surface.source] - surface.v
     u, v = surface.u + _INWARD * (np.mod(du + 180.0, 360.0) - 180.0), surface.v + _INWARD * dv
-    # At the grid's poles, where the map is singular, the next row stands in.
+    # At the grid's poles, where the map is singular, `filled` takes the values of the next row.
     inner = np.flatnonzero(np.isfinite(surface.x) & (np.abs(surface.v) < POLE))
     lon, lat = surface.frame.geographic(u[inner], v[inner])
     return inner, normalised(lon), lat
@@ -145,7 +145,7 @@ def measured(projection: Projection, measure: Measure, lon: FloatArray, lat: Flo
 
 
 def _steps(values: FloatArray) -> FloatArray:
-    """The greatest difference to a neighbour in the grid, 0 where there is none."""
+    """Largest difference to a neighbour in the grid, 0 without neighbours."""
     across, along = np.abs(np.diff(values, axis=1)), np.abs(np.diff(values, axis=0))
     steps = np.zeros(values.shape)
     for part, difference in (
@@ -159,7 +159,7 @@ def _steps(values: FloatArray) -> FloatArray:
 
 
 def filled(values: FloatArray) -> FloatArray:
-    """Missing values from their neighbours, up to three cells away."""
+    """The values with gaps filled by means of neighbours, up to three cells into a gap."""
     for _ in range(3):
         missing = np.isnan(values)
         if not missing.any():

@@ -1,4 +1,4 @@
-"""Areas of the globe on a map: each cell of a surface with what of the area is in it."""
+"""Land, lakes and other areas on a map, as parts of a surface's cells, with coasts and borders as lines."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from projdist.surfaces.surface import Surface
 
 _TURNS = (-360.0, 0.0, 360.0)
 _REACH = 200.0  # degrees of longitude; cells lie within 180 and a little more
-_STRAIGHT = 1e-12  # of its area, a cell may differ from the box about it
-_TILES = 36  # an area is cut into as many by as many at most, which makes intersections with small cells cheap
+_STRAIGHT = 1e-12  # relative difference in area between a cell and its bounding box
+_TILES = 36  # an area is cut into at most 36 by 36 tiles, which makes intersections with small cells cheap
 
 
 @dataclass(frozen=True)
-class CellAreas:
-    """Polygons in degrees, made ready for cells: `edges` are the border and `tiles` parts, also one turn either way.
+class PreparedArea:
+    """Polygons in degrees, indexed for intersection with cells.
 
-    `steps` are the edges as points, (n, 2, 2). No border is sought in cells that reach beyond the latitude `end`: they
-    are in the area or not.
+    `edges` has the segments of the border and `tiles` the parts of the polygons, both also shifted by 360 degrees
+    either way; `steps` are the edges as points, (n, 2, 2). Cells that reach beyond the latitude `end` are taken as
+    wholly inside or outside.
     """
 
     polygons: shapely.MultiPolygon
@@ -38,21 +39,21 @@ class CellAreas:
 
     @classmethod
     @GEOS_ARITHMETIC
-    def of(cls, polygons: shapely.MultiPolygon, edges: FloatArray, end: float = 90.0) -> CellAreas:
-        """The area of polygons and of its border, segments (n, 2, 2)."""
+    def of(cls, polygons: shapely.MultiPolygon, edges: FloatArray, end: float = 90.0) -> PreparedArea:
+        """The area of polygons whose border has the segments (n, 2, 2)."""
         turned = np.concatenate([edges + np.array([turn, 0.0]) for turn in _TURNS])
         near = turned[np.abs(turned[..., 0]).min(axis=1) < _REACH]
         shapely.prepare(polygons)
         return cls(polygons, near, shapely.STRtree(shapely.linestrings(near)), _tiles(polygons), end)
 
     def contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
-        """Whether points, longitudes -180 to 180, are within."""
+        """True for points inside; longitudes -180 to 180."""
         return np.asarray(shapely.contains_xy(self.polygons, lon, lat))
 
     def may_border(self, lons: FloatArray, lats: FloatArray) -> IntArray:
-        """Those cells, of corners (n, m), in whose boxes the border may be: all others are off it.
+        """Numbers of the cells, corners (n, m), whose bounding boxes the border may touch.
 
-        Boxes are compared in about as many pixels as there are cells, which takes no geometries.
+        Boxes are compared on a grid of about as many pixels as there are cells, without making geometries.
         """
         low = np.column_stack([lons.min(axis=0), lats.min(axis=0)])
         high = np.column_stack([lons.max(axis=0), lats.max(axis=0)])
@@ -61,20 +62,22 @@ class CellAreas:
         pixels = np.ceil(np.sqrt(len(low)) * size / size.max())
 
         def pixel(points: FloatArray) -> IntArray:
+            """Column and row of points in the grid, whose rim stands for everything outside."""
             inner = np.floor((points - start) * (pixels / size))
-            return np.clip(inner, -1.0, pixels).astype(int) + 1  # with a rim for what is outside
+            return np.clip(inner, -1.0, pixels).astype(int) + 1
 
         covered = np.zeros(pixels.astype(int) + 3, dtype=int)
         first, end = pixel(self.steps.min(axis=1)), pixel(self.steps.max(axis=1)) + 1
         for one, other, change in ((first, first, 1), (end, end, 1), (first, end, -1), (end, first, -1)):
             np.add.at(covered, (one[:, 0], other[:, 1]), change)
-        boxes = covered.cumsum(axis=0).cumsum(axis=1)[:-1, :-1]  # of the border's steps, over each pixel
+        boxes = covered.cumsum(axis=0).cumsum(axis=1)[:-1, :-1]  # how many border segments' boxes cover each pixel
         total = np.pad((boxes > 0).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
         (west, south), (east, north) = pixel(low).T, (pixel(high) + 1).T
         return np.flatnonzero(total[east, north] - total[west, north] - total[east, south] + total[west, south])
 
 
 def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
+    """The polygons cut into tiles, also shifted by 360 degrees either way."""
     if polygons.is_empty:
         return shapely.STRtree([])
     west, south, east, north = shapely.bounds(polygons)
@@ -86,7 +89,7 @@ def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
         for j in range(_TILES)
         if not strips[k].is_empty
     ]
-    # Coasts that a side of a tile cuts many times may cross themselves at it.
+    # A coast that a tile's side cuts many times may cross itself there.
     kept = [tile if tile.is_valid else shapely.make_valid(tile) for tile in found if not tile.is_empty]
     turned = [
         shapely.transform(tile, lambda xy, turn=turn: xy + np.array([turn, 0.0]))
@@ -99,9 +102,9 @@ def _tiles(polygons: shapely.MultiPolygon) -> shapely.STRtree:
 
 @dataclass(frozen=True)
 class CellsIn:
-    """What an area has of a surface's cells: whether a cell is `inside`, and the `pieces` (x, y) of others.
+    """The parts of a surface's cells in an area: the cells wholly `inside`, and `pieces` (x, y) of others.
 
-    The cells are `surface.whole` and then `surface.cut`; `touched` are those of which the area has anything.
+    The cells are `surface.whole`, then `surface.cut`; `touched` marks those that intersect the area.
     """
 
     inside: BoolArray
@@ -109,8 +112,8 @@ class CellsIn:
     pieces: list[FloatArray]
 
 
-def cells_in(surface: Surface, area: CellAreas) -> CellsIn:
-    """What an area has of the cells of a surface."""
+def cells_in(surface: Surface, area: PreparedArea) -> CellsIn:
+    """The parts of a surface's cells in an area."""
     lon, lat = surface.lonlat()
     xy = np.column_stack([surface.x, surface.y])
     inside = area.contains(normalised(lon), lat)
@@ -133,7 +136,7 @@ def cells_in(surface: Surface, area: CellAreas) -> CellsIn:
 @GEOS_ARITHMETIC
 def _in_cells(
     surface: Surface,
-    area: CellAreas,
+    area: PreparedArea,
     cells: IntArray,
     lon: FloatArray,
     lat: FloatArray,
@@ -142,7 +145,7 @@ def _in_cells(
     *,
     torn: bool,
 ) -> tuple[BoolArray, IntArray, list[FloatArray]]:
-    """Which cells of the same number of corners, (m, n), are in the area, and pieces of others with their cells."""
+    """Which cells with n corners, (m, n), are inside the area, and pieces of the others with their cells' numbers."""
     lons, lats = lon[cells.T], lat[cells.T]
     first = normalised(lons[0])
     lons = first + (np.mod(lons - lons[0] + 180.0, 360.0) - 180.0)
@@ -169,14 +172,14 @@ def _in_cells(
     starts = np.searchsorted(ring, np.arange(owner.size))
     places, polygons = (np.split(values, starts)[1:] for values in (points, image))
     for number in np.unique(ring[np.isnan(image[:, 0])]):
-        # On a seam a point has two images. The linear map of the cell's corners takes the right side.
+        # A point on a seam has two images; the linear map of the cell's corners chooses the right one.
         k = owner[number]
         polygons[number] = _linear_image(corners[k], xy[cells[border[k]]], places[number])
     return inside[cells.T].all(axis=0) & ~on_border, border[owner], polygons
 
 
 def _parts_of(tiles: NDArray[np.object_], cells: NDArray[np.object_]) -> NDArray[np.object_]:
-    """What tiles have in cells; those between meridians and parallels are cut out in a fifth of the time."""
+    """Intersections of tiles with cells; for cells along meridians and parallels in a fifth of the time."""
     bounds = shapely.bounds(cells).reshape(-1, 4)
     if not np.allclose(shapely.area(shapely.box(*bounds.T)), shapely.area(cells), rtol=_STRAIGHT, atol=0.0):
         return np.asarray(shapely.intersection(cells, tiles))
@@ -196,37 +199,39 @@ def _linear_image(corners: FloatArray, images: FloatArray, points: FloatArray) -
 
 
 _FINEST = "10m"
-_POLAR = 86.0  # degrees; no coast is beyond
-
-
+_POLAR = 86.0  # degrees; no coast lies beyond
 _WORLD, _SMALL, _LARGEST_FINE = 100.0, 3.0, 30.0  # degrees
 
 
 def coast_resolution(surface: Surface) -> str:
-    """Finer coasts for parts of the world, the finest for cities; about a country those of the data that it is of."""
+    """Resolution of coasts for a picture: finer for smaller regions; for a country that of its own polygons."""
     region = surface.domain.region
     size = max(ground_size(region.bounds))
     if size > _WORLD:
         return "110m"
     usual = "10m" if size < _SMALL else "50m"
     own = region.resolution if isinstance(region, Polygons) else ""
-    # Fine coasts of a continent take a second, and are not seen.
+    # Fine coasts of a continent take a second and cannot be seen.
     return usual if own == "" or (own == "10m" and size > _LARGEST_FINE) else own
 
 
 def land_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
     """The land of a surface: triangles of vertices, (m, 3), and polygons of (x, y) along the coast."""
-    is_wide = _is_wide(surface) and resolution != _FINEST
-    return _polygons(surface, _all_land(resolution) if is_wide else _land_about(surface, resolution))
+    if _is_wide(surface) and resolution != _FINEST:
+        return _polygons(surface, _all_land(resolution))
+    # All land at the finest resolution takes seconds to prepare, and half a second at others.
+    bounds = surface.domain.box.bounds
+    found = land_within(_window(bounds), resolution)
+    return _polygons(surface, PreparedArea.of(found, _segments(coast(bounds, resolution, np.inf)), end=_POLAR))
 
 
 def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArray] | None:
-    """The rings (x, y) about the land of a surface, and about its holes; None where the map may be torn there.
+    """Rings (x, y) around the land of a surface and around its holes; None where the map may be torn there.
 
-    `size` is the width or height of the map in metres. It mostly takes a quarter of the time of `land_polygons`.
+    `size` is the width or height of the map in metres. Usually takes a quarter of the time of `land_polygons`.
     """
     rows, columns = surface.shape
-    # A turned map is singular at a point that a ring may be around.
+    # A turned map is singular at a point, which a ring may surround.
     turned = surface.frame.axes is not None
     if turned or len(surface.whole) != (rows - 1) * (columns if _is_wide(surface) else columns - 1):
         return None
@@ -242,57 +247,50 @@ def land_rings(surface: Surface, resolution: str, size: float) -> list[FloatArra
 
 
 def lake_polygons(surface: Surface, resolution: str) -> tuple[IntArray, list[FloatArray]]:
-    """The lakes of a surface, as `land_polygons` has the land; at 1 : 10 million there are those at 1 : 50 million."""
-    scale = _of_lakes(resolution)
-    return _polygons(surface, _all_lakes(scale) if _is_wide(surface) else _lakes_about(surface, scale))
+    """The lakes of a surface, in the form of `land_polygons`; for 1 : 10 million those at 1 : 50 million."""
+    scale = _lake_resolution(resolution)
+    if _is_wide(surface):
+        return _polygons(surface, _all_lakes(scale))
+    bounds = surface.domain.box.bounds
+    found = lakes_within(_window(bounds), scale)
+    return _polygons(surface, PreparedArea.of(found, _segments(lake_shores(bounds, scale, np.inf))))
 
 
-def _polygons(surface: Surface, area: CellAreas) -> tuple[IntArray, list[FloatArray]]:
+def _polygons(surface: Surface, area: PreparedArea) -> tuple[IntArray, list[FloatArray]]:
+    """Triangles over the cells wholly in an area, and the pieces of other cells."""
     found = cells_in(surface, area)
     return surface.covering(found.inside), found.pieces
 
 
 def _is_wide(surface: Surface) -> bool:
+    """True for a surface all around the globe."""
     return longitude_width(surface.domain.box.bounds) == 360.0
 
 
 @functools.cache
-def _all_land(resolution: str) -> CellAreas:
-    """The land, with its coast but for where the data cuts it."""
-    return CellAreas.of(land(resolution), _segments(coastlines(resolution)), end=_POLAR)
-
-
-def _land_about(surface: Surface, resolution: str) -> CellAreas:
-    """The land where a surface is: all takes seconds to make of the finest, and half a second of others."""
-    bounds = surface.domain.box.bounds
-    return CellAreas.of(
-        land_within(_window(bounds), resolution), _segments(coast(bounds, resolution, np.inf)), end=_POLAR
-    )
+def _all_land(resolution: str) -> PreparedArea:
+    """All land, with its coast but without the cuts of the data as border."""
+    return PreparedArea.of(land(resolution), _segments(coastlines(resolution)), end=_POLAR)
 
 
 @functools.cache
-def _all_lakes(resolution: str) -> CellAreas:
-    return CellAreas.of(lakes(resolution), _segments(shores(resolution)))
-
-
-def _lakes_about(surface: Surface, resolution: str) -> CellAreas:
-    bounds = surface.domain.box.bounds
-    return CellAreas.of(lakes_within(_window(bounds), resolution), _segments(lake_shores(bounds, resolution, np.inf)))
+def _all_lakes(resolution: str) -> PreparedArea:
+    """All lakes."""
+    return PreparedArea.of(lakes(resolution), _segments(shores(resolution)))
 
 
 def _segments(lines: Sequence[FloatArray]) -> FloatArray:
-    """The steps of lines, (n, 2, 2)."""
+    """The segments of lines, (n, 2, 2)."""
     return np.concatenate([np.empty((0, 2, 2)), *(np.stack([line[:-1], line[1:]], axis=1) for line in lines)])
 
 
-# Of the region's width and height: lines run on past its edge, where the projecting of them finds their ends.
-_MARGIN = 0.02
+_MARGIN = 0.02  # of the region's width and height: lines run on past its edge, and projecting them finds their ends
 _ALONG = 60.0  # steps along the size of a part of the world
-_INSET = 1e-9  # so that points on the edge are within, however they are rounded
+_INSET = 1e-9  # keeps points on the edge inside despite rounding
 
 
 def _window(bounds: Bounds, margin: float = _MARGIN) -> Bounds:
-    """Bounds and a little more."""
+    """Bounds with a margin, a share of their size."""
     west, south, _, north = bounds
     width = longitude_width(bounds)
     beside, above = margin * width, margin * (north - south)
@@ -300,25 +298,25 @@ def _window(bounds: Bounds, margin: float = _MARGIN) -> Bounds:
 
 
 def coast(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
-    """The coastlines within bounds and a little farther: lines of (lon, lat) with steps of at most `step` degrees."""
-    return _within(_coast_lines(resolution), bounds, step)
+    """Coastlines within bounds and a little beyond: lines of (lon, lat) with steps of at most `step` degrees."""
+    return _within(_all_lines("coast", resolution), bounds, step)
 
 
 def lake_shores(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
-    """The shores of lakes, as `coast` has those of the sea."""
-    return _within(_shore_lines(_of_lakes(resolution)), bounds, step)
+    """Shores of lakes, in the form of `coast`."""
+    return _within(_all_lines("shores", _lake_resolution(resolution)), bounds, step)
 
 
 def country_borders(bounds: Bounds, resolution: str, step: float) -> list[FloatArray]:
-    """The land borders of countries, as `coast` has the coast."""
-    return _within(_border_lines(resolution), bounds, step)
+    """Land borders of countries, in the form of `coast`."""
+    return _within(_all_lines("borders", resolution), bounds, step)
 
 
 def _within(lines: NDArray[np.object_], bounds: Bounds, step: float) -> list[FloatArray]:
-    """What of lines lies within bounds and a little farther."""
+    """The parts of lines within bounds and a little beyond."""
     west, south, east, north = _window(bounds)
     if longitude_width(bounds) == 360.0:
-        west, east, turns = -1000.0, 1000.0, np.zeros(1)  # all lines, wherever they run on to
+        west, east, turns = -1000.0, 1000.0, np.zeros(1)  # all lines, also beyond 180 degrees
     else:
         low, _, high, _ = shapely.total_bounds(lines)
         turns = 360.0 * np.arange(np.ceil((west - high) / 360.0), (east - low) / 360.0)
@@ -331,20 +329,15 @@ def _within(lines: NDArray[np.object_], bounds: Bounds, step: float) -> list[Flo
     return [part for part in parts if len(part)]
 
 
-@functools.cache
-def _coast_lines(resolution: str) -> NDArray[np.object_]:
-    return np.array([shapely.linestrings(line) for line in coastlines(resolution)])
-
-
-def _of_lakes(resolution: str) -> str:
+def _lake_resolution(resolution: str) -> str:
+    """The resolution that lakes are available at."""
     return "50m" if resolution == _FINEST else resolution
 
 
 @functools.cache
-def _shore_lines(resolution: str) -> NDArray[np.object_]:
-    return np.array([shapely.linestrings(line) for line in shores(resolution)])
-
-
-@functools.cache
-def _border_lines(resolution: str) -> NDArray[np.object_]:
-    return np.array([shapely.linestrings(border.line) for border in borders(resolution)])
+def _all_lines(kind: str, resolution: str) -> NDArray[np.object_]:
+    """All lines of "coast", "shores" or "borders"."""
+    if kind == "borders":
+        return np.array([shapely.linestrings(border.line) for border in borders(resolution)])
+    lines = coastlines(resolution) if kind == "coast" else shores(resolution)
+    return np.array([shapely.linestrings(line) for line in lines])

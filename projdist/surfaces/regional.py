@@ -1,4 +1,4 @@
-"""The surface of a region: exact to its border, with the surface of what is around it."""
+"""The surface of a region, exact at its border, with that of its surroundings."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from projdist.surfaces.domain import (
     nothing_of,
     project_lines,
 )
-from projdist.surfaces.land import CellAreas, CellsIn, cells_in
+from projdist.surfaces.land import CellsIn, PreparedArea, cells_in
 from projdist.surfaces.surface import Surface, build_surface, extent_of, frame_of_part, node_weights
 
-_FULLER = 4.0  # times as full must the main part's box be, for far parts to be left out
+_FULLER = 4.0  # far parts are left out if the main part fills its bounding box this many times better
 _GROUND_NODES, _GLOBE_GROUND_STEP = 80, 1.0
 _APART = 1.5
 _ALONG_BORDER = 60.0  # steps along the size of a region
-_ONCE = 1.2  # times the view's area, as cells at its sides reach beyond: what is more covers a part of it twice
-_SWOLLEN = 4.0  # times the areas that a map has in its region, or a part of them
-_SOUGHT, _ROUND = 193, 1.0  # nodes across, and how far beyond a region its surroundings are sought, in its own sizes
+_ONCE = 1.2  # of the view's area: cells that cover more cover a part of it twice (cells at its sides reach beyond it)
+_SWOLLEN = 4.0  # ratio, either way, of a cell's area scale to the usual one in the region
+_SOUGHT, _ROUND = 193, 1.0  # nodes across the search for surroundings, and its reach in sizes of the region
 
 
 def surface_of(projection: ProjectionLike, region: RegionLike | None, step: float | None = None) -> Surface:
-    """The surface of the drawn part of a projection; None is its area of use, or the globe.
+    """The surface of the drawn part of a projection; the region None is its area of use, or the globe.
 
-    `step` are the degrees of its cells, if not as many as a picture has.
+    `step` is the size of cells in degrees, by default that of a picture.
     """
     domain = domain_of(Projection.from_user_input(projection), region)
     surface = build_surface(domain, step)
@@ -49,7 +49,7 @@ def surface_of_globe(projection: Projection, step: float) -> Surface:
 
 
 def shown_part(region: Place) -> Place:
-    """What of a region a picture shows: only its main part, where the others would leave the picture all but blank."""
+    """The part of a region that a picture shows: its main part if far parts would leave the picture almost blank."""
     if not (isinstance(region, Polygons) and region.far):
         return region
     main = main_part(region)
@@ -57,14 +57,14 @@ def shown_part(region: Place) -> Place:
 
 
 def _fullness(region: Polygons) -> float:
-    """The share of a region in the box around it."""
+    """The share of its bounding box that a region fills."""
     return region.area_km2 / Box.between(region.bounds, region.figure).area_km2
 
 
 def _regional(surface: Surface, region: Region) -> Surface:
-    """The surface of the box around a region, less the cells without anything of the region."""
+    """The surface of a region: that of the box around it, without the cells outside the region."""
     lines = _border_lines(region)
-    area = CellAreas.of(
+    area = PreparedArea.of(
         polygons_of(region), np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
     )
     found = cells_in(surface, area)
@@ -95,7 +95,7 @@ def _regional(surface: Surface, region: Region) -> Surface:
 
 
 def _lies_apart(part: Surface) -> bool:
-    """Whether a seam takes the parts of a region farther apart than all their cells reach in a row."""
+    """True if a seam separates parts of a region by more than all its cells in a row would span."""
     if not (part.cut and len(part.whole)):
         return False
     x, y = part.x[part.whole], part.y[part.whole]
@@ -105,7 +105,7 @@ def _lies_apart(part: Surface) -> bool:
 
 
 def _tell_of_cut(part: Surface) -> None:
-    """Name the central meridian that may keep a region whole."""
+    """Warn of a region that is cut, and name the central meridian that may keep it whole."""
     bounds = part.domain.region.bounds
     middle = float(normalised(np.array(0.5 * (bounds[0] + bounds[2]))))
     tell(
@@ -115,7 +115,7 @@ def _tell_of_cut(part: Surface) -> None:
 
 
 def _border_lines(region: Region) -> list[FloatArray]:
-    """The border of a region as lines of (lon, lat), without what the antimeridian and the poles cut."""
+    """The border of a region as lines of (lon, lat), without sides along the antimeridian and the poles."""
     import shapely  # slow to load
 
     lines = []
@@ -130,7 +130,7 @@ def _border_lines(region: Region) -> list[FloatArray]:
 
 
 def _in_steps(line: FloatArray, spacing: float) -> FloatArray:
-    """A line of (lon, lat) with further points, so that its steps on the ground are of at most `spacing` degrees."""
+    """A line of (lon, lat) with points added so that its steps on the ground are at most `spacing` degrees."""
     steps = np.diff(line, axis=0)
     across = np.cos(np.radians(0.5 * (line[1:, 1] + line[:-1, 1])))
     parts = np.maximum(np.ceil(np.hypot(steps[:, 0] * across, steps[:, 1]) / spacing).astype(int), 1)
@@ -139,7 +139,7 @@ def _in_steps(line: FloatArray, spacing: float) -> FloatArray:
 
 
 def _pieces(surface: Surface, found: CellsIn) -> tuple[FloatArray, ...]:
-    """The polygons of a region, all turning one way: then no seam is seen between them."""
+    """The polygons of a region, all anticlockwise, as no gap shows between polygons of one orientation."""
     xy = np.column_stack([surface.x, surface.y])
     count = len(surface.whole)
     wholly = xy[surface.whole[found.inside[:count]]]
@@ -148,14 +148,14 @@ def _pieces(surface: Surface, found: CellsIn) -> tuple[FloatArray, ...]:
 
 
 def _anticlockwise(polygons: FloatArray) -> FloatArray:
-    """Polygons (m, n, 2) that turn one way."""
+    """Polygons (m, n, 2) with clockwise ones reversed."""
     x, y = np.moveaxis(polygons - polygons[:, :1], -1, 0)
     turned = (x[:, :-1] * y[:, 1:]).sum(axis=1) < (y[:, :-1] * x[:, 1:]).sum(axis=1)
     return np.where(turned[:, None, None], polygons[:, ::-1], polygons)
 
 
 def _surroundings(part: Surface) -> Surface:
-    """The surface that fills the picture of a part of a map."""
+    """The surface that fills the picture around a region."""
     projection = part.domain.projection
     lons, lats = _sought(part.domain.region.bounds)
     x, y = projection(*np.meshgrid(normalised(lons), lats))
@@ -175,7 +175,7 @@ def _surroundings(part: Surface) -> Surface:
     if (near == seen).all():
         return build_surface(domain, step)
     shown = _widened(near, ~seen | near)
-    ground = build_surface(replace(domain, within=_RegionCells(lons, lats, shown)), step)
+    ground = build_surface(replace(domain, within=_NearNodes(lons, lats, shown)), step)
     return replace(ground, outline=np.empty((0, 2, 2)))
 
 
@@ -188,9 +188,9 @@ def _one_sheet(
     y: FloatArray,
     seen: BoolArray,
 ) -> BoolArray:
-    """What is seen of a map and hangs together with a region without a fold.
+    """Nodes in the view that are connected with the region without a fold, (rows, columns).
 
-    Maps that are made for a region, polynomials, fold beyond it or come round to it again.
+    Maps made for one region, polynomials, fold beyond it or come back into the view.
     """
     (x_lat, x_lon), (y_lat, y_lon) = np.gradient(x), np.gradient(y)
     cells = np.asarray(x_lon * y_lat - x_lat * y_lon)
@@ -198,20 +198,20 @@ def _one_sheet(
     west, south, _, north = bounds
     east = west + longitude_width(bounds)
     inside = ((lons >= west) & (lons <= east))[None, :] & ((lats >= south) & (lats <= north))[:, None] & seen
-    # Most nodes tell: about a singular point areas are huge, and of either sign.
+    # The majority decides: near a singular point areas are huge and of either sign.
     way = float(np.sign(np.nansum(np.sign(areas[inside]))))
     upright = seen & (np.sign(areas) != -way)  # at a pole it is 0
     found = _hanging_together(inside, upright)
     left, right, bottom, top = view
     if (found == seen).all() and np.nansum(np.abs(cells[seen])) < _ONCE * (right - left) * (top - bottom):
         return found
-    # A map that covers the view more than once is swollen or shrunk where it comes round.
+    # Where a map covers the view a second time, it is much larger or smaller.
     usual = float(np.nanmedian(np.abs(areas[inside])))
     return _hanging_together(inside, upright & (np.abs(areas) < _SWOLLEN * usual) & (np.abs(areas) > usual / _SWOLLEN))
 
 
 def _hanging_together(chosen: BoolArray, allowed: BoolArray) -> BoolArray:
-    """What is allowed of a grid, and hangs together with what is chosen."""
+    """The allowed nodes of a grid that are connected with the chosen ones."""
     found = chosen & allowed
     while True:
         wider = _widened(found, allowed, 1)
@@ -221,7 +221,7 @@ def _hanging_together(chosen: BoolArray, allowed: BoolArray) -> BoolArray:
 
 
 def _widened(chosen: BoolArray, allowed: BoolArray, steps: int = 4) -> BoolArray:
-    """What is chosen of a grid, and so many steps about it where that is allowed; columns close round the Earth."""
+    """The chosen nodes of a grid, grown by some steps into allowed ones; columns close around the globe."""
     for _ in range(steps):
         wider = chosen.copy()
         wider[1:] |= chosen[:-1]
@@ -232,15 +232,15 @@ def _widened(chosen: BoolArray, allowed: BoolArray, steps: int = 4) -> BoolArray
 
 
 @dataclass(frozen=True)
-class _RegionCells:
-    """Which points are next to chosen ones of a grid."""
+class _NearNodes:
+    """A test of whether points are nearest to chosen nodes of a grid."""
 
     lons: FloatArray
     lats: FloatArray
     chosen: BoolArray
 
     def __call__(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
-        """Whether the nearest point of the grid is chosen."""
+        """True for points whose nearest node is chosen."""
         columns = np.rint(np.mod(lon - self.lons[0], 360.0) / (self.lons[1] - self.lons[0])).astype(int)
         rows = np.rint((lat - self.lats[0]) / (self.lats[1] - self.lats[0])).astype(int)
         last = len(self.lats) - 1, len(self.lons) - 1
@@ -248,12 +248,12 @@ class _RegionCells:
 
 
 def _sought(bounds: Bounds) -> tuple[FloatArray, FloatArray]:
-    """Longitudes and latitudes about a region, among which its surroundings are sought."""
+    """Longitudes and latitudes of a grid around a region, on which its surroundings are searched."""
     west, south, _, north = bounds
     width = longitude_width(bounds)
     reach = _ROUND * max(ground_size(bounds))
     low, top = max(south - reach, -90.0), min(north + reach, 90.0)
-    # A degree of longitude is shortest at the latitude that is nearest to a pole.
+    # A degree of longitude is shortest at the latitude nearest to a pole.
     across = reach / max(np.cos(np.radians(max(-low, top))), 1e-3)
     half = min(0.5 * width + across, 180.0)
     middle = west + 0.5 * width
@@ -261,7 +261,7 @@ def _sought(bounds: Bounds) -> tuple[FloatArray, FloatArray]:
 
 
 def _reach(values: FloatArray, seen: BoolArray) -> tuple[float, float]:
-    """The range of even values that are seen, and four steps more at either end, for what is between them."""
+    """The range of evenly spaced values that are seen, widened by four steps at either end."""
     first, last = np.flatnonzero(seen)[[0, -1]]
     more = 4.0 * (values[1] - values[0])
     return float(values[first] - more), float(values[last] + more)

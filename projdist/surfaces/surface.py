@@ -1,4 +1,4 @@
-"""The turn of the globe in which a map's singular point is a pole."""
+"""The surface of a map: a grid of triangles that follows seams, turned so that a singular point is a pole."""
 
 from __future__ import annotations
 
@@ -13,12 +13,21 @@ from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.earth import GEOS_ARITHMETIC
 from projdist.field import Links, Map, drawn, evaluate, find_tears
 from projdist.regions import GLOBE
-from projdist.surfaces.domain import POLE, Domain, ground_size, longitude_width, normalised, nothing_of, rough_scales
+from projdist.surfaces.domain import (
+    POLE,
+    Domain,
+    climb,
+    ground_size,
+    longitude_width,
+    normalised,
+    nothing_of,
+    rough_scales,
+)
 
 
 @dataclass(frozen=True)
 class TurnedFrame:
-    """A turn of the globe: columns are the grid's axes in geographic coordinates; None is no turn."""
+    """A rotation of the grid: columns of `axes` are its axes in geographic coordinates; None for no rotation."""
 
     axes: FloatArray | None = None
 
@@ -38,7 +47,7 @@ _SINGULAR = 1e4  # of the median scale, 1e-3 degrees from the point; one over th
 
 
 def frame_of(domain: Domain) -> TurnedFrame:
-    """A frame with a pole at the singular point of the map, if that is not a pole of the Earth."""
+    """A frame with a pole at the map's singular point, unless that is a pole of the Earth."""
     if longitude_width(domain.box.bounds) < 180.0:
         return TurnedFrame()
     survey = domain.survey
@@ -47,17 +56,12 @@ def frame_of(domain: Domain) -> TurnedFrame:
         return TurnedFrame()
     usual = float(np.nanmedian(scale))
     best = int(np.nanargmax(scale))
-    lon, lat, span = float(survey.lon.flat[best]), float(survey.lat.flat[best]), 2.0
-    offsets = np.linspace(-1.0, 1.0, 9)
-    while span > 1e-4:
-        lons = lon + span * offsets[:, None] / max(np.cos(np.radians(lat)), 1e-3)
-        lats = np.clip(lat + span * offsets[None, :], -POLE, POLE)
-        lons, lats = np.broadcast_arrays(lons, lats)
-        images = domain.projection(normalised(lons), lats)
-        scale = np.nan_to_num(rough_scales(domain.projection, normalised(lons), lats, *images)[0], nan=0.0)
-        best = int(np.argmax(scale))
-        lon, lat, span = float(lons.flat[best]), float(lats.flat[best]), span / 3.0
-    if scale.flat[best] < _SINGULAR * usual or abs(lat) > 89.5:
+
+    def largest_scale(lon: FloatArray, lat: FloatArray) -> FloatArray:
+        return np.nan_to_num(rough_scales(domain.projection, lon, lat, *domain.projection(lon, lat))[0], nan=0.0)
+
+    lon, lat, top = climb(largest_scale, float(survey.lon.flat[best]), float(survey.lat.flat[best]))
+    if top < _SINGULAR * usual or abs(lat) > 89.5:
         return TurnedFrame()
     lon, lat = np.radians(lon), np.radians(lat)
     pole = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
@@ -70,10 +74,10 @@ def frame_of(domain: Domain) -> TurnedFrame:
 
 Extent = tuple[float, float, float, float]
 
-_TURNED_POLE = 90.0 - 0.02  # farther out than the error of the place, and still less than a pixel
+_TURNED_POLE = 90.0 - 0.02  # beyond the error of the singular point's position, and still less than a pixel
 _GLOBE_STEP = 0.6
 _REGION_NODES = 200
-_LONGEST = 0.25  # of the map's size: no cell is that long, unless it spans a seam that was not seen
+_LONGEST = 0.25  # of the map's size: a longer cell spans a seam that was missed
 _HEMISPHERE = 180.0
 _BLOCK = 8  # cells on a side
 _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitudes where seams are
@@ -83,15 +87,14 @@ _OFFSET = 0.4937  # of a step: keeps nodes off the round longitudes and latitude
 class Surface:
     """Triangles over the drawn part of a map.
 
-    The first `nodes` vertices are grid nodes, the others images of seams; `source` is the node
-    whose side each vertex is on. `whole` are the four corners of untorn cells, (m, 4); `cut` the
-    vertex indices of the polygons of torn cells. `weights` are shares of the nodes in the whole, half
-    by their area on the ground and half on the map. `extent` is the smallest and largest x, then y; `view`
-    likewise the frame of a picture.
+    The first `nodes` vertices are grid nodes, the others images of seams; `source` is the node on whose side of the
+    seam each vertex lies. `whole` has the four corners of untorn cells, (m, 4); `cut` the vertex indices of the
+    polygons of torn cells. `weights` are shares of the nodes, the mean of those by area on the ground and on the map.
+    `extent` is the smallest and largest x, then y; `view` likewise, of the picture.
 
-    Where the region is a part of what is around it (`regional`), the triangles reach over its border: `pieces` are the
-    polygons (x, y) of which it consists, side by side and turning one way, `border` its border as lines, and `ground`
-    the surface that fills the picture about it.
+    Of a region that is drawn with its surroundings (`regional`), the triangles reach over the border: `pieces` are the
+    polygons (x, y) that make up the region, all of one orientation, `border` its border as lines, and `ground` the
+    surface that fills the rest of the picture.
     """
 
     domain: Domain
@@ -116,7 +119,7 @@ class Surface:
 
     @property
     def goes_on(self) -> bool:
-        """Whether the map goes on beyond the frame of its picture."""
+        """True if the map continues beyond its picture."""
         if self.ground is None:
             return False
         (west, east, south, north), (left, right, low, top) = self.view, self.ground.extent
@@ -124,7 +127,7 @@ class Surface:
 
     @property
     def is_local(self) -> bool:
-        """Whether the picture shows less than a hemisphere, with what is around its region."""
+        """True if the picture shows a region with its surroundings, and less than a hemisphere."""
         return self.ground is not None and max(ground_size(self.ground.domain.box.bounds)) < _HEMISPHERE
 
     @property
@@ -133,17 +136,17 @@ class Surface:
         return self.shape[0] * self.shape[1]
 
     def lonlat(self) -> tuple[FloatArray, FloatArray]:
-        """Longitudes and latitudes of the vertices; longitudes may run beyond 180."""
+        """Longitudes and latitudes of the vertices; longitudes may exceed 180."""
         return self.frame.geographic(self.u, self.v)
 
     def triangles_of(self, chosen: BoolArray) -> IntArray:
-        """The triangles of some of the cells, first those that are `whole`, then those that are `cut`."""
+        """Triangles of the chosen cells; `chosen` is for those in `whole`, then those in `cut`."""
         return triangles_of(*self._cells(chosen))
 
     def covering(self, chosen: BoolArray | None = None) -> IntArray:
-        """A quarter as many triangles over the same cells, or all, with the same border: to fill with one colour.
+        """About a quarter as many triangles that cover the chosen cells, or all, for filling with one colour.
 
-        Blocks of whole cells are fans about their middles, but where a fan would fold.
+        Blocks of whole cells become fans about their middles, except where a fan would fold.
         """
         whole, cut = (self.whole, self.cut) if chosen is None else self._cells(chosen)
         blocks = np.array(self.shape) // _BLOCK
@@ -158,7 +161,7 @@ class Surface:
         return np.concatenate([fans, triangles_of(whole[~filled[block]], cut)])
 
     def _fans(self, numbers: IntArray, in_a_row: int) -> tuple[IntArray, IntArray]:
-        """The triangles of those blocks, of some, that do not fold, and the numbers of these blocks."""
+        """Triangles of those of the numbered blocks whose fans do not fold, and the numbers of these blocks."""
         side, zeros = np.arange(_BLOCK), np.zeros(_BLOCK, dtype=int)
         up = np.concatenate([zeros, side, zeros + _BLOCK, _BLOCK - side])
         along = np.concatenate([side, zeros + _BLOCK, _BLOCK - side, zeros])
@@ -172,12 +175,12 @@ class Surface:
         return fans[even].reshape(-1, 3), numbers[even]
 
     def _cells(self, chosen: BoolArray) -> tuple[IntArray, list[IntArray]]:
-        """Some of the cells that are whole, and of those that are cut."""
+        """The chosen ones of the whole cells and of the cut cells."""
         return self.whole[chosen[: len(self.whole)]], [self.cut[k] for k in np.flatnonzero(chosen[len(self.whole) :])]
 
 
 def triangles_of(whole: IntArray, cut: Sequence[IntArray]) -> IntArray:
-    """Triangles of cells with four corners, and of convex polygons."""
+    """Triangles of cells with four corners and of convex polygons, (m, 3) vertex indices."""
     fans = [np.column_stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]]) for p in cut if len(p) > 2]
     return np.concatenate([whole[:, [0, 1, 2]], whole[:, [0, 2, 3]], *fans])
 
@@ -187,14 +190,14 @@ _NARROWEST = 0.5  # of the larger side of a picture
 
 
 def frame_of_map(extent: Extent) -> Extent:
-    """The frame about a whole map."""
+    """The extent of a picture of a whole map."""
     west, east, south, north = extent
     margin = _AROUND_MAP * max(east - west, north - south)
     return west - margin, east + margin, south - margin, north + margin
 
 
 def frame_of_part(extent: Extent) -> Extent:
-    """The frame about a part of a map, with some of its surroundings and not too narrow."""
+    """The extent of a picture of a part of a map, with some surroundings and not too narrow."""
     west, east, south, north = extent
     width, height = east - west, north - south
     longest = max(width, height)
@@ -224,6 +227,7 @@ def build_surface(domain: Domain, step: float | None = None) -> Surface:
 
 
 def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[FloatArray, FloatArray, bool]:
+    """Grid coordinates of columns and of rows in degrees, and whether the columns close around the globe."""
     bounds = GLOBE.bounds if frame.axes is not None else domain.box.bounds
     west, south, _, north = bounds
     width, height = longitude_width(bounds), north - south
@@ -234,7 +238,7 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
     longest = np.cos(np.radians(max(south, -north, 0.0)))
     columns = max(int(np.ceil(width * longest / step)), 8)
     rows = max(int(np.ceil(height / step)), 8)
-    # The edges of a region are taken from just inside, so that `contains` does not depend on rounding.
+    # The edges of a region are sampled from just inside, so that `contains` does not depend on rounding.
     inset = max(1e-9 * max(width, height), 1e-12)
     if wraps:
         u = west + (np.arange(columns) + _OFFSET) * (width / columns)
@@ -249,7 +253,7 @@ def _grid(domain: Domain, frame: TurnedFrame, step: float | None) -> tuple[Float
 
 
 class _Builder:
-    """Collects vertices, polygons and outline segments while the torn cells are walked."""
+    """Builds a surface: vertices, polygons and outline segments, collected while walking the torn cells."""
 
     def __init__(
         self,
@@ -271,6 +275,7 @@ class _Builder:
         self.images: dict[tuple[int, int, int], int] = {}
 
     def surface(self) -> Surface:
+        """The finished surface; ValueError where nothing is drawn."""
         rows, columns, width = self.rows, self.columns, self.width
         node = np.arange(rows * columns).reshape(rows, columns)
         right = np.roll(node, -1, axis=1)[:, :width]
@@ -331,10 +336,9 @@ class _Builder:
         )
 
     def _walk(self, corners: IntArray, links: IntArray, torn: BoolArray) -> list[list[int]]:
-        """The polygons of a torn cell, each closed along a seam by the side from its last vertex to its first.
+        """The polygons of a torn cell, each closed along the seam from its last vertex to its first.
 
-        Untorn links join the corners to runs; each run, with the images of the seam on the links
-        before and after it, is a polygon.
+        A polygon is a run of corners joined by untorn links, with the seam's images on the links before and after it.
         """
         polygons = []
         for first in range(4):
@@ -362,12 +366,13 @@ class _Builder:
         return self.images[key]
 
     def _add(self, point: FloatArray, source: int) -> int:
+        """The number of a new vertex on the side of the node `source`."""
         self.extra.append(point)
         self.source.append(source)
         return int(self.rows * self.columns) + len(self.source) - 1
 
     def _edges(self, segments: list[tuple[int, int]]) -> None:
-        """Add the first and last rows, and the first and last columns where the grid does not wrap."""
+        """Add the outer rows to the outline, and the outer columns of a grid that does not wrap."""
         node = np.arange(self.rows * self.columns).reshape(self.rows, self.columns)
         across = np.arange(self.rows * self.width).reshape(self.rows, self.width)
         along = np.arange((self.rows - 1) * self.columns).reshape(self.rows - 1, self.columns)
@@ -380,18 +385,18 @@ class _Builder:
                 self._edge(segments, self.along, along[:, i], node[:-1, i], node[1:, i], 1)
 
     def _is_point(self, row: FloatArray) -> bool:
-        """Whether a row is a pole that has a point for its image, all or in each lobe."""
+        """True if a row is a pole whose image is a point, or a point in each lobe."""
         steps = np.hypot(*np.diff(row[:, 2:], axis=0).T)
         return bool(np.isfinite(steps).any() and np.nanmedian(steps) < 1e-5 * self._size)
 
     @functools.cached_property
     def _size(self) -> float:
-        """The greater of width and height of the map."""
+        """The larger of the map's width and height."""
         xy = self.points[..., 2:].reshape(-1, 2)
         return float(np.max(np.nanmax(xy, axis=0) - np.nanmin(xy, axis=0)))
 
     def _reach_out(self, polygons: list[list[int]], cells: list[tuple[int, int]]) -> None:
-        """Give polygons a vertex on the seam between its two crossings of the cell, so that corners stay sharp."""
+        """Add to polygons a vertex on the seam, between its two crossings of the cell, to keep corners sharp."""
         if not polygons:
             return
         u, v = self.points[0, :, 0], self.points[:, 0, 1]
@@ -423,7 +428,7 @@ class _Builder:
             polygons[k].append(self._add(seam.start[k], self.source[polygons[k][-1] - self.rows * self.columns]))
 
     def _seam_sides(self, polygon: list[int]) -> list[tuple[int, int]]:
-        """The sides of a polygon between images of a seam."""
+        """The sides of a polygon that lie along a seam."""
         nodes = self.rows * self.columns
         sides = zip(polygon, [*polygon[1:], polygon[0]], strict=True)
         return [(one, other) for one, other in sides if min(one, other) >= nodes]
@@ -437,6 +442,7 @@ class _Builder:
         stop: IntArray,
         group: int,
     ) -> None:
+        """Add a row or column of the grid to the outline, up to its tears."""
         for link, one, other in zip(links.tolist(), start.tolist(), stop.tolist(), strict=False):
             if not table.torn[link]:
                 segments.append((one, other))
@@ -447,14 +453,14 @@ class _Builder:
                     segments.append((corner, image))
 
     def _outline(self, vertices: FloatArray, segments: list[tuple[int, int]]) -> FloatArray:
-        """The segments that have a length, shape (m, 2, 2)."""
+        """The segments longer than rounding, (m, 2, 2)."""
         if not segments:
             return np.empty((0, 2, 2))
         lines = vertices[:, 2:][np.array(segments)]
         return np.asarray(lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 1e-6 * self._size])
 
     def _central_meridian(self) -> float | None:
-        """The meridian opposite to the only tear of the equator; None if there is no such."""
+        """The meridian opposite the only tear of the equator; None where there is not exactly one."""
         if not self.wraps or self.frame.axes is not None:
             return None
         row = int(np.argmin(np.abs(self.points[:, 0, 1])))
@@ -465,7 +471,7 @@ class _Builder:
 
 
 def _longest_sides(xy: FloatArray) -> FloatArray:
-    """The longest sides of polygons, of corners (n, ..., 2)."""
+    """Lengths of the longest sides of polygons with corners (n, ..., 2)."""
     sides = xy - np.roll(xy, 1, axis=0)
     return np.asarray(np.hypot(sides[..., 0], sides[..., 1]).max(axis=0))
 
@@ -473,7 +479,7 @@ def _longest_sides(xy: FloatArray) -> FloatArray:
 def node_weights(
     x: FloatArray, y: FloatArray, v: FloatArray, triangles: IntArray, sources: IntArray, nodes: int
 ) -> FloatArray:
-    """Shares of the nodes, the mean of those on the ground and on the map."""
+    """Shares of the nodes: the mean of their shares of area on the ground and on the map."""
     used = np.zeros(x.size, dtype=bool)
     used[triangles] = True
     # A step along a row is shorter towards the grid's poles.
@@ -493,16 +499,16 @@ def extent_of(xy: FloatArray) -> Extent:
 # ---- boundaries ----------------------------------------------------------------------------------
 
 
-# Of the map's size. The surface has chords for arcs, which leave out 1e-6 to 1e-5 of it; as much is put around it.
+# Of the map's size. The surface has chords for arcs, which cut off 1e-6 to 1e-5 of it; a margin makes up for that.
 _SIMPLE, _AROUND = 5e-6, 2.5e-5
-_POINT = 1e-6  # of the map's area: the images of poles within it are holes as small
+_POINT = 1e-6  # of the map's area: smaller pieces are images of poles
 
 
 @GEOS_ARITHMETIC
 def boundary_polygon(surface: Surface) -> shapely.Polygon:
-    """All of a map, a little more, and what it leaves out amidst it; ValueError for maps in several pieces.
+    """A polygon slightly larger than a map, without holes; ValueError for maps in several pieces.
 
-    The edge of the map is what bounds one triangle only: triangles share their vertices, but across seams.
+    Sides of only one triangle are the map's edge, as triangles share vertices except across seams.
     """
     count = surface.x.size
     edges = np.sort(np.concatenate([surface.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)

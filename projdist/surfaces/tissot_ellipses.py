@@ -27,32 +27,32 @@ from projdist.surfaces.surface import Surface
 
 _LEAST_SHARE = 0.4  # of the usual step
 _FILL = 0.8  # of the size at which the first two ellipses would touch
-_CROWDED = 0.6  # of the usual distance; closer ones give way, so that they do not shrink all others
-_DIRECTIONS = 48  # a right angle to the best direction is missed by 2 degrees at most
+_CROWDED = 0.6  # of the usual distance; closer ellipses are left out, so that they do not shrink all others
+_DIRECTIONS = 48  # within 2 degrees of the best separating direction
 _RINGS, _AZIMUTHS = 24, 36
-_BEND = 0.5  # of a step between rings: a jump of 2 % of the radius; smooth maps stay below but for pole lines
+_BEND = 0.5  # of a step between rings: a jump of 2 % of the radius; smooth maps stay below except at pole lines
 _OFFSET = 2.2  # of the semi-minor axis
-_FLAT = 0.02  # of the semi-minor axis: a circle whose image is as close to its ellipse has no jump or bend in it
+_FLAT = 0.02  # of the semi-minor axis: a circle whose image is this close to its ellipse has no jump or bend
 _TRIALS = 15
 _SEEN, _LEAST_SEEN = 1.6, 1e-9
-_ROUND = 1e-9  # of a circle: it has no longest axis
+_ROUND = 1e-9  # relative difference of the axes: a circle has no longest axis
 _NEIGHBOURS = 8
 _FEW = 9
-_COMPARED = 600  # points, each with each: 3 MB and 10 ms, a tenth of what scipy takes to load
-_MOST = 200_000  # on a globe of half a degree; smaller ones are less than a pixel
+_COMPARED = 600  # points compared pairwise: 3 MB and 10 ms, a tenth of the time to load scipy
+_MOST = 200_000  # ellipses half a degree apart on a globe; smaller ones are less than a pixel
 _AT_ONCE = 500_000  # points on the ground; 100 MB
 
 
 class Shapes(Protocol):
-    """Places (n, 2) on a map and the Jacobians (n, 2, 2) there."""
+    """Points on a map and the Jacobians there."""
 
     @property
     def xy(self) -> FloatArray:
-        """The places."""
+        """Points (n, 2)."""
 
     @property
     def J(self) -> FloatArray:
-        """The Jacobians."""
+        """Jacobians (n, 2, 2)."""
 
 
 @dataclass(frozen=True)
@@ -66,15 +66,15 @@ class Indicatrices:
     J: FloatArray
 
     def take(self, keep: BoolArray | IntArray) -> Indicatrices:
-        """Those that are kept."""
+        """The chosen indicatrices."""
         return Indicatrices(self.domain, self.lon[keep], self.lat[keep], self.xy[keep], self.J[keep])
 
 
 def even_grid(bounds: Bounds, step: float, central_meridian: float | None = None) -> tuple[FloatArray, FloatArray]:
     """Points about `step` degrees apart on the ground, in rings of latitude.
 
-    The rings lie half steps off the middle latitude, the points symmetrical to the middle meridian.
-    Raises ValueError for a step that is not positive, or makes too many points.
+    The rings are symmetric about the middle latitude, the points about the middle meridian.
+    Raises ValueError for a step that is not positive or makes too many points.
     """
     check_step(step)
     west, south, _, north = bounds
@@ -105,7 +105,7 @@ def graticule_grid(bounds: Bounds, lat_step: float, lon_step: float) -> tuple[Fl
 
 
 def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray) -> Indicatrices:
-    """The indicatrices at those of some points that are in a region; `domain` is where circles may reach."""
+    """The indicatrices at the points that are in a region; circles must stay within `domain`."""
     xy = np.column_stack(domain(lon, lat))
     J = jacobian(domain.projection, lon, lat)
     with np.errstate(invalid="ignore"):
@@ -114,7 +114,7 @@ def indicatrices(domain: Domain, region: Place, lon: FloatArray, lat: FloatArray
 
 
 def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
-    """Which points are in a region; those next to its border where it is so scattered that hardly any is in it."""
+    """True for points in a region; for a region so scattered that few are, also those nearest to its border."""
     inside = region.contains(lon, lat)
     if not len(region.edges) or inside.sum() >= _FEW:
         return inside
@@ -127,19 +127,19 @@ def _on(region: Place, lon: FloatArray, lat: FloatArray) -> BoolArray:
 
 
 def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
-    """Pairs (m, 2) of close ones of two or more, the radii in metres at which they touch, and the usual such radius.
+    """Pairs (m, 2) of close indicatrices, the radii in metres at which they touch, and the usual such radius.
 
-    The usual radius is the median over the points of that of their closest neighbour; the pairs are
-    all that touch at no more.
+    The usual radius is the median over the points of the radius at which they touch their closest neighbour; the pairs
+    are all that touch at no larger radius. There must be two or more indicatrices.
     """
     count = len(indicatrices.xy)
     each = np.arange(count)
-    # Neighbours on the map are not always the first to touch: they bound the radius from above.
+    # The nearest points are not always the first to touch: they give an upper bound of the radius.
     near = _nearest(indicatrices.xy, min(_NEIGHBOURS, count - 1) + 1)
     limits = touching_radius(indicatrices, np.column_stack([np.repeat(each, near.shape[1]), near.ravel()]))
     bounds = np.where(near == each[:, None], np.inf, limits.reshape(near.shape)).min(axis=1)
     bound = np.partition(bounds, count // 2)[count // 2]
-    # Ellipses that touch at a radius r are within r (a + a') of each other; the directions tried find a little less.
+    # Ellipses that touch at radius r are within r (a + a') of each other; the directions tried find a little less.
     reach = bound * principal_scales(indicatrices.J)[:, 0] / np.cos(np.pi / _DIRECTIONS)
     pairs = _pairs_within(indicatrices.xy, reach)
     radii = touching_radius(indicatrices, pairs)
@@ -150,7 +150,7 @@ def close_pairs(indicatrices: Shapes) -> tuple[IntArray, FloatArray, float]:
 
 
 def _nearest(xy: FloatArray, count: int) -> IntArray:
-    """The nearest of points (n, 2) to each of them, itself among them: (n, count) numbers."""
+    """Numbers (n, count) of the points nearest to each of points (n, 2), itself included."""
     if len(xy) <= _COMPARED:
         return np.argpartition(_distances(xy), count - 1, axis=1)[:, :count]
     from scipy.spatial import cKDTree
@@ -159,13 +159,13 @@ def _nearest(xy: FloatArray, count: int) -> IntArray:
 
 
 def _pairs_within(xy: FloatArray, reach: FloatArray) -> IntArray:
-    """Pairs (m, 2) of points that are no farther apart than the sum of their reaches, (n,)."""
+    """Pairs (m, 2) of points no farther apart than the sum of their reaches, (n,)."""
     count = len(xy)
     if count <= _COMPARED:
         return np.argwhere(np.triu(_distances(xy) <= reach[:, None] + reach, k=1))
     from scipy.spatial import cKDTree
 
-    # From the one that reaches farther, the other is at most twice as far.
+    # From the point with the larger reach, the other is at most twice that reach away.
     found = cKDTree(xy).query_ball_point(xy, 2.0 * reach, return_sorted=False)
     one, other = np.repeat(np.arange(count), [len(some) for some in found]), np.concatenate(found).astype(int)
     distance = np.linalg.norm(xy[one] - xy[other], axis=1)
@@ -180,10 +180,10 @@ def _distances(xy: FloatArray) -> FloatArray:
 
 
 def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:
-    """The greatest radius in metres at which the ellipses of pairs (m, 2) do not overlap.
+    """Largest radius in metres at which the ellipses of pairs (m, 2) do not overlap.
 
-    Two convex shapes are apart if their shadows are apart in some direction d. The half width of
-    an ellipse in that direction is r |J^T d|.
+    Two convex shapes are apart if their projections on some direction d are. The half width of an ellipse in that
+    direction is r |J^T d|.
     """
     radii = np.zeros(len(pairs))
     for angle in np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS:
@@ -197,11 +197,11 @@ def touching_radius(indicatrices: Shapes, pairs: IntArray) -> FloatArray:
 def fit(
     panels: Sequence[Indicatrices], radius: float | None = None, exaggeration: float = 1.0, *, crowded: bool = False
 ) -> tuple[float, list[Indicatrices]]:
-    """One radius in metres for all panels, and the indicatrices that are drawn with it.
+    """One radius in metres for all panels, and the indicatrices to draw with it.
 
-    No two of a panel overlap, unless a radius is given; those that would touch a seam or an edge, or bend far from the
-    ellipse, are left out, and, unless they are to be `crowded`, those far closer than others. With an `exaggeration`
-    the logarithms of the principal scales of those that are kept are so many times as large.
+    No two of a panel overlap, unless a radius is given. Left out are indicatrices that would touch a seam or an edge or
+    differ much from the circle's image, and, unless `crowded`, those far closer than usual. An `exaggeration`
+    multiplies the logarithms of the principal scales.
     """
     spaced = list(panels) if crowded or radius is not None else [without_crowding(panel) for panel in panels]
     size, kept = _true_to_scale(spaced, radius)
@@ -212,13 +212,13 @@ def fit(
 
 
 def exaggerated(J: FloatArray, factor: float) -> FloatArray:
-    """Jacobians (n, 2, 2) with the same axes and orientation, and principal scales to the power of a factor."""
+    """Jacobians (n, 2, 2) with the same axes and orientation, and principal scales raised to the power `factor`."""
     left, scales, right = np.linalg.svd(J)
     return np.asarray((left * scales[:, None, :] ** factor) @ right)
 
 
 def usual_exaggeration(panels: Sequence[Indicatrices]) -> float:
-    """A round factor of at least 1 with which nearly all principal scales are within 1.6 and its inverse."""
+    """A round factor of at least 1 that brings 95 % of the principal scales within 1/1.6 .. 1.6."""
     logarithms = np.concatenate([np.abs(np.log(principal_scales(panel.J))).ravel() for panel in panels])
     if not logarithms.size:
         return 1.0
@@ -228,7 +228,7 @@ def usual_exaggeration(panels: Sequence[Indicatrices]) -> float:
 
 
 def principal_axes(indicatrices: Shapes, radius: float) -> FloatArray:
-    """The axes of ellipses of a radius in metres as segments, (m, 2, 2); circles have none."""
+    """The axes of ellipses of a radius in metres as segments, (m, 2, 2), without those of circles."""
     left, scales, _ = np.linalg.svd(indicatrices.J)
     bent = scales[:, 0] > (1.0 + _ROUND) * scales[:, 1]
     arms = radius * np.swapaxes(left * scales[:, None, :], 1, 2)[bent]
@@ -237,7 +237,7 @@ def principal_axes(indicatrices: Shapes, radius: float) -> FloatArray:
 
 
 def _true_to_scale(panels: Sequence[Indicatrices], radius: float | None) -> tuple[float, list[Indicatrices]]:
-    """The radius of all panels, and what is drawn of them."""
+    """One radius for all panels, and the indicatrices that fit with it."""
     if radius is not None:
         if not 0.0 < check_number("radius", radius) < np.inf:
             raise ValueError(f"Invalid radius '{radius}'. It must be a positive number of metres.")
@@ -245,7 +245,7 @@ def _true_to_scale(panels: Sequence[Indicatrices], radius: float | None) -> tupl
     size = even_radius(panels)
     for _ in range(_TRIALS):
         kept = [panel.take(_fits(panel, size)) for panel in panels]
-        # Where most of a panel is lost, the circles are too large for it: a narrow region, small lobes.
+        # Circles that leave out most of a panel are too large for it: a narrow region, small lobes.
         if all(2 * few.lon.size >= many.lon.size for few, many in zip(kept, panels, strict=True)):
             break
         size *= 0.8
@@ -253,7 +253,7 @@ def _true_to_scale(panels: Sequence[Indicatrices], radius: float | None) -> tupl
 
 
 def even_radius(panels: Sequence[Indicatrices]) -> float:
-    """The radius in metres at which no two of a panel overlap, with some room between them."""
+    """The radius in metres at which no two of a panel overlap, with some space between them."""
     radii = [float(close_pairs(panel)[1].min()) for panel in panels if panel.lon.size > 1]
     if radii:
         return _FILL * min(radii)
@@ -262,7 +262,7 @@ def even_radius(panels: Sequence[Indicatrices]) -> float:
 
 
 def without_crowding(panel: Indicatrices) -> Indicatrices:
-    """The panel without the more distorted one of each pair that is far closer than usual."""
+    """The panel without the more distorted of each pair far closer than usual."""
     if panel.lon.size < 3:
         return panel
     pairs, radii, usual = close_pairs(panel)
@@ -275,7 +275,7 @@ def without_crowding(panel: Indicatrices) -> Indicatrices:
 
 
 def _fits(panel: Indicatrices, radius: float) -> BoolArray:
-    """Whether the map is drawn and not torn within `radius` metres of each point, and like its linear map."""
+    """True for points around which the map is drawn, not torn and close to linear within `radius` metres."""
     fits = np.zeros(panel.lon.size, dtype=bool)
     for some in _portions(np.arange(fits.size), _AZIMUTHS):
         part = panel.take(some)
@@ -286,34 +286,32 @@ def _fits(panel: Indicatrices, radius: float) -> BoolArray:
 
 
 def _portions(indices: IntArray, points: int) -> list[IntArray]:
-    """Indices in portions, of which each needs so many points on the ground that memory suffices."""
+    """Indices split so that no portion, with this many points on the ground each, takes much memory."""
     return np.array_split(indices, indices.size * points // _AT_ONCE + 1)
 
 
 def _is_smooth(panel: Indicatrices, radius: float) -> BoolArray:
+    """True for points whose circle's image has no jump or bend and stays near the ellipse."""
     xy = _circles(panel, np.linspace(0.0, radius, _RINGS + 1))
-    # Along a ray the steps change slowly. The steps of the linear map are the measure.
+    # Along a ray the steps change slowly, measured in steps of the linear map.
     step = radius / _RINGS * np.linalg.norm(panel.J, axis=(1, 2))
     bend = np.linalg.norm(np.diff(xy, n=2, axis=1), axis=-1)
     smooth = (bend <= _BEND * step[:, None, None]).all(axis=(1, 2))
-    # Towards an antipode or a pole line the circle's image curves round the map, and its ellipse sticks out.
+    # Near an antipode or a pole line the circle's image curves around the map, and its ellipse sticks out.
     return np.asarray(smooth & (_off_ellipse(panel, radius, xy[:, -1]) <= _OFFSET))
 
 
 def _circles(panel: Indicatrices, radii: FloatArray) -> FloatArray:
     """Images (n, r, azimuths, 2) of the circles on the ground with radii (r,) in metres about each point."""
     distance = np.degrees(radii[:, None] / panel.domain.radius)
-    lons, lats = destination(panel.lon[:, None, None], panel.lat[:, None, None], np.degrees(_azimuths()), distance)
+    azimuths = np.degrees(np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False))
+    lons, lats = destination(panel.lon[:, None, None], panel.lat[:, None, None], azimuths, distance)
     return np.stack(panel.domain(normalised(lons), lats), axis=-1)
 
 
-def _azimuths() -> FloatArray:
-    return np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False)
-
-
 def _off_ellipse(panel: Indicatrices, radius: float, rim: FloatArray) -> FloatArray:
-    """Distance of circles' images, (n, azimuths, 2), from their ellipses, in semi-minor axes; NaN if not drawn."""
-    azimuth = _azimuths()
+    """Distances of circles' images, (n, azimuths, 2), from their ellipses, in semi-minor axes; NaN if not drawn."""
+    azimuth = np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False)
     linear = np.einsum("nij,jt->nti", panel.J, np.stack([np.sin(azimuth), np.cos(azimuth)])) * radius
     offset = np.linalg.norm(rim - panel.xy[:, None] - linear, axis=-1).max(axis=1)
     return np.asarray(offset / (radius * principal_scales(panel.J)[:, 1]))
@@ -329,9 +327,9 @@ def ellipses(indicatrices: Shapes, radius: float, vertices: int) -> FloatArray:
 def tissot_points(surface: Surface, step: float | None, grid: tuple[float, float] | None = None) -> Indicatrices:
     """The indicatrices of a surface, by default about a dozen across.
 
-    They are `step` degrees apart on the ground, or on a `grid` of degrees of latitude and of longitude.
+    They are `step` degrees apart on the ground, or on a `grid` of steps of latitude and longitude in degrees.
     """
-    # Over the border of a country an ellipse may reach, over a seam or the edge of the map not.
+    # An ellipse may reach over the border of a country, but not over a seam or the map's edge.
     domain = surface.domain if surface.ground is None else surface.ground.domain
     region = surface.domain.region
     if grid is None:
@@ -339,12 +337,12 @@ def tissot_points(surface: Surface, step: float | None, grid: tuple[float, float
     elif step is None:
         points = graticule_grid(region.bounds, *grid)
     else:
-        raise ValueError("Invalid step and grid. There must be one of them.")
+        raise ValueError("Invalid step and grid. Only one of them may be given.")
     return indicatrices(domain, region, *points)
 
 
 def usual_step(surface: Surface) -> float:
-    """15 degrees for the globe; a ninth of smaller regions, less where these are narrow or fill little of their box."""
+    """15 degrees for the globe; a ninth of smaller regions, less for narrow ones and those that fill little of a box."""
     bounds = surface.domain.region.bounds
     width, height = ground_size(bounds)
     wide, narrow = max(width, height), min(width, height)
