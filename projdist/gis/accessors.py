@@ -1,6 +1,6 @@
-"""`frame.projdist` of geopandas: what projdist answers of the data of a frame.
+"""The accessor `frame.projdist` of geopandas, for answers about the data of a frame.
 
-It is there once this module is imported, which `import projdist.gis` does if pandas is already.
+It is registered when this module is imported, which `import projdist.gis` does if pandas is loaded already.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from projdist.projections import CRS, ProjectionLike
 
 
 class FrameAccessor:
-    """What projdist answers of a GeoDataFrame or GeoSeries.
+    """projdist's answers about a GeoDataFrame or GeoSeries.
 
     Examples
     --------
@@ -37,15 +37,15 @@ class FrameAccessor:
         purpose: str | None = "any",
         **options: Any,
     ) -> Check:
-        """The errors of area, length and bearing of its features in a CRS, as `projdist.check` has them."""
+        """Errors of area, length and bearing of the features in a CRS, as `projdist.check`."""
         return check(self._frame, crs, column=column, purpose=purpose, **options)
 
     def estimate_crs(self, *, purpose: str = "any", **options: Any) -> CRS:
-        """The best existing CRS for the data, as `projdist.estimate_crs` has it."""
+        """The best existing CRS for the data, as `projdist.estimate_crs`."""
         return estimate_crs(self._frame, purpose=purpose, **options)
 
     def factors(self, projection: ProjectionLike, *, measures: Iterable[str | Measure] = (), prefix: str = "") -> Any:
-        """The frame with the factors of a projection at its points as columns, as `projdist.factors` has it."""
+        """The frame with the factors of a projection at its points as columns, as `projdist.factors`."""
         return factors(projection, self._frame, measures=measures, prefix=prefix)
 
 

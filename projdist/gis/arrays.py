@@ -15,7 +15,7 @@ from projdist.regions import RegionLike
 if TYPE_CHECKING:
     import xarray
 
-_MAPPING = "spatial_ref"  # what rioxarray calls it
+_MAPPING = "spatial_ref"  # the name in rioxarray
 
 
 def measure_arrays(
@@ -27,7 +27,7 @@ def measure_arrays(
     size: int | tuple[int, int] | None = None,
     resolution: float | None = None,
 ) -> xarray.Dataset:
-    """Measures at the centres of pixels as a Dataset of xarray: what `raster` has, with coordinates and CRS.
+    """Measures at the centres of pixels as a Dataset of xarray, as `raster`, with coordinates and CRS.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def measure_arrays(
     measures : str, Measure, or iterable of them
         One variable each.
     region : RegionLike, optional
-        NaN is outside of it; without one it is the area of use of a CRS, else the globe.
+        Values outside are NaN; by default the area of use of a CRS, else the globe.
     grid : str
         "map" for the CRS of the map, "lonlat" for longitude and latitude.
     size : int or (int, int), optional
@@ -47,15 +47,15 @@ def measure_arrays(
     Returns
     -------
     xarray.Dataset
-        With the dimensions y, x, rows from north to south, and the CRS in the coordinate `spatial_ref`, as the CF
-        conventions and rioxarray have it. The attribute `note` says why the CRS is not the map's, where it is not.
+        With the dimensions y, x, rows from north to south, and the CRS in the coordinate `spatial_ref`, following the
+        CF conventions and rioxarray. The attribute `note` gives the reason if the CRS is not the map's.
 
     Raises
     ------
     ValueError
         As `raster` does.
     ProjectionError
-        For what is no projection.
+        For an invalid projection.
     ImportError
         Without xarray or rasterio.
 
@@ -100,28 +100,28 @@ def factor_arrays(
     *,
     measures: Iterable[str | Measure] = (),
 ) -> xarray.Dataset:
-    """What `factors` has of points given as arrays of xarray, with their dimensions and coordinates.
+    """The factors of a projection at points given as arrays of xarray, with their dimensions and coordinates.
 
     Parameters
     ----------
     projection : ProjectionLike
         Anything that `Projection.from_user_input` takes.
     lon, lat : xarray.DataArray
-        Degrees; dimensions that only one of them has are added, those of `lat` first.
+        Degrees; broadcast by the names of dimensions, those of `lat` first.
     measures : iterable of str or Measure, or one of them
-        What else to compute beside the standard measures.
+        Further measures besides the standard ones.
 
     Returns
     -------
     xarray.Dataset
-        The columns of `factors` of a frame as variables.
+        The columns that `factors` gives, as variables.
 
     Raises
     ------
     ValueError
-        For other points, and as `factors` does.
+        For points that are not DataArrays, and as `factors` does.
     ProjectionError
-        For what is no projection.
+        For an invalid projection.
     ImportError
         Without xarray.
 
@@ -148,10 +148,12 @@ def factor_arrays(
 
 
 def _column_attributes(found: Factors, name: str) -> dict[str, str]:
+    """The attributes of a column of factors."""
     if name in ("x", "y"):
         return {"units": "metre"}
     return {} if name == "quality" or name in found.extra else _attributes(get_measure(name))
 
 
 def _attributes(measure: Measure) -> dict[str, str]:
+    """The attributes of a measure by the CF conventions."""
     return {"units": measure.unit or "1", "long_name": measure.description}

@@ -1,4 +1,4 @@
-"""People's data in another CRS, also in one that was made to measure: layers by PROJ, rasters by GDAL's warp."""
+"""Data converted to another CRS, also to one that was designed: layers by PROJ, rasters by GDAL's warp."""
 
 from __future__ import annotations
 
@@ -39,25 +39,25 @@ from projdist.support import (
 )
 
 RESAMPLINGS = ("nearest", "bilinear", "cubic", "average", "mode")
-"""How pixels get their values."""
+"""Methods for the values of new pixels."""
 
 _DRIVERS = {".gpkg": "GPKG", ".fgb": "FlatGeobuf", ".shp": "ESRI Shapefile"}
 _PARTS = (".shx", ".dbf", ".prj", ".cpg")  # of a shapefile
 CONVERTED_SUFFIXES = (*_DRIVERS, ".geojson", ".parquet", *RASTER_SUFFIXES)
-"""Of the files that `convert` writes."""
+"""Suffixes of the files that `convert` writes."""
 
 _CRS_SUFFIXES = (".wkt", ".prj", ".json")
-_METHOD = "PROJ-based operation method"  # of CRSs that WKT 1 knows nothing of
+_METHOD = "PROJ-based operation method"  # in the WKT of CRSs that WKT 1 cannot express
 _DEGREE_KM = 111.0  # along a meridian; 110.6 at the equator, 111.7 at the poles
 _LOOKS = 21  # points along the side of a raster
 _NAMED = 5  # features in a notice
-_MOST_PIXELS, _MANY = 1e9, 100  # of a raster that is not so large itself: GDAL's warp of more cannot be interrupted
+_MOST_PIXELS, _MANY = 1e9, 100  # at most, or times those of the source: GDAL's warp cannot be interrupted
 _MOST_PIECES = 1e7  # of edges: 1 GB, and eight seconds
 
 
 @dataclass(frozen=True, kw_only=True)
 class Conversion:
-    """What was written: the data, the file with their CRS beside it or None, and what there is to know, or ""."""
+    """The files written, of the data and of their CRS in WKT (or None), and a note, or ""."""
 
     path: Path
     wkt: Path | None
@@ -75,11 +75,11 @@ def convert(
     resolution: float | None = None,
     overwrite: bool = True,
 ) -> Conversion:
-    """Bring a file of points, lines, polygons or pixels into another CRS.
+    """Convert a file of points, lines, polygons or pixels to another CRS.
 
-    In all formats but GeoParquet older WKT spoils a CRS that `design` has made. projdist reads it all the same, but in
-    GeoTIFFs. For other programs it is written beside the data, to a file `.wkt`; that of a GeoTIFF is in its
-    `.aux.xml`, too. What lies outside the area of use of the CRS is converted, with a notice.
+    All formats but GeoParquet store a CRS made by `design` in an older WKT that other programs misread; projdist still
+    reads it, except from GeoTIFFs. It is therefore also written beside the data, to a file `.wkt`, and for a GeoTIFF to
+    its `.aux.xml`. Data outside the area of use of the CRS are converted, with a notice.
 
     Parameters
     ----------
@@ -90,16 +90,16 @@ def convert(
     output : str or path
         The new file: .gpkg, .geojson, .fgb, .shp, .parquet, .tif.
     source : str, path or pyproj.CRS, optional
-        The CRS of the data, in place of what their file says.
+        The CRS of the data, instead of the one in their file.
     densify : float, optional
-        Divides edges into pieces of at most so many kilometres, that they bend as the ground does; else vertices stay
-        what they are.
+        The longest edge in kilometres: longer ones are divided, so that they follow the curves of the new map. By
+        default no vertices are added.
     resampling : str
-        How pixels get their values, one of `RESAMPLINGS`.
+        The method for the values of pixels, one of `RESAMPLINGS`.
     resolution : float, optional
         The side of a pixel in the unit of the CRS; by default about that of the data.
     overwrite : bool
-        Whether a file that is there is replaced.
+        Replace an existing file.
 
     Returns
     -------
@@ -109,9 +109,9 @@ def convert(
     Raises
     ------
     ValueError
-        For data that cannot be read or have no CRS, a CRS that there is none, and where PROJ has no way between them.
+        For data that cannot be read or have no CRS, an invalid CRS, and CRSs between which PROJ cannot convert.
     FileExistsError
-        For a file that is there and is not to be overwritten.
+        For an existing file that is not to be overwritten.
     ImportError
         Without the extra `gis`.
 
@@ -150,7 +150,7 @@ def convert(
 
 
 def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | None = None) -> Any:
-    """A GeoDataFrame in another CRS, with the options of `convert`; what cannot be drawn there has no geometry."""
+    """A GeoDataFrame in another CRS, with the options of `convert`; features that it cannot show lose their geometry."""
     import shapely
 
     target = _crs(to)
@@ -188,7 +188,7 @@ def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | N
 
 
 def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntArray, things: str) -> None:
-    """Tell how many things have most of their points, (n, 2) in the CRS of the data, outside a map's area of use."""
+    """Warn of things with most of their points, (n, 2) in the CRS of the data, outside the target's area of use."""
     if target.area_of_use is None or not _is_map(target) or not len(points):
         return
     area = Projection.from_user_input(target).area_of_use
@@ -204,6 +204,7 @@ def _tell_of_elsewhere(source: CRS, target: CRS, points: FloatArray, owner: IntA
 
 
 def _is_map(crs: CRS) -> bool:
+    """True for a projected CRS, also one by a method of PROJ's own."""
     return bool(crs.is_projected or _METHOD in crs.to_wkt())
 
 
@@ -211,7 +212,7 @@ _NO_WAY = "Invalid CRS '{}'. PROJ has no way from it to '{}' for these data; a l
 
 
 def _crs(given: Any) -> CRS:
-    """The CRS of what was given, a file included; raises ValueError."""
+    """The CRS of a user's input, which may be a file with WKT; raises ValueError."""
     path = Path(given) if isinstance(given, str | os.PathLike) else None
     if path is None or path.suffix.lower() not in _CRS_SUFFIXES or "[" in str(path):
         return crs_of(given)
@@ -222,7 +223,7 @@ def _crs(given: Any) -> CRS:
 
 
 def _length(crs: CRS, km: float) -> float:
-    """A distance in the unit of a CRS, of degrees along meridians."""
+    """Kilometres in the unit of a CRS; degrees are taken along meridians."""
     if not check_number("distance", km) > 0.0:
         raise ValueError(f"Invalid distance '{km}'. It must be above 0, in kilometres.")
     unit = crs.axis_info[0].unit_conversion_factor
@@ -230,7 +231,7 @@ def _length(crs: CRS, km: float) -> float:
 
 
 def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
-    """The file for a CRS that is not safe in that of the data; raises FileExistsError for one with another CRS."""
+    """The .wkt file for a CRS that the data's format spoils, else None; FileExistsError for one with another CRS."""
     if _METHOD not in target.to_wkt() or path.suffix.lower() == ".parquet":
         return None
     beside = path.with_suffix(".wkt")
@@ -246,7 +247,7 @@ def _beside(path: Path, target: CRS, overwrite: bool) -> Path | None:
 
 
 def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densify: float | None, new: bool) -> str:
-    """Write a layer in another CRS; a word where the file has lost it."""
+    """Write a layer in another CRS; returns a note if the file has lost the CRS, else ""."""
     frame = convert_frame(read_data(data), target, source=source, densify=densify)
     suffix = path.suffix.lower()
     if suffix == ".geojson":
@@ -270,7 +271,7 @@ def _convert_layer(data: str, target: CRS, path: Path, source: CRS | None, densi
 
 
 def _is_same(target: CRS, found: CRS | None) -> bool:
-    """Whether the CRS that was read back draws the same map."""
+    """True if the CRS that was read back gives the same map."""
     if found is None or not _is_map(target):
         return found is not None
     return same_map(Projection.from_user_input(target), found.to_wkt()) is not None
@@ -288,7 +289,7 @@ def _warp(
     resolution: float | None,
     overwrite: bool,
 ) -> tuple[str, str]:
-    """Write a raster in another CRS; a word where the file does not hold it, and another note."""
+    """Write a raster in another CRS; returns a note on where the CRS is, and one on pixels outside, or ""."""
     check_choice("resampling", resampling, RESAMPLINGS)
     with needed_for(f"output '{path}'"):
         import rasterio
@@ -296,7 +297,7 @@ def _warp(
         from rasterio._err import CPLE_BaseError
         from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError, RasterioIOError
     try:
-        # In WKT 1, which is what GDAL passes on otherwise, a method of PROJ's is lost.
+        # By default GDAL passes CRSs on in WKT 1, which loses methods of PROJ's own.
         with (
             warnings.catch_warnings(action="ignore", category=PendingDeprecationWarning),  # between affine and rasterio
             warnings.catch_warnings(action="ignore", category=NotGeoreferencedWarning),
@@ -343,7 +344,7 @@ def _warp(
             }
             with replacing(path, overwrite=overwrite, beside=[path.suffix + BESIDE]) as new:
                 with rasterio.open(new, "w", **options) as written:
-                    _copy_words(image, written)
+                    _copy_metadata(image, written)
                     for band in range(1, image.count + 1):
                         rasterio.warp.reproject(
                             rasterio.band(image, band),
@@ -364,10 +365,9 @@ def _warp(
     return lost, "" if nodata is not None else "Pixels outside the data are 0."
 
 
-def _copy_words(image: Any, written: Any) -> None:
-    """What a raster says of itself and its bands."""
-    words = {key: value for key, value in image.tags().items() if key not in ("AREA_OR_POINT",)}
-    written.update_tags(**words)
+def _copy_metadata(image: Any, written: Any) -> None:
+    """Copy tags, descriptions, scales, units and colours of a raster and its bands."""
+    written.update_tags(**{key: value for key, value in image.tags().items() if key != "AREA_OR_POINT"})
     written.descriptions, written.scales, written.offsets = image.descriptions, image.scales, image.offsets
     for band, unit in enumerate(image.units, start=1):
         if unit:
@@ -377,7 +377,7 @@ def _copy_words(image: Any, written: Any) -> None:
 
 
 def _flavour(target: CRS) -> str | None:
-    """How a GeoTIFF holds a CRS; None where it cannot."""
+    """The flavour of GeoTIFF keys that can hold a CRS; None if none can."""
     if _METHOD in target.to_wkt():
         return None
     if not target.is_projected or target.to_authority(auth_name="EPSG") is not None:
@@ -388,12 +388,12 @@ def _flavour(target: CRS) -> str | None:
 
 
 def _put_beside(path: Path, target: CRS) -> None:
-    """The CRS in the file beside an image in which GDAL looks first, the axes in the order of pixels."""
+    """Write the CRS to the .aux.xml file of an image, which GDAL reads first, with axes in the order of pixels."""
     text = f'<PAMDataset>\n  <SRS dataAxisToSRSAxisMapping="1,2">{escape(target.to_wkt())}</SRS>\n</PAMDataset>\n'
     file = path.with_name(path.name + BESIDE)
     if not file.exists():
         file.write_text(text, encoding="utf-8")
         return
-    kept = file.read_text(encoding="utf-8")  # what else has no room in a GeoTIFF
+    kept = file.read_text(encoding="utf-8")  # other metadata that GDAL put there
     if "<SRS" not in kept:
         file.write_text(kept.replace("<PAMDataset>\n", text.removesuffix("</PAMDataset>\n"), 1), encoding="utf-8")

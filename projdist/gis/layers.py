@@ -1,8 +1,9 @@
-"""Layers of polygons, lines and points for GIS programs."""
+"""Layers of polygons, lines and points for GIS programs, and the atlas as a file."""
 
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import os
 import warnings
@@ -23,18 +24,13 @@ from projdist.surfaces import ellipses, fit, surface_of, tissot_points
 
 if TYPE_CHECKING:
     import geopandas
-import csv
-from typing import TYPE_CHECKING
 
-from projdist.designs import AtlasEntry
-
-if TYPE_CHECKING:
-    import geopandas
+    from projdist.designs import AtlasEntry
 
 
 @contextlib.contextmanager
 def needed_for(thing: str) -> Iterator[None]:
-    """Imports that something needs; raises ImportError in one line that says what to install."""
+    """Context for imports of optional libraries: turns an ImportError into one line that says what to install."""
     try:
         yield
     except ImportError as error:
@@ -43,7 +39,7 @@ def needed_for(thing: str) -> Iterator[None]:
 
 
 def check_libraries(path: Path) -> None:
-    """Import what a file of that suffix is written with, before the work; raises ImportError in one line."""
+    """Check, before the work, that the libraries for a file of that suffix are there; raises ImportError."""
     suffix = path.suffix.lower()
     with needed_for(f"output '{path}'"):
         if suffix in (".tif", ".tiff"):
@@ -57,11 +53,8 @@ def check_libraries(path: Path) -> None:
             import pyarrow  # noqa: F401
 
 
-# ---- features ------------------------------------------------------------------------------------
-
-
 def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:
-    """The features of GeoJSON in longitude and latitude; raises ValueError, ImportError without geopandas."""
+    """The features of GeoJSON in longitude and latitude; ValueError for other content, ImportError."""
     with needed_for("file to check"):
         import geopandas
         from shapely.errors import ShapelyError
@@ -76,7 +69,7 @@ def frame_of_geojson(content: bytes) -> geopandas.GeoDataFrame:
 
 
 def frame_of_regions(rows: Sequence[Mapping[str, Any]], regions: Sequence[Any]) -> geopandas.GeoDataFrame:
-    """Rows about regions, a feature each, in longitude and latitude; ValueError for points, ImportError."""
+    """Features in longitude and latitude, one per row and its region; ValueError for regions of points, ImportError."""
     with needed_for("layer of regions"):
         import geopandas
     features = [
@@ -104,12 +97,12 @@ def indicatrices(
     step: float | None = None,
     radius: float | None = None,
 ) -> geopandas.GeoDataFrame:
-    """Tissot's indicatrices as polygons, those that a picture of the map has.
+    """Tissot's indicatrices as polygons, the same as in a picture of the map.
 
-    Attributes: lon, lat in degrees; x, y in metres; a, b, h, k, s, omega as `factors` has them;
-    `azimuth` of the major axis on the ground, degrees clockwise from north within [0, 180), NaN for a
-    circle; `radius` of the circles on the ground in metres. A map that has no CRS has its polygons
-    in metres, and `crs` is None. Raises ImportError without geopandas.
+    Attributes: lon, lat in degrees; x, y in metres; a, b, h, k, s, omega as in `factors`; `azimuth` of the major axis
+    on the ground, degrees clockwise from north within [0, 180), NaN for a circle; `radius` of the circles on the ground
+    in metres. For a map without a CRS the polygons are in metres and `crs` is None. Raises ImportError without
+    geopandas.
     """
     with needed_for("layer"):
         import geopandas
@@ -133,17 +126,15 @@ def save_layer(
 ) -> Path:
     """Write a GeoDataFrame as GeoPackage or GeoJSON, whole or not at all.
 
-    Without a CRS a GeoPackage's is undefined, and a GeoJSON's a plane in metres of no place on the
-    Earth. Raises FileExistsError where there is a file and it is not to be overwritten,
-    OSError where it cannot be written, ImportError without pyogrio.
+    For a frame without a CRS that of a GeoPackage is undefined, and that of GeoJSON a local plane in metres. Raises
+    FileExistsError for an existing file that is not to be overwritten, OSError for one that cannot be written,
+    ImportError without pyogrio.
     """
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in LAYER_SUFFIXES:
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be {' or '.join(LAYER_SUFFIXES)}.")
-    with needed_for(f"output '{path}'"):
-        import pyarrow  # noqa: F401 some CRSs are written with it
-        import pyogrio  # noqa: F401 whether it is there
+    _check_writers(path)
     with replacing(path, overwrite=overwrite) as new:
         write_layer(frame, new, {"driver": _DRIVERS[suffix]} | ({} if layer is None else {"layer": layer}))
         if suffix == ".geojson" and (frame.crs is None or frame.crs.to_authority(min_confidence=100) is None):
@@ -154,25 +145,30 @@ def save_layer(
 def save_layers(
     frames: Mapping[str, geopandas.GeoDataFrame], path: str | os.PathLike[str], *, overwrite: bool = True
 ) -> Path:
-    """Write GeoDataFrames as layers of one GeoPackage, whole or not at all; raises what `save_layer` does."""
+    """Write GeoDataFrames as layers of one GeoPackage, whole or not at all; raises as `save_layer`."""
     path = Path(path)
     if path.suffix.lower() != ".gpkg":
         raise ValueError(f"Invalid layer file '{path}'. Its suffix must be .gpkg, which has room for several layers.")
-    with needed_for(f"output '{path}'"):
-        import pyarrow  # noqa: F401 some CRSs are written with it
-        import pyogrio  # noqa: F401 whether it is there
+    _check_writers(path)
     with replacing(path, overwrite=overwrite) as new:
         for name, frame in frames.items():
             write_layer(frame, new, {"driver": _DRIVERS[".gpkg"], "layer": name})
     return path
 
 
+def _check_writers(path: Path) -> None:
+    """Raise ImportError without what layers are written with."""
+    with needed_for(f"output '{path}'"):
+        import pyarrow  # noqa: F401 some CRSs are written with it
+        import pyogrio  # noqa: F401 whether it is there
+
+
 def write_layer(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
-    """Write a GeoDataFrame with the options of pyogrio, also in a CRS of which WKT 1 knows nothing; raises OSError."""
+    """Write a GeoDataFrame with the options of pyogrio, also in a CRS that WKT 1 cannot express; raises OSError."""
     import pyogrio.errors
 
     with warnings.catch_warnings():
-        # That there is no CRS is meant.
+        # A missing CRS is intended.
         warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
         try:
             _write_with_pyogrio(frame, path, options)
@@ -181,15 +177,16 @@ def write_layer(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, st
 
 
 def _write_with_pyogrio(frame: geopandas.GeoDataFrame, path: Path, options: dict[str, str]) -> None:
+    """Write by `write_dataframe`, or by Arrow for a CRS that WKT 1 cannot express."""
     import pyarrow as pa
     import pyogrio
 
     if options["driver"] == "FlatGeobuf" and (frame.geometry.isna() | frame.geometry.is_empty).any():
-        options = options | {"SPATIAL_INDEX": "NO"}  # in which only features with a geometry have a place
+        options = options | {"SPATIAL_INDEX": "NO"}  # an index cannot hold features without a geometry
     if frame.crs is None or _has_wkt1(frame.crs):
         pyogrio.write_dataframe(frame, path, **options)
         return
-    # write_dataframe insists on WKT 1, which knows nothing of Equal Earth.
+    # write_dataframe insists on WKT 1, which cannot express Equal Earth.
     table = pa.table(frame.to_arrow(index=False, geometry_encoding="WKB"))
     kinds, wkt = frame.geom_type.dropna().unique(), frame.crs.to_wkt()
     kind = kinds[0] if len(kinds) == 1 else "Unknown"
@@ -197,6 +194,7 @@ def _write_with_pyogrio(frame: geopandas.GeoDataFrame, path: Path, options: dict
 
 
 def _has_wkt1(crs: Any) -> bool:
+    """True if WKT 1 can express a CRS."""
     try:
         crs.to_wkt("WKT1_GDAL")
     except RuntimeError:  # PROJ's
@@ -205,7 +203,7 @@ def _has_wkt1(crs: Any) -> bool:
 
 
 def _name_crs(path: Path, wkt: str) -> None:
-    """Name the CRS of a GeoJSON file by its WKT, as GDAL reads it; it writes only codes, and none means WGS 84."""
+    """Store a CRS in a GeoJSON file as WKT, which GDAL reads; itself it writes only codes, and none means WGS 84."""
     collection = json.loads(path.read_text(encoding="utf-8"))
     crs = {"type": "name", "properties": {"name": wkt}}
     path.write_text(json.dumps({"type": None, "crs": None} | collection | {"crs": crs}), encoding="utf-8")
@@ -220,29 +218,29 @@ _BY = ("mdt", "affine", "helmert")
 def old_map_layers(
     found: OldMap, *, by: str = "mdt", crs: ProjectionLike | None = None
 ) -> dict[str, geopandas.GeoDataFrame]:
-    """Displacements of an old map's control points, and isolines of its distortion, as layers of lines.
+    """Displacements of an old map's control points and isolines of its distortion, as layers of lines.
 
     Parameters
     ----------
     found : OldMap
         The old map.
     by : str
-        The rectification, "mdt", "affine" or "helmert", that the displacements and the measures are after.
+        The rectification, "mdt", "affine" or "helmert", after which displacements and measures are taken.
     crs : ProjectionLike, optional
-        The CRS of the control points' truth, by default the one that they know; without one the layers are in metres
-        of a plane without a name.
+        The CRS of the true places, by default that of the control points; without one the layers are in metres of an
+        unnamed plane.
 
     Returns
     -------
     dict
-        "displacements": lines from where the rectification brings the control points to their true places, with `id`,
-        `dx`, `dy` and `length` in metres and whether the point is an `outlier`; and "fisher", "areal_scale", "scale",
-        "rotation" (degrees clockwise): isolines with their `level`. Measures without isolines have no layer.
+        "displacements": lines from the rectified control points to their true places, with `id`, `dx`, `dy` and
+        `length` in metres and a flag `outlier`; and "fisher", "areal_scale", "scale", "rotation" (degrees clockwise):
+        isolines with their `level`. Measures without isolines have no layer.
 
     Raises
     ------
     ValueError
-        For an unknown rectification, and a map that is no CRS.
+        For an unknown rectification, and a map without a CRS.
     ImportError
         Without geopandas.
 
@@ -281,6 +279,7 @@ def old_map_layers(
 
 
 def _plane(crs: ProjectionLike | None) -> ProjectedCrs | None:
+    """The plane of a CRS, None for None; ValueError for a projection that is not a CRS."""
     if crs is None:
         return None
     projection = Projection.from_user_input(crs)
@@ -291,7 +290,7 @@ def _plane(crs: ProjectionLike | None) -> ProjectedCrs | None:
 
 
 def _native(places: FloatArray, plane: ProjectedCrs | None) -> FloatArray:
-    """Coordinates of the CRS of places in metres."""
+    """Places in metres converted to the unit and axes of the CRS."""
     return places if plane is None else np.asarray(places @ np.linalg.inv(plane.to_metres).T)
 
 
@@ -302,11 +301,11 @@ ATLAS_SUFFIXES = (".csv", ".parquet", ".gpkg")
 
 
 def save_atlas(entries: Sequence[AtlasEntry], path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
-    """Write entries of the atlas by the suffix of the file, whole or not at all.
+    """Write entries of the atlas in the format of the file's suffix, whole or not at all.
 
     A `.csv` or `.parquet` file has a row for each map of each purpose, as `AtlasEntry.rows`; a `.gpkg` file has a
     feature for each place, as `atlas_frame`. Only CSV needs no extra libraries. Raises ValueError for another suffix,
-    FileExistsError where there is a file and it is not to be overwritten, OSError where it cannot be written,
+    FileExistsError for an existing file that is not to be overwritten, OSError for one that cannot be written,
     ImportError without the libraries.
     """
     path = Path(path)
@@ -332,5 +331,5 @@ def save_atlas(entries: Sequence[AtlasEntry], path: str | os.PathLike[str], *, o
 
 
 def atlas_frame(entries: Sequence[AtlasEntry]) -> geopandas.GeoDataFrame:
-    """The outlines of places of the atlas, with their summaries, in longitude and latitude; ImportError."""
+    """Outlines of places of the atlas with their summaries, in longitude and latitude; ImportError."""
     return frame_of_regions([entry.summary() for entry in entries], [entry.region for entry in entries])

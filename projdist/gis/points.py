@@ -1,4 +1,4 @@
-"""People's own points, from files and to files, and files of lines and polygons."""
+"""Points read from and written to files, and files of lines and polygons."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ from projdist.support import one_line, replacing, tell
 if TYPE_CHECKING:
     import pandas as pd
 
-_NAMED = 5  # features or texts in notices
-_HEAD = 65_536  # letters of a file in which its crs stands
+_NAMED = 5  # features or texts in a notice
+_HEAD = 65_536  # characters at the beginning of a file that are searched for its crs
 
 TABLE_SUFFIXES = (".csv", ".parquet", ".gpkg", ".geojson")
 
 
 def read_points(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """A file of points as a GeoDataFrame, or, where it has no geometries, as a DataFrame.
+    """A file of points as a GeoDataFrame, or as a DataFrame if it has no geometries.
 
-    `#LAYER` behind the path names one of several layers. Raises ValueError in one line for what
-    cannot be read, ImportError without geopandas.
+    `#LAYER` behind the path names one of several layers. Raises ValueError for a file that cannot be read, ImportError
+    without geopandas.
     """
     return _read(os.fspath(path), "points")
 
 
 def read_data(path: str | os.PathLike[str]) -> Any:
-    """A file of lines or polygons as a GeoDataFrame, as `read_points` reads those of points."""
+    """A file of lines or polygons as a GeoDataFrame; raises as `read_points`, and for data without geometries."""
     text = os.fspath(path)
     frame = _read(text, "data")
     if not is_geographic(frame):
@@ -55,9 +55,10 @@ def read_data(path: str | os.PathLike[str]) -> Any:
 
 
 def _read(text: str, thing: str) -> Any:
+    """The frame of a file; `thing`, points or data, names it in messages."""
     invalid = f"Invalid {thing} file '{text}'."
     with needed_for(f"{thing} file '{text}'"):
-        import geopandas  # noqa: F401 whether it is there
+        import geopandas  # noqa: F401
         import pyogrio
         import pyogrio.errors
     name, _, layer = (text, "", "") if Path(text).exists() else text.partition("#")
@@ -87,7 +88,7 @@ def _read(text: str, thing: str) -> Any:
         frame = frame.set_crs(understood, allow_override=True)
     crs = _stated_crs(name)
     if isinstance(crs, dict):
-        crs_of(crs_name(crs, invalid))  # GDAL passes over what is none
+        crs_of(crs_name(crs, invalid))  # GDAL ignores an invalid one
     elif crs is not None:
         tell(f"The member crs of '{name}' is no object, as GeoJSON wants it: the data are taken as {frame.crs.name}.")
     return frame
@@ -95,7 +96,7 @@ def _read(text: str, thing: str) -> Any:
 
 @contextlib.contextmanager
 def _warnings_told(name: str) -> Iterator[None]:
-    """What GDAL warns of while a file is read, as notices."""
+    """Context in which GDAL's warnings about a file become notices."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield
@@ -104,27 +105,19 @@ def _warnings_told(name: str) -> Iterator[None]:
 
 
 def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:
-    """A layer as GDAL reads it.
+    """A layer as GDAL reads it, and the numbers, from 1, of features whose geometries cannot be read.
 
-    Geometries that GEOS cannot make (a line of one point, rings that do not close) are missing; these features' numbers
-    are told, from 1.
+    GEOS cannot make some geometries, as a line of one point or rings that do not close; these are missing.
     """
     import geopandas
+    import pyogrio
     import shapely
 
     with np.errstate(invalid="ignore"):  # NaN among coordinates
         try:
             return geopandas.read_file(name, engine="pyogrio", layer=layer), []
         except shapely.errors.GEOSException:
-            return _read_what_is_whole(name, layer)
-
-
-def _read_what_is_whole(name: str, layer: str) -> tuple[Any, list[int]]:
-    """A layer whose geometries are missing where GEOS cannot make them, and the numbers of these features, from 1."""
-    import geopandas
-    import pyogrio
-    import shapely
-
+            pass
     found, _, stored, columns = pyogrio.raw.read(name, layer=layer)
     shapes = shapely.from_wkb(stored, on_invalid="ignore")
     lost = [k + 1 for k, (shape, bytes_) in enumerate(zip(shapes, stored, strict=True)) if bytes_ and shape is None]
@@ -136,7 +129,7 @@ _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\]]')
 
 
 def _stated_crs(name: str) -> Any:
-    """The member crs of a GeoJSON file, if its beginning has one."""
+    """The member crs of a GeoJSON file; None unless it is near the beginning."""
     if not name.lower().endswith((".geojson", ".json")):
         return None
     with open(name, encoding="utf-8-sig", errors="replace") as file:
@@ -146,12 +139,13 @@ def _stated_crs(name: str) -> Any:
         depth += {"{": 1, "[": 1, "}": -1, "]": -1}.get(token[0], 0)
         value = re.compile(r"\s*:\s*").match(text, token.end()) if depth == 1 and token[0] == '"crs"' else None
         if value is not None:
-            with contextlib.suppress(ValueError):  # of a file that ends there, which GDAL refuses
+            with contextlib.suppress(ValueError):  # a file that ends there, which GDAL refuses
                 return json.JSONDecoder().raw_decode(text, value.end())[0]
     return None
 
 
 def _read_parquet(name: str, thing: str) -> Any:
+    """A Parquet file as a GeoDataFrame, or as a DataFrame if it has no geometries."""
     with needed_for(f"{thing} file '{name}'"):
         import geopandas
         import pandas as pd
@@ -167,15 +161,16 @@ def _read_parquet(name: str, thing: str) -> Any:
 
 
 def _read_table(name: str) -> Any:
+    """A text file as a DataFrame, with numbers in the columns that have only numbers."""
     import pandas as pd
 
     table = read_point_table(Path(name), f"Invalid points file '{name}'.")
     texts = pd.DataFrame([row for _, row in table.rows], columns=table.header, dtype=str)
-    return texts.apply(_numbers_where_meant)
+    return texts.apply(_parsed_column)
 
 
-def _numbers_where_meant(column: pd.Series) -> pd.Series:
-    """A column of text as numbers, if all of it is; what begins with a zero is a code, and stays as it is."""
+def _parsed_column(column: pd.Series) -> pd.Series:
+    """A column of text as numbers if all of it is numbers; one with leading zeros has codes and stays text."""
     if column.str.match(r"\s*[+-]?0\d").any() or not column.str.strip().any():
         return column
     import pandas as pd
@@ -189,10 +184,10 @@ def _numbers_where_meant(column: pd.Series) -> pd.Series:
 def save_points(
     projection: ProjectionLike, frame: Any, path: str | os.PathLike[str], *, overwrite: bool = True
 ) -> Path:
-    """Write a frame of points by the suffix of its file, whole or not at all.
+    """Write a frame of points in the format of the file's suffix, whole or not at all.
 
-    Points stay in their CRS, but for GeoJSON, which is in WGS 84, and CSV, whose `lon` and `lat` are on
-    the datum of the map, as those of a table are that becomes a layer.
+    Points keep their CRS, except in GeoJSON, which is in WGS 84, and in CSV, with `lon` and `lat` on the datum of the
+    map. A frame without geometries becomes a layer on that datum, too.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -223,14 +218,14 @@ def save_points(
 
 
 def frame_of(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """A frame of rows; None is NaN among numbers."""
+    """A frame of rows; None among numbers becomes NaN."""
     import pandas as pd
 
     return pd.DataFrame(list(rows))
 
 
 def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:
-    """A frame without geometries: these as `lon` and `lat` on the datum of the map, unless it has such columns."""
+    """A frame with `lon` and `lat`, on the datum of the map, instead of geometries; columns of these names are kept."""
     if not is_geographic(frame):
         return frame
     lon, lat = places(Projection.from_user_input(projection), frame)
@@ -243,7 +238,7 @@ def plain_table(projection: ProjectionLike, frame: Any) -> pd.DataFrame:
 
 
 def _with_geometry(projection: Projection, frame: pd.DataFrame) -> Any:
-    """The points of the columns of longitudes and latitudes in the geographic CRS of the map."""
+    """A table with points, of its longitudes and latitudes, in the geographic CRS of the map."""
     import geopandas
 
     graticule = graticule_of(projection)

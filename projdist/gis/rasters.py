@@ -1,4 +1,4 @@
-"""Pixels on a map's own plane, or on longitude and latitude, and the places of their centres."""
+"""Rasters of measures on a map's plane or on longitude and latitude, and GeoTIFFs of these and of map sheets."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -36,24 +35,13 @@ GRIDS = ("map", "lonlat")
 DEFAULT_SIZE = 1000  # pixels of the longer side
 
 _MOST_VALUES = 1e8  # of all bands; 800 MB
-_WHOLE = 1e-9  # of a pixel: an extent that ends so near to a pixel's edge ends there
-# A pixel's centre is on the map if it comes back to within these: of a pixel, and of the Earth's radius at least (6 mm,
-# more than what inverses lose) and at most (6 m), of which the second is for pixels of a few km and more.
+_WHOLE = 1e-9  # of a pixel: an extent that ends this near to a pixel's edge ends there
+# A pixel's centre is on the map if its inverse comes back within a share of a pixel, limited to shares of the Earth's
+# radius: at least 6 mm, more than inverses lose, and at most 6 m, which limits pixels of several km.
 _BACK, _BACK_LEAST, _BACK_MOST = 1e-3, 1e-9, 1e-6
 
 Extent = tuple[float, float, float, float]
 """The smallest and largest coordinates along x and y: x0, y0, x1, y1."""
-
-
-class Coordinates(Protocol):
-    """A CRS that pixels are laid on."""
-
-    @property
-    def wkt(self) -> str:
-        """The CRS in WKT2."""
-
-    def places(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees of coordinates; NaN where the map is not."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,11 +57,11 @@ class RasterPixels:
 
     @property
     def transform(self) -> tuple[float, float, float, float, float, float]:
-        """The affine transformation from (column, row) to x, y, as the package affine has it: a, b, c, d, e, f."""
+        """The affine transformation from (column, row) to x, y, in the order of the package affine: a .. f."""
         return self.width, 0.0, self.left, 0.0, -self.height, self.top
 
     def centres(self, first: int, last: int) -> tuple[FloatArray, FloatArray]:
-        """x, y of the centres of the pixels in some rows, shape (last - first, columns)."""
+        """x, y of the centres of the pixels in rows `first` to `last` (excluded), shape (last - first, columns)."""
         x = self.left + (np.arange(self.columns) + 0.5) * self.width
         y = self.top - (np.arange(first, last) + 0.5) * self.height
         u, v = np.meshgrid(x, y)
@@ -119,20 +107,18 @@ def pixels(extent: Extent, bands: int, size: int | tuple[int, int] | None, resol
 
 
 def _outward(low: float, high: float, step: float) -> tuple[float, float]:
-    """The multiples of a step, as whole numbers, between which an extent lies."""
+    """The numbers of the multiples of a step that enclose an extent."""
     return float(np.floor(low / step + _WHOLE)), float(np.ceil(high / step - _WHOLE))
 
 
 def _check_number(values: float, what: str) -> None:
+    """Raise ValueError for no or too many values."""
     if not 1 <= values <= _MOST_VALUES:
         raise ValueError(f"Invalid {what}. It makes {values:.3g} values; there must be 1 to {_MOST_VALUES:.0e}.")
 
 
-# ---- on a map's plane -----------------------------------------------------------------------
-
-
 def plane_extent(projection: Projection, plane: ProjectedCrs, region: Place) -> Extent:
-    """The extent of a region on a map's plane; maps without end end where their pictures do."""
+    """The extent of a region on a map's plane; that of its picture where the map has no end."""
     x0, x1, y0, y1 = surface_of(projection, region).extent
     corners = np.array([[x0, x0, x1, x1], [y0, y1, y0, y1]])
     u, v = np.linalg.solve(plane.to_metres, corners)
@@ -141,7 +127,7 @@ def plane_extent(projection: Projection, plane: ProjectedCrs, region: Place) -> 
 
 @dataclass(frozen=True)
 class OnPlane:
-    """Coordinates of the map's own CRS; `side` is a pixel's in its unit."""
+    """Coordinates of the map's own CRS; `side` is the side of a pixel in its unit."""
 
     projection: Projection
     plane: ProjectedCrs
@@ -153,21 +139,11 @@ class OnPlane:
         return self.plane.wkt
 
     def places(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees; NaN where the map is not."""
+        """Longitudes and latitudes in degrees of coordinates; NaN off the map."""
         unit = float(np.abs(self.plane.to_metres).max())
         radius = self.projection.ellipsoid.a / unit
         tolerance = float(np.clip(_BACK * self.side, _BACK_LEAST * radius, _BACK_MOST * radius))
         return self.plane.inverse(u, v, tolerance)
-
-
-# ---- on longitude and latitude --------------------------------------------------------------
-
-
-def lonlat_extent(graticule: Graticule, region: Place) -> Extent:
-    """The bounds of a region in a geographic CRS."""
-    west, south, east, north = region.bounds
-    u, v = graticule.coordinates(np.array([west, east]), np.array([south, north]))
-    return float(u[0]), float(v[0]), float(u[1]), float(v[1])
 
 
 @dataclass(frozen=True)
@@ -182,16 +158,17 @@ class OnGraticule:
         return self.graticule.wkt
 
     def places(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Greenwich degrees; NaN beyond the poles, where edges on multiples of a resolution may lie."""
+        """Longitudes and latitudes in degrees of coordinates; NaN beyond the poles, where outer pixels may lie."""
         lon, lat = self.graticule.degrees(u, v)
         outside = np.abs(lat) > 90.0
         return np.where(outside, np.nan, normalised(lon)), np.where(outside, np.nan, lat)
 
 
-def graticule_grid(projection: Projection, region: Place) -> tuple[OnGraticule, Extent]:
-    """The longitudes and latitudes of a map, and the extent of a region in them."""
-    graticule = graticule_of(projection)
-    return OnGraticule(graticule), lonlat_extent(graticule, region)
+def lonlat_extent(graticule: Graticule, region: Place) -> Extent:
+    """The bounds of a region in a geographic CRS."""
+    west, south, east, north = region.bounds
+    u, v = graticule.coordinates(np.array([west, east]), np.array([south, north]))
+    return float(u[0]), float(v[0]), float(u[1]), float(v[1])
 
 
 # ---- rasters -------------------------------------------------------------------------------------
@@ -207,8 +184,8 @@ _AT_ONCE = 1_000_000  # pixels; 200 MB
 class Raster:
     """Measures at the centres of pixels: `values` (bands, rows, columns), NaN outside the map and the region.
 
-    `wkt` is the CRS, `flavour` how GDAL writes it in a GeoTIFF; `note` says why it is not the map's own
-    where that was asked for, or what else there is to know, else "".
+    `wkt` is the CRS, `flavour` that of the GeoTIFF keys. `note`: why the CRS is not the map's own although that was
+    requested, or another remark; else "".
     """
 
     projection: Projection
@@ -231,10 +208,10 @@ def raster(
 ) -> Raster:
     """Measures on pixels of the map's own CRS, or of longitude and latitude where `grid` is "lonlat".
 
-    A map that has no CRS that a GeoTIFF can hold, or no inverse, is laid on longitude and latitude.
-    `size` is the pixels of the longer side or (columns, rows), `resolution` the side of a pixel in
-    the CRS's unit. Raises ValueError for options that are none and a region without any value,
-    ProjectionError, and ImportError without rasterio.
+    A map without an inverse, or without a CRS that a GeoTIFF can hold, is sampled on longitude and latitude. `size` is
+    the number of pixels of the longer side or (columns, rows), `resolution` the side of a pixel in the CRS's unit.
+    Raises ValueError for invalid options and a region without any value, ProjectionError, and ImportError without
+    rasterio.
     """
     projection = Projection.from_user_input(projection)
     if grid not in GRIDS:
@@ -242,7 +219,7 @@ def raster(
     chosen = tuple(dict.fromkeys(_named(measure) for measure in measures))
     area = region_for(region, [projection])
     plane, flavour, note = _held_plane(projection) if grid == "map" else (None, FLAVOURS[0], "")
-    coordinates: Coordinates
+    coordinates: OnPlane | OnGraticule
     if plane is not None:
         found = pixels(plane_extent(projection, plane, area), len(chosen), size, resolution)
         coordinates = OnPlane(projection, plane, min(found.width, found.height))
@@ -251,8 +228,8 @@ def raster(
             note = f"PROJ's inverse of {projection.name} leads to other points; {_INSTEAD}"
             plane, flavour = None, FLAVOURS[0]
     if plane is None:
-        coordinates, extent = graticule_grid(projection, area)
-        found = pixels(extent, len(chosen), size, resolution)
+        coordinates = OnGraticule(graticule_of(projection))
+        found = pixels(lonlat_extent(coordinates.graticule, area), len(chosen), size, resolution)
         values = _values(projection, chosen, area, coordinates, found)
         if not np.isfinite(values).any():
             raise ValueError(
@@ -270,7 +247,7 @@ def raster(
 
 
 def _named(measure: str | Measure) -> Measure:
-    """A measure by the name it was asked for, which is its band's."""
+    """A measure under the name that was requested, which becomes the name of its band."""
     found = get_measure(measure)
     if not isinstance(measure, str) or measure == found.name:
         return found
@@ -278,8 +255,13 @@ def _named(measure: str | Measure) -> Measure:
 
 
 def _values(
-    projection: Projection, measures: tuple[Measure, ...], region: Place, coordinates: Coordinates, grid: RasterPixels
+    projection: Projection,
+    measures: tuple[Measure, ...],
+    region: Place,
+    coordinates: OnPlane | OnGraticule,
+    grid: RasterPixels,
 ) -> FloatArray:
+    """Measures at the centres of pixels, (bands, rows, columns); NaN outside the region."""
     values = np.full((len(measures), grid.rows, grid.columns), np.nan)
     step = max(1, _AT_ONCE // grid.columns)
     for first in range(0, grid.rows, step):
@@ -298,12 +280,15 @@ def _values(
 # ---- GeoTIFF --------------------------------------------------------------------------------
 
 
-FLAVOURS = ("STANDARD", "ESRI_PE")  # of GeoTIFF keys: the second holds more, Equal Earth for one, and fewer read it
-BESIDE = ".aux.xml"  # where GDAL puts what a GeoTIFF cannot hold
+FLAVOURS = (
+    "STANDARD",
+    "ESRI_PE",
+)  # of GeoTIFF keys: the second holds more CRSs, as Equal Earth; fewer programs read it
+BESIDE = ".aux.xml"  # suffix of the file in which GDAL puts what a GeoTIFF cannot hold
 
 
 def _held_plane(projection: Projection) -> tuple[ProjectedCrs | None, str, str]:
-    """The CRS of a map, how a GeoTIFF can hold it, and a note; None where it cannot, or has no inverse."""
+    """The plane of a map, the flavour of its GeoTIFF keys, and a note; no plane if it has no inverse or cannot be held."""
     plane = projected_crs_of(projection)
     if plane is None:
         return None, FLAVOURS[0], f"{projection.name} has no CRS; {_INSTEAD}"
@@ -313,21 +298,18 @@ def _held_plane(projection: Projection) -> tuple[ProjectedCrs | None, str, str]:
     if flavour is not None:
         return plane, flavour, ""
     if _is_held(projection, plane, FLAVOURS[0], beside=True):
-        return (
-            plane,
-            FLAVOURS[0],
-            f"A GeoTIFF has no room for the CRS of {projection.name}; it is in the {BESIDE} file.",
-        )
+        note = f"A GeoTIFF has no room for the CRS of {projection.name}; it is in the {BESIDE} file."
+        return plane, FLAVOURS[0], note
     return None, FLAVOURS[0], f"A GeoTIFF cannot hold the CRS of {projection.name}; {_INSTEAD}"
 
 
 def flavour_of(projection: Projection, plane: ProjectedCrs) -> str | None:
-    """How a GeoTIFF can hold the CRS of a map by itself; None where it cannot."""
+    """The flavour of GeoTIFF keys that can hold the CRS of a map; None if none can."""
     return next((flavour for flavour in FLAVOURS if _is_held(projection, plane, flavour, beside=False)), None)
 
 
 def _is_held(projection: Projection, plane: ProjectedCrs, flavour: str, beside: bool) -> bool:
-    """Whether the CRS read back from a GeoTIFF, and from what may lie beside it, is the same map."""
+    """True if the CRS read back from a GeoTIFF, or from the file beside it, gives the same map."""
     with needed_for("raster"):
         import rasterio
         import rasterio.errors
@@ -346,11 +328,10 @@ def _is_held(projection: Projection, plane: ProjectedCrs, flavour: str, beside: 
 
 
 def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
-    """Write a raster as GeoTIFF: 64-bit floats, a band a measure with its name and unit, NaN as nodata.
+    """Write a raster as GeoTIFF, whole or not at all: 64-bit floats, a named band per measure, NaN as nodata.
 
-    The file is whole or not there; a CRS that it has no room for is in a second one, `.aux.xml`, as
-    GDAL has it. Raises FileExistsError where there is one and it is not to be
-    overwritten, ImportError without rasterio.
+    A CRS that a GeoTIFF cannot hold goes into a second file, `.aux.xml`, as GDAL does it. Raises FileExistsError for an
+    existing file that is not to be overwritten, ImportError without rasterio.
     """
     path = Path(path)
     if path.suffix.lower() not in RASTER_SUFFIXES:
@@ -388,7 +369,7 @@ def save_raster(raster: Raster, path: str | os.PathLike[str], *, overwrite: bool
 
 
 def georeference_of(path: str | os.PathLike[str]) -> Georeference | None:
-    """Where GDAL says that an image lies (a GeoTIFF, or a world file beside it), None where it does not.
+    """The georeference that GDAL reads from an image (a GeoTIFF, or a world file beside it), None without one.
 
     Raises ImportError without rasterio.
     """
@@ -413,7 +394,7 @@ def save_geotiff(
     flavour: str = FLAVOURS[0],
     overwrite: bool = True,
 ) -> None:
-    """Write pixels (height, width, 2 or 4) with alpha as a GeoTIFF; raises OSError, FileExistsError, ImportError."""
+    """Write pixels (height, width, 2 or 4), the last alpha, as a GeoTIFF; raises OSError, FileExistsError, ImportError."""
     with needed_for(f"output '{path}'"):
         import rasterio
         from rasterio.enums import ColorInterp
@@ -452,23 +433,18 @@ def save_sheet(
 ) -> Path:
     """Write the rectified scan of an old map as a GeoTIFF in the CRS of its control points.
 
-    Without a CRS its coordinates are metres of a plane without a name. Raises ValueError for a map that is no CRS, or
-    none that a GeoTIFF can hold, FileExistsError, OSError, and ImportError without rasterio.
+    Without a CRS its coordinates are metres of an unnamed plane. Raises ValueError for a map without a CRS, or with one
+    that a GeoTIFF cannot hold, FileExistsError, OSError, and ImportError without rasterio.
     """
-    place, flavour = place_of_sheet(sheet, crs)
+    matrix = np.array([[sheet.side, 0.0, sheet.left], [0.0, -sheet.side, sheet.top], [0.0, 0.0, 1.0]])
+    place, flavour = Georeference(matrix, ""), FLAVOURS[0]
+    if crs is not None:
+        projection = Projection.from_user_input(crs)
+        plane = projected_crs_of(projection)
+        held = None if plane is None else flavour_of(projection, plane)
+        if plane is None or held is None:
+            raise ValueError(f"Invalid CRS '{projection.label}'. A GeoTIFF has no room for it.")
+        matrix[:2] = np.linalg.solve(plane.to_metres, matrix[:2])
+        place, flavour = Georeference(matrix, plane.wkt), held
     save_geotiff(sheet.pixels, path, place, flavour=flavour, overwrite=overwrite)
     return Path(path)
-
-
-def place_of_sheet(sheet: RectifiedScan, crs: ProjectionLike | None) -> tuple[Georeference, str]:
-    """Where a sheet lies in the coordinates of a CRS, and how a GeoTIFF holds that."""
-    matrix = np.array([[sheet.side, 0.0, sheet.left], [0.0, -sheet.side, sheet.top], [0.0, 0.0, 1.0]])
-    if crs is None:
-        return Georeference(matrix, ""), FLAVOURS[0]
-    projection = Projection.from_user_input(crs)
-    plane = projected_crs_of(projection)
-    flavour = None if plane is None else flavour_of(projection, plane)
-    if plane is None or flavour is None:
-        raise ValueError(f"Invalid CRS '{projection.label}'. A GeoTIFF has no room for it.")
-    matrix[:2] = np.linalg.solve(plane.to_metres, matrix[:2])
-    return Georeference(matrix, plane.wkt), flavour

@@ -1,4 +1,4 @@
-"""Weights from rasters: people, rather than square kilometres."""
+"""Weights from rasters, as of population, for figures by people instead of by area."""
 
 from __future__ import annotations
 
@@ -18,22 +18,21 @@ from projdist.projections import ground_of, tell_of_degrees, unprojected
 from projdist.regions import PointSet, Region, RegionLike, get_region
 from projdist.support import check_raster, one_line
 
-_MOST = 1_000_000  # cells that are points; more are added up in blocks
-_AT_ONCE = 4_000_000  # cells in memory: 32 MB, and about as much again six times
-_LOOK = 16  # cells on a side of what is looked at as a whole
-_BENT = 0.25  # of its size: no such piece of a map is so bent that it leaves the box of its corners by more
+_MOST = 1_000_000  # cells that become points; more are added up in blocks
+_AT_ONCE = 4_000_000  # cells in memory: 32 MB, about seven times
+_LOOK = 16  # cells on a side of a square that is tested as a whole
+_BENT = 0.25  # of its size, by which such a square, however curved, may leave the box of its corners
 
 ToLonLat = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1) -> PointSet:
-    """The cells of a raster whose middles are in a region, as points with the cells' values for weights.
+    """The cells of a raster whose middles are in a region, as points weighted by the cells' values.
 
-    The values are counts, as of people, with the band's scale and offset applied; a cell without
-    data counts nothing. Where the raster has more than a million cells over the region, those in the
-    region are added up in square blocks, each a point at its cells' centre of gravity; `coarse` are
-    the points of blocks twice as wide, by which `summarize` knows what that costs. Raises ValueError
-    for a file, a band or values that are none, and where nothing is left, ImportError without rasterio.
+    The values are counts, as of people, with the band's scale and offset applied; a cell without data has weight 0.
+    With more than a million cells over the region, the cells in it are added up in square blocks, each a point at its
+    centre of gravity; `coarse` are the points of blocks twice as wide, from which `summarize` estimates the error of
+    that. Raises ValueError for an invalid file, band or value, and if no cell is left, ImportError without rasterio.
     """
     place = get_region(region)
     text = f"Invalid weights '{path}'."
@@ -65,7 +64,7 @@ def weighted(region: RegionLike, path: str | os.PathLike[str], *, band: int = 1)
 
 
 class _Points(NamedTuple):
-    """Longitudes, latitudes and weights: of cells or blocks, and of blocks twice as wide where these are blocks."""
+    """Longitudes, latitudes and weights of cells or blocks, and, of blocks, those of blocks twice as wide."""
 
     fine: tuple[FloatArray, FloatArray, FloatArray]
     coarse: tuple[FloatArray, FloatArray, FloatArray] | None
@@ -81,14 +80,14 @@ class _Window(NamedTuple):
 
 
 class _Raster:
-    """A band of an open raster; `text` begins what is said against it."""
+    """A band of an open raster; `text` is the beginning of error messages."""
 
     def __init__(self, image: Any, band: int, text: str) -> None:
         self._image, self._band, self._text = image, band, text
         self._crs = image.crs.to_wkt()
 
     def points(self, region: Region) -> _Points:
-        """The cells in a region, or what they add up to; raises ValueError where there are none."""
+        """The cells in a region, or blocks of them; raises ValueError if there are none."""
         windows = list(self._windows(region.bounds))
         if not windows:
             west, south, east, north = self._extent
@@ -99,22 +98,20 @@ class _Raster:
         cells = sum((window.right - window.left) * (window.bottom - window.top) for window in windows)
         side = max(1, math.ceil(math.sqrt(cells / _MOST)))
         inside = _Inside(region, self._lonlat)
-        sums = [self._sums(inside, tile, side) for window in windows for tile in _tiles(window, side)]
+        sums = [self._sums(inside, tile, side) for window in windows for tile in _split(window, side)]
         fine = self._placed([fine for fine, _ in sums], exact=side == 1)
         if not fine[2].size:
             raise ValueError(f"{self._text} No cell with a value has its middle in {region.name}.")
         return _Points(fine, self._placed([coarse for _, coarse in sums]) if side > 1 else None)
 
-    # ---- where -----------------------------------------------------------------------------
-
     @functools.cached_property
     def _extent(self) -> tuple[float, float, float, float]:
-        """West, south, east, north of a raster in longitude and latitude, whichever way its rows run."""
+        """West, south, east, north of a raster in longitude and latitude, with rows in either order."""
         left, bottom, right, top = self._image.bounds
         return min(left, right), min(bottom, top), max(left, right), max(bottom, top)
 
     def _windows(self, bounds: tuple[float, float, float, float]) -> Iterator[_Window]:
-        """The parts in which a region may lie: by its bounds in longitude and latitude, else all of the raster."""
+        """The parts that a region may overlap: by its bounds for a raster in longitude and latitude, else all."""
         image = self._image
         if not image.crs.is_geographic or image.transform.b or image.transform.d:
             yield _Window(0, 0, image.width, image.height)
@@ -131,14 +128,12 @@ class _Raster:
             yield _Window(first, rows[0], last, rows[1])
 
     def _lonlat(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Longitudes and latitudes of places in columns and rows."""
+        """Longitudes and latitudes of places given in columns and rows."""
         a, b, c, d, e, f = self._image.transform[:6]
         return unprojected(self._crs, a * u + b * v + c, d * u + e * v + f)
 
-    # ---- how much ----------------------------------------------------------------------------
-
     def _values(self, tile: _Window) -> FloatArray:
-        """The values of cells; what has none is 0."""
+        """The values of cells, 0 without data."""
         from rasterio.windows import Window
 
         window = Window(tile.left, tile.top, tile.right - tile.left, tile.bottom - tile.top)
@@ -149,7 +144,7 @@ class _Raster:
         return np.asarray(values)
 
     def _sums(self, inside: _Inside, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
-        """Of blocks that hold anything the sums (3, n) of values, and of these times columns and rows; then of four."""
+        """Sums (3, n) of values, values times columns and values times rows, for blocks above 0 and for blocks of four."""
         values = self._values(tile)
         values = np.where(inside.mask(tile, values != 0.0), values, 0.0)
         wrong = ~(np.isfinite(values) & (values >= 0.0))
@@ -163,7 +158,10 @@ class _Raster:
         return fine[:, fine[0] > 0.0], coarse[:, coarse[0] > 0.0]
 
     def _placed(self, sums: list[FloatArray], *, exact: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Blocks at their centres of gravity; cells at their middles to the last bit: maps may have kinks there."""
+        """Longitudes, latitudes and weights of blocks at their centres of gravity, or of cells exactly at their middles.
+
+        Maps may have kinks at the middles of cells.
+        """
         weight, columns, rows = np.concatenate(sums, axis=1)
         u, v = columns / weight, rows / weight
         if exact:
@@ -172,7 +170,7 @@ class _Raster:
 
 
 class _Inside:
-    """Which cells have their middles in a region: squares of cells that its border does not cross in one look each."""
+    """A test of which cells have their middles in a region; squares of cells off its border are tested as a whole."""
 
     def __init__(self, region: Region, lonlat: ToLonLat) -> None:
         from projdist.regions import RegionEdges  # shapely is slow to load
@@ -180,7 +178,7 @@ class _Inside:
         self._region, self._lonlat, self._border = region, lonlat, RegionEdges(region)
 
     def mask(self, tile: _Window, asked: BoolArray) -> BoolArray:
-        """A mask of the cells of a tile, right where they are asked for."""
+        """A mask of the cells of a tile that are inside, valid where `asked`."""
         columns = np.append(np.arange(tile.left, tile.right, _LOOK, dtype=float), tile.right)
         rows = np.append(np.arange(tile.top, tile.bottom, _LOOK, dtype=float), tile.bottom)
         corners = self._lonlat(*_lattice(columns, rows))
@@ -188,6 +186,7 @@ class _Inside:
         crossed = self._border.crosses(_boxes(*corners)).reshape(middles[0].shape)
 
         def of_cells(squares: BoolArray) -> BoolArray:
+            """The value of its square for each cell."""
             return squares.repeat(_LOOK, axis=0).repeat(_LOOK, axis=1)[: asked.shape[0], : asked.shape[1]]
 
         result = of_cells(self._contains(*middles))
@@ -197,25 +196,25 @@ class _Inside:
         return result
 
     def _contains(self, lon: FloatArray, lat: FloatArray) -> BoolArray:
-        """Whether places are in the region; one that is none is not."""
+        """True for places in the region; False for NaN."""
         known = np.isfinite(lon) & np.isfinite(lat)
         known[known] = self._region.contains(lon[known], lat[known])
         return known
 
 
 def _lattice(columns: Any, rows: Any) -> tuple[FloatArray, FloatArray]:
-    """Columns and rows of all places of a lattice, each (rows, columns)."""
+    """The column and the row of each node of a lattice, (rows, columns)."""
     u, v = np.broadcast_arrays(columns[None, :], rows[:, None])
     return u, v
 
 
 def _boxes(lon: FloatArray, lat: FloatArray) -> FloatArray:
-    """The boxes (n, 4) that hold the squares of a lattice of corners (rows, columns), however these are bent."""
+    """Boxes (n, 4) that contain the squares of a lattice of corners (rows, columns), even if curved."""
     corners = [np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1], np.s_[1:, 1:]]
     first = lon[corners[0]]
     lons = np.stack([first + np.mod(lon[corner] - first + 180.0, 360.0) - 180.0 for corner in corners])
     lats = np.stack([lat[corner] for corner in corners])
-    # A square's own size in degrees of longitude, which far from the equator a turn may hide behind its height.
+    # Its height in degrees of longitude counts, too: far from the equator a rotated square may look narrow.
     shrunk = np.abs(np.cos(np.radians(lats))).min(axis=0)
     east = _BENT * np.maximum(np.ptp(lons, axis=0), np.ptp(lats, axis=0) / shrunk)
     north = _BENT * np.maximum(np.ptp(lats, axis=0), np.ptp(lons, axis=0))
@@ -223,8 +222,8 @@ def _boxes(lon: FloatArray, lat: FloatArray) -> FloatArray:
     return np.stack([side.ravel() for side in sides], axis=-1)
 
 
-def _tiles(window: _Window, side: int) -> Iterator[_Window]:
-    """The tiles of a window, none with many more than `_AT_ONCE` cells, of whole blocks and of whole pairs of these."""
+def _split(window: _Window, side: int) -> Iterator[_Window]:
+    """A window split into tiles of about `_AT_ONCE` cells at most, each of whole pairs of blocks."""
     pair = 2 * side
     width = min(window.right - window.left, pair * max(1, _AT_ONCE // pair**2))
     width = math.ceil(width / pair) * pair
@@ -235,7 +234,7 @@ def _tiles(window: _Window, side: int) -> Iterator[_Window]:
 
 
 def _added(values: FloatArray, side: int) -> FloatArray:
-    """Sums over square blocks."""
+    """Sums over square blocks of `side` by `side` cells."""
     if side == 1:
         return values
     rows, columns = (np.arange(0, count, side) for count in values.shape)
@@ -243,13 +242,13 @@ def _added(values: FloatArray, side: int) -> FloatArray:
 
 
 def _whole(low: float, high: float, origin: float, step: float, count: int) -> tuple[int, int]:
-    """The whole cells that hold an interval of coordinates, whichever way they are numbered."""
+    """First and last (excluded) of the cells that contain an interval of coordinates, numbered in either direction."""
     ends = sorted((at - origin) / step for at in (low, high))
     return max(math.floor(ends[0]), 0), min(math.ceil(ends[1]), count)
 
 
 def _merged(intervals: list[tuple[int, int]]) -> Iterator[tuple[int, int]]:
-    """Intervals of columns without what two have in common: a cell across the antimeridian counts once."""
+    """Intervals of columns without overlaps, so that a cell across the antimeridian counts once."""
     done = 0
     for first, last in sorted(intervals):
         if last > max(first, done):

@@ -342,7 +342,7 @@ def tissot_points(surface: Surface, step: float | None, grid: tuple[float, float
 
 
 def usual_step(surface: Surface) -> float:
-    """15 degrees for the globe; a ninth of smaller regions, less for narrow ones and those that fill little of a box."""
+    """15 degrees for the globe; a ninth of smaller regions, less for narrow ones and ones that fill little of a box."""
     bounds = surface.domain.region.bounds
     width, height = ground_size(bounds)
     wide, narrow = max(width, height), min(width, height)
