@@ -150,7 +150,7 @@ def convert(
 
 
 def convert_frame(frame: Any, to: Any, *, source: Any = None, densify: float | None = None) -> Any:
-    """A GeoDataFrame in another CRS, with the options of `convert`; features that it cannot show lose their geometry."""
+    """A GeoDataFrame in another CRS, with the options of `convert`; what it cannot show loses its geometry."""
     import shapely
 
     target = _crs(to)

@@ -117,9 +117,8 @@ def _read_layer(name: str, layer: str) -> tuple[Any, list[int]]:
         try:
             return geopandas.read_file(name, engine="pyogrio", layer=layer), []
         except shapely.errors.GEOSException:
-            pass
-    found, _, stored, columns = pyogrio.raw.read(name, layer=layer)
-    shapes = shapely.from_wkb(stored, on_invalid="ignore")
+            found, _, stored, columns = pyogrio.raw.read(name, layer=layer)
+            shapes = shapely.from_wkb(stored, on_invalid="ignore")
     lost = [k + 1 for k, (shape, bytes_) in enumerate(zip(shapes, stored, strict=True)) if bytes_ and shape is None]
     table = dict(zip(found["fields"], columns, strict=True))
     return geopandas.GeoDataFrame(table, geometry=shapes, crs=found["crs"] or None), lost

@@ -288,7 +288,7 @@ BESIDE = ".aux.xml"  # suffix of the file in which GDAL puts what a GeoTIFF cann
 
 
 def _held_plane(projection: Projection) -> tuple[ProjectedCrs | None, str, str]:
-    """The plane of a map, the flavour of its GeoTIFF keys, and a note; no plane if it has no inverse or cannot be held."""
+    """The plane of a map, the flavour of its GeoTIFF keys, and a note; no plane if it is not invertible or not held."""
     plane = projected_crs_of(projection)
     if plane is None:
         return None, FLAVOURS[0], f"{projection.name} has no CRS; {_INSTEAD}"
@@ -394,7 +394,7 @@ def save_geotiff(
     flavour: str = FLAVOURS[0],
     overwrite: bool = True,
 ) -> None:
-    """Write pixels (height, width, 2 or 4), the last alpha, as a GeoTIFF; raises OSError, FileExistsError, ImportError."""
+    """Write pixels (height, width, 2 or 4), alpha last, as a GeoTIFF; raises OSError, FileExistsError, ImportError."""
     with needed_for(f"output '{path}'"):
         import rasterio
         from rasterio.enums import ColorInterp

@@ -144,7 +144,7 @@ class _Raster:
         return np.asarray(values)
 
     def _sums(self, inside: _Inside, tile: _Window, side: int) -> tuple[FloatArray, FloatArray]:
-        """Sums (3, n) of values, values times columns and values times rows, for blocks above 0 and for blocks of four."""
+        """Sums (3, n) of values and of values times columns and rows, over blocks above 0, and over blocks of four."""
         values = self._values(tile)
         values = np.where(inside.mask(tile, values != 0.0), values, 0.0)
         wrong = ~(np.isfinite(values) & (values >= 0.0))
@@ -158,9 +158,9 @@ class _Raster:
         return fine[:, fine[0] > 0.0], coarse[:, coarse[0] > 0.0]
 
     def _placed(self, sums: list[FloatArray], *, exact: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Longitudes, latitudes and weights of blocks at their centres of gravity, or of cells exactly at their middles.
+        """Longitudes, latitudes and weights of blocks at their centres of gravity.
 
-        Maps may have kinks at the middles of cells.
+        With `exact` they are of cells, exactly at their middles, where maps may have kinks.
         """
         weight, columns, rows = np.concatenate(sums, axis=1)
         u, v = columns / weight, rows / weight
