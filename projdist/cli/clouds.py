@@ -106,7 +106,7 @@ def _weights(clouds: Sequence[CloudFile], given: WeightsFile | str, correspond: 
         return column_weights(clouds, given, correspond)
     if correspond == "icp":
         refuse(f"Invalid weights '{given.path}'. With the correspondence icp they must be a column of clouds.")
-    return [given.of_rows() if correspond == "rows" else given.of_ids(cloud) for cloud in clouds]
+    return [given.numbers if correspond == "rows" else given.of_ids(cloud) for cloud in clouds]
 
 
 def _frame(text: str, files: Sequence[str]) -> str | int:

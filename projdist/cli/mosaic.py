@@ -92,7 +92,7 @@ def present_panoramas(
     if report is not None:
         put(json_text(data), report, overwrite)
     present(_panorama_report(results, data, [*(one.path for one in targets), report]), form)
-    for note in dict.fromkeys(note for found in groups for note in found.told(others=not all_groups)):
+    for note in dict.fromkeys(note for found in groups for note in found.messages(others=not all_groups)):
         fail(note)
     for one in mapped:
         if note := one.canvas().note:
@@ -316,7 +316,7 @@ def mosaic_command(
     written = [*(one.path for one in mosaics), *(one.path for one in figures), path]
     present(_report(results, all_groups, written), form)
     left_out = groups[0].alone if all_groups else groups[0].left_out
-    for note in dict.fromkeys(note for found in groups for note in found.told(others=not all_groups)):
+    for note in dict.fromkeys(note for found in groups for note in found.messages(others=not all_groups)):
         fail(note)
     if left_out:
         raise typer.Exit(1)

@@ -15,7 +15,7 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.answers import factors
-from projdist.applications.oldmaps import LOCAL_MEASURES, OldMap, isolines
+from projdist.applications.oldmaps import LOCAL_MEASURES, RECTIFICATIONS, OldMap, isolines
 from projdist.matrices import decompose
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
 from projdist.regions import RegionLike, geojson_of, get_region
@@ -212,9 +212,6 @@ def _name_crs(path: Path, wkt: str) -> None:
 # ---- old maps ------------------------------------------------------------------------------------
 
 
-_BY = ("mdt", "affine", "helmert")
-
-
 def old_map_layers(
     found: OldMap, *, by: str = "mdt", crs: ProjectionLike | None = None
 ) -> dict[str, geopandas.GeoDataFrame]:
@@ -254,7 +251,7 @@ def old_map_layers(
     [10.0, 10.0, 10.0, 10.0]
     """
     check_instance("old map", found, OldMap, "an OldMap")
-    check_choice("rectification", by, _BY)
+    check_choice("rectification", by, RECTIFICATIONS)
     plane = _plane(found.points.crs if crs is None else crs)
     with needed_for("layer"):
         import geopandas

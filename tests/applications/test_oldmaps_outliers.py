@@ -9,7 +9,14 @@ from old_map_points import ROUNDING, grid, sheets, smooth
 from scipy import stats
 
 from projdist.applications.oldmaps import ControlPoints, old_map
-from projdist.applications.oldmaps.fits import FALSE_ALARM, SplineModes, _log_chance, _Others, _Residuals, wrong_points
+from projdist.applications.oldmaps.fits import (
+    FALSE_ALARM,
+    SplineModes,
+    _log_probability,
+    _Others,
+    _Residuals,
+    wrong_points,
+)
 
 
 @pytest.mark.slow
@@ -133,7 +140,7 @@ def test_the_chance_of_a_residual():
     """The square of a residual in the plane over its variance has the distribution F(2, 2 m)."""
     for freedom in (1, 7, 200):
         one = _Residuals(np.array([0.3, 5.0, 40.0]), np.ones(3), freedom)
-        np.testing.assert_allclose(_log_chance([one], 0.0), stats.f.logsf(one.square, 2, 2 * freedom), rtol=1e-9)
+        np.testing.assert_allclose(_log_probability([one], 0.0), stats.f.logsf(one.square, 2, 2 * freedom), rtol=1e-9)
 
 
 def test_exact_points_have_no_outliers():

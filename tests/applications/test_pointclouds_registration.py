@@ -216,7 +216,7 @@ def test_self_consistent(seed, n):
     clouds[rng.uniform(size=clouds.shape[:2]) < 0.3] = np.nan
     seen = ~np.isnan(clouds[..., 0])
     group = consensus(clouds, 1.0 * seen)
-    assert group.settled
+    assert group.converged
     places = moved(clouds, group.A, group.shift)
     shared = seen.sum(axis=0) > 1
     mean = np.nanmean(places[:, shared], axis=0)
@@ -235,7 +235,7 @@ def test_chains(n):
     found = register(chained(clouds, 10), frame="first")
     np.testing.assert_allclose(found.matrices, B[0] @ np.linalg.inv(B), atol=1e-9)
     noisy, _ = made(rng, n, 10, 110, noise=0.05)
-    assert register(chained(noisy, 10)).settled
+    assert register(chained(noisy, 10)).converged
 
 
 def test_points_of_one_cloud_move_along():

@@ -55,7 +55,7 @@ def test_weighted_means_are_self_consistent():
     clouds, _ = made(rng, 3, 6, 60, noise=0.1)
     weights = rng.uniform(0.1, 2.0, size=clouds.shape[:2]) * (rng.uniform(size=clouds.shape[:2]) < 0.8)
     group = consensus(clouds, weights)
-    assert group.settled
+    assert group.converged
     mean = np.average(moved(clouds, group.A, group.shift), axis=0, weights=np.tile(weights[..., None], 3))
     fits = [affine_fit(y, mean, weights=w).matrix for y, w in zip(clouds, weights, strict=True)]
     shrunk = np.array([fit @ np.linalg.inv(A) for fit, A in zip(fits, group.A, strict=True)])

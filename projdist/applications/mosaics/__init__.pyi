@@ -14,8 +14,8 @@ from .correspondences import Correspondences, correspondences_of, parse_sizes, r
 from .features import match
 from .homographies import CHOICES, MODELS, corners, places
 from .images import Picture, check_pixels, open_image, open_pictures
-from .panoramas import FOCALS, Cameras, MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
-from .registration import Frame, ImageRegistration, Match, register, register_groups
+from .panoramas import FOCALS, MappedPanorama, Panorama, map_of_sphere, panorama, panoramas_of_groups
+from .registration import Cameras, Frame, ImageRegistration, Match, register, register_groups
 from .rendering import (
     BLENDS,
     DEEP_SUFFIXES,

@@ -1,4 +1,4 @@
-"""A mosaic: images in a common frame."""
+"""Mosaics: images in a common frame."""
 
 from __future__ import annotations
 
@@ -9,36 +9,34 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
-from projdist.applications.mosaics.canvases import Canvas
+from projdist.applications.mosaics.canvases import Canvas, canvas_size
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import corners, places
 from projdist.applications.mosaics.registration import (
     CommonFrames,
     Frame,
+    ImageAnswer,
     ImageRegistration,
-    alone,
     common_frames,
     frame_of_image,
-    left_out_note,
     register_groups,
 )
 from projdist.matrices import ROTATIONS, check_weights
-from projdist.support import Answer, plain
+from projdist.support import plain
 
 FRAMES = ("mdt", "first", "last", "central", "best")
-_SEVERAL = 2.0  # times better is worth a word
+_SEVERAL = 2.0  # times better gives a note
 _MOST_PIXELS = 1e8  # of a canvas: 300 MB of colours
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Mosaic(Answer):
-    """Images brought into a common frame, and what other frames would be worth.
+class Mosaic(ImageAnswer):
+    """Images in a common frame, with the figures of other frames.
 
-    `frame`: that of the mosaic, `frame_name` as it was asked for. `common`: the frames to choose from. `most_pixels`:
-    of the canvas.
+    `frame`: that of the mosaic, `frame_name` as requested. `common`: the frames to choose from. `most_pixels`: limit of
+    the canvas.
     """
 
-    points: Correspondences
     registration: ImageRegistration
     common: CommonFrames
     frame_name: str
@@ -47,44 +45,27 @@ class Mosaic(Answer):
 
     @property
     def frames(self) -> dict[str, Frame | None]:
-        """`first`, `last`, `central`, `best` and `mdt`; None where the plane has no room for some image."""
+        """`first`, `last`, `central`, `best` and `mdt`; None if some image reaches infinity in that plane."""
         return self.common.frames
 
     @property
-    def images(self) -> list[int]:
-        """The numbers of the images in the mosaic."""
-        return self.registration.images
+    def _found(self) -> ImageRegistration:
+        return self.registration
 
     @property
     def matrices(self) -> FloatArray:
         """From the pixels of `images` to the frame, (n, 3, 3)."""
         return self.frame.matrices
 
-    @property
-    def left_out(self) -> list[str]:
-        """The names or numbers of the images that do not hang together with the others."""
-        return [self.points.name(image) for image in self.registration.left_out]
-
-    @property
-    def alone(self) -> list[str]:
-        """The names or numbers of the images that hang together with no other."""
-        found = self.registration
-        return [self.points.name(image) for image in alone(found.components, found.left_out)]
-
-    @property
-    def notes(self) -> list[str]:
-        """What is to be said of the result; mostly nothing."""
-        return self.told()
-
-    def told(self, *, others: bool = True) -> list[str]:
-        """The notes; without `others` none of other groups of images, which have mosaics of their own."""
-        left = left_out_note(self.points, self.registration.components, self.registration.left_out, others)
-        notes = (left, self._better, self.common.rotation.note, self.canvas().note)
+    def messages(self, *, others: bool = True) -> list[str]:
+        """The notes; without `others` none on other groups of images, which have mosaics of their own."""
+        left = self._left_out_note(others=others)
+        notes = (left, self._model_note, self.common.rotation.note, self.canvas().note)
         return [note for note in notes if note]
 
     @property
-    def _better(self) -> str:
-        """That homographies fit several times better than the affine maps that were asked for."""
+    def _model_note(self) -> str:
+        """A note if homographies fit several times better than the requested affine maps."""
         models = self.registration.models
         if self.registration.model != "affine" or not models:
             return ""
@@ -97,23 +78,18 @@ class Mosaic(Answer):
         )
 
     def canvas(self, *, most_pixels: float | None = None) -> Canvas:
-        """The picture that holds all images, of so many pixels at most."""
-        most_pixels = self.most_pixels if most_pixels is None else most_pixels
+        """The picture that holds all images, of at most `most_pixels`."""
         rims = places(self.matrices, corners(self.registration.sizes)).reshape(-1, 2)
-        low, extent = rims.min(axis=0), np.ptp(rims, axis=0)
-        scale = min(1.0, float(np.sqrt(most_pixels / np.prod(extent))))
-        to_canvas = np.diag([scale, scale, 1.0])
-        to_canvas[:2, 2] = -scale * low
-        width, height = (max(1, int(np.ceil(round(scale * side, 6)))) for side in extent)
-        full = f"{extent[0]:.0f} x {extent[1]:.0f}"
-        note = f"The canvas would have {full} pixels: it is drawn at {100 * scale:.3g} %." if scale < 1.0 else ""
-        return Canvas(width, height, to_canvas @ self.matrices, scale, note)
+        size = canvas_size(np.ptp(rims, axis=0), self.most_pixels if most_pixels is None else most_pixels)
+        to_canvas = np.diag([size.scale, size.scale, 1.0])
+        to_canvas[:2, 2] = -size.scale * rims.min(axis=0)
+        return Canvas(size.width, size.height, to_canvas @ self.matrices, size.scale, size.note)
 
     def _line(self) -> str:
         return f"{len(self.images)} images in the frame {self.frame_name}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The report. Lists are of all images, in their order, with None for what was left out."""
+        """The report. Lists are for all images in their order, with None for those left out."""
         found, canvas, name = self.registration, self.canvas(), self.points.name
         references = {
             key: frame.reference for key, frame in self.frames.items() if frame and frame.reference is not None
@@ -136,22 +112,12 @@ class Mosaic(Answer):
             "left_out": self.left_out,
             "components": [[name(image) for image in group] for group in found.components],
             "canvas": {"width": canvas.width, "height": canvas.height, "scale": canvas.scale},
-            "pairs": [
-                m._asdict() | {"i": name(m.i), "j": name(m.j), "false_alarms": plain(m.false_alarms)}
-                for m in found.matches
-            ],
+            "pairs": self._pairs(),
             "notes": self.notes,
         }
 
-    def _of_all(self, values: FloatArray) -> list[Any]:
-        """A value an image, None for those left out."""
-        listed: list[Any] = [None] * len(self.points.sizes)
-        for image, value in zip(self.images, values.tolist(), strict=True):
-            listed[image] = value
-        return listed
-
     def _table(self) -> list[dict[str, Any]]:
-        """A row an image: its Dist_F in each frame."""
+        """A row per image with its Dist_F in each frame."""
         columns = {
             key: [np.nan] * len(self.images) if frame is None else frame.distortions.tolist()
             for key, frame in self.frames.items()
@@ -163,7 +129,7 @@ class Mosaic(Answer):
 
 
 def check_frame(frame: str | int, count: int) -> str | int:
-    """The name of a frame or the number of one of so many images; raises ValueError for another."""
+    """The name of a frame, or the number of one of `count` images; raises ValueError for others."""
     if isinstance(frame, str) and frame.isdecimal():
         frame = int(frame)
     if not (frame in FRAMES or (isinstance(frame, int) and 0 <= frame < count)):
@@ -183,47 +149,45 @@ def mosaic(
     tolerance: float = 4.0,
     most_pixels: float = _MOST_PIXELS,
 ) -> Mosaic:
-    """Bring images into a common frame by the points that they have in common.
+    """Bring images into a common frame by their common points.
 
-    `model`: affine maps, homographies, or "auto": those that the points ask for. `frame`: "mdt", in which the images
-    are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number. `weights`: of
-    the images, equal ones if not given. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as for
-    `register`. `most_pixels`: of the canvas. Raises ValueError for frames in which an image reaches infinity, and as
-    `register` does.
+    `model`: affine maps, homographies, or "auto" for the model that suits the points. `frame`: "mdt", in which the
+    images are distorted least, or the plane of an image: "first", "last", "central", "best" of all, or a number.
+    `weights`: of the images, by default equal. `rotation`: as `method` of `mean_rotation`. `tolerance`: pixels, as in
+    `register`. `most_pixels`: limit of the canvas. Raises ValueError for frames in which an image reaches infinity, and
+    as `register`.
     """
-    return _mosaics(points, model, frame, weights, rotation, tolerance, most_pixels, 1)[0]
+    (found,) = mosaics_of_groups(
+        points,
+        model=model,
+        frame=frame,
+        weights=weights,
+        rotation=rotation,
+        tolerance=tolerance,
+        most_pixels=most_pixels,
+        most=1,
+    )
+    return found
 
 
 def mosaics_of_groups(
     points: Correspondences,
     *,
     model: str = "affine",
-    frame: str = "mdt",
+    frame: str | int = "mdt",
     weights: ArrayLike | None = None,
     rotation: str = "chordal",
     tolerance: float = 4.0,
     most_pixels: float = _MOST_PIXELS,
+    most: int | None = None,
 ) -> list[Mosaic]:
-    """A mosaic of each group of images that hang together, the largest first; arguments and errors as of `mosaic`.
+    """A mosaic of each group of connected images, the largest first, at most `most`; see `mosaic`.
 
-    `frame`: a name, as an image is in one group only.
+    `frame`: of several groups a name, not a number, as an image is in one group only.
     """
-    if not isinstance(check_frame(frame, len(points.sizes)), str):
-        raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
-    return _mosaics(points, model, frame, weights, rotation, tolerance, most_pixels, None)
-
-
-def _mosaics(
-    points: Correspondences,
-    model: str,
-    frame: str | int,
-    weights: ArrayLike | None,
-    rotation: str,
-    tolerance: float,
-    most_pixels: float,
-    most: int | None,
-) -> list[Mosaic]:
     frame = check_frame(frame, len(points.sizes))
+    if most != 1 and not isinstance(frame, str):
+        raise ValueError(f"Invalid frame '{frame}'. An image is in one group only; it must be {', '.join(FRAMES)}.")
     if rotation not in ROTATIONS:
         raise ValueError(f"Invalid rotation '{rotation}'. It must be {' or '.join(ROTATIONS)}.")
     all_weights = check_weights(weights, (len(points.sizes),))
@@ -239,7 +203,7 @@ def _framed(
     rotation: str,
     most_pixels: float,
 ) -> Mosaic:
-    """Registered images in a frame."""
+    """The mosaic of registered images."""
     each = check_weights(all_weights[found.images], (len(found.images),))
     common = common_frames(found, each, rotation)
     if isinstance(frame, str):

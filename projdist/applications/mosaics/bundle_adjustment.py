@@ -1,4 +1,4 @@
-"""Bundle adjustment: which points of two images agree on a map, which maps are needed, and the best of them."""
+"""Bundle adjustment of maps of images, maps of pairs by RANSAC, and the choice of a model."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.applications.mosaics.homographies import ENTRIES, LEAST, MODELS, fit, homogeneous
 
-_MOST_STEPS = 200  # 5 to 10 do
-_SETTLED = 1e-13  # of a step, in half an image: rounding
+_MOST_STEPS = 200  # 5 to 10 suffice
+_CONVERGED = 1e-13  # step in units of half an image: rounding
 _DAMPING, _WEAKEST, _STRONGEST = 1e-4, 1e-8, 1e8
 
 
 class Link(NamedTuple):
-    """Two images i and j and the points, shape (n, 2), that they have in common."""
+    """Two images i and j and their common points, shape (n, 2)."""
 
     i: int
     j: int
@@ -26,26 +26,27 @@ class Link(NamedTuple):
 
 
 def transfer_errors(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
-    """The larger of the two distances of each pair of points under maps S (..., 3, 3) from i to j, shape (..., n)."""
+    """The larger of both transfer distances of pairs of points under maps S (..., 3, 3) from i to j, (..., n)."""
     return np.maximum(*transfers(S, xi, xj))
 
 
 def transfers(S: FloatArray, xi: FloatArray, xj: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Both distances, in image j and in image i; infinite where a point lies behind the other image's horizon."""
+    """Transfer distances in image j and in image i; infinite for points behind the other image's horizon."""
     with np.errstate(all="ignore"):
         return _distances(S, xi, xj), _distances(np.asarray(np.linalg.inv(S)), xj, xi)
 
 
 def _distances(S: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Distances (..., n) of S x from y; infinite behind the horizon."""
     z = np.einsum("...ij,nj->...ni", S, homogeneous(x))
     gap = np.hypot(*np.moveaxis(z[..., :2] / z[..., 2:] - y, -1, 0))
     return np.asarray(np.where((z[..., 2] > 0) & np.isfinite(gap), gap, np.inf))
 
 
 class Chart(Protocol):
-    """The changes that maps may be given, as vectors, and what is left of the normal equations for these.
+    """A parametrisation of changes of maps, and the normal equations for its parameters.
 
-    `model`: the entries of the changes E_i of M_i (I + E_i) that the normal equations are of.
+    `model`: names the entries of E_i, in M_i (I + E_i), for which the normal equations are set up first.
     """
 
     @property
@@ -53,24 +54,24 @@ class Chart(Protocol):
         """A key of `ENTRIES`."""
 
     def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """J^T J and J^T r of the changes, from those (N, k, N, k) and (N, k) of the entries of all E_i."""
+        """J^T J and J^T r for the parameters, from those for the entries of all E_i, (N, k, N, k) and (N, k)."""
 
     def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
-        """The maps after a change."""
+        """The maps after a step of the parameters."""
 
 
 class Planes(NamedTuple):
-    """All maps of a model but the first image's, which stays as it is."""
+    """Free changes of all maps of a model but the first, which stays fixed."""
 
     model: str
 
     def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Those of all images but the first."""
+        """J^T J and J^T r without those of the first image."""
         size = gradient[1:].size
         return normal[1:, :, 1:].reshape(size, size), gradient[1:].reshape(size)
 
     def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
-        """M_i (I + E_i)."""
+        """The maps M_i (I + E_i)."""
         E = np.tile(np.eye(3), (len(M), 1, 1))
         for number, (a, b) in enumerate(ENTRIES[self.model]):
             E[1:, a, b] += step.reshape(len(M) - 1, -1)[:, number]
@@ -78,21 +79,20 @@ class Planes(NamedTuple):
 
 
 def adjust(M: FloatArray, links: Sequence[Link], model: str) -> tuple[FloatArray, float]:
-    """The maps (N, 3, 3) near the start M that make the symmetric transfer error least, and its RMS over the points.
+    """The maps (N, 3, 3) with the least symmetric transfer error near the start M, and its RMS over the points.
 
-    The first image's map stays as it is. Raises as `adjust_in`.
+    The first image's map stays fixed. Raises as `adjust_in`.
     """
     return adjust_in(Planes(model), M, links)[:2]
 
 
 def adjust_in(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[FloatArray, float, FloatArray]:
-    """The same over the maps that a chart reaches; and J^T J there.
+    """`adjust` among the maps of a chart; returns J^T J, too.
 
-    By Levenberg and Marquardt's method, M_i being changed to M_i (I + E_i), from
-    the right: what the errors know is M_j^-1 M_i, so neither they nor the steps depend on the plane. The normal
-    equations are of 6 or 8 unknowns an image, whatever the number of points; and it ends at the rounding of the
-    maps, where sparse trust-region steps by conjugate gradients take ten times as long to 1e-9. Raises ValueError where
-    the points do not determine the maps.
+    By the Levenberg-Marquardt method. M_i is changed to M_i (I + E_i), from the right: the errors depend on M_j^-1 M_i
+    only, so neither they nor the steps depend on the plane. The normal equations have 6 or 8 unknowns per image,
+    whatever the number of points. Convergence is to rounding; sparse trust-region steps by conjugate gradients take ten
+    times as long to 1e-9. Raises ValueError if the points do not determine the maps.
     """
     errors, cost = _errors(M, links)
     damping = 0.0
@@ -110,13 +110,13 @@ def adjust_in(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[Float
             tried = chart.moved(M, step)
             there, new = _errors(tried, links)
             size = float(np.abs(step).max(initial=0.0))
-            if new <= cost * (1.0 + 1e-13) or size < _SETTLED or damping > _STRONGEST:
+            if new <= cost * (1.0 + 1e-13) or size < _CONVERGED or damping > _STRONGEST:
                 break
             damping = max(10.0 * damping, _DAMPING)
         if not new <= cost * (1.0 + 1e-13):
             break
         M, errors, cost = tried, there, new
-        if size < _SETTLED:
+        if size < _CONVERGED:
             break
         damping = 0.1 * damping if damping > _WEAKEST else 0.0
     if not np.isfinite(cost):
@@ -126,7 +126,7 @@ def adjust_in(chart: Chart, M: FloatArray, links: Sequence[Link]) -> tuple[Float
 
 
 class _Way(NamedTuple):
-    """A link in one direction: the image that points are from, the one they go to, where they are there, and errors."""
+    """A link in one direction: the images from and to, the map S, the points x, their images z, and the errors."""
 
     a: int
     b: int
@@ -137,7 +137,7 @@ class _Way(NamedTuple):
 
 
 def _errors(M: FloatArray, links: Sequence[Link]) -> tuple[list[_Way], float]:
-    """The ways there and back of all links, and the sum of squares; infinite where a point is behind a horizon."""
+    """Both directions of all links, and the sum of squared errors; infinite if a point is behind a horizon."""
     ways, cost = [], 0.0
     with np.errstate(all="ignore"):
         inverse = np.linalg.inv(M) if np.isfinite(M).all() else np.full_like(M, np.nan)
@@ -154,7 +154,7 @@ def _errors(M: FloatArray, links: Sequence[Link]) -> tuple[list[_Way], float]:
 def _normal_equations(
     M: FloatArray, links: Sequence[Link], ways: list[_Way], model: str
 ) -> tuple[FloatArray, FloatArray]:
-    """J^T J (N, k, N, k) and J^T r (N, k) of the entries of the changes of all images."""
+    """J^T J (N, k, N, k) and J^T r (N, k) for the entries of E_i of all images."""
     entries = ENTRIES[model]
     count, wide = len(M), len(entries)
     normal, gradient = np.zeros((count, wide, count, wide)), np.zeros((count, wide))
@@ -180,26 +180,26 @@ def _normal_equations(
 # ---- pairs ---------------------------------------------------------------------------------------
 
 
-_BATCH, _BATCHES = 100, 40  # of samples: with one in five points right, one of 600 samples of four is
+_BATCH, _BATCHES = 100, 40  # samples; with one in five points right, one in 600 samples of four is right
 _SURE = 0.999  # probability of a sample without a wrong point
 _ROUNDS = 20  # of refitting
-_HOPELESS = 10.0  # tolerances, in the median after a linear fit: that is not one map, and takes long to refit
-# Expected number of maps between points at random, over all pairs that are asked, that as many points agree on as well
+_HOPELESS = 10.0  # tolerances, median error of a linear fit above which one map does not fit and is not refined
+# Largest expected number of maps of random points, over all pairs, on which as many points agree as well
 # (a contrario: L. Moisan & B. Stival 2004, "A probabilistic criterion to detect rigid point matches between two images
 # and estimate the fundamental matrix", section 4; of homographies L. Moisan, P. Moulon & P. Monasse 2012, "Automatic
 # homographic registration of a pair of images, with a contrario elimination of outliers").
 _FALSE_ALARMS = 1e-3
-_DISTINCT = 0.01  # of an image's side: points that are nearer to each other in both images count once
-_VAGUE = 0.2  # deviation of a scale
+_DISTINCT = 0.01  # of an image's side: points closer to each other in both images count once
+_VAGUE = 0.2  # standard deviation of a scale
 _POINT = 1e-6  # spread of points that lie on a line to rounding
 _LINE = "the points lie on a line"
 
 
 class Pair(NamedTuple):
-    """What two images have in common: the points that agree on the map S from i to j, or why there is no such map.
+    """The map S from image i to image j and the points that agree on it, or the reason why there is no map.
 
-    `false_alarms`: decimal logarithm of how many maps chance would make as good, over all pairs; NaN where no map was
-    found, or points are too few to tell.
+    `false_alarms`: decimal logarithm of the expected number of chance maps as good, over all pairs; NaN if no map was
+    found or there are too few points.
     """
 
     agree: BoolArray
@@ -211,10 +211,10 @@ class Pair(NamedTuple):
 def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, area: float, tests: int) -> Pair:
     """The map that takes most points xi (n, 2) to xj and back within the tolerance, in coordinates of the order of 1.
 
-    Where all agree at once that is all. Else maps through random samples of as few points as determine one are tried
-    (RANSAC, Fischler & Bolles 1981; always the same samples), and the best is fitted to its points until these stay
-    the same. What chance would do as well, in images of this area and so many pairs of them, is refused; one point
-    more than determines a map is believed where all agree.
+    If the fit to all points agrees with all, it is taken. Otherwise maps through random minimal samples are tried
+    (RANSAC, Fischler & Bolles 1981; always the same samples), and the best is refitted to its points until these stay
+    the same. A map that chance could give as well, in images of this `area` and so many pairs (`tests`), is refused,
+    except if all of at most one point more than the minimum agree.
     """
     least = LEAST[model]
     none = np.zeros(len(xi), dtype=bool)
@@ -243,24 +243,24 @@ def estimate(xi: FloatArray, xj: FloatArray, model: str, tolerance: float, *, ar
 
 
 def _false_alarms(S: FloatArray, xi: FloatArray, xj: FloatArray, tolerance: float, area: float, least: int) -> float:
-    """The decimal logarithm of the number of false alarms of a map S, the least over the precisions up to a tolerance.
+    """Decimal logarithm of the number of false alarms of a map S, the least over all precisions up to the tolerance.
 
-    With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p), p being those of a sample: a
-    point at random is as near with the probability pi e^2 / area.
+    With k of n points within e it is (n - p) C(n, k) C(k, p) (pi e^2 / area)^(k - p), where p is the size of a sample
+    and pi e^2 / area the probability that a random point is within e.
     """
     errors = _distinct(xi, xj, transfer_errors(S, xi, xj), _DISTINCT * math.sqrt(area))
     n, near = len(errors), np.sort(errors[errors <= tolerance])
     k = np.arange(least + 1, len(near) + 1)
     if not k.size:
         return math.inf
-    # A point that fits to rounding is no proof without end.
+    # A point that fits to rounding is no infinite evidence.
     chance = np.minimum(np.pi * np.maximum(near[least:], _POINT) ** 2 / area, 1.0)
     logarithms = math.log(n - least) + _log_choices(n, k) + _log_choices(k, least) + (k - least) * np.log(chance)
     return float(logarithms.min()) / math.log(10.0)
 
 
 def _log_choices(n: IntArray | int, k: IntArray | int) -> FloatArray:
-    """The logarithms of the binomial coefficients."""
+    """Logarithms of binomial coefficients."""
     n, k = np.broadcast_arrays(n, k)
     return np.array(
         [math.lgamma(a + 1) - math.lgamma(b + 1) - math.lgamma(a - b + 1) for a, b in zip(n, k, strict=True)]
@@ -268,7 +268,7 @@ def _log_choices(n: IntArray | int, k: IntArray | int) -> FloatArray:
 
 
 def _distinct(xi: FloatArray, xj: FloatArray, errors: FloatArray, apart: float) -> FloatArray:
-    """The least error in each cell of pairs of places: features at one place are one witness."""
+    """The least error in each cell of pairs of places, so that features at one place count once."""
     cells = np.floor(np.hstack([xi, xj]) / apart)
     numbers = np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1)
     least = np.full(numbers.max() + 1, np.inf)
@@ -276,17 +276,13 @@ def _distinct(xi: FloatArray, xj: FloatArray, errors: FloatArray, apart: float) 
     return least
 
 
-def refined(xi: FloatArray, xj: FloatArray, model: str) -> FloatArray | None:
-    """The map with the least symmetric transfer error of all points; None where they do not determine one."""
-    return _refined(fit(xi, xj, model), xi, xj, np.ones(len(xi), dtype=bool), model)
-
-
 def _is_map(S: FloatArray) -> bool:
+    """True for a finite, invertible matrix."""
     return bool(np.isfinite(S).all() and np.linalg.det(S) != 0)
 
 
 def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, model: str) -> FloatArray | None:
-    """The map with the least symmetric transfer error of some points; None where they do not determine it."""
+    """The map with the least symmetric transfer error of the points `agree`; None if they do not determine it."""
     if not _is_map(S):
         return None
     try:
@@ -298,9 +294,10 @@ def _refined(S: FloatArray, xi: FloatArray, xj: FloatArray, agree: BoolArray, mo
 
 
 def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tuple[FloatArray | None, BoolArray]:
-    """The best of maps through random samples, by the number of points that agree, and which do.
+    """The map through a random sample with which most points agree, and flags of these points.
 
-    Every other batch is of affine maps: with one point in ten right, a sample of three is so ten times as often.
+    Every other batch is of affine maps: with one point in ten right, a sample of three is right ten times as often as
+    one of four.
     """
     rng, least = np.random.default_rng(0), LEAST[model]
     best, agreeing = None, np.zeros(len(xi), dtype=bool)
@@ -320,28 +317,29 @@ def _sampled(xi: FloatArray, xj: FloatArray, model: str, tolerance: float) -> tu
 
 
 def _is_determined(S: FloatArray, xi: FloatArray, xj: FloatArray) -> bool:
-    """Whether the scale across the line that fits the points best is known: its deviation is noise over spread."""
+    """True if the scale across the line that fits the points best is known: its error is noise over spread."""
     noise = np.sqrt(np.mean(transfer_errors(S, xi, xj) ** 2))
     return bool(_spread(xi, xj) > max(noise / _VAGUE, _POINT))
 
 
 def _spread(xi: FloatArray, xj: FloatArray) -> float:
-    """Of the points about the line that fits them best, in the image where it is less."""
+    """Spread of the points about the line that fits them best, in the image where it is smaller."""
     return min(float(np.linalg.svd(x - x.mean(axis=0), compute_uv=False)[-1]) for x in (xi, xj))
 
 
 # ---- models --------------------------------------------------------------------------------------
 
 
-_NOISE = 0.05  # pixels of what is looked at: no point is found better
-_WRONG = 4.0  # of a squared error over the noise's: 2 for each of two dimensions, as Torr has it
+_NOISE = 0.05  # pixels of the examined image: the best accuracy of a point
+_WRONG = 4.0  # limit of a squared error over that of the noise: 2 per dimension, as in Torr
 
 
 class ModelFit(NamedTuple):
-    """How a model fits all pairs of images: the RMS of the symmetric transfer error in pixels, and its GRIC.
+    """The fit of a model to all pairs of images: the RMS of the symmetric transfer error in pixels, and the GRIC.
 
-    The geometric robust information criterion is the less the better: squared errors over the noise's, and a price for
-    the numbers that a model has (P. H. S. Torr 1998, "Geometric motion segmentation and model selection", section 4).
+    The geometric robust information criterion, smaller for better models, adds to squared errors, relative to the
+    noise, a penalty for parameters (P. H. S. Torr 1998, "Geometric motion segmentation and model selection", section
+    4).
     """
 
     rms_pixels: float
@@ -349,7 +347,7 @@ class ModelFit(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """The points of two images, those that agree on a map of either model, and a pixel of what is looked at."""
+    """The points of two images, those that agree on a map of either model, and the size of an examined pixel."""
 
     link: Link
     agree: BoolArray
@@ -357,9 +355,9 @@ class Shared(NamedTuple):
 
 
 def compare_models(pairs: Iterable[Shared], unit: float) -> dict[str, ModelFit]:
-    """How either model fits the points of pairs, each pair with a map of its own. `unit`: in pixels.
+    """The fit of each model to the points of pairs, each pair with its own map. `unit`: in pixels.
 
-    The noise is that of the homographies, which have all that affine maps have.
+    The noise is estimated by the homographies, which include the affine maps.
     """
     squares, points, gric = dict.fromkeys(MODELS, 0.0), 0, dict.fromkeys(MODELS, 0.0)
     for link, agree, pixel in pairs:
@@ -367,24 +365,18 @@ def compare_models(pairs: Iterable[Shared], unit: float) -> dict[str, ModelFit]:
         count = len(xi)
         if count <= LEAST["homography"]:
             continue
-        maps = {model: refined(xi, xj, model) for model in MODELS}
+        maps = {model: _refined(fit(xi, xj, model), xi, xj, np.ones(count, dtype=bool), model) for model in MODELS}
         if any(S is None for S in maps.values()):
             continue
-        errors = {model: _squares(S, xi, xj) for model, S in maps.items() if S is not None}
+        errors = {model: np.square(transfers(S, xi, xj)).sum(axis=0) for model, S in maps.items() if S is not None}
         freedom = 2 * count - len(ENTRIES["homography"])
         noise = max(errors["homography"].sum() / (4.0 * freedom), (_NOISE * pixel) ** 2)
         points += count
         for model, both in errors.items():
             squares[model] += float(both.sum())
-            # Moved by half to meet in the middle, both points of a pair are off by half of what is transferred.
+            # Moved to meet in the middle, each point of a pair is off by half of the transfer error.
             gric[model] += float(np.minimum(both / (4.0 * noise), _WRONG).sum())
             gric[model] += len(ENTRIES[model]) * math.log(4.0 * count) + 2.0 * count * math.log(4.0)
     if not points:
         return {}
     return {model: ModelFit(unit * math.sqrt(squares[model] / (2.0 * points)), gric[model]) for model in MODELS}
-
-
-def _squares(S: FloatArray, xi: FloatArray, xj: FloatArray) -> FloatArray:
-    """The sum of both squared distances of each pair of points."""
-    there, back = transfers(S, xi, xj)
-    return there**2 + back**2

@@ -1,11 +1,11 @@
-"""Pictures that hold all images of a mosaic: of a plane, and of a map of the sphere that a turning camera sees."""
+"""Canvases that hold all images of a mosaic, in a plane or on a map of the sphere, and georeferences of mosaics."""
 
 from __future__ import annotations
 
 import functools
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,20 +17,38 @@ from projdist.applications.mosaics.images import Box, Piece, Pixels, opencv, red
 from projdist.projections import ProjectedCrs
 from projdist.support import replacing
 
-_BACK = 1e-6  # radii: the inverse of a map is that where the map comes back
-_LATTICE = 300  # cells a side on which the part of a map that is seen is sought, in _PASSES ever closer
+_BACK = 1e-6  # radii: how closely the map must return from its inverse
+_LATTICE = 300  # cells a side of the grid on which the visible part of a map is searched, in _PASSES ever finer passes
 _PASSES = 3
-_AROUND = 0.05  # of the extent of the images' points, about it
-# Directions are interpolated between pixels so far apart, in radians: the error is at most their square over eight, in
-# radii, a fiftieth of a pixel of a picture with 1500 a radian.
+_AROUND = 0.05  # margin, of the extent of the images' points
+# Directions are interpolated between pixels this far apart, in radians: the error is at most its square over eight, in
+# radii, a fiftieth of a pixel of a picture with 1500 per radian.
 _STEP, _LARGEST_STEP = 0.01, 16
-_UNBENT = 1e-3  # by which the interpolated unit vector may be shorter than 1; across a cut it is by far more
+_UNBENT = 1e-3  # by which an interpolated unit vector may be shorter than 1; across a cut it is much shorter
+
+
+class CanvasSize(NamedTuple):
+    """Width and height of a canvas, its scale, at most 1, and a note if that is less."""
+
+    width: int
+    height: int
+    scale: float
+    note: str
+
+
+def canvas_size(extent: FloatArray, most_pixels: float) -> CanvasSize:
+    """The size of a canvas of a width and height, reduced to at most so many pixels."""
+    scale = min(1.0, float(np.sqrt(most_pixels / np.prod(extent))))
+    width, height = (max(1, int(np.ceil(round(scale * side, 6)))) for side in extent)
+    full = f"{extent[0]:.0f} x {extent[1]:.0f}"
+    note = f"The canvas would have {full} pixels: it is drawn at {100 * scale:.3g} %." if scale < 1.0 else ""
+    return CanvasSize(width, height, scale, note)
 
 
 class Canvas(NamedTuple):
     """A picture that holds all images: its size in pixels, and the matrices (n, 3, 3) from the images' pixels into it.
 
-    `scale`: that of its pixels to the frame's, below 1 where the frame would have taken too many; `note` says so.
+    `scale`: ratio of pixels to those of the frame, below 1 if the frame has too many; then `note` says so.
     """
 
     width: int
@@ -40,24 +58,24 @@ class Canvas(NamedTuple):
     note: str
 
     def bounds(self, number: int, size: Sequence[float]) -> Box:
-        """The box that an image has on the canvas."""
+        """The box of an image on the canvas."""
         rim = places(self.matrices[number][None], corners(np.array([size], dtype=float)))[0]
         left, top = np.floor(rim.min(axis=0) + 1e-6).astype(int).tolist()
         right, bottom = np.ceil(rim.max(axis=0) - 1e-6).astype(int).tolist()
         return left, top, right, bottom
 
     def warped(self, pixels: Pixels, number: int, box: Box) -> Piece:
-        """An image, in a box."""
+        """An image drawn in a box of the canvas."""
         return warped(pixels, self.matrices[number], box)
 
     def cropped(self, box: Box) -> Canvas:
-        """What is in a box."""
+        """The canvas of a box."""
         left, top, right, bottom = box
         return self._replace(width=right - left, height=bottom - top, matrices=shift(-left, -top) @ self.matrices)
 
 
 class Camera(NamedTuple):
-    """Where a camera looks, (3, 3) from its right, down and forward to the sphere's, its focal length, and its picture.
+    """A camera on the sphere: its rotation (3, 3), from its right, down and forward, its focal length and image size.
 
     The focal length and the size, width and height, are in pixels.
     """
@@ -67,19 +85,19 @@ class Camera(NamedTuple):
     size: tuple[float, float]
 
     def directions(self, x: FloatArray) -> FloatArray:
-        """Vectors (..., 3) to pixels (..., 2)."""
+        """Vectors (..., 3) towards pixels (..., 2)."""
         centred = (x - 0.5 * np.array(self.size)) / self.focal
         return np.asarray(np.concatenate([centred, np.ones((*x.shape[:-1], 1))], axis=-1) @ self.rotation.T)
 
     def pixels(self, directions: FloatArray) -> FloatArray:
-        """Pixels (..., 2) of vectors (..., 3); NaN of those behind the camera."""
+        """Pixels (..., 2) of vectors (..., 3); NaN behind the camera."""
         seen = directions @ self.rotation
         with np.errstate(divide="ignore", invalid="ignore"):
             x = self.focal * seen[..., :2] / seen[..., 2:] + 0.5 * np.array(self.size)
         return np.where(seen[..., 2:] > 0, x, np.nan)
 
     def sees(self, directions: FloatArray) -> BoolArray:
-        """Whether vectors (..., 3) are in the picture."""
+        """True for vectors (..., 3) inside the image."""
         x = self.pixels(directions)
         with np.errstate(invalid="ignore"):
             inside = np.asarray((x >= 0) & (x <= np.array(self.size)))
@@ -100,10 +118,10 @@ def directions_of(lon: FloatArray, lat: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class SphereCanvas:
-    """A picture of a map of the sphere that cameras see, which holds all their images.
+    """A picture of a map of the sphere that holds all images of cameras.
 
-    `origin`: the coordinates of its left upper corner, `pixel`: the size of a pixel, both in the map's unit, of which
-    `radius` is the sphere's. `scale`: that of its pixels to the images', below 1 where these would have been too many.
+    `origin`: coordinates of its upper left corner, `pixel`: size of a pixel, `radius`: that of the sphere, all in the
+    map's unit. `scale`: ratio of pixels to those of the images, below 1 if these are too many.
     """
 
     width: int
@@ -117,10 +135,10 @@ class SphereCanvas:
     note: str
 
     def bounds(self, number: int, size: Sequence[float]) -> Box:
-        """The box that an image has on the canvas."""
+        """The box of an image on the canvas."""
         step, rays = self._lattice
         seen = self.cameras[number].sees(rays)
-        # A thin image may lie between the nodes: its own, too.
+        # A thin image may lie between the nodes; its own points count, too.
         own = self.places(self.cameras[number].directions(_nodes(size)))
         own = own[np.asarray(np.isfinite(own).all(axis=1))]
         rows, columns = (np.flatnonzero(np.asarray(seen.any(axis=axis))) * step for axis in (1, 0))
@@ -131,12 +149,12 @@ class SphereCanvas:
         return max(int(left), 0), max(int(top), 0), min(int(right), self.width), min(int(bottom), self.height)
 
     def places(self, directions: FloatArray) -> FloatArray:
-        """Pixels (n, 2) of the canvas of vectors (n, 3); not finite where the map has none."""
+        """Pixels (n, 2) of the canvas for vectors (n, 3); not finite off the map."""
         u, v = self.plane.operation.native(*angles_of(directions))
         return np.stack([u - self.origin[0], self.origin[1] - v], axis=-1) / self.pixel
 
     def warped(self, pixels: Pixels, number: int, box: Box) -> Piece:
-        """An image, in a box."""
+        """An image drawn in a box of the canvas."""
         cv2 = opencv()
         camera = self.cameras[number]
         pixels, factor = reduced(pixels, self.scale)
@@ -150,20 +168,10 @@ class SphereCanvas:
         return Piece(box[:2], Pixels(colours, mask))
 
     def cropped(self, box: Box) -> SphereCanvas:
-        """What is in a box."""
+        """The canvas of a box."""
         left, top, right, bottom = box
         origin = self.origin[0] + left * self.pixel, self.origin[1] - top * self.pixel
-        return SphereCanvas(
-            right - left,
-            bottom - top,
-            self.cameras,
-            self.plane,
-            self.radius,
-            origin,
-            self.pixel,
-            self.scale,
-            self.note,
-        )
+        return replace(self, width=right - left, height=bottom - top, origin=origin)
 
     def _exact(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Unit vectors of places on the canvas; NaN off the map."""
@@ -172,13 +180,13 @@ class SphereCanvas:
 
     @functools.cached_property
     def _lattice(self) -> tuple[int, FloatArray]:
-        """How many pixels nodes are apart, and the unit vectors of nodes that reach beyond the canvas."""
+        """Spacing of nodes in pixels, and the unit vectors of nodes that cover the canvas."""
         step = int(np.clip(_STEP * self.radius / self.pixel, 1, _LARGEST_STEP))
         x, y = np.meshgrid(np.arange(0, self.width + 2 * step, step), np.arange(0, self.height + 2 * step, step))
         return step, self._exact(x.astype(float), y.astype(float))
 
     def _rays(self, box: Box) -> FloatArray:
-        """Unit vectors of the pixels' middles in a box, NaN off the map."""
+        """Unit vectors of the middles of pixels in a box, NaN off the map."""
         step, nodes = self._lattice
         left, top, right, bottom = box
         x, y = np.meshgrid(np.arange(left, right) + 0.5, np.arange(top, bottom) + 0.5)
@@ -196,9 +204,9 @@ AnyCanvas = Canvas | SphereCanvas
 
 
 def sphere_canvas(cameras: Sequence[Camera], plane: ProjectedCrs, radius: float, most_pixels: float) -> SphereCanvas:
-    """The canvas of a map that holds what cameras see, its pixels as large as the images' in the mean.
+    """The canvas of a map that holds the images of cameras, with pixels as large as theirs on average.
 
-    Raises ValueError where the map shows nothing of it.
+    Raises ValueError if the map shows nothing of them.
     """
     rays = np.concatenate([camera.directions(_nodes(camera.size)) for camera in cameras])
     u, v = plane.operation.native(*angles_of(rays))
@@ -207,16 +215,12 @@ def sphere_canvas(cameras: Sequence[Camera], plane: ProjectedCrs, radius: float,
         raise ValueError("Invalid projection for these images. It shows nothing of what they do.")
     low, high = _extent(u[shown], v[shown], cameras, plane, radius)
     pixel = radius * _scale_of(plane, cameras, radius) / float(np.median([camera.focal for camera in cameras]))
-    extent = np.maximum((high - low) / pixel, 1.0)
-    scale = min(1.0, float(np.sqrt(most_pixels / np.prod(extent))))
-    width, height = (max(1, int(np.ceil(round(scale * side, 6)))) for side in extent)
-    full = f"{extent[0]:.0f} x {extent[1]:.0f}"
-    note = f"The canvas would have {full} pixels: it is drawn at {100 * scale:.3g} %." if scale < 1.0 else ""
+    width, height, scale, note = canvas_size(np.maximum((high - low) / pixel, 1.0), most_pixels)
     return SphereCanvas(width, height, tuple(cameras), plane, radius, (low[0], high[1]), pixel / scale, scale, note)
 
 
 def _nodes(size: Sequence[float]) -> FloatArray:
-    """Pixels over an image, its rim among them, (n, 2)."""
+    """Pixels (n, 2) spread over an image, including its rim."""
     along = np.linspace(0.0, 1.0, 25)
     return np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2) * size
 
@@ -224,9 +228,9 @@ def _nodes(size: Sequence[float]) -> FloatArray:
 def _extent(
     u: FloatArray, v: FloatArray, cameras: Sequence[Camera], plane: ProjectedCrs, radius: float
 ) -> tuple[FloatArray, FloatArray]:
-    """The least and the greatest coordinates of what is seen.
+    """Smallest and largest coordinates of the visible part of a map.
 
-    Of the images' points those next to a cut of the map are not the outermost: cells of the map are looked up.
+    The images' own points may miss the outermost places next to a cut of the map, so cells of the map are tested.
     """
     points = np.column_stack([u, v])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -247,7 +251,7 @@ def _extent(
 
 
 def _scale_of(plane: ProjectedCrs, cameras: Sequence[Camera], radius: float) -> float:
-    """The mean scale of a map where cameras look: the root of areas on the map over those on the sphere."""
+    """Median scale of a map in the directions of cameras: the square root of the areal scale."""
     h = 1e-4
     middles = [camera.rotation[:, 2] for camera in cameras]
     ratios = []
@@ -267,16 +271,16 @@ _MIDDLE = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])  # of th
 
 
 class Georeference(NamedTuple):
-    """The affine map from pixels to coordinates, (3, 3), and the CRS as WKT, "" where nobody says."""
+    """The affine map from pixels to coordinates, (3, 3), and the CRS as WKT, "" if unknown."""
 
     matrix: FloatArray
     crs: str
 
 
 class MeanGeoreference(NamedTuple):
-    """The affine map from the pixels of a mosaic that brings the corners of its sheets nearest to their coordinates.
+    """The affine map from the pixels of a mosaic that best fits the coordinates of its sheets' corners.
 
-    `rms`: of the distances that are left, in the unit of the coordinates; `sheets`: how many have any.
+    `rms`: RMS residual in the unit of the coordinates; `sheets`: number of sheets with coordinates.
     """
 
     matrix: FloatArray
@@ -288,10 +292,10 @@ class MeanGeoreference(NamedTuple):
 def mean_georeference(
     canvas: Canvas, sizes: FloatArray, sheets: Sequence[Georeference | None]
 ) -> MeanGeoreference | None:
-    """By least squares over the corners of all sheets that have a georeference, None where none has.
+    """The georeference of a mosaic, by least squares over the corners of sheets that have one; None if none has.
 
-    The mosaic stays as it is: it is no rectification, and `rms` says how far the sheets' own coordinates are from what
-    the mosaic has. Raises ValueError for sheets of different CRSs.
+    It does not rectify the mosaic: `rms` is the deviation of the sheets' own coordinates. Raises ValueError for sheets
+    of different CRSs.
     """
     known = [number for number, sheet in enumerate(sheets) if sheet is not None]
     given = [sheet for sheet in sheets if sheet is not None]
@@ -303,7 +307,7 @@ def mean_georeference(
     rims = corners(sizes[known])
     here = places(canvas.matrices[known], rims).reshape(-1, 2)
     there = places(np.stack([sheet.matrix for sheet in given]), rims).reshape(-1, 2)
-    # Coordinates of a CRS are large: from their means.
+    # Coordinates of a CRS are large, so they are taken from their means.
     middle, target = here.mean(axis=0), there.mean(axis=0)
     A = np.linalg.lstsq(here - middle, there - target, rcond=None)[0].T
     gaps = there - target - (here - middle) @ A.T
@@ -324,7 +328,7 @@ def world_file(path: str | os.PathLike[str]) -> Path:
 
 
 def read_world_file(path: str | os.PathLike[str]) -> Georeference | None:
-    """What a picture's world file says, as .pgw, .pngw or .wld, None where there is none; raises ValueError."""
+    """The georeference in a picture's world file (.pgw, .pngw or .wld); None without one; raises ValueError."""
     path = Path(path)
     for candidate in (world_file(path), path.with_name(path.name + "w"), path.with_suffix(".wld")):
         if not candidate.is_file():
@@ -341,7 +345,7 @@ def read_world_file(path: str | os.PathLike[str]) -> Georeference | None:
 
 
 def write_world_file(path: Path, matrix: FloatArray, *, overwrite: bool = True) -> None:
-    """Write the six numbers of a map from pixels to coordinates; raises FileExistsError, OSError."""
+    """Write a world file for a map from pixels to coordinates; raises FileExistsError, OSError."""
     numbers = (matrix @ _MIDDLE)[:2].T.reshape(-1)
     with replacing(path, overwrite=overwrite) as new:
         new.write_text("".join(f"{value!r}\n" for value in numbers.tolist()), encoding="ascii")

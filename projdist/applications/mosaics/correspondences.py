@@ -1,4 +1,4 @@
-"""Points that images have in common, and the table that they are read from."""
+"""Corresponding points of images, and the tables that they are read from."""
 
 from __future__ import annotations
 
@@ -26,13 +26,12 @@ _SAME_SHAPE = 0.01  # of a ratio: a reduced image has whole pixels
 
 @dataclass(frozen=True, kw_only=True)
 class Correspondences:
-    """Points of images i, shape (n, 2), that are points of images j.
+    """Points `xi` of images i, shape (n, 2), and the corresponding points `xj` of images j.
 
-    Pixels, x to the right and y down; an image covers 0 to its width and 0 to its height. `i`, `j`: numbers of images,
-    from 0. `sizes`: widths and heights of all images, shape (N, 2). `names`: of all images, or None. `reductions`: of
-    points that were found in reduced images, pixels of the whole in one of these, (n,), 1 if not given. Raises
-    ValueError for numbers of no image, images paired with themselves, and what is not finite, with the number of the
-    row.
+    In pixels, x to the right and y down; an image covers 0 to its width and 0 to its height. `i`, `j`: numbers of
+    images, from 0. `sizes`: widths and heights of all images, shape (N, 2). `names`: of all images, or None.
+    `reductions`: for points found in reduced images the factor of reduction, (n,), by default 1. Raises ValueError,
+    with the number of the row, for invalid numbers of images, images paired with themselves, and infinite values.
     """
 
     i: IntArray
@@ -66,11 +65,12 @@ class Correspondences:
         self._refuse(np.asarray(~finite), "Its coordinates must be finite.")
 
     def _refuse(self, wrong: AnyArray, reason: str) -> None:
+        """Raise ValueError for the first wrong row."""
         if wrong.any():
             raise ValueError(f"Invalid correspondence {int(np.flatnonzero(wrong)[0]) + 1}. {reason}")
 
     def resized(self, sizes: Sequence[Sequence[float]], names: Sequence[str]) -> Correspondences:
-        """The same points in images of other sizes, which have names; raises ValueError where shapes differ."""
+        """The same points in images of other sizes and names; raises ValueError for different proportions."""
         new = np.array(sizes, dtype=float)
         if len(new) != len(self.sizes):
             raise ValueError(f"Invalid images. There are {len(new)}; the correspondences are for {len(self.sizes)}.")
@@ -83,7 +83,7 @@ class Correspondences:
         )
 
     def name(self, image: int) -> str:
-        """What an image is called: its name, or its number."""
+        """The name of an image, or its number."""
         return str(image) if self.names is None else self.names[image]
 
 
@@ -94,11 +94,11 @@ def read_correspondences(
     sizes: Sequence[Sequence[float]] | None = None,
     names: Sequence[str] | None = None,
 ) -> Correspondences:
-    """The rows of a CSV file `model,i,j,xi,yi,xj,yj` that were matched for a model; also with semicolons or tabs.
+    """Read the rows for a model from a CSV file `model,i,j,xi,yi,xj,yj`, also with semicolons or tabs.
 
-    The column model is 0 or `affine`, 1 or `homography`; "auto" takes the rows of either. `sizes`: widths and heights,
-    one pair for all images, each of which must have a row then, or one an image; without them a comment line must have
-    them, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
+    The column model is 0 or `affine`, 1 or `homography`; "auto" reads the rows of both. `sizes`: widths and heights,
+    one pair per image, or one for all images, each of which must then have a row; by default they are read from a
+    comment line, as `# image sizes h x w: [(600, 800), (600, 800)]`. Raises ValueError.
     """
     table, stated, images = _read(Path(path), check_model(model))
     i, j = table[:, 0].astype(int), table[:, 1].astype(int)
@@ -121,7 +121,7 @@ def read_correspondences(
 
 
 def _count(path: Path, images: set[int]) -> int:
-    """How many images there are, each of which must occur, as a wrong number would stand for millions."""
+    """Number of images, each of which must occur, as one wrong number could mean millions of images."""
     count = len(images)
     if images != set(range(count)):
         raise ValueError(
@@ -134,9 +134,9 @@ def _count(path: Path, images: set[int]) -> int:
 def correspondences_of(
     pictures: Sequence[Picture], path: str | os.PathLike[str], *, model: str = "affine"
 ) -> Correspondences:
-    """The rows of such a file that are of these pictures, in their order.
+    """Read the rows of such a file for pictures, numbered in their order.
 
-    Where a comment line has other sizes, the points are those of reduced or enlarged images. Raises ValueError.
+    If a comment line has other sizes, the points are in reduced or enlarged images. Raises ValueError.
     """
     table, stated, _ = _read(Path(path), check_model(model))
     sizes, names = [picture.size for picture in pictures], tuple(picture.name for picture in pictures)
@@ -146,7 +146,7 @@ def correspondences_of(
 
 
 def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]] | None, set[int]]:
-    """The rows of a file, without the model, the sizes of its comment line, and the images of rows of any model."""
+    """The rows for a model (n, 6), the sizes in a comment line, and the numbers of the images in rows of any model."""
     text = f"Invalid correspondences '{path}'."
     content = read_text(path, text)
     stated = None
@@ -176,7 +176,7 @@ def _read(path: Path, model: str) -> tuple[FloatArray, list[tuple[float, float]]
 
 
 def _stated_sizes(line: str) -> list[tuple[float, float]] | None:
-    """Widths and heights of a comment line."""
+    """Widths and heights in a comment line, None without them."""
     found = _SIZES.search(line)
     if found is None or {found[1].lower(), found[2].lower()} != {"w", "h"}:
         return None
@@ -185,7 +185,7 @@ def _stated_sizes(line: str) -> list[tuple[float, float]] | None:
 
 
 def _row(cells: list[str]) -> tuple[str, float, float, float, float, float, float] | None:
-    """The model and six numbers of a row, or None."""
+    """The model and six numbers of a row, None for an invalid one."""
     try:
         model, (i, j, xi, yi, xj, yj) = _CODES[cells[0].lower()], (number_of(cell) for cell in cells[1:])
     except (KeyError, ValueError):
@@ -195,7 +195,7 @@ def _row(cells: list[str]) -> tuple[str, float, float, float, float, float, floa
 
 
 def parse_sizes(text: str) -> list[tuple[float, float]]:
-    """Widths and heights of `800x600`, or of several with commas; raises ValueError.
+    """Widths and heights in a text like `800x600`, or several separated by commas; raises ValueError.
 
     >>> parse_sizes("800x600,640x480")
     [(800.0, 600.0), (640.0, 480.0)]

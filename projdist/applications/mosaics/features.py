@@ -1,4 +1,4 @@
-"""The points that pictures have in common, by what is around them."""
+"""Matching of pictures: their common points by SIFT features."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import places
 from projdist.applications.mosaics.images import Picture, opencv
 
-# Pixels of an image in which features are looked for, and how many, the clearest. The clearest features of a large
-# photo are leaves and grass, which no other photo has: what images have in common is found on small ones. On larger
-# ones it is then sought only where it must be.
+# Pixels of an image in which features are searched, and the number of the clearest that are kept. The clearest features
+# of a large photo are leaves and grass, which no other photo shows; common features are found on small images first,
+# then on larger ones only near the expected places.
 _COARSE, _FINE = 6e5, 2.4e6
 _COARSE_FEATURES, _FINE_FEATURES = 3000, 8000
 _TOLERANCE = 4.0  # pixels of the small images
-_AROUND = 6.0  # pixels of the small images, about the place where a feature must be on the larger ones
-_CONTRAST = 0.02  # the least of a feature: half of Lowe's, for small and pale images
+_AROUND = 6.0  # pixels of the small images: search radius about the expected place on the larger ones
+_CONTRAST = 0.02  # least contrast of a feature: half of Lowe's, for small and pale images
 # The nearest feature must be nearer than the second by this (D. Lowe 2004, "Distinctive image features from
 # scale-invariant keypoints", section 7.1).
 _RATIO = 0.8
-_FEWEST = 6  # points in common: fewer decide nothing
+_FEWEST = 6  # common points: fewer are no evidence
 _ALL_PAIRS = 11  # images
 # Of more images, each is matched with those that most of its clearest features resemble (M. Brown & D. G. Lowe 2007,
-# "Automatic panoramic image stitching using invariant features", section 3.1), and with those before and behind it.
+# "Automatic panoramic image stitching using invariant features", section 3.1), and with the previous and the next one.
 _CLEAREST, _NEAREST, _RESEMBLING = 200, 4, 8
 _Result = TypeVar("_Result")
 _NOTHING = "Invalid images. No two of them have anything in common."
 
 
 class _Features(NamedTuple):
-    """Places (n, 2) in pixels of the whole image, and what is around them (n, 128), the clearest first.
+    """Places (n, 2) in pixels of the full image, and descriptors (n, 128), the clearest features first.
 
-    `reduction`: pixels of the whole image in one of the image that they were found in.
+    `reduction`: factor by which the image was reduced to find them.
     """
 
     places: FloatArray
@@ -46,7 +46,7 @@ class _Features(NamedTuple):
 
 
 class _Common(NamedTuple):
-    """The points xi and xj (n, 2) that images i and j have in common, and the reduction at which they were found."""
+    """The common points xi and xj (n, 2) of images i and j, and the reduction at which they were found."""
 
     i: int
     j: int
@@ -56,12 +56,12 @@ class _Common(NamedTuple):
 
 
 def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object] | None = None) -> Correspondences:
-    """Points that pictures have in common, some of them wrong: what `mosaic` takes.
+    """Common points of pictures, some of them wrong, for `mosaic` or `panorama`.
 
-    Features are SIFT's, of images reduced to 0.6 million pixels. Two belong together where either is nearest to the
-    other, by far. Of larger images those that then match are matched again at 2.4 million pixels, each feature with
-    those about the place where it must be. `progress` hears of images and pairs done and of all. Raises ValueError
-    where no two images have anything in common or an image is broken, and ImportError without OpenCV.
+    SIFT features of images reduced to 0.6 million pixels correspond if each is clearly the nearest of the other. Larger
+    images that match are matched again at 2.4 million pixels, each feature with those near its expected place.
+    `progress` is called with the numbers of images and pairs done and of all. Raises ValueError if no two images match
+    or an image is broken, and ImportError without OpenCV.
     """
     if len(pictures) < 2:
         raise ValueError(f"Invalid images. There must be two or more, not {len(pictures)}.")
@@ -76,17 +76,17 @@ def match(pictures: Sequence[Picture], *, progress: Callable[[int, int], object]
 
 
 class _Steps:
-    """Tells a listener of what is done and of all."""
+    """A counter of steps that reports to a callback."""
 
     def __init__(self, progress: Callable[[int, int], object] | None, total: int) -> None:
         self._progress, self._total, self._done = progress, total, 0
 
     def more(self, count: int) -> None:
-        """So many steps are to be done besides."""
+        """Add steps to the total."""
         self._total += count
 
     def done(self, result: _Result) -> _Result:
-        """A step is done, with this result."""
+        """Count a step, and return its result."""
         self._done += 1
         if self._progress is not None:
             self._progress(self._done, self._total)
@@ -94,6 +94,7 @@ class _Steps:
 
 
 def _listed(found: Sequence[_Common], pictures: Sequence[Picture]) -> Correspondences:
+    """The common points of all pairs as one table."""
     counts = [len(one.xi) for one in found]
     return Correspondences(
         i=np.repeat([one.i for one in found], counts),
@@ -107,6 +108,7 @@ def _listed(found: Sequence[_Common], pictures: Sequence[Picture]) -> Correspond
 
 
 def _features(picture: Picture, most_pixels: float, most_features: int) -> _Features:
+    """The clearest features of a picture, reduced to so many pixels at most."""
     cv2 = opencv()
     colours, mask = picture.read()
     grey = cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY)
@@ -131,12 +133,12 @@ def _features(picture: Picture, most_pixels: float, most_features: int) -> _Feat
 
 
 def _common(i: int, j: int, a: _Features, b: _Features) -> _Common | None:
-    """The features that two images have in common; None of too few."""
-    first, second = _matched(a.descriptors, b.descriptors)
-    return _unique(i, j, a, b, first, second)
+    """The common features of two images; None if there are too few."""
+    return _unique(i, j, a, b, *_matched(a.descriptors, b.descriptors))
 
 
 def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second: IntArray) -> _Common | None:
+    """The distinct places of corresponding features, by their numbers; None if there are too few."""
     both = np.unique(np.hstack([a.places[first], b.places[second]]), axis=0)  # one with two directions is there twice
     if len(both) < _FEWEST:
         return None
@@ -144,7 +146,7 @@ def _unique(i: int, j: int, a: _Features, b: _Features, first: IntArray, second:
 
 
 def _nearest(a: AnyArray, b: AnyArray, count: int) -> tuple[FloatArray, IntArray]:
-    """Distances of each a from the nearest b, and which these are, (n, count)."""
+    """Distances of each a from its nearest b, and the numbers of these, both (n, count)."""
     squares = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2.0 * (a @ b.T)
     rows = np.arange(len(a))
     distances, numbers = np.zeros((len(a), count)), np.zeros((len(a), count), int)
@@ -156,7 +158,7 @@ def _nearest(a: AnyArray, b: AnyArray, count: int) -> tuple[FloatArray, IntArray
 
 
 def _matched(a: AnyArray, b: AnyArray) -> tuple[IntArray, IntArray]:
-    """The features of two images that belong together, by their numbers."""
+    """The numbers of corresponding features of two images."""
     if min(len(a), len(b)) < _FEWEST:
         return np.zeros(0, int), np.zeros(0, int)
     distances, numbers = _nearest(a, b, 2)
@@ -169,7 +171,7 @@ def _matched(a: AnyArray, b: AnyArray) -> tuple[IntArray, IntArray]:
 
 
 def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
-    """The pairs of images that are worth matching: all of a few, of many those that look alike or are neighbours."""
+    """The pairs of images to match: all pairs of a few images, similar and neighbouring ones of many."""
     count = len(features)
     if count <= _ALL_PAIRS:
         return list(itertools.combinations(range(count), 2))
@@ -191,7 +193,7 @@ def _candidates(features: Sequence[_Features]) -> list[tuple[int, int]]:
 
 
 def _refined(pictures: Sequence[Picture], found: Sequence[_Common], steps: _Steps) -> list[_Common]:
-    """The points of pairs that match, found anew on larger images; those of other pairs as they are."""
+    """The common points, those of matching pairs found anew on larger images."""
     maps = [_map_of(one, pictures) if one.reduction > 1.0 else None for one in found]
     larger = {image for one, S in zip(found, maps, strict=True) if S is not None for image in (one.i, one.j)}
     steps.more(len(larger))
@@ -203,7 +205,7 @@ def _refined(pictures: Sequence[Picture], found: Sequence[_Common], steps: _Step
 
 
 def _map_of(one: _Common, pictures: Sequence[Picture]) -> FloatArray | None:
-    """The homography from image i to image j in pixels; None where the points have none in common."""
+    """The homography from image i to image j in pixels; None if the points agree on none."""
     sizes = np.array([pictures[one.i].size, pictures[one.j].size], dtype=float)
     unit = float(sizes.max()) / 2.0
     into = [np.array([[1.0 / unit, 0, -w / unit / 2], [0, 1.0 / unit, -h / unit / 2], [0, 0, 1.0]]) for w, h in sizes]
@@ -214,10 +216,10 @@ def _map_of(one: _Common, pictures: Sequence[Picture]) -> FloatArray | None:
 
 
 def _guided(one: _Common, S: FloatArray, a: _Features, b: _Features) -> _Common | None:
-    """The features of larger images that belong together, within a few pixels of where the map S has them.
+    """Corresponding features of larger images, within a few pixels of the places that the map S predicts.
 
-    Of those about its place a feature's nearest must be nearer than the second by far, and it must be that one's
-    nearest; None where there are fewer than on the small images.
+    Among those near its place, a feature's nearest must be clearly nearer than the second, and each must be the
+    other's nearest; None if there are fewer than on the small images.
     """
     from scipy.spatial import KDTree  # scipy is slow to load, and few need it
 
@@ -234,14 +236,14 @@ def _guided(one: _Common, S: FloatArray, a: _Features, b: _Features) -> _Common 
 
 
 def _least(owner: IntArray, gaps: FloatArray, count: int) -> FloatArray:
-    """The least gap of each of so many owners, infinite of those that have none."""
+    """The least gap of each of `count` owners, infinite for those without gaps."""
     least = np.full(count, np.inf)
     np.minimum.at(least, owner, gaps)
     return least
 
 
 def _clear(owner: IntArray, gaps: FloatArray, count: int) -> AnyArray:
-    """Which gaps are the least of their owner's, by far."""
+    """True for gaps that are clearly the least of their owner's."""
     best = gaps == _least(owner, gaps, count)[owner]
     second = _least(owner, np.where(best, np.inf, gaps), count)
     return best & (gaps < _RATIO * second[owner])

@@ -1,4 +1,4 @@
-"""Affine maps and homographies of images: their fit, and how they distort."""
+"""Affine maps and homographies of images: their fit, their distortion, and the plane with the least distortion."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from projdist.matrices import mdt
 MODELS = ("affine", "homography")
 CHOICES = (*MODELS, "auto")
 LEAST = {"affine": 3, "homography": 4}  # points that determine a map
-# The entries that a map is changed in, at the identity: all but the last, or two rows.
+# The free entries of a map near the identity: two rows, or all but the last.
 ENTRIES = {
     model: [(a, b) for a in range(rows) for b in range(3)][:8] for model, rows in zip(MODELS, (2, 3), strict=True)
 }
 
 
 def check_model(model: str) -> str:
-    """The name of a model or auto; raises ValueError for another."""
+    """The name of a model, or auto; raises ValueError for others."""
     if model not in CHOICES:
         raise ValueError(f"Invalid model '{model}'. It must be affine, homography or auto.")
     return model
 
 
 def homogeneous(x: FloatArray) -> FloatArray:
-    """Points (..., 2) with a 1 behind, (..., 3)."""
+    """Homogeneous coordinates (..., 3) of points (..., 2)."""
     return np.concatenate([x, np.ones((*x.shape[:-1], 1))], axis=-1)
 
 
 def normalised(H: FloatArray, x: FloatArray) -> FloatArray:
-    """H (..., 3, 3) of either sign, scaled: an affine map's last entry is 1, else the determinant is 1 or -1.
+    """H (..., 3, 3) scaled so that the last entry of an affine map is 1, and the determinant of others 1 or -1.
 
-    The third coordinates of the images of points x (..., n, 2) are then positive in the mean. The determinant's sign is
-    that of the Jacobian: -1 where H mirrors.
+    The third coordinates of the images of points x (..., n, 2) are then positive on average, and the sign of the
+    determinant is that of the Jacobian: -1 if H mirrors.
     """
     third = np.einsum("...j,...nj->...n", H[..., 2, :], homogeneous(x)).mean(axis=-1)
     affine = (H[..., 2, :2] == 0).all(axis=-1)
@@ -44,10 +44,10 @@ def normalised(H: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
-    """The maps that take points x (..., n, 2) to points y with the least algebraic error, (..., 3, 3).
+    """Maps (..., 3, 3) from points x (..., n, 2) to points y with the least algebraic error.
 
-    Coordinates should be of the order of 1 (R. Hartley 1997, "In defense of the eight-point algorithm"). What points
-    do not determine is not finite, or noise.
+    Coordinates should be of the order of 1 (R. Hartley 1997, "In defense of the eight-point algorithm"). Entries that
+    the points do not determine are not finite, or noise.
     """
     x1, zero = homogeneous(x), np.zeros((*x.shape[:-1], 3))
     A = np.concatenate(
@@ -65,13 +65,13 @@ def fit(x: FloatArray, y: FloatArray, model: str) -> FloatArray:
 
 
 def places(H: FloatArray, x: FloatArray) -> FloatArray:
-    """Where maps (N, 3, 3) take points (N, n, 2)."""
+    """Images (N, n, 2) of points (N, n, 2) under maps (N, 3, 3)."""
     y = np.einsum("kij,kmj->kmi", H[:, :, :2], x) + H[:, None, :, 2]
     return np.asarray(y[..., :2] / y[..., 2:])
 
 
 def jacobians(H: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of maps (N, 3, 3) at points (N, n, 2): the images (N, n, 2) and the Jacobians (N, n, 2, 2)."""
+    """Images (N, n, 2) and Jacobians (N, n, 2, 2) of maps (N, 3, 3) at points (N, n, 2)."""
     y = np.einsum("kij,knj->kni", H, homogeneous(x))
     image = y[..., :2] / y[..., 2:]
     slopes = H[:, None, :2, :2] - image[..., :, None] * H[:, None, 2:, :2]
@@ -81,14 +81,14 @@ def jacobians(H: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
 # ---- homographies --------------------------------------------------------------------------------
 
 
-_NODES = 12  # Gauss nodes along a side: 1e-15, and 3e-8 on a panorama whose outer images are drawn ten times as large
+_NODES = 12  # Gauss nodes along a side: errors of 1e-15, and of 3e-8 if outer images are enlarged ten times
 _MOST_STEPS, _HALVINGS = 60, 40
-# Of lines, times the size of the mosaic. With a Hessian good to 1e-8 the step after one of 1e-9 is rounding.
-_DIFFERENCE, _SETTLED = 1e-4, 1e-9
+# Of lines, times the size of the mosaic. With a Hessian accurate to 1e-8 the step after one of 1e-9 is rounding.
+_DIFFERENCE, _CONVERGED = 1e-4, 1e-9
 
 
 class HomographyField(NamedTuple):
-    """Jacobians (N, n, 2, 2) of images at nodes of their domains, where these go (N, n, 2), and weights (n,), sum 1."""
+    """Jacobians (N, n, 2, 2) of maps of images at nodes, the nodes' places (N, n, 2), and their weights (n,), sum 1."""
 
     J: FloatArray
     places: FloatArray
@@ -96,12 +96,12 @@ class HomographyField(NamedTuple):
 
 
 def corners(sizes: FloatArray) -> FloatArray:
-    """The corners of images of these widths and heights, (N, 4, 2), in order round each."""
+    """Corners (N, 4, 2) of images of widths and heights (N, 2), in order around each."""
     return sizes[:, None] * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 def field_of(H: FloatArray, sizes: FloatArray) -> HomographyField:
-    """The Jacobians of maps (N, 3, 3) over images, by Gauss-Legendre nodes."""
+    """Jacobians of maps (N, 3, 3) over images at Gauss-Legendre nodes."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     along = 0.5 * (nodes + 1.0)
     grid = np.stack(np.meshgrid(along, along), axis=-1).reshape(-1, 2)
@@ -119,16 +119,16 @@ def _thirds(H: FloatArray, sizes: FloatArray) -> FloatArray:
 
 
 def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> FloatArray | None:
-    """The maps (N, 3, 3) of images into the plane that distorts them least, up to a rotation and a shift.
+    """Maps (N, 3, 3) of images into the plane that distorts them least, up to a rotation and a shift.
 
-    Of the planes that differ from that of H by a homography G it is the one with the least mean over the images, by
-    `weights` of sum 1, of the mean of Dist_F(J of G^-1 H_i)^2 over the image. None where every plane sends some image
-    through infinity.
+    Among the planes that differ from that of H by a homography G, it has the least weighted mean over the images
+    (`weights` of sum 1) of the mean of Dist_F(J of G^-1 H_i)^2 over the image. None if some image reaches infinity in
+    every plane.
     """
     line = _feasible_line(H, sizes)
     if line is None:
         return None
-    # Any rows that complete the line to a matrix that does not mirror: the affine part is found below.
+    # Any rows that complete the line to a matrix that does not mirror will do: the affine part is found below.
     G = np.vstack([np.linalg.svd(line[None])[2][1:], line])
     G[0] *= np.sign(np.linalg.det(G))
     H = np.asarray(G @ H)
@@ -144,15 +144,15 @@ def least_distorting(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> F
         else:
             return H
         H = tried
-        if np.abs(step).max() * size < _SETTLED:
+        if np.abs(step).max() * size < _CONVERGED:
             break
     return _whitened(H, sizes, weights)[0]
 
 
 def _feasible_line(H: FloatArray, sizes: FloatArray) -> FloatArray | None:
-    """The line l for which the least l . H_i corner, their mean being 1, is greatest; None where that is not positive.
+    """The line l that maximises the least l . H_i corner, with their mean 1; None if that is not positive.
 
-    The determinants of H_i being equal it is the same line in whatever plane.
+    With equal determinants of all H_i it is the same line in any plane.
     """
     from scipy.optimize import linprog  # scipy is slow to load, and few need it
 
@@ -182,10 +182,10 @@ def _sent(H: FloatArray, line: FloatArray) -> FloatArray:
 
 
 def _cost(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[float, FloatArray]:
-    """What the best T leaves, and its slope in the line (a, b, 1) at 0; infinite where an image crosses the horizon.
+    """The cost at the best T, and its gradient by the line (a, b, 1) at 0; infinite if an image crosses the horizon.
 
-    A small change da multiplies a place p of the plane by 1 - da . p. With L = ln (B B^T), B = T^-1 J, the slope is
-    minus the mean of p tr L + T L T^-1 p; that T changes with the line makes no difference to the first order.
+    A small change da multiplies a place p of the plane by 1 - da . p. With L = ln (B B^T), B = T^-1 J, the gradient is
+    minus the mean of p tr L + T L T^-1 p; the change of T with the line is of second order.
     """
     if behind(H, sizes).any():
         return np.inf, np.zeros(2)
@@ -199,13 +199,13 @@ def _cost(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[float,
 
 
 def _flat(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Jacobians, places and weights of all nodes of all images."""
+    """Jacobians (m, 2, 2), places (m, 2) and weights (m,) of all nodes of all images."""
     J, places, w = field_of(H, sizes)
     return J.reshape(-1, 2, 2), places.reshape(-1, 2), np.outer(weights, w).reshape(-1)
 
 
 def _whitened(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """The maps after T^-1, the mean of all places at the origin, and the root mean square of these."""
+    """The maps followed by T^-1 and a shift of the mean place to the origin, and the RMS of the places."""
     J, places, each = _flat(H, sizes, weights)
     G = np.eye(3)
     G[:2, :2] = np.linalg.inv(mdt(J, each).T)
@@ -218,7 +218,7 @@ def _whitened(H: FloatArray, sizes: FloatArray, weights: FloatArray) -> tuple[Fl
 def _newton_step(
     H: FloatArray, sizes: FloatArray, weights: FloatArray, gradient: FloatArray, size: float
 ) -> FloatArray:
-    """Newton's step, with a Hessian by differences of the gradient; against the slope where it is not positive."""
+    """Newton's step with a Hessian by differences of the gradient, made positive; else a gradient step."""
     h = _DIFFERENCE / size
     ends = [[_cost(_sent(H, sign * h * axis), sizes, weights) for sign in (1.0, -1.0)] for axis in np.eye(2)]
     if not all(np.isfinite(cost) for pair in ends for cost, _ in pair):

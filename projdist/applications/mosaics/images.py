@@ -1,4 +1,4 @@
-"""Images as files have them: upright, with 8 or 16 bits a colour, what of them is transparent, and pieces of them."""
+"""Images read from files, upright, with 8 or 16 bits per colour and a mask of transparency, and pieces of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def opencv() -> Any:
-    """The library; raises ImportError in one line. It is slow to load, and points that are given do without it."""
+    """The library OpenCV, loaded when needed, as it is slow to load; raises ImportError in one line."""
     try:
         import cv2
     except ImportError as error:
@@ -31,7 +31,7 @@ def opencv() -> Any:
 
 
 def as_array(one: Any) -> AnyArray:
-    """What the library answers, which has arrays of its own in some places."""
+    """A result of OpenCV as an array; in some places it has a type of its own."""
     return np.asarray(one.get() if hasattr(one, "get") else one)
 
 
@@ -39,8 +39,8 @@ def as_array(one: Any) -> AnyArray:
 
 
 DEEPEST = 65535
-_PNG_DEPTH = 24  # the byte of a PNG that has the bits a colour (PNG specification, 11.2.2)
-_TIFF_DEPTH, _TIFF_NOTHING = 258, 42113  # tags: BitsPerSample, and GDAL's for the value that stands for no data
+_PNG_DEPTH = 24  # the byte of a PNG with the bits per colour (PNG specification, 11.2.2)
+_TIFF_DEPTH, _TIFF_NODATA = 258, 42113  # tags: BitsPerSample, and GDAL's for the value of no data
 _KINDS = "uif"
 
 
@@ -52,13 +52,13 @@ class Levels(NamedTuple):
 
 
 class Deep(NamedTuple):
-    """Values (height, width, 1 or 3) as a file has them, and where there are any (height, width)."""
+    """Values (height, width, 1 or 3) of a file, and a mask (height, width) of pixels with data."""
 
     values: FloatArray
     seen: BoolArray
 
     def scaled(self, levels: Levels, top: int) -> AnyArray:
-        """Red, green and blue (height, width, 3), whole numbers from 0 to the top, black where there is nothing."""
+        """Red, green and blue (height, width, 3), whole numbers from 0 to `top`, black without data."""
         share = (self.values - levels.low) / ((levels.high - levels.low) or 1.0)
         share = np.where(self.seen[..., None], np.clip(share, 0.0, 1.0), 0.0)
         colours = np.round(top * share).astype(np.uint8 if top < 256 else np.uint16)
@@ -66,9 +66,9 @@ class Deep(NamedTuple):
 
 
 def common_levels(images: Sequence[Callable[[], Deep]], are_whole: bool) -> Levels:
-    """One range for all images: of whole numbers 0 to the most of as many bits as hold all of them, else what there is.
+    """One range for all images: 0 to the largest value of the bits that whole numbers use, else their actual range.
 
-    So 12 bits in files of 16 have the whole range of greys.
+    So data of 12 bits in files of 16 bits have the full range of greys.
     """
     ends = []
     for image in images:
@@ -83,7 +83,7 @@ def common_levels(images: Sequence[Callable[[], Deep]], are_whole: bool) -> Leve
 
 
 def is_deep(image: Image.Image, path: Path | None) -> bool:
-    """Whether an image that Pillow has opened has more than 8 bits a colour, which Pillow may not say."""
+    """True if an image opened by Pillow has more than 8 bits per colour, which Pillow does not always report."""
     if image.mode.startswith("I") or image.mode == "F":
         return True
     if image.format == "PNG" and path is not None:
@@ -95,7 +95,7 @@ def is_deep(image: Image.Image, path: Path | None) -> bool:
 
 
 def array_of(source: AnyArray) -> Deep:
-    """An array (height, width) or (height, width, 1, 3 or 4), the fourth being alpha; raises ValueError for others."""
+    """The values of an array (height, width) or (height, width, 1, 3 or 4), the fourth alpha; ValueError for others."""
     if source.dtype.kind not in _KINDS or source.ndim not in (2, 3) or source.shape[2:] not in ((), (1,), (3,), (4,)):
         raise ValueError(f"its shape is {source.shape}, of {source.dtype}")
     values = np.asarray(source, dtype=float).reshape(*source.shape[:2], -1)
@@ -106,10 +106,10 @@ def array_of(source: AnyArray) -> Deep:
     return Deep(np.where(seen[..., None], values, 0.0), seen)
 
 
-def read_deep(path: Path, nothing: float | None, orientation: int) -> Deep:
+def read_deep(path: Path, nodata: float | None, orientation: int) -> Deep:
     """The values of a file, upright; raises ValueError, and ImportError without OpenCV.
 
-    `nothing`: the value that stands for no data.
+    `nodata`: the value for no data.
     """
     cv2 = opencv()
     read = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
@@ -118,15 +118,15 @@ def read_deep(path: Path, nothing: float | None, orientation: int) -> Deep:
     if read.ndim == 3 and read.shape[2] >= 3:
         read = read[..., [2, 1, 0, *range(3, read.shape[2])]]
     deep = array_of(_upright(read, orientation))
-    if nothing is None:
+    if nodata is None:
         return deep
-    seen = deep.seen & ~(deep.values == nothing).all(axis=2)
+    seen = deep.seen & ~(deep.values == nodata).all(axis=2)
     return Deep(np.where(seen[..., None], deep.values, 0.0), seen)
 
 
-def nothing_of(image: Image.Image) -> float | None:
-    """The value that stands for no data, as GDAL writes it."""
-    text = getattr(image, "tag_v2", {}).get(_TIFF_NOTHING)
+def nodata_of(image: Image.Image) -> float | None:
+    """The value for no data that GDAL writes into a TIFF, None without one."""
+    text = getattr(image, "tag_v2", {}).get(_TIFF_NODATA)
     try:
         return None if text is None else float(str(text).strip("\0 "))
     except ValueError:
@@ -134,10 +134,10 @@ def nothing_of(image: Image.Image) -> float | None:
 
 
 def _upright(pixels: AnyArray, orientation: int) -> AnyArray:
-    """Pixels turned as EXIF's orientation says."""
+    """Pixels rotated and mirrored by EXIF's orientation."""
     if orientation >= 5:
         pixels = pixels.swapaxes(0, 1)
-    # Of 5 to 8 what is to be done after the rows have become columns.
+    # For 5 to 8 these are the reversals after rows and columns are exchanged.
     across, down = {2: (1, 0), 3: (1, 1), 4: (0, 1), 6: (1, 0), 7: (1, 1), 8: (0, 1)}.get(orientation, (0, 0))
     return pixels[:: -1 if down else 1, :: -1 if across else 1]
 
@@ -145,15 +145,15 @@ def _upright(pixels: AnyArray, orientation: int) -> AnyArray:
 # ---- images --------------------------------------------------------------------------------------
 
 
-_LONGEST_SIDE = 32766  # pixels: what OpenCV warps
-_MOST_PIXELS = 100_000_000  # to read, a gigabyte or two of memory; a file of a few kB may have many more
-_ORIENTATION, _SIDEWAYS = 0x0112, (5, 6, 7, 8)  # of EXIF; turned by a quarter
+_LONGEST_SIDE = 32766  # pixels: OpenCV's limit for warping
+_MOST_PIXELS = 100_000_000  # takes a gigabyte or two of memory; a file of a few kB may claim many more
+_ORIENTATION, _SIDEWAYS = 0x0112, (5, 6, 7, 8)  # EXIF's tag; values for rotations by 90 degrees
 _GREY = ("1", "L", "LA", "La", "I", "I;16", "I;16B", "I;16L", "I;16N")
-_TIFFS = (".tif", ".tiff")  # of which OpenCV reads some that Pillow does not
+_TIFFS = (".tif", ".tiff")  # OpenCV reads some that Pillow does not
 
 
 class Pixels(NamedTuple):
-    """Red, green and blue (height, width, 3) of uint8 or uint16, and 255 where there is anything (height, width)."""
+    """Red, green and blue (height, width, 3) of uint8 or uint16, and a mask (height, width), 255 where opaque."""
 
     colours: AnyArray
     mask: AnyArray
@@ -161,10 +161,10 @@ class Pixels(NamedTuple):
 
 @contextmanager
 def open_image(source: str | os.PathLike[str] | AnyArray, invalid: str) -> Iterator[Image.Image]:
-    """An image, whose pixels are not yet read; what cannot be read, also later, is a ValueError that begins as told."""
+    """Context with an opened image, its pixels not yet read; raises ValueError, beginning with `invalid`."""
     from PIL import Image  # slow to load, and points that are given do without it
 
-    # What Pillow raises for broken files of its many formats; most is an OSError, what is no image, too.
+    # Errors of Pillow for broken files of its many formats and for files that are not images, mostly an OSError.
     broken = (OSError, SyntaxError, TypeError, ValueError, NotImplementedError, Image.DecompressionBombError)
     try:
         with warnings.catch_warnings(action="ignore"):  # of sizes, and of broken tags
@@ -179,26 +179,26 @@ def open_image(source: str | os.PathLike[str] | AnyArray, invalid: str) -> Itera
 
 
 def check_pixels(image: Image.Image) -> None:
-    """Raise ValueError for an image of more pixels than are read."""
+    """Raise ValueError for an image with too many pixels."""
     width, height = image.size
     if width * height > _MOST_PIXELS:
         raise ValueError(f"{width} x {height} pixels are more than {_MOST_PIXELS:,}")
 
 
 class Picture:
-    """An image: its `name`, its `size` in pixels, width and height, whether it `is_grey`; read when it is needed.
+    """An image, read when needed: its `name`, its `size` in pixels, width and height, and whether it `is_grey`.
 
-    `source`: a file in any format that Pillow reads, or a TIFF that OpenCV reads, or an array (height, width) or
-    (height, width, 3 or 4). A file is turned upright as its EXIF data say (`is_turned`). What has more than 8 bits
-    `is_deep` (and `is_whole` where its numbers are); its `levels` are the values of black and white, which
-    `open_pictures` makes one for all images. Raises ValueError, in one line, for what cannot be read.
+    `source`: a file in any format that Pillow reads, a TIFF that OpenCV reads, or an array (height, width) or
+    (height, width, 3 or 4). A file is rotated upright by its EXIF data (`is_turned`). An image with more than 8 bits
+    per colour `is_deep` (and `is_whole` if its values are whole numbers); its `levels` are the values of black and
+    white, the same for all images of one `open_pictures`. Raises ValueError for an image that cannot be read.
     """
 
     def __init__(self, source: str | os.PathLike[str] | AnyArray, name: str | None = None) -> None:
         self.path = None if isinstance(source, np.ndarray) else Path(source)
         self.name = name or ("image" if self.path is None else self.path.name)
         self._source, self._orientation = source, 1
-        self._nothing: float | None = None
+        self._nodata: float | None = None
         self._together: Sequence[Picture] = (self,)
         if isinstance(source, np.ndarray) and source.dtype != np.uint8:
             deep = self._deep()
@@ -215,14 +215,14 @@ class Picture:
             )
 
     def _open(self) -> None:
-        """Look at a file without reading its pixels, as far as that can be."""
+        """Read the properties of an image, without its pixels if possible."""
         try:
             with open_image(self._source, self._invalid) as image:
                 check_pixels(image)
                 self.size = image.size
                 self._orientation = image.getexif().get(_ORIENTATION, 1)
                 self.is_grey, self.is_deep = image.mode in _GREY or image.mode == "F", is_deep(image, self.path)
-                self.is_whole, self._nothing = image.mode != "F", nothing_of(image)
+                self.is_whole, self._nodata = image.mode != "F", nodata_of(image)
         except ValueError:
             if self.path is None or self.path.suffix.lower() not in _TIFFS or not self.path.is_file():
                 raise
@@ -241,26 +241,27 @@ class Picture:
 
     @functools.cached_property
     def levels(self) -> Levels:
-        """Of all images that were opened together and are deep."""
+        """The values of black and white, common to all deep images that were opened together."""
         if self._together[0] is not self:
             return self._together[0].levels
         whole = all(picture.is_whole for picture in self._together)
         return common_levels([picture._deep for picture in self._together], whole)
 
     def together(self, pictures: Sequence[Picture]) -> None:
-        """Have black and white in common with others."""
+        """Share black and white with other images."""
         self._together = pictures
 
     def _deep(self) -> Deep:
+        """The values of an image of more than 8 bits."""
         try:
             if isinstance(self._source, np.ndarray):
                 return array_of(self._source)
-            return read_deep(Path(self._source), self._nothing, self._orientation)
+            return read_deep(Path(self._source), self._nodata, self._orientation)
         except ValueError as error:
             raise ValueError(f"{self._invalid} It cannot be read: {error}.") from error
 
     def read(self, *, deep: bool = False) -> Pixels:
-        """The pixels, of 8 bits, or of 16; raises ValueError where the file is broken."""
+        """The pixels with 8 bits per colour, or with 16 if `deep`; raises ValueError for a broken file."""
         if self.is_deep:
             found = self._deep()
             colours = found.scaled(self.levels, DEEPEST if deep else 255)
@@ -269,6 +270,7 @@ class Picture:
         return Pixels(pixels.colours.astype(np.uint16) * (DEEPEST // 255), pixels.mask) if deep else pixels
 
     def _read(self) -> Pixels:
+        """The pixels of an image of 8 bits."""
         from PIL import ImageOps  # as above
 
         with open_image(self._source, self._invalid) as image:
@@ -281,9 +283,9 @@ class Picture:
 
 
 def open_pictures(sources: Sequence[str | os.PathLike[str] | AnyArray]) -> list[Picture]:
-    """Images, called by the names of their files, by their paths where two have one name, arrays by their numbers.
+    """Images named by their files, by their paths if two files have the same name, and arrays by their numbers.
 
-    Raises ValueError for what cannot be read, and for a file that is given twice.
+    Raises ValueError for an image that cannot be read, and for a file that is given twice.
     """
     names = [str(number) if isinstance(one, np.ndarray) else Path(one).name for number, one in enumerate(sources)]
     paths = [str(number) if isinstance(one, np.ndarray) else os.fspath(one) for number, one in enumerate(sources)]
@@ -302,30 +304,30 @@ def open_pictures(sources: Sequence[str | os.PathLike[str] | AnyArray]) -> list[
 # ---- pieces --------------------------------------------------------------------------------------
 
 
-_KEPT = 3e8  # bytes of images that are kept for the next box
-_HALF = 0.5  # an image that is drawn smaller than that is reduced first
+_KEPT = 3e8  # bytes of images kept in memory
+_HALF = 0.5  # scale below which an image is reduced before it is drawn
 
 Box = tuple[int, int, int, int]  # left, top, right, bottom
 
 
 class Piece(NamedTuple):
-    """Colours and a mask, and their place on the canvas, left and top."""
+    """Pixels and their place on the canvas, left and top."""
 
     corner: tuple[int, int]
     pixels: Pixels
 
     def window(self, left: int, top: int) -> tuple[slice, slice]:
-        """Where it is in an array that begins at (left, top)."""
+        """Its slices of an array that begins at (left, top)."""
         height, width = self.pixels.mask.shape
         x, y = self.corner[0] - left, self.corner[1] - top
         return slice(y, y + height), slice(x, x + width)
 
 
 class Store:
-    """The images, read when they are needed; the last ones are kept."""
+    """A cache of images, read when needed."""
 
     def __init__(self, pictures: Sequence[Picture], deep: bool = False) -> None:
-        """`deep`: with 16 bits a colour."""
+        """`deep`: with 16 bits per colour."""
         self.pictures, self._deep = pictures, deep
         self._kept: OrderedDict[int, Pixels] = OrderedDict()
 
@@ -340,7 +342,7 @@ class Store:
 
 
 def _filled(pixels: Pixels) -> Pixels:
-    """Transparent pixels in the colour of the nearest others, which blending must not darken."""
+    """Pixels with transparent ones in the colour of the nearest others, so that blending does not darken these."""
     seen = pixels.mask > 0
     if seen.all() or not seen.any():
         return pixels
@@ -352,7 +354,7 @@ def _filled(pixels: Pixels) -> Pixels:
 
 
 def common_box(a: Box, b: Box) -> Box | None:
-    """What two boxes have in common."""
+    """The intersection of two boxes, None if it is empty."""
     box = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
     return box if box[0] < box[2] and box[1] < box[3] else None
 
@@ -363,7 +365,7 @@ def shift(x: float, y: float) -> FloatArray:
 
 
 def warped(pixels: Pixels, H: FloatArray, box: Box) -> Piece:
-    """An image under its map, in a box of the canvas."""
+    """An image drawn by its map in a box of the canvas."""
     cv2 = opencv()
     height, width = pixels.mask.shape
     J = jacobians(H[None], corners(np.array([[float(width), float(height)]])))[1]
@@ -380,7 +382,7 @@ def warped(pixels: Pixels, H: FloatArray, box: Box) -> Piece:
 
 
 def reduced(pixels: Pixels, scale: float) -> tuple[Pixels, FloatArray]:
-    """An image reduced to about the scale at which it is drawn, where that is less than half; and by what it was."""
+    """An image reduced to the scale at which it is drawn, if that is below a half, and the factors of reduction."""
     if scale >= _HALF:
         return pixels, np.ones(2)
     cv2 = opencv()

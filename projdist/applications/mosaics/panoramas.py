@@ -1,8 +1,13 @@
-"""Panoramas: the images of a camera that only turns, on the sphere that it sees, and on a map of that."""
+"""Panoramas: images of a camera that only turns, on the sphere and on maps of it, and the bundle adjustment for them.
+
+A pixel x of image i, from the image's middle, is seen in the direction R_i K_i^-1 (x, 1), K_i = diag(f_i, f_i, 1). The
+rotations R_i and one focal length, or one each, minimise the symmetric transfer error, as homographies do in
+`bundle_adjustment`: the eight entries of a homography here depend on three or four numbers.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -14,69 +19,51 @@ from projdist.applications.mosaics.canvases import Camera, SphereCanvas, angles_
 from projdist.applications.mosaics.correspondences import Correspondences
 from projdist.applications.mosaics.homographies import homogeneous
 from projdist.applications.mosaics.registration import (
+    Cameras,
+    ImageAnswer,
     Match,
-    alone,
+    MatchedPairs,
     chained,
     check_tolerance,
     components_of,
+    connected,
     estimated,
-    left_out_note,
     links_of,
-    match_of,
     refuse_mirrors,
-    why_none,
 )
 from projdist.matrices import turns
 from projdist.projections import ProjectedCrs, Projection, ProjectionLike, projected_crs_of
-from projdist.support import Answer, plain
 
 _MOST_PIXELS = 1e8  # of a canvas
 _ARC = 40  # edges of an outline for each side of an image
-# Horizontals of cameras that turned about more than one axis by some degrees tell the vertical.
+# The horizontals of cameras that turned by some degrees about more than one axis determine the vertical.
 _TURNED, _LEVEL = 1e-3, 0.25
-_NO_MIDDLE = 0.05  # mean of directions that have none, as round the horizon
-_SEVERAL = 2.0  # times worse is worth a word
+_NO_MIDDLE = 0.05  # length of the mean direction below which there is no middle, as all around the horizon
+_SEVERAL = 2.0  # times worse gives a note
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Panorama(Answer):
+class Panorama(ImageAnswer):
     """Images of a camera that only turns, on the sphere that it sees.
 
-    Longitudes grow to the right, from 0 in the middle, and latitudes up. `cameras`: as they were found, the first one's
-    directions being those of the sphere; `rotations` (n, 3, 3): from each camera's right, down and forward to those at
-    longitude and latitude 0, level.
+    Longitudes increase to the right from 0 in the middle, latitudes upwards. `cameras`: as found, in the directions of
+    the first one; `rotations` (n, 3, 3): from each camera's right, down and forward to those at longitude and latitude
+    0 of the level panorama.
 
-    It stands for the part of the sphere that it shows wherever a region does: `projdist.optimize("auto", found)`.
+    It can be used as a region, the part of the sphere that it shows: `projdist.optimize("auto", found)`.
     """
 
-    points: Correspondences
     cameras: Cameras
     rotations: FloatArray
 
     @property
-    def images(self) -> list[int]:
-        """The numbers of the images in the panorama."""
-        return self.cameras.images
+    def _found(self) -> Cameras:
+        return self.cameras
 
-    @property
-    def left_out(self) -> list[str]:
-        """The names or numbers of the images that do not hang together with the others."""
-        return [self.points.name(image) for image in self.cameras.left_out]
-
-    @property
-    def alone(self) -> list[str]:
-        """The names or numbers of the images that hang together with no other."""
-        return [self.points.name(image) for image in alone(self.cameras.components, self.cameras.left_out)]
-
-    @property
-    def notes(self) -> list[str]:
-        """What is to be said of the result; mostly nothing."""
-        return self.told()
-
-    def told(self, *, others: bool = True) -> list[str]:
-        """The notes; without `others` none of other groups of images, which have panoramas of their own."""
+    def messages(self, *, others: bool = True) -> list[str]:
+        """The notes; without `others` none on other groups of images, which have panoramas of their own."""
         found = self.cameras
-        left = left_out_note(self.points, found.components, found.left_out, others)
+        left = self._left_out_note(others=others)
         notes = [left] if left else []
         if found.rms_pixels > _SEVERAL * found.rms_homographies and found.rms_pixels > 1.0:
             notes.append(
@@ -95,13 +82,13 @@ class Panorama(Answer):
 
     @property
     def __geo_interface__(self) -> dict[str, Any]:
-        """The outlines of all images, polygons of longitudes and latitudes, as GeoJSON."""
+        """The outlines of all images as a GeoJSON geometry, polygons of longitudes and latitudes."""
         return {"type": "MultiPolygon", "coordinates": [[_outline(view).tolist()] for view in self.views]}
 
     def mapped(self, projection: ProjectionLike, *, most_pixels: float = _MOST_PIXELS) -> MappedPanorama:
-        """The panorama on a map of the sphere, to be drawn by `render`; of so many pixels at most.
+        """The panorama on a map of the sphere, for `render`, of at most `most_pixels`.
 
-        Raises ValueError for maps of an ellipsoid, and for those of which PROJ does not have the inverse.
+        Raises ValueError for maps of an ellipsoid, and for maps without an inverse in PROJ.
         """
         return MappedPanorama(self, *map_of_sphere(projection), most_pixels)
 
@@ -109,7 +96,7 @@ class Panorama(Answer):
         return f"{len(self.images)} images of a camera that turns"
 
     def to_dict(self) -> dict[str, Any]:
-        """The report. Lists are of all images, in their order, with None for what was left out."""
+        """The report. Lists are for all images in their order, with None for those left out."""
         found, name = self.cameras, self.points.name
         lon, lat = angles_of(self.rotations[:, :, 2])
         rolls = np.degrees(np.arctan2(self.rotations[:, 1, 0], self.rotations[:, 1, 1]))
@@ -127,22 +114,12 @@ class Panorama(Answer):
             "rms_pixels_of_homographies": found.rms_homographies,
             "left_out": self.left_out,
             "components": [[name(image) for image in group] for group in found.components],
-            "pairs": [
-                m._asdict() | {"i": name(m.i), "j": name(m.j), "false_alarms": plain(m.false_alarms)}
-                for m in found.matches
-            ],
+            "pairs": self._pairs(),
             "notes": self.notes,
         }
 
-    def _of_all(self, values: FloatArray) -> list[Any]:
-        """A value an image, None for those left out."""
-        rows: list[Any] = [None] * len(self.points.sizes)
-        for image, value in zip(self.images, values.tolist(), strict=True):
-            rows[image] = value
-        return rows
-
     def _table(self) -> list[dict[str, Any]]:
-        """A row an image: where it looks, how it is rolled, its focal length."""
+        """A row per image: its longitude, latitude, roll and focal length."""
         answer = self.to_dict()
         columns = {"longitude": "longitudes", "latitude": "latitudes", "roll": "rolls", "focal": "focals"}
         return [
@@ -153,7 +130,7 @@ class Panorama(Answer):
 
 @dataclass(frozen=True, eq=False)
 class MappedPanorama:
-    """A panorama on a map of the sphere, which `render` draws."""
+    """A panorama on a map of the sphere, for `render`."""
 
     panorama: Panorama
     projection: Projection
@@ -162,7 +139,7 @@ class MappedPanorama:
 
     @property
     def points(self) -> Correspondences:
-        """Those of all images."""
+        """The correspondences of all images."""
         return self.panorama.points
 
     @property
@@ -171,13 +148,13 @@ class MappedPanorama:
         return self.panorama.images
 
     def canvas(self, *, most_pixels: float | None = None) -> SphereCanvas:
-        """The picture that holds all images, of so many pixels at most; raises ValueError where the map shows none."""
+        """The picture that holds all images, of at most `most_pixels`; raises ValueError if the map shows none."""
         most = self.most_pixels if most_pixels is None else most_pixels
         return sphere_canvas(self.panorama.views, self.plane, self.projection.ellipsoid.a, most)
 
 
 def map_of_sphere(projection: ProjectionLike) -> tuple[Projection, ProjectedCrs]:
-    """A map of the sphere and its plane, with an inverse; raises ValueError for others."""
+    """A map of the sphere that has an inverse, and its plane; raises ValueError for other maps."""
     given = Projection.from_user_input(projection)
     if not given.ellipsoid.is_sphere:
         raise ValueError(
@@ -190,11 +167,11 @@ def map_of_sphere(projection: ProjectionLike) -> tuple[Projection, ProjectedCrs]
 
 
 def panorama(points: Correspondences, *, focal: str = "common", tolerance: float = 4.0) -> Panorama:
-    """Bring the images of a camera that only turns onto the sphere that it sees.
+    """Place the images of a camera that only turns on the sphere that it sees.
 
-    Bundle adjustment on SO(3): the rotations and one focal length for all images (`focal`: "common"), or one each
-    ("free"), that make the symmetric transfer error least. The vertical is that across which most images lie level.
-    `tolerance`: as for `register`. Raises ValueError as that does, and where the camera did more than turn.
+    A bundle adjustment on SO(3) finds the rotations and one focal length for all images (`focal`: "common"), or one
+    each ("free"), with the least symmetric transfer error. The vertical is chosen so that the images are as level as
+    possible. `tolerance`: as in `register`. Raises ValueError as `register`, and if the camera did not only turn.
     """
     return panoramas_of_groups(points, focal=focal, tolerance=tolerance, most=1)[0]
 
@@ -202,7 +179,7 @@ def panorama(points: Correspondences, *, focal: str = "common", tolerance: float
 def panoramas_of_groups(
     points: Correspondences, *, focal: str = "common", tolerance: float = 4.0, most: int | None = None
 ) -> list[Panorama]:
-    """A panorama of each group of images that hang together, the largest first; at most so many."""
+    """A panorama of each group of connected images, the largest first, at most `most`."""
     return [
         Panorama(points=points, cameras=found, rotations=_level(found.rotations) @ found.rotations)
         for found in turned_cameras(points, focal=focal, tolerance=tolerance, most=most)
@@ -210,9 +187,9 @@ def panoramas_of_groups(
 
 
 def _level(R: FloatArray) -> FloatArray:
-    """The rotation to right, down and forward of a level panorama, longitude 0 in its middle.
+    """The rotation to right, down and forward of a level panorama with longitude 0 in its middle.
 
-    Cameras are held level more often than not: the vertical is at right angles to their rights, as nearly as can be
+    Cameras are usually held level, so the vertical is as nearly perpendicular to their right directions as possible
     (M. Brown & D. G. Lowe 2007, "Automatic panoramic image stitching using invariant features", section 5).
     """
     up = -R[:, :, 1].mean(axis=0)
@@ -229,7 +206,7 @@ def _level(R: FloatArray) -> FloatArray:
 
 
 def _outline(view: Camera) -> FloatArray:
-    """Longitudes and latitudes round an image, closed."""
+    """Longitudes and latitudes of an image's outline, closed."""
     along = np.linspace(0.0, 1.0, _ARC, endpoint=False)
     one, none = np.ones_like(along), np.zeros_like(along)
     sides = [(along, none), (one, along), (1.0 - along, one), (none, 1.0 - along), (none[:1], none[:1])]
@@ -242,41 +219,24 @@ def _outline(view: Camera) -> FloatArray:
 
 FOCALS = ("common", "free")
 
-# Of half the longest side: fields of view from 152 to 5 degrees, in steps of 5 %.
+# In half the longest side: fields of view from 152 to 5 degrees, in steps of 5 %.
 _WIDEST, _NARROWEST, _STEPS = 0.25, 25.0, 96
-_CAP = 10.0  # tolerances that a wrong point counts at most while the focal length is sought
-_FAR = 0.7  # of half the longest side: a link that chains miss by more waits until they are better
-_WITHIN = 3.7  # of the median error, 2.5 deviations of normal noise: a lens bends lines, whatever the tolerance
+_CAP = 10.0  # tolerances; larger errors count as this while the focal length is searched
+_FAR = 0.7  # of half the longest side: links that chains miss by more are used only later
+_WITHIN = (
+    3.7  # of the median error, 2.5 standard deviations of normal noise; lenses may bend lines beyond the tolerance
+)
 _ROUNDS = 10
 
 
-class Cameras(NamedTuple):
-    """What is known of the camera at each of the images that hang together, the most that do.
-
-    `rotations`: from the camera's right, down and forward to the first one's (n, 3, 3); `focals`: pixels (n,), with
-    standard deviations `focal_errors`. `rms_pixels`: of the symmetric transfer error, `rms_homographies`: with a
-    homography for each pair of images, which a camera that also moves may have.
-    """
-
-    images: list[int]
-    rotations: FloatArray
-    focals: FloatArray
-    focal_errors: FloatArray
-    rms_pixels: float
-    rms_homographies: float
-    components: list[list[int]]
-    left_out: list[int]
-    matches: list[Match]
-
-
 class _Turns(NamedTuple):
-    """The changes of maps M_i = R_i K_i^-1: R_i exp([w_i]) of all images but the first, and f_i exp(t)."""
+    """Changes of maps M_i = R_i K_i^-1: R_i exp([w_i]) for all images but the first, and f_i exp(t)."""
 
     is_common: bool
     model: str = "homography"
 
     def reduced(self, M: FloatArray, normal: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Those of w (n - 1, 3), then of t, for all images or for each."""
+        """J^T J and J^T r for w (n - 1, 3), then for t, common or of each image."""
         f = _focals_of(M)
         entries = np.zeros((len(M), 8, 4))
         # K [w]_x K^-1, its entries (0,1), (0,2), (1,0), (1,2), (2,0) and (2,1); and -t in (0,0) and (1,1).
@@ -291,7 +251,7 @@ class _Turns(NamedTuple):
         return into.T @ small.reshape(size, size) @ into, into.T @ slopes.reshape(size)
 
     def moved(self, M: FloatArray, step: FloatArray) -> FloatArray:
-        """The maps after a change."""
+        """The maps after a step."""
         each = (self._unknowns(len(M)) @ step).reshape(len(M), 4)
         f = _focals_of(M)
         R = (M @ _scalings(f)) @ turns(each[:, :3])
@@ -299,7 +259,7 @@ class _Turns(NamedTuple):
             return R @ _scalings(1.0 / (f * np.exp(each[:, 3])))
 
     def _unknowns(self, count: int) -> FloatArray:
-        """From the unknowns to w and t of all images."""
+        """The matrix from the unknowns to w and t of all images."""
         rows = np.arange(4 * count).reshape(count, 4)
         focals = 1 if self.is_common else count
         into = np.zeros((4 * count, 3 * (count - 1) + focals))
@@ -308,41 +268,28 @@ class _Turns(NamedTuple):
         return into
 
 
-def check_focal(focal: str) -> str:
-    """Whether focal lengths are common or free; raises ValueError for another word."""
-    if focal not in FOCALS:
-        raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
-    return focal
-
-
 def turned_cameras(
     points: Correspondences, *, focal: str = "common", tolerance: float = 4.0, most: int | None = None
 ) -> list[Cameras]:
-    """The cameras of each group of images that hang together, by the points that they have in common; at most so many.
+    """The cameras of each group of connected images, by their common points; at most `most` groups.
 
-    `focal`: one focal length for all images ("common"), or each has its own ("free"). `tolerance`: as for `register`.
-    Raises ValueError as that does, and where the camera did more than turn.
+    `focal`: one focal length for all images ("common"), or one each ("free"). `tolerance`: as in `register`. Raises
+    ValueError as `register`, and if the camera did not only turn.
     """
-    check_focal(focal)
+    if focal not in FOCALS:
+        raise ValueError(f"Invalid focal '{focal}'. It must be {' or '.join(FOCALS)}.")
     check_tolerance(tolerance)
     unit = float(points.sizes.max()) / 2.0
     links = list(links_of(points, unit))
-    pairs = {
-        (link.i, link.j): (link, estimated(link, reduction * tolerance / unit, points, unit, "homography"))
-        for link, reduction in links
-    }
-    matches = [match_of(link, pair) for link, pair in pairs.values()]
-    good = {key: both for key, both in pairs.items() if both[1].S is not None}
-    components = components_of(good)
-    if not components:
-        raise ValueError("Invalid correspondences. No two images match: " + why_none(points, matches) + ".")
+    pairs = [estimated(link, reduction * tolerance / unit, points, unit, "homography") for link, reduction in links]
+    good, components, matches = connected(points, [link for link, _ in links], pairs)
     cut = max(reduction for _, reduction in links) * tolerance / unit
     return [_group(points, good, images, components, matches, focal, cut) for images in components[:most]]
 
 
 def _group(
     points: Correspondences,
-    good: dict[tuple[int, int], tuple[Link, Pair]],
+    good: MatchedPairs,
     images: list[int],
     components: list[list[int]],
     matches: list[Match],
@@ -366,7 +313,7 @@ def _group(
         focals * unit,
         focals * unit * _deviations(normal, rms, count, len(images)),
         rms * unit,
-        _rms_of(own.values()) * unit,
+        _homographies_rms(own.values()) * unit,
         components,
         sorted(set(range(len(points.sizes))) - set(images)),
         matches,
@@ -374,6 +321,7 @@ def _group(
 
 
 def _focals_of(M: FloatArray) -> FloatArray:
+    """Focal lengths (n,) of maps R K^-1."""
     return np.asarray(1.0 / np.linalg.norm(M[:, :, 0], axis=1))
 
 
@@ -384,19 +332,23 @@ def _scalings(f: FloatArray) -> FloatArray:
     return K
 
 
-def _rms_of(pairs: Any) -> float:
-    """Of the symmetric transfer errors of all pairs with maps of their own."""
-    squares = [np.square(transfers(pair.S, link.xi[pair.agree], link.xj[pair.agree])) for link, pair in pairs]
+def _homographies_rms(pairs: Iterable[tuple[Link, Pair]]) -> float:
+    """RMS of the symmetric transfer errors of pairs, each with its own homography."""
+    squares = [
+        np.square(transfers(pair.S, link.xi[pair.agree], link.xj[pair.agree]))
+        for link, pair in pairs
+        if pair.S is not None
+    ]
     return float(np.sqrt(np.concatenate(squares, axis=1).mean()))
 
 
-# ---- where it begins ------------------------------------------------------------------------
+# ---- the start ------------------------------------------------------------------------------
 
 
 def _start(pairs: Sequence[tuple[Link, Pair]], tolerance: float) -> tuple[float, list[Pair]]:
-    """The focal length, in halves of the longest side, with which rotations fit all pairs best; and these, as pairs.
+    """The focal length, in halves of the longest side, with which rotations fit all pairs best, and the pairs by these.
 
-    The rotation of a pair brings the directions of its points together best (Wahba's problem).
+    The rotation of a pair solves Wahba's problem for the directions of its points.
     """
     f = np.geomspace(_WIDEST, _NARROWEST, _STEPS)
     cost, maps = np.zeros(_STEPS), []
@@ -412,13 +364,13 @@ def _start(pairs: Sequence[tuple[Link, Pair]], tolerance: float) -> tuple[float,
 
 
 def _directions(x: FloatArray, f: FloatArray) -> FloatArray:
-    """Unit vectors (k, n, 3) to points (n, 2) for focal lengths (k,)."""
+    """Unit vectors (k, n, 3) towards points (n, 2) for focal lengths (k,)."""
     rays = homogeneous(x) / np.stack([f, f, np.ones_like(f)], axis=-1)[:, None]
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
 
 def _rotation(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The rotations (k, 3, 3) that bring directions a (k, n, 3) nearest to b."""
+    """Rotations (k, 3, 3) that bring directions a (k, n, 3) nearest to b."""
     U, _, V = np.linalg.svd(b.swapaxes(1, 2) @ a)
     U[:, :, 2] *= np.linalg.det(U @ V)[:, None]
     return np.asarray(U @ V)
@@ -432,15 +384,16 @@ def _adjusted(
 ) -> tuple[FloatArray, float, FloatArray, int]:
     """The adjusted maps, the RMS error, the normal equations and the number of points.
 
-    First the links that the chains do not miss by far, as one round the whole horizon may, then all, by the points that
-    agree until these stay the same.
+    First without links that the chains miss by far, as may happen all around the horizon, then with all, until the
+    points that agree stay the same.
     """
     gaps = [transfer_errors(_between(M, link), link.xi, link.xj) for link in links]
     chosen = [some & (np.median(gap[some]) < _FAR) & (gap < np.inf) for gap, some in zip(gaps, agree, strict=True)]
     for _ in range(_ROUNDS):
         kept = [Link(link.i, link.j, link.xi[some], link.xj[some]) for link, some in zip(links, chosen, strict=True)]
         kept = [link for link in kept if len(link.xi) > 1]
-        if len(components_of((link.i, link.j) for link in kept)) != 1 or _alone(kept, len(M)):
+        # All images must be in one group.
+        if [len(group) for group in components_of((link.i, link.j) for link in kept)] != [len(M)]:
             raise ValueError(
                 "Invalid images for a camera that only turns. Rotations do not bring their points together: it also "
                 "moved, or they are no photographs."
@@ -454,20 +407,16 @@ def _adjusted(
     return M, rms, normal, sum(len(link.xi) for link in kept)
 
 
-def _alone(links: Sequence[Link], count: int) -> bool:
-    """Whether some of so many images is in no link."""
-    return len({image for link in links for image in (link.i, link.j)}) < count
-
-
 def _between(M: FloatArray, link: Link) -> FloatArray:
+    """The map from image i to image j of a link."""
     return np.asarray(np.linalg.solve(M[link.j], M[link.i]))
 
 
 def _deviations(normal: FloatArray, rms: float, points: int, images: int) -> FloatArray:
     """Standard deviations of the logarithms of the focal lengths (n,).
 
-    Noise s in each coordinate makes distances there and back with a mean square of 4 s^2, nearly the same ones, so that
-    the covariance is that mean square times the inverse of J^T J over both ways.
+    Noise s in each coordinate gives the two transfer distances, which are nearly equal, a mean square of 4 s^2; the
+    covariance is that mean square times the inverse of J^T J over both ways.
     """
     freedom = max(2 * points - len(normal), 1)
     scale = rms**2 * 2.0 * points / freedom

@@ -1,8 +1,10 @@
-"""From the points that images have in common to the maps of all images into one plane."""
+"""Maps of images into one plane from their common points, and the frames to choose from."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,15 +30,15 @@ from projdist.applications.mosaics.homographies import (
     places,
 )
 from projdist.matrices import Rotation, axes_shift, mdt, mean_rotation
-from projdist.support import listed
+from projdist.support import Answer, listed, plain
 
 _SHOWN = 10  # names in one message
 
 
 class Match(NamedTuple):
-    """Two images, how many points they share and how many agree on a map; where none does, the reason.
+    """Two images, the number of points they share and of those that agree on a map; if none do, the reason.
 
-    `false_alarms`: decimal logarithm of how many maps chance would make as good, over all pairs; NaN where none was
+    `false_alarms`: decimal logarithm of the expected number of chance maps as good, over all pairs; NaN if no map was
     tried.
     """
 
@@ -49,11 +51,11 @@ class Match(NamedTuple):
 
 
 class ImageRegistration(NamedTuple):
-    """The maps of images into a plane that means nothing: that of the first image, in pixels.
+    """The maps of a group of connected images into the plane of the first one, in pixels.
 
-    `images`: numbers of those that hang together, the most that do; `matrices`: their maps (n, 3, 3). `components`: all
-    groups of two images or more, the largest first. `left_out`: the images beside `images`. `rms_pixels`: of the
-    symmetric transfer error. `matches`: of all pairs. `models`: how either model fits the pairs.
+    `images`: their numbers; `matrices`: their maps (n, 3, 3). `components`: all groups of two or more connected images,
+    the largest first. `left_out`: numbers of the other images. `rms_pixels`: RMS of the symmetric transfer error.
+    `matches`: of all pairs. `models`: how well each model fits the pairs.
     """
 
     model: str
@@ -67,14 +69,93 @@ class ImageRegistration(NamedTuple):
     models: dict[str, ModelFit]
 
 
-def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> ImageRegistration:
-    """Register images by the points that they have in common.
+class Cameras(NamedTuple):
+    """The cameras of a group of connected images that were taken by turning a camera.
 
-    `model`: affine maps, homographies, or "auto": those that the points ask for. `tolerance`: pixels, of the reduced
-    images where points were found in such; points of a pair of images that are farther off the pair's map are wrong.
-    Pairs of which so many points agree as chance in all pairs together would not bring are chained, strongest first,
-    and the chains are the start of a bundle adjustment. Raises ValueError where no two images hang together, and where
-    some images mirror others.
+    `rotations`: from each camera's right, down and forward to the first one's (n, 3, 3); `focals`: pixels (n,), with
+    standard deviations `focal_errors`. `rms_pixels`: RMS of the symmetric transfer error; `rms_homographies`: the same
+    with a homography for each pair of images, which also allows a moving camera. Others as in `ImageRegistration`.
+    """
+
+    images: list[int]
+    rotations: FloatArray
+    focals: FloatArray
+    focal_errors: FloatArray
+    rms_pixels: float
+    rms_homographies: float
+    components: list[list[int]]
+    left_out: list[int]
+    matches: list[Match]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ImageAnswer(Answer):
+    """Base class of mosaics and panoramas: a group of images connected by common points."""
+
+    points: Correspondences
+
+    @property
+    @abstractmethod
+    def _found(self) -> ImageRegistration | Cameras:
+        """The group of images."""
+
+    @abstractmethod
+    def messages(self, *, others: bool = True) -> list[str]:
+        """Remarks on the result; without `others` none on other groups of images, which have answers of their own."""
+
+    @property
+    def images(self) -> list[int]:
+        """The numbers of the images in the answer."""
+        return self._found.images
+
+    @property
+    def left_out(self) -> list[str]:
+        """The names or numbers of the images that are not connected with the others."""
+        return [self.points.name(image) for image in self._found.left_out]
+
+    @property
+    def alone(self) -> list[str]:
+        """The names or numbers of the images that are connected with no other."""
+        grouped = {image for group in self._found.components for image in group}
+        return [self.points.name(image) for image in self._found.left_out if image not in grouped]
+
+    @property
+    def notes(self) -> list[str]:
+        """Remarks on the result; usually none."""
+        return self.messages()
+
+    def _left_out_note(self, *, others: bool) -> str:
+        """The remark on images left out; connected ones are listed together, and only with `others`."""
+        left_out, name = set(self._found.left_out), self.points.name
+        groups = [group for group in self._found.components if others and set(group) <= left_out]
+        parts = [", ".join(self.alone)] if self.alone else []
+        parts += [listed([name(image) for image in group], "and") + ", which hang together" for group in groups]
+        return f"Left out: {'; '.join(parts)}. Nothing connects them with the other images." if parts else ""
+
+    def _of_all(self, values: FloatArray) -> list[Any]:
+        """A value for each image, None for those left out."""
+        rows: list[Any] = [None] * len(self.points.sizes)
+        for image, value in zip(self.images, values.tolist(), strict=True):
+            rows[image] = value
+        return rows
+
+    def _pairs(self) -> list[dict[str, Any]]:
+        """The matches of all pairs, with names or numbers of images."""
+        name = self.points.name
+        return [
+            m._asdict() | {"i": name(m.i), "j": name(m.j), "false_alarms": plain(m.false_alarms)}
+            for m in self._found.matches
+        ]
+
+
+def register(points: Correspondences, *, model: str = "affine", tolerance: float = 4.0) -> ImageRegistration:
+    """Register images by their common points.
+
+    `model`: affine maps, homographies, or "auto" for the model that suits the points. `tolerance`: pixels, of the
+    reduced images if points were found in such; points of a pair of images farther off the pair's map are wrong. Pairs
+    with more points in agreement than chance would give in all pairs together are chained, strongest first, and the
+    chains are the start of a bundle adjustment. Raises ValueError if no two images are connected, and if some images
+    mirror others.
     """
     return register_groups(points, model=model, tolerance=tolerance, most=1)[0]
 
@@ -82,7 +163,7 @@ def register(points: Correspondences, *, model: str = "affine", tolerance: float
 def register_groups(
     points: Correspondences, *, model: str = "affine", tolerance: float = 4.0, most: int | None = None
 ) -> list[ImageRegistration]:
-    """Register each group of images that hang together, the largest first; at most so many. Raises as `register`."""
+    """Register each group of connected images, the largest first, at most `most`. Raises as `register`."""
     check_model(model)
     check_tolerance(tolerance)
     # Coordinates from the middle of each image, in halves of the longest side.
@@ -95,43 +176,43 @@ def register_groups(
     models = compare_models(_shared(links, found, unit), unit)
     if model == "auto":
         model = min(models, key=lambda name: models[name].gric, default=MODELS[0])
-    pairs = {(link.i, link.j): (link, pair) for (link, _), pair in zip(links, found[model], strict=True)}
-    matches = [match_of(link, pair) for link, pair in pairs.values()]
-    good = {pair: both for pair, both in pairs.items() if both[1].S is not None}
-    components = components_of(good)
-    if not components:
-        raise ValueError("Invalid correspondences. No two images match: " + why_none(points, matches) + ".")
+    good, components, matches = connected(points, [link for link, _ in links], found[model])
     return [_registered(points, good, model, images, components, matches, models) for images in components[:most]]
 
 
+MatchedPairs = dict[tuple[int, int], tuple[Link, Pair]]
+"""The points and the map of pairs of images, by their numbers."""
+
+
+def connected(
+    points: Correspondences, links: Sequence[Link], pairs: Sequence[Pair]
+) -> tuple[MatchedPairs, list[list[int]], list[Match]]:
+    """The pairs of images that have a map, the groups that they connect, and the matches of all pairs.
+
+    Raises ValueError if no pair has a map.
+    """
+    both = list(zip(links, pairs, strict=True))
+    matches = [
+        Match(link.i, link.j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
+        for link, pair in both
+    ]
+    good = {(link.i, link.j): (link, pair) for link, pair in both if pair.S is not None}
+    components = components_of(good)
+    if not components:
+        reasons = [f"{points.name(m.i)} and {points.name(m.j)}, {m.reason}" for m in matches[:3]]
+        more = "; ..." if len(matches) > 3 else ""
+        raise ValueError(f"Invalid correspondences. No two images match: {'; '.join(reasons)}{more}.")
+    return good, components, matches
+
+
 def check_tolerance(tolerance: float) -> None:
-    """Raise ValueError for no number of pixels."""
+    """Raise ValueError for a tolerance that is not above 0."""
     if not tolerance > 0:
         raise ValueError(f"Invalid tolerance {tolerance}. It must be a number of pixels above 0.")
 
 
-def left_out_note(points: Correspondences, components: Sequence[list[int]], left_out: list[int], others: bool) -> str:
-    """What is said of images left out, of those that hang together as one; without `others` of single ones only."""
-    groups = [group for group in components if others and set(group) <= set(left_out)]
-    single = [points.name(image) for image in alone(components, left_out)]
-    parts = [", ".join(single)] if single else []
-    parts += [listed([points.name(image) for image in group], "and") + ", which hang together" for group in groups]
-    return f"Left out: {'; '.join(parts)}. Nothing connects them with the other images." if parts else ""
-
-
-def alone(components: Sequence[list[int]], left_out: Sequence[int]) -> list[int]:
-    """The images that hang together with no other."""
-    grouped = {image for group in components for image in group}
-    return [image for image in left_out if image not in grouped]
-
-
-def match_of(link: Link, pair: Pair) -> Match:
-    """What is told of two images."""
-    return Match(link.i, link.j, len(link.xi), int(pair.agree.sum()), pair.reason, pair.false_alarms)
-
-
 def _shared(links: Sequence[tuple[Link, float]], found: dict[str, list[Pair]], unit: float) -> Iterator[Shared]:
-    """The pairs of images that have a map of either model."""
+    """The pairs of images that have a map by either model."""
     for number, (link, reduction) in enumerate(links):
         agree = np.logical_or(*(pairs[number].agree for pairs in found.values()))
         if agree.any():
@@ -140,14 +221,14 @@ def _shared(links: Sequence[tuple[Link, float]], found: dict[str, list[Pair]], u
 
 def _registered(
     points: Correspondences,
-    good: dict[tuple[int, int], tuple[Link, Pair]],
+    good: MatchedPairs,
     model: str,
     images: list[int],
     components: list[list[int]],
     matches: list[Match],
     models: dict[str, ModelFit],
 ) -> ImageRegistration:
-    """The maps of a group of images."""
+    """The registration of a group of images."""
     unit = float(points.sizes.max()) / 2.0
     number = {image: place for place, image in enumerate(images)}
     own = {(i, j): both for (i, j), both in good.items() if i in number}
@@ -180,14 +261,14 @@ def _registered(
 
 
 def estimated(link: Link, tolerance: float, points: Correspondences, unit: float, model: str) -> Pair:
-    """The map of two images, among as many pairs as there may be."""
+    """The map of two images, tested against chance in all possible pairs."""
     area = float(points.sizes[[link.i, link.j]].prod(axis=1).min()) / unit**2
     tests = len(points.sizes) * (len(points.sizes) - 1) // 2
     return estimate(link.xi, link.xj, model, tolerance, area=area, tests=tests)
 
 
 def links_of(points: Correspondences, unit: float) -> Iterator[tuple[Link, float]]:
-    """The points of each pair of images i < j, in coordinates from the images' middles, and their reduction."""
+    """For each pair of images i < j the common points, in coordinates from the images' middles, and the reduction."""
     reductions = np.asarray(points.reductions)
     swap = points.i > points.j
     i, j = np.where(swap, points.j, points.i), np.where(swap, points.i, points.j)
@@ -201,7 +282,7 @@ def links_of(points: Correspondences, unit: float) -> Iterator[tuple[Link, float
 
 
 def components_of(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Groups of images that pairs connect, the largest first."""
+    """Groups of images connected by pairs, the largest first."""
     group: dict[int, set[int]] = {}
     for i, j in pairs:
         merged = group.get(i, {i}) | group.get(j, {j})
@@ -212,7 +293,7 @@ def components_of(pairs: Iterable[tuple[int, int]]) -> list[list[int]]:
 
 
 def chained(images: Sequence[int], pairs: dict[tuple[int, int], Pair]) -> FloatArray:
-    """The maps of images into the first one, by the pairs with the most points (a maximal spanning tree)."""
+    """Maps (n, 3, 3) of images into the first one, along a spanning tree of the pairs with the most points."""
     maps = {images[0]: np.eye(3)}
     strongest = sorted(pairs, key=lambda key: -int(pairs[key].agree.sum()))
     while len(maps) < len(images):
@@ -226,7 +307,7 @@ def chained(images: Sequence[int], pairs: dict[tuple[int, int], Pair]) -> FloatA
 
 
 def refuse_mirrors(points: Correspondences, images: Sequence[int], chain: FloatArray) -> None:
-    """Raise ValueError where images mirror the others, naming the fewer."""
+    """Raise ValueError if images mirror the others, naming the smaller group."""
     mirrors = np.linalg.det(chain) < 0
     if mirrors.any():
         few = mirrors if mirrors.mean() <= 0.5 else ~mirrors
@@ -237,21 +318,15 @@ def refuse_mirrors(points: Correspondences, images: Sequence[int], chain: FloatA
         )
 
 
-def why_none(points: Correspondences, matches: Sequence[Match]) -> str:
-    """Reasons of the first pairs."""
-    reasons = [f"{points.name(m.i)} and {points.name(m.j)}, {m.reason}" for m in matches[:3]]
-    return "; ".join(reasons) + ("; ..." if len(matches) > 3 else "")
-
-
 # ---- frames --------------------------------------------------------------------------------------
 
 
 class Frame(NamedTuple):
-    """A plane that all images are brought into, in pixels.
+    """A plane that all images are mapped into, in pixels.
 
-    `reference`: the number of the image whose plane it is, or None for the MDT's. `matrices`: from the pixels of the
-    images into it (n, 3, 3). `distortions`: Dist_F of each image, (n,), of a homography the root of its mean square
-    over the image. `figure`: the sum of their squares, of homographies the mean; with weights, by the weights.
+    `reference`: number of the image whose plane it is, None for that of the MDT. `matrices`: from the pixels of the
+    images into it (n, 3, 3). `distortions`: Dist_F of each image, (n,), for a homography its RMS over the image.
+    `figure`: the (weighted) sum of their squares, for homographies the mean.
     """
 
     reference: int | None
@@ -261,7 +336,7 @@ class Frame(NamedTuple):
 
 
 def frame_of_image(found: ImageRegistration, image: int, weights: FloatArray) -> Frame | None:
-    """The plane of an image that was registered; None where it has no room for another image."""
+    """The plane of a registered image; None if another image reaches infinity in it."""
     own = found.images.index(image)
     matrices = np.linalg.solve(found.matrices[own], found.matrices)
     matrices[own] = np.eye(3)
@@ -269,9 +344,9 @@ def frame_of_image(found: ImageRegistration, image: int, weights: FloatArray) ->
 
 
 class CommonFrames(NamedTuple):
-    """The frames `first`, `last`, `central`, `best` and `mdt`, None where impossible.
+    """The frames `first`, `last`, `central`, `best` and `mdt`, None if impossible.
 
-    `impossible`: the images in whose planes others reach infinity. `rotation`: that of the MDT's frame.
+    `impossible`: numbers of the images in whose planes others reach infinity. `rotation`: that of the MDT's frame.
     """
 
     frames: dict[str, Frame | None]
@@ -280,10 +355,10 @@ class CommonFrames(NamedTuple):
 
 
 def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) -> CommonFrames:
-    """All frames. Raises ValueError where every plane sends some image through infinity.
+    """All frames. Raises ValueError if some image reaches infinity in every plane.
 
-    Central is the image whose middle is nearest to the mean of all middles in the MDT's frame, best the one with the
-    least figure.
+    The central image has its middle nearest to the mean of all middles in the MDT's frame; the best has the least
+    figure.
     """
     mean, turn = _mdt_frame(found, weights, rotation)
     of_image = {image: frame_of_image(found, image, weights) for image in found.images}
@@ -299,12 +374,13 @@ def common_frames(found: ImageRegistration, weights: FloatArray, rotation: str) 
 
 
 def _central(found: ImageRegistration, mean: Frame) -> int:
+    """Number of the central image."""
     middles = places(mean.matrices, 0.5 * found.sizes[:, None])[:, 0]
     return found.images[int(np.hypot(*(middles - middles.mean(axis=0)).T).argmin())]
 
 
 def _mdt_frame(found: ImageRegistration, weights: FloatArray, rotation: str) -> tuple[Frame, Rotation]:
-    """The MDT's frame: its shape by the MDT, turned by the mean rotation, shifted to the axes."""
+    """The frame of the MDT, rotated by the mean rotation and shifted to the axes."""
     H = found.matrices if found.model == "affine" else least_distorting(found.matrices, found.sizes, weights)
     if H is None:
         raise ValueError("Invalid images for one plane. Every plane sends some of them through infinity.")
@@ -321,7 +397,7 @@ def _mdt_frame(found: ImageRegistration, weights: FloatArray, rotation: str) -> 
 
 
 def _jacobians(found: ImageRegistration, H: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Jacobians (n, m, 2, 2) of the images at their nodes, and the nodes' weights; one node of an affine map."""
+    """Jacobians (n, m, 2, 2) of the images at nodes, and the nodes' weights; an affine map has one node."""
     if found.model == "affine":
         return H[:, None, :2, :2], np.ones(1)
     J, _, w = field_of(H, found.sizes)
@@ -329,6 +405,7 @@ def _jacobians(found: ImageRegistration, H: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _measured(found: ImageRegistration, reference: int | None, H: FloatArray, weights: FloatArray) -> Frame:
+    """A frame with the distortions of the images."""
     J, w = _jacobians(found, H)
     squares = (np.log(np.linalg.svd(J, compute_uv=False)) ** 2).sum(axis=-1) @ w
     # With equal weights the figure of affine maps is the plain sum.

@@ -1,10 +1,11 @@
-"""Pictures drawn into the canvas of a mosaic, tile by tile, and written to files."""
+"""Rendering of mosaics: exposure, seams and blending of their images, tile by tile, cropping, and picture files."""
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -30,66 +31,56 @@ from projdist.support import replacing
 BLENDS = ("multiband", "feather", "none")
 
 _BANDS = 5
-_UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of it, so that those of all pieces have their pixels together
-_REACH = 3 * _UNIT  # of a pixel through the bands
-_LITTLE = 1e-5  # a weight that is none
-_FEATHER = 0.02  # of the full weight a pixel from an image's rim
+_UNIT = 2**_BANDS  # pixels: pyramids begin at multiples of it, so that the pixels of all pieces coincide
+_REACH = 3 * _UNIT  # influence of a pixel through the bands
+_LITTLE = 1e-5  # a negligible weight
+_FEATHER = 0.02  # of the full weight, per pixel from an image's rim
 
 Place = tuple[slice, slice]
 
 
-class Blender(Protocol):
-    """Pieces of images become a box of the canvas; they lie within it."""
-
-    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
-        """Add a piece of an image, which ends where its mask or the piece does."""
-
-    def blend(self) -> tuple[AnyArray, BoolArray]:
-        """Colours (height, width, 3), and where there are any."""
-
-
-def blender_of(name: str, box: tuple[int, int, int, int]) -> Blender:
-    """The blender of a name, for a box: its left, top, right and bottom."""
-    kinds: dict[str, Callable[[tuple[int, int, int, int]], Blender]] = {
-        "multiband": _MultiBand,
-        "feather": _Feather,
-        "none": _Later,
-    }
+def blender_of(name: str, box: Box) -> Blender:
+    """The blender of a name for a box of the canvas."""
+    kinds: dict[str, type[Blender]] = {"multiband": _MultiBand, "feather": _Feather, "none": _Overlay}
     return kinds[name](box)
 
 
-class _Box:
-    """Sums of colours by weights."""
+class Blender(ABC):
+    """Blends pieces of images within a box of the canvas, by weighted sums of colours."""
 
-    def __init__(self, box: tuple[int, int, int, int]) -> None:
+    def __init__(self, box: Box) -> None:
         self._left, self._top = box[:2]
         self._shape = box[3] - box[1], box[2] - box[0]
         self._sum = np.zeros((*self._shape, 3), np.float32)
         self._weights = np.zeros(self._shape, np.float32)
 
     def _place(self, mask: AnyArray, corner: tuple[int, int]) -> Place:
-        """Where a piece lies in the box."""
+        """The slices of a piece in the box."""
         (height, width), x, y = mask.shape, corner[0] - self._left, corner[1] - self._top
         return slice(y, y + height), slice(x, x + width)
 
+    @abstractmethod
+    def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
+        """Add a piece of an image, bounded by its mask."""
+
     def blend(self) -> tuple[AnyArray, BoolArray]:
-        """Their means."""
+        """Colours (height, width, 3), and a mask of pixels that have any."""
         self._sum /= np.maximum(self._weights, _LITTLE)[..., None]
         return self._sum, self._weights > 0
 
 
-class _Later(_Box):
-    """Later pieces lie on earlier ones."""
+class _Overlay(Blender):
+    """Later pieces cover earlier ones."""
 
     def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
-        """Lay a piece on what there is."""
+        """Put a piece on top."""
         place = self._place(mask, corner)
         opencv().copyTo(colours.astype(np.float32), mask, self._sum[place])
         self._weights[place][mask > 0] = 1.0
 
 
-class _Feather(_Box):
-    """Means by weights that fall to the images' rims."""
+class _Feather(Blender):
+    """Means with weights that decrease towards the images' rims."""
 
     def feed(self, colours: AnyArray, mask: AnyArray, corner: tuple[int, int]) -> None:
         """Add a piece."""
@@ -101,14 +92,14 @@ class _Feather(_Box):
         self._weights[place] += weight
 
 
-class _MultiBand(_Box):
-    """Means by bands of frequencies, in each by masks that are as smooth as the band.
+class _MultiBand(Blender):
+    """Means in bands of frequencies, each with masks as smooth as the band.
 
     P. J. Burt & E. H. Adelson 1983, "A multiresolution spline with application to image mosaics", ACM Transactions on
     Graphics 2, 217-236.
     """
 
-    def __init__(self, box: tuple[int, int, int, int]) -> None:
+    def __init__(self, box: Box) -> None:
         self._left, self._top = box[:2]
         self._shape = box[3] - box[1], box[2] - box[0]
         height, width = (-(-side // _UNIT) * _UNIT for side in self._shape)
@@ -139,7 +130,7 @@ class _MultiBand(_Box):
             weight = cv2.pyrDown(weight)
 
     def blend(self) -> tuple[AnyArray, BoolArray]:
-        """The bands together."""
+        """Colours from all bands, and a mask of pixels that have any."""
         cv2 = opencv()
         height, width = self._shape
         found: AnyArray = np.zeros((1, 1, 3))
@@ -153,13 +144,14 @@ class _MultiBand(_Box):
 # ---- cropping ------------------------------------------------------------------------------------
 
 
-_CELLS = 400  # a side: the box is found on them, then grown by pixels
+_CELLS = 400  # a side of the grid on which the box is found, to be grown by pixels
 
 
-def covered_box(covered: BoolArray) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom of a box (the last two are outside) all of whose pixels are covered.
+def covered_box(covered: BoolArray) -> Box:
+    """A box of pixels that are all covered.
 
-    The largest on a grid of 400 cells a side, grown as far as it goes. Raises ValueError where no cell is covered.
+    It is the largest on a grid of 400 cells a side, grown by pixels as far as possible. Raises ValueError if no cell is
+    covered.
     """
     height, width = covered.shape
     step = max(1, -(-max(height, width) // _CELLS))
@@ -179,8 +171,8 @@ def covered_box(covered: BoolArray) -> tuple[int, int, int, int]:
     return left, top, right, bottom
 
 
-def _largest(cells: BoolArray) -> tuple[int, int, int, int]:
-    """The largest box of covered cells. Those covered above a row are bars, and some box under bars is the largest."""
+def _largest(cells: BoolArray) -> Box:
+    """The largest box of covered cells: for each row, the largest under bars of the covered cells above it."""
     heights = np.zeros(cells.shape[1], int)
     best, found = 0, (0, 0, 0, 0)
     for row, line in enumerate(cells):
@@ -192,9 +184,9 @@ def _largest(cells: BoolArray) -> tuple[int, int, int, int]:
 
 
 def _largest_in_bars(heights: IntArray) -> tuple[int, int, int, int]:
-    """Area, left, right and height of the largest box under bars; a stack has those that still grow."""
+    """Area, left, right and height of the largest box under bars, by a stack of boxes that still grow."""
     best = (0, 0, 0, 0)
-    stack: list[tuple[int, int]] = []  # where a height began, and the height
+    stack: list[tuple[int, int]] = []  # left side and height
     for place, height in enumerate([*heights.tolist(), 0]):
         start = place
         while stack and stack[-1][1] >= height:
@@ -207,16 +199,16 @@ def _largest_in_bars(heights: IntArray) -> tuple[int, int, int, int]:
 # ---- rendering -----------------------------------------------------------------------------------
 
 
-# A tile is drawn with a margin: the pyramid's reach is 3 * 2^5 pixels, that of the feather 1 / 0.02. Both are multiples
-# of 2^5, so that the pyramids of all tiles have their pixels at the same places.
+# A tile is drawn with a margin: the pyramid's reach is 3 * 2^5 pixels, that of the feather 1 / 0.02. Tiles and margins
+# are multiples of 2^5, so that the pixels of all tiles' pyramids coincide.
 _TILE, _MARGIN = 2048, 128  # pixels
 DEPTHS = (8, 16)
 
 
 class Rendered(NamedTuple):
-    """A drawn mosaic: red, green, blue and alpha (height, width, 4) of uint8 or uint16, alpha being 0 or the most.
+    """A drawn mosaic: red, green, blue and alpha (height, width, 4) of uint8 or uint16, alpha 0 or the maximum.
 
-    `canvas`: that of these pixels, after cropping, too. `is_grey`: no image has colours.
+    `canvas`: that of these pixels, also after cropping. `is_grey`: True if no image has colours.
     """
 
     pixels: AnyArray
@@ -225,23 +217,23 @@ class Rendered(NamedTuple):
 
     @property
     def bands(self) -> AnyArray:
-        """The same pixels, (height, width, 2) of grey and alpha where there are no colours."""
+        """The pixels, of a grey mosaic (height, width, 2), grey and alpha."""
         return self.pixels[..., [0, 3]] if self.is_grey else self.pixels
 
 
 class Drawable(Protocol):
-    """What can be drawn: a `Mosaic`, or a panorama in a map projection."""
+    """An answer that can be drawn: a `Mosaic`, or a panorama in a map projection."""
 
     @property
     def points(self) -> Correspondences:
-        """Those of all images."""
+        """The correspondences of all images."""
 
     @property
     def images(self) -> list[int]:
         """The numbers of the images that are drawn."""
 
     def canvas(self, *, most_pixels: float | None = None) -> AnyCanvas:
-        """The picture that holds them, of so many pixels at most."""
+        """The picture that holds them, of at most `most_pixels`."""
 
 
 def render(
@@ -254,14 +246,14 @@ def render(
     crop: bool = False,
     most_pixels: float | None = None,
 ) -> Rendered:
-    """Draw the pictures that a mosaic is of; those left out are not drawn.
+    """Draw the pictures of a mosaic, without those left out.
 
-    `blend`: "multiband" (by bands of frequencies, along seams where the images differ least), "feather" (by weights
-    that fall to the rims) or "none" (later images lie on earlier ones). `exposure`: "gain" makes the images equally
-    bright where they overlap, "blocks" parts of them, too, as vignettes need. `depth`: bits a colour, 8 or 16, with
-    which images of 12 or 16 bits keep their values, and numbers that are no whole ones have 0 to 65535 for the range
-    that all images have together. `crop`: to the largest box that is covered. `most_pixels`: of the canvas. OpenCV does
-    the work, for a tile of 2048 pixels at a time. Raises ValueError, and ImportError without OpenCV.
+    `blend`: "multiband" (in bands of frequencies, along seams where the images differ least), "feather" (with weights
+    that decrease towards the rims) or "none" (later images cover earlier ones). `exposure`: "gain" makes the images
+    equally bright where they overlap, "blocks" also blocks of them, against vignetting, or "none". `depth`: bits per
+    colour, 8 or 16; with 16, images of 12 or 16 bits keep their values, and values that are not whole numbers are
+    scaled from the range of all images to 0 .. 65535. `crop`: to the largest covered box. `most_pixels`: limit of the
+    canvas. Drawing is by OpenCV, in tiles of 2048 pixels. Raises ValueError, and ImportError without OpenCV.
     """
     for thing, word, words in (("blend", blend, BLENDS), ("exposure", exposure, EXPOSURES)):
         if word not in words:
@@ -277,17 +269,18 @@ def render(
     canvas = found.canvas(most_pixels=most_pixels)
     store = Store(used, depth > 8)
     most = DEEPEST if depth > 8 else 255
-    common = Common(found.canvas(most_pixels=SMALL), store, blend, exposure)
+    seams = Seams(found.canvas(most_pixels=SMALL), store, blend, exposure)
     pixels = np.zeros((canvas.height, canvas.width, 4), np.uint8 if depth == 8 else np.uint16)
     boxes = [canvas.bounds(number, picture.size) for number, picture in enumerate(used)]
     for top in range(0, canvas.height, _TILE):
         for left in range(0, canvas.width, _TILE):
             tile = left, top, min(left + _TILE, canvas.width), min(top + _TILE, canvas.height)
-            pixels[tile[1] : tile[3], tile[0] : tile[2]] = _tile(tile, canvas, boxes, store, common, blend, most)
+            pixels[tile[1] : tile[3], tile[0] : tile[2]] = _tile(tile, canvas, boxes, store, seams, blend, most)
     if depth > 8:
         _in_levels(pixels, used)
     if crop:
-        pixels, canvas = _cropped(pixels, canvas)
+        left, top, right, bottom = box = covered_box(pixels[..., 3] > 0)
+        pixels, canvas = pixels[top:bottom, left:right], canvas.cropped(box)
     return Rendered(pixels, canvas, all(picture.is_grey for picture in used))
 
 
@@ -295,9 +288,9 @@ def render(
 
 
 def _tile(
-    tile: Box, canvas: AnyCanvas, boxes: Sequence[Box], store: Store, common: Common, blend: str, most: int
+    tile: Box, canvas: AnyCanvas, boxes: Sequence[Box], store: Store, seams: Seams, blend: str, most: int
 ) -> AnyArray:
-    """The pixels of a tile, from all images that reach it or its margin."""
+    """The pixels of a tile, from all images that overlap it or its margin."""
     left, top, right, bottom = tile
     around = (
         max(left - _MARGIN, 0),
@@ -310,9 +303,9 @@ def _tile(
         part = common_box(box, around)
         if part is not None:
             piece = canvas.warped(store.read(number), number, part)
-            even = common.even(number, piece, canvas)
+            even = seams.even(number, piece, canvas)
             pieces[number] = piece._replace(pixels=Pixels(even, piece.pixels.mask))
-    masks = common.cut(pieces, canvas)
+    masks = seams.cut(pieces, canvas)
     blender = blender_of(blend, around)
     for number, piece in pieces.items():
         if masks[number].any():
@@ -327,21 +320,11 @@ def _tile(
 
 
 def _in_levels(pixels: AnyArray, used: Sequence[Picture]) -> None:
-    """Give whole numbers back the values that the files have: 12 bits stay 12 bits."""
+    """Scale whole numbers back to the values in the files, so that 12 bits stay 12 bits."""
     deep = [picture for picture in used if picture.is_deep]
     if deep and deep[0].levels.low == 0.0 and deep[0].is_whole:
         share = deep[0].levels.high / DEEPEST
         pixels[..., :3] = np.round(pixels[..., :3] * share)
-
-
-# ---- cropping -------------------------------------------------------------------------------
-
-
-def _cropped(pixels: AnyArray, canvas: AnyCanvas) -> tuple[AnyArray, AnyCanvas]:
-    """The largest box of pixels that are all covered, and its canvas."""
-    box = covered_box(pixels[..., 3] > 0)
-    left, top, right, bottom = box
-    return pixels[top:bottom, left:right], canvas.cropped(box)
 
 
 # ---- saving --------------------------------------------------------------------------------------
@@ -352,15 +335,15 @@ PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
 _QUALITY = 92  # of JPEG
-_SQUEEZE = 3  # of PNG: a third of the usual 6's time, for files as large to 5 %
-_PAPER = 255  # where a JPEG has no image
+_COMPRESSION = 3  # of PNG: a third of the time of the usual 6, for files at most 5 % larger
+_PAPER = 255  # colour of a JPEG outside images
 
 
 def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
-    """Write a mosaic as .png or .tif, transparent where no image is, or as .jpg, white there.
+    """Write a mosaic as .png or .tif, transparent outside the images, or as .jpg, white there.
 
-    Grey images make a grey mosaic. 16 bits a colour go to .png and .tif, by OpenCV, in four bands. Raises ValueError
-    for another suffix, FileExistsError and OSError.
+    Grey images give a grey mosaic. 16 bits per colour are written to .png and .tif, by OpenCV, in four bands. Raises
+    ValueError for another suffix, FileExistsError and OSError.
     """
     from PIL import Image  # slow to load, and few need it
 
@@ -372,7 +355,7 @@ def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: boo
         return _save_deep(drawn, path, overwrite=overwrite)
     pixels = drawn.bands
     form = _FORMATS[suffix]
-    options: dict[str, object] = {"compression": "tiff_lzw"} if form == "TIFF" else {"compress_level": _SQUEEZE}
+    options: dict[str, object] = {"compression": "tiff_lzw"} if form == "TIFF" else {"compress_level": _COMPRESSION}
     if form == "JPEG":
         pixels = np.where(pixels[..., -1:] > 0, pixels[..., :-1], np.uint8(_PAPER)).squeeze()
         options = {"quality": _QUALITY}
@@ -382,6 +365,7 @@ def save_mosaic(drawn: Rendered, path: str | os.PathLike[str], *, overwrite: boo
 
 
 def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
+    """Write a mosaic with 16 bits per colour."""
     suffix = path.suffix.lower()
     if suffix not in DEEP_SUFFIXES:
         raise ValueError(f"Invalid picture file '{path}'. For 16 bits a colour its suffix must be .png, .tif or .tiff.")
@@ -390,7 +374,7 @@ def _save_deep(drawn: Rendered, path: Path, *, overwrite: bool) -> Path:
 
 
 def _written(content: bytes | memoryview, path: Path, overwrite: bool) -> Path:
-    """The path of a file that has the content: what codecs make of a disk that is full is theirs."""
+    """Write encoded content to a file; codecs that write themselves misreport a full disk."""
     with replacing(path, overwrite=overwrite) as new:
         new.write_bytes(content)
     return path
@@ -401,15 +385,15 @@ def _written(content: bytes | memoryview, path: Path, overwrite: bool) -> Path:
 
 EXPOSURES = ("gain", "blocks", "none")
 
-# Pixels a side of the small canvas that have one gain, and how often these are found anew: of vignettes by a third what
-# shows at seams becomes four tenths; blocks of 32 pixels leave seven, and 8 follow what the images show.
+# Side of a block with one gain in pixels of the small canvas, and number of iterations: steps at seams due to vignettes
+# of a third are reduced to 40 %; blocks of 32 pixels leave 70 %, and blocks of 8 follow the content of images.
 _BLOCK, _FEEDS = 16, 4
 
 
 def gains_of(exposure: str, pieces: Sequence[Piece]) -> list[FloatArray] | None:
-    """A gain for each piece (1, 1), or for each of its blocks, from whole pieces on a small canvas; None for "none".
+    """Gains of pieces, (1, 1) each or one per block, found from whole pieces on a small canvas; None for "none".
 
-    Blocks even out vignettes: pieces that are darker at their rims.
+    Blocks compensate vignetting, pieces that are darker at their rims.
     """
     if exposure == "none":
         return None
@@ -424,7 +408,7 @@ def gains_of(exposure: str, pieces: Sequence[Piece]) -> list[FloatArray] | None:
 
 
 def raised(piece: Piece, gains: FloatArray, whole: Piece, growth: float) -> AnyArray:
-    """The colours of a piece with the gains of the whole, on a canvas that is larger by a growth."""
+    """The colours of a piece times gains of the whole piece, on a canvas `growth` times as large."""
     colours = piece.pixels.colours
     top = np.iinfo(colours.dtype).max
     height, width = colours.shape[:2]
@@ -441,13 +425,10 @@ def raised(piece: Piece, gains: FloatArray, whole: Piece, growth: float) -> AnyA
     return np.minimum(bright, top, out=bright).astype(colours.dtype)
 
 
-# ---- common --------------------------------------------------------------------------------------
-
-
 SMALL = 3e5  # pixels of the canvas on which gains and seams are found
 
 
-class Common:
+class Seams:
     """The gains of all images and the seams between them, found on a small canvas."""
 
     def __init__(self, small: AnyCanvas, store: Store, blend: str, exposure: str) -> None:
@@ -455,7 +436,7 @@ class Common:
         cv2 = opencv()
         self.scale = small.scale
         self.pieces = [
-            _shallow(small.warped(store.read(number), number, small.bounds(number, picture.size)))
+            _with_8_bits(small.warped(store.read(number), number, small.bounds(number, picture.size)))
             for number, picture in enumerate(store.pictures)
         ]
         self.places = [piece.corner for piece in self.pieces]
@@ -466,15 +447,15 @@ class Common:
             finder = cv2.detail.GraphCutSeamFinder("COST_COLOR")
             masks = [piece.pixels.mask for piece in self.pieces]
             cut = finder.find([one.astype(np.float32) for one in colours], self.places, masks)
-            # A pixel more on either side: what is between two small pixels belongs to both.
+            # One pixel wider: the border between two small pixels belongs to both.
             self.seams = [cv2.dilate(as_array(one), None) for one in cut]
 
     def even(self, number: int, piece: Piece, canvas: AnyCanvas) -> AnyArray:
-        """The colours of a piece of an image on a canvas with its gain."""
+        """The colours of a piece of an image on a canvas, with its gain."""
         return _even(self.gains, number, piece, self.pieces[number], canvas.scale / self.scale)
 
     def cut(self, pieces: dict[int, Piece], canvas: AnyCanvas) -> dict[int, AnyArray]:
-        """The masks of pieces, along the seams; what no image would then have goes to the first that can."""
+        """Masks of pieces, cut along the seams; pixels that no image would then have go to the first that has them."""
         masks = {number: piece.pixels.mask for number, piece in pieces.items()}
         if self.seams is None or not pieces:
             return masks
@@ -501,12 +482,12 @@ class Common:
 
 
 def _even(gains: list[FloatArray] | None, number: int, piece: Piece, whole: Piece, growth: float) -> AnyArray:
-    """The colours of a piece, with its gain where there are any."""
+    """The colours of a piece, with its gain if there are gains."""
     return piece.pixels.colours if gains is None else raised(piece, gains[number], whole, growth)
 
 
-def _shallow(piece: Piece) -> Piece:
-    """A piece with 8 bits a colour, which gains and seams are found with."""
+def _with_8_bits(piece: Piece) -> Piece:
+    """A piece with 8 bits per colour, which suffice to find gains and seams."""
     colours = piece.pixels.colours
     if colours.dtype == np.uint8:
         return piece

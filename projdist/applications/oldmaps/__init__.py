@@ -1,6 +1,14 @@
-"""Old maps: control points against the truth, the field of distortion, and what an affine map can mend of it."""
+"""Old maps: control points and their true places, the field of distortion, and affine rectifications."""
 
-from projdist.applications.oldmaps.field import LOCAL_MEASURES, OUTLIERS, OldMap, Rectification, isolines, old_map
+from projdist.applications.oldmaps.field import (
+    LOCAL_MEASURES,
+    OUTLIERS,
+    RECTIFICATIONS,
+    OldMap,
+    Rectification,
+    isolines,
+    old_map,
+)
 from projdist.applications.oldmaps.fits import MODELS, Fit, affine_fit, fit, helmert_fit
 from projdist.applications.oldmaps.points import ControlPoints, read_control_points
 from projdist.applications.oldmaps.rectifying import (
@@ -16,6 +24,7 @@ __all__ = [
     "LOCAL_MEASURES",
     "MODELS",
     "OUTLIERS",
+    "RECTIFICATIONS",
     "RECTIFIED_BY",
     "CommonGround",
     "ControlPoints",

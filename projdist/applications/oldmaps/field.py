@@ -1,7 +1,7 @@
-"""How an old map distorts: the field of its scales and turns, what an affine map can mend of it, folds and outliers.
+"""The distortion of an old map: its field of scales and rotations, affine rectifications, folds, outliers, isolines.
 
-The old map is a map of the true plane, J its Jacobian from there to the old map: the inverse of that of the fit, which
-leads from the old map to the truth. Means are by area on the old map, over the hull of the control points.
+The old map is a map of the true plane; its Jacobian J is the inverse of that of the fit, which goes from the old map to
+true places. Means are by area on the old map, over the hull of the control points.
 """
 
 from __future__ import annotations
@@ -31,7 +31,10 @@ from projdist.numerics import quantiles
 from projdist.support import Answer, check_choice, check_instance, check_number, plain
 
 OUTLIERS = ("drop", "keep")
-"""What becomes of wrong points: they are left out of the fit, or stay in it."""
+"""Leave wrong points out of the fit, or keep them."""
+
+RECTIFICATIONS = ("mdt", "affine", "helmert")
+"""By the MDT, and by affine and Helmert least squares."""
 
 _ROWS = 100  # of nodes, and nodes in a row
 _INCH = 0.0254  # metres
@@ -39,16 +42,16 @@ _SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 
 def linear_scale(J: FloatArray) -> FloatArray:
-    """Scale sqrt(a b), the same in all directions on average."""
+    """Scale sqrt(a b), the geometric mean over directions."""
     return np.sqrt(areal_scale(J))
 
 
 def rotation(J: FloatArray) -> FloatArray:
-    """Angle by which the map is turned clockwise, in degrees: that of the polar factor of J."""
+    """Clockwise rotation of the map in degrees, that of the polar factor of J."""
     return -np.degrees(np.arctan2(J[..., 1, 0] - J[..., 0, 1], J[..., 0, 0] + J[..., 1, 1]))
 
 
-# What is drawn and told of a map after its correction.
+# Measures of a map after its rectification.
 LOCAL_MEASURES = {
     "fisher": Measure("fisher", fisher),
     "areal_scale": Measure("areal_scale", areal_scale, "s", kind="ratio"),
@@ -59,11 +62,11 @@ LOCAL_MEASURES = {
 
 @dataclass(frozen=True, eq=False)
 class Rectification:
-    """An affine map of the old map's plane that makes it a map in metres.
+    """An affine map from the old map's plane to a plane in metres.
 
-    `distortion`: the mean of Dist_F^2 of the rectified map over the nodes. `residual`: the RMS distance in metres of
-    the rectified control points from the true ones. `scale_error` (metres per unit) and `rotation_error` (degrees) are
-    standard errors, by the residuals of the map that was fitted; NaN where it leaves none.
+    `distortion`: mean of Dist_F^2 of the rectified map over the nodes. `residual`: RMS distance in metres of the
+    rectified control points from the true places. `scale_error` (metres per unit) and `rotation_error` (degrees) are
+    standard errors from the residuals of the fit; NaN if it leaves none.
     """
 
     name: str
@@ -77,8 +80,8 @@ class Rectification:
     def parts(self) -> Decomposition:
         """Scale in metres per unit, stretch and its azimuth on the old map, shear, and the old map's rotation.
 
-        That is by how many degrees the old map is turned clockwise, which the rectification turns back: its vertical
-        runs so far to the west of north. The y axis of a mirrored old map is turned about before.
+        The rotation is that of the old map in degrees clockwise, which the rectification reverses: true north is so far
+        to the right of its vertical. The y axis of a mirrored old map is reversed before.
         """
         M = self.affine.matrix
         parts = decompose(M @ np.diag([1.0, np.sign(np.linalg.det(M))]))
@@ -96,11 +99,11 @@ class Rectification:
 class OldMap(Answer):
     """An old map as its control points show it.
 
-    `is_outlier` (n,): which points are wrong; `is_fitted` (n,): which ones the fit and the rectifications are of.
-    `nodes` (m, 2) fill the hull of the points on the old map, with `weights` of the sum 1; `jacobian` (m, 2, 2) is
-    there the old map's, in its units per metre, NaN where the fit folds (turns over). `rectifications` are by "mdt",
-    "affine" and "helmert" (least squares). `area` is that of the hull in square units. `dots_per_inch` are those of the
-    scan whose pixels are the units, if known.
+    `is_outlier` (n,): flags of wrong points; `is_fitted` (n,): flags of the points used by the fit and the
+    rectifications. `nodes` (m, 2) fill the hull of the points on the old map, with `weights` of sum 1; `jacobian`
+    (m, 2, 2) is the old map's at the nodes, in its units per metre, NaN where the fit folds. `rectifications` are by
+    "mdt", "affine" and "helmert" (least squares). `area` is that of the hull in square units. `dots_per_inch` is the
+    resolution of the scan whose pixels are the units, if known.
     """
 
     points: ControlPoints
@@ -118,12 +121,12 @@ class OldMap(Answer):
 
     @property
     def fold_share(self) -> float:
-        """The share of the hull's area on which the fit turns over."""
+        """Share of the hull's area on which the fit folds."""
         return float(self.weights[np.isnan(self.jacobian[:, 0, 0])].sum())
 
     @property
     def folds_near(self) -> tuple[str, ...]:
-        """The control points that are nearest to folds, most of a fold first."""
+        """Names of the control points nearest to folds, by the area of folds near them, largest first."""
         folded = np.isnan(self.jacobian[:, 0, 0])
         places = self.nodes[folded]
         points = self.fitted
@@ -135,35 +138,35 @@ class OldMap(Answer):
 
     @property
     def outliers(self) -> tuple[str, ...]:
-        """The wrong points, those farthest from where the others have them first."""
+        """Names of the wrong points, those farthest from the fit without them first."""
         distance = np.hypot(*self.residuals_left_out.T)
         order = np.argsort(-distance, kind="stable")
         return tuple(self.points.names[k] for k in order if self.is_outlier[k])
 
     @functools.cached_property
     def fitted(self) -> ControlPoints:
-        """The points that the fit is of."""
+        """The points used by the fit."""
         return self.points.chosen(self.is_fitted)
 
     @functools.cached_property
     def residuals(self) -> FloatArray:
-        """By how much the points' true places (n, 2) lie off the fitted ones."""
+        """True minus fitted places of the points, (n, 2)."""
         return self._of_all(self.fit.residuals)
 
     @functools.cached_property
     def residuals_left_out(self) -> FloatArray:
-        """By how much they lie off what is fitted to the other points (n, 2); NaN where these do not suffice."""
+        """True minus fitted places, each by the fit without the point, (n, 2); NaN if the others do not suffice."""
         return self._of_all(self.fit.left_out)
 
     def _of_all(self, of_fitted: FloatArray) -> FloatArray:
-        """Residuals of all points, those that the fit is not of from it."""
+        """Residuals of all points: the given ones of fitted points, those from the fit of others."""
         residuals = self.points.new - self.fit(self.points.old)
         residuals[self.is_fitted] = of_fitted
         return np.asarray(residuals)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be said besides the figures."""
+        """Remarks besides the figures."""
         said = [self.points.note, self.rotation_note]
         if self.is_mirrored:
             said.append(
@@ -177,16 +180,16 @@ class OldMap(Answer):
         return _jacobian(self.fit, old, self.is_mirrored)[0]
 
     def corrected(self, J: FloatArray, by: str = "mdt") -> FloatArray:
-        """Jacobians after a rectification, of which the scale 1 is then the mean."""
+        """Jacobians after a rectification, whose scales are 1 on average."""
         return np.asarray(self.rectifications[by].affine.matrix @ J)
 
     def denominator(self, metres_per_unit: float) -> float | None:
-        """N of the scale 1 : N, where the scan's resolution is known."""
+        """N of the scale 1 : N; None if the scan's resolution is unknown."""
         return None if self.dots_per_inch is None else metres_per_unit * self.dots_per_inch / _INCH
 
     @property
     def modes(self) -> Modes:
-        """The principal components of the distortion after the MDT, on its axes, by area on the old map."""
+        """Principal components of the distortion after the MDT, on its axes, by area on the old map."""
         known = ~np.isnan(self.jacobian[:, 0, 0])
         return field_modes(self.corrected(self.jacobian[known]), self.weights[known], np.eye(2))
 
@@ -204,7 +207,7 @@ class OldMap(Answer):
         return f"{len(self.points.names)} points, {len(self.nodes)} nodes"
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; what is undefined is None."""
+        """The answer as JSON of the command line; undefined values are None."""
         corrections = {}
         for name, one in self.rectifications.items():
             scale = self.denominator(float(one.parts.scale))
@@ -229,7 +232,7 @@ class OldMap(Answer):
         }
 
     def _table(self) -> list[dict[str, Any]]:
-        """A row a control point: its places, its residuals in metres, and the measures there after the MDT."""
+        """A row per control point: its places, its residuals in metres, and the measures there after the MDT."""
         J = self.corrected(self.local_jacobian(self.points.old))
         columns: dict[str, Any] = {"id": self.points.names}
         columns |= dict(zip(("x_old", "y_old"), self.points.old.T.tolist(), strict=True))
@@ -250,26 +253,25 @@ def old_map(
     outliers: str = "drop",
     dots_per_inch: float | None = None,
 ) -> OldMap:
-    """How an old map distorts, by the model that is fitted to its control points.
+    """The distortion of an old map, by a model fitted to its control points.
 
     Parameters
     ----------
     points : ControlPoints
-        Three or more; the models need as many as they have parameters a coordinate, tps four.
+        Three or more; a model needs as many as it has parameters per coordinate, tps four.
     model : str
         "helmert", "affine", "polynomial2" or "polynomial3", by least squares, or "tps", the thin-plate spline.
     smoothing : float, optional
-        Of tps, not negative: what its bending counts beside the sum of squares, where lengths are in units of the
-        points' standard deviation along an axis, after the affine fit. By default that of the least generalized
-        cross-validation.
+        Of tps, not negative: the weight of its bending against the sum of squares, with lengths in units of the points'
+        standard deviation along an axis after the affine fit. The default minimises the generalized cross-validation.
     outliers : str
-        "drop" or "keep". Control points that are wrong are always named, and fitted only if they are kept. Whatever the
-        model, they are found by splines of two orders with cross-validated smoothing: the worst is left out, by its
-        externally studentised residual, and the splines are fitted anew, as long as its chance among normal errors of
-        all points is below 5 %. What of them fits the others in the end is taken back. Eight points are needed, and no
-        more than a quarter may be wrong.
+        "drop" or "keep". Wrong control points are always named, and fitted only if they are kept. For all models they
+        are found by splines of two orders with cross-validated smoothing: the point with the largest externally
+        studentised residual is left out and the splines are fitted anew, as long as such a residual has a probability
+        below 5 % among normal errors of all points. Those that fit the others in the end are taken back. Eight points
+        are needed, and at most a quarter may be wrong.
     dots_per_inch : float, optional
-        Those of the scan in whose pixels the old places are given; they make denominators of scales.
+        The resolution of the scan whose pixels are the unit of the old places; it gives denominators of scales.
 
     Returns
     -------
@@ -280,8 +282,8 @@ def old_map(
     Raises
     ------
     ValueError
-        For points that do not determine the model, an unknown model, a smoothing or dots per inch out of their range,
-        and where the fit folds everywhere.
+        For points that do not determine the model, an unknown model, a smoothing or dots per inch out of range, and for
+        a fit that folds everywhere.
 
     References
     ----------
@@ -291,7 +293,7 @@ def old_map(
 
     Examples
     --------
-    A sheet whose unit is 300 m to the right and 100 m upwards is stretched by 3:
+    A sheet whose unit is 300 m to the right and 100 m upwards is stretched by a factor of 3:
 
     >>> sheet = ControlPoints([[0, 0], [1, 0], [0, 1], [1, 1]], [[0, 0], [300, 0], [0, 100], [300, 100]])
     >>> round(float(old_map(sheet, model="affine").rectifications["mdt"].parts.stretch), 9)
@@ -305,7 +307,7 @@ def old_map(
     given, points = points, points.chosen(is_fitted)
     fitted, linear = fit(points, model, smoothing), affine_fit(points)
     is_mirrored = bool(np.linalg.det(linear.matrix) < 0)
-    # Laid in the registered plane, the nodes are the same places whatever the old map's units and axes.
+    # Laid out in the registered plane, the nodes do not depend on the old map's units and axes.
     registered, weights, area = hull_nodes(linear(points.old))
     nodes = linear.inverse()(registered)
     jacobian, folded = _jacobian(fitted, nodes, is_mirrored)
@@ -339,7 +341,7 @@ def old_map(
 
 
 def _jacobian(fitted: Fit, old: FloatArray, is_mirrored: bool) -> tuple[FloatArray, BoolArray]:
-    """The old map's Jacobians, the inverses of the fit's, and where the fit folds: there they are NaN."""
+    """The old map's Jacobians, NaN on folds, and flags of folds."""
     back = fitted.jacobian(old)
     folded = np.asarray(np.linalg.det(back) * (-1.0 if is_mirrored else 1.0) <= 0.0)
     back[folded] = np.eye(2)
@@ -351,6 +353,7 @@ def _jacobian(fitted: Fit, old: FloatArray, is_mirrored: bool) -> tuple[FloatArr
 def _rectification(
     name: str, affine: Affine, points: ControlPoints, J: FloatArray, w: FloatArray, errors: tuple[float, float]
 ) -> Rectification:
+    """A rectification with its figures, for standard errors of the logarithm of the scale and of the rotation."""
     matrix = affine.matrix
     return Rectification(
         name=name,
@@ -363,10 +366,10 @@ def _rectification(
 
 
 def _errors(fitted: Fit, nodes: FloatArray, w: FloatArray) -> tuple[float, float]:
-    """Standard errors of the mean logarithm of the scale, which is the MDT's, and of the mean rotation, in radians."""
+    """Standard errors of the mean logarithm of the scale, that of the MDT, and of the mean rotation in radians."""
     back, w = fitted.jacobian(nodes), (w / w.sum())[:, None, None]
     by_scale = 0.5 * np.swapaxes(np.linalg.inv(back), 1, 2)
-    # The y axis of the old map points to the second column, of a mirrored one away from it; the angle is the same.
+    # The y axis of the old map is along the second column, of a mirrored one against it; the angle is the same.
     x, y = back[:, 0, 1], back[:, 1, 1]
     by_turn = np.zeros_like(back)
     by_turn[:, 0, 1], by_turn[:, 1, 1] = -y / (x**2 + y**2), x / (x**2 + y**2)
@@ -374,7 +377,7 @@ def _errors(fitted: Fit, nodes: FloatArray, w: FloatArray) -> tuple[float, float
 
 
 def hull_nodes(points: FloatArray, rows: int = _ROWS) -> tuple[FloatArray, FloatArray, float]:
-    """Nodes (m, 2) and weights of the sum 1 of a midpoint rule over the convex hull of points, and its area."""
+    """Nodes (m, 2) and weights of sum 1 of a midpoint rule over the convex hull of points, and its area."""
     from scipy.spatial import ConvexHull  # imported here: scipy is slow to load, and few need it
 
     hull = ConvexHull(points)
@@ -393,23 +396,23 @@ def hull_nodes(points: FloatArray, rows: int = _ROWS) -> tuple[FloatArray, Float
 
 
 def _rms(residuals: FloatArray) -> float:
-    """The RMS length of vectors (n, 2), of those that are known."""
+    """RMS length of the finite ones of vectors (n, 2)."""
     square = (residuals**2).sum(axis=1)
     known = square[np.isfinite(square)]
     return float(np.sqrt(known.mean())) if known.size else float("nan")
 
 
-# ---- contours ------------------------------------------------------------------------------------
+# ---- isolines ------------------------------------------------------------------------------------
 
 
 _LEVELS = 12  # at most
-_THIN = 1e-9  # of a value: what varies less has no lines
+_CONSTANT = 1e-9  # of a value: a measure that varies less has no isolines
 
 
 def isolines(found: OldMap, measure: str, *, by: str = "mdt") -> dict[float, FloatArray]:
-    """Straight pieces (m, 2, 2) of isolines at round levels, from point to point in metres of the true plane.
+    """Segments (m, 2, 2) of isolines by their levels, round numbers, in metres of the true plane.
 
-    `measure`: of LOCAL_MEASURES, after the rectification `by`. Where the fit folds there are none.
+    `measure`: a name in LOCAL_MEASURES, taken after the rectification `by`. Folds have no isolines.
     """
     places, triangles = _mesh(found)
     values = LOCAL_MEASURES[measure](found.corrected(found.local_jacobian(places), by))
@@ -420,7 +423,7 @@ def isolines(found: OldMap, measure: str, *, by: str = "mdt") -> dict[float, Flo
 
 
 def _mesh(found: OldMap) -> tuple[FloatArray, AnyArray]:
-    """Places (m, 2) on the old map that fill the hull, its rim with them, and triangles of them (k, 3)."""
+    """Places (m, 2) on the old map that fill the hull and its rim, and their triangles (k, 3)."""
     from scipy.spatial import ConvexHull, Delaunay  # slow to load, and few need it
 
     linear = found.rectifications["affine"].affine
@@ -438,9 +441,9 @@ def _mesh(found: OldMap) -> tuple[FloatArray, AnyArray]:
 
 
 def _levels(values: FloatArray) -> list[float]:
-    """Multiples of 1, 2 or 5 times a power of ten."""
+    """At most twelve levels, multiples of 1, 2 or 5 times a power of ten."""
     low, high = float(values.min()), float(values.max())
-    if not high - low > _THIN * max(abs(low), abs(high)):
+    if not high - low > _CONSTANT * max(abs(low), abs(high)):
         return []
     least = (high - low) / _LEVELS
     power = 10.0 ** np.floor(np.log10(least))
@@ -449,7 +452,7 @@ def _levels(values: FloatArray) -> list[float]:
 
 
 def _pieces(places: FloatArray, values: FloatArray, triangles: AnyArray, level: float) -> FloatArray:
-    """Where a level crosses triangles: each in two of its sides, which neighbours cross at the same point."""
+    """Segments (m, 2, 2) on which a level crosses triangles, between points of two sides, shared with neighbours."""
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1)
     above = values[sides] >= level
     crossed = above[..., 0] != above[..., 1]

@@ -1,15 +1,15 @@
-"""Smooth maps from the plane of an old map to the truth, fitted to control points.
+"""Smooth maps from the plane of an old map to true places, fitted to control points, and wrong control points.
 
-The models are linear in the truth: each has a matrix H that takes the points' true coordinates to the fitted ones, and
-its diagonal tells what each point would be if it were left out of the fit. Polynomials and splines are fitted not in
-the old map's own coordinates but in those of its affine fit: no figure then depends on the old map's units and axes.
+The models are linear in the true coordinates: a matrix H takes these to the fitted ones, and its diagonal gives the
+residual of each point from the fit without it. Polynomials and splines are fitted in the coordinates of the old map's
+affine fit, so that no result depends on the old map's units and axes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,21 +18,21 @@ from projdist.applications.oldmaps.points import ControlPoints
 from projdist.matrices import Affine
 from projdist.support import check_choice, check_number
 
-_CHUNK = 1 << 20  # doubles of the terms at some places at a time
+_CHUNK = 1 << 20  # values of terms computed at a time
 _SMALLEST = 1e-13  # of the largest eigenvalue of a spline: smaller ones are rounding
 _LEAST_REST = 1e-9  # of degrees of freedom
-_SMOOTHINGS = 121  # tried at a time, from interpolation to the affine map, and again between the neighbours of the best
+_SMOOTHINGS = 121  # tried from interpolation to the affine map, and again between the neighbours of the best
 
 
 def affine_fit(points: ControlPoints) -> Affine:
-    """The affine map from the old map to the truth with the least squares of the residuals."""
+    """The least-squares affine map from the old map to the true places."""
     middle, truth = points.old.mean(axis=0), points.new.mean(axis=0)
     matrix = np.linalg.lstsq(points.old - middle, points.new - truth, rcond=None)[0].T
     return Affine(matrix, truth - matrix @ middle)
 
 
 def helmert_fit(points: ControlPoints) -> Affine:
-    """The same among similarities: turn, scale and shift, after a reflection of y where the old map is mirrored."""
+    """The least-squares similarity: rotation, scale and shift, after a reflection of y if the old map is mirrored."""
     middle, truth = points.old.mean(axis=0), points.new.mean(axis=0)
     flip = np.diag([1.0, np.sign(np.linalg.det(affine_fit(points).matrix))])
     z, w = ((places @ [1.0, 1.0j]) for places in ((points.old - middle) @ flip, points.new - truth))
@@ -44,31 +44,22 @@ def helmert_fit(points: ControlPoints) -> Affine:
 # ---- terms ----------------------------------------------------------------------------------
 
 
-class Terms(Protocol):
-    """The functions of which a map is made, at places (m, 2)."""
-
-    def values(self, u: FloatArray) -> FloatArray:
-        """Shape (m, k)."""
-
-    def gradients(self, u: FloatArray) -> FloatArray:
-        """Shape (m, k, 2)."""
-
-
 @dataclass(frozen=True)
 class Monomials:
-    """x^i y^j of a degree i + j up to `degree`."""
+    """The terms x^i y^j of degree i + j up to `degree`."""
 
     degree: int
 
     def _powers(self) -> list[tuple[int, int]]:
+        """The exponents i, j."""
         return [(total - j, j) for total in range(self.degree + 1) for j in range(total + 1)]
 
     def values(self, u: FloatArray) -> FloatArray:
-        """Shape (m, k)."""
+        """Values (m, k) at places (m, 2)."""
         return np.stack([u[:, 0] ** i * u[:, 1] ** j for i, j in self._powers()], axis=-1)
 
     def gradients(self, u: FloatArray) -> FloatArray:
-        """Shape (m, k, 2)."""
+        """Gradients (m, k, 2) at places (m, 2)."""
         x, y = u.T
         along = [(i * x ** max(i - 1, 0) * y**j, j * x**i * y ** max(j - 1, 0)) for i, j in self._powers()]
         return np.moveaxis(np.array(along), -1, 0)
@@ -76,23 +67,23 @@ class Monomials:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """1, x, y, and r^2 ln r about each of the knots (n, 2): the thin-plate spline (Duchon 1977)."""
+    """The terms of the thin-plate spline (Duchon 1977): 1, x, y, and r^2 ln r about each of the knots (n, 2)."""
 
     knots: FloatArray
 
     def values(self, u: FloatArray) -> FloatArray:
-        """Shape (m, 3 + n)."""
+        """Values (m, 3 + n) at places (m, 2)."""
         return np.concatenate([np.ones((len(u), 1)), u, _kernel(u, self.knots)], axis=1)
 
     def gradients(self, u: FloatArray) -> FloatArray:
-        """Shape (m, 3 + n, 2)."""
+        """Gradients (m, 3 + n, 2) at places (m, 2)."""
         away = u[:, None] - self.knots
         plane = np.broadcast_to([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(u), 3, 2))
         return np.concatenate([plane, (_log((away**2).sum(axis=-1)) + 1.0)[..., None] * away], axis=1)
 
 
 def _log(square: FloatArray) -> FloatArray:
-    """The logarithm, and 0 at 0, where it is multiplied with 0."""
+    """The logarithm, 0 at 0, where it is multiplied by 0."""
     return np.log(np.where(square > 0, square, 1.0))
 
 
@@ -101,13 +92,13 @@ def _log(square: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fit:
-    """A map from the plane of an old map to the truth.
+    """A map from the plane of an old map to true places.
 
-    `freedom`: how many parameters a coordinate has, those of a smooth spline in effect: the trace of H; `rest`: how
-    many are left, the trace of (1 - H)^2. `smoothing` is a spline's. `residuals` (n, 2): by how much the points' true
-    places lie off the fitted ones; `left_out`: the same for the map fitted to the others (NaN where these do not
-    suffice). `influence` takes the derivatives (k, 2) of a number by the coefficients to those by the points' true
-    coordinates (n, 2).
+    `freedom`: parameters per coordinate, for a smooth spline the effective number, the trace of H; `rest`: residual
+    degrees of freedom, the trace of (1 - H)^2. `smoothing` is that of a spline. `residuals` (n, 2): true minus fitted
+    places of the points; `left_out`: the same for the map fitted to the other points (NaN if these do not suffice).
+    `influence` takes the derivatives (k, 2) of a number by the coefficients to those by the points' true coordinates
+    (n, 2).
     """
 
     model: str
@@ -115,7 +106,7 @@ class Fit:
     freedom: float
     rest: float
     plane: Affine
-    terms: Terms
+    terms: Monomials | Spline
     coefficients: FloatArray
     residuals: FloatArray
     left_out: FloatArray
@@ -123,7 +114,7 @@ class Fit:
 
     @property
     def noise(self) -> float:
-        """The standard deviation of a true coordinate that the residuals tell; NaN where none is left."""
+        """Standard deviation of a true coordinate, from the residuals; NaN without residual degrees of freedom."""
         if not self.rest > _LEAST_REST:
             return float("nan")
         return float(np.sqrt((self.residuals**2).sum() / (2.0 * self.rest)))
@@ -134,15 +125,15 @@ class Fit:
         return np.concatenate([self.terms.values(part) @ self.coefficients for part in self._parts(u)])
 
     def jacobian(self, old: FloatArray) -> FloatArray:
-        """Derivatives (m, 2, 2) of the true place by the place on the old map."""
+        """Derivatives (m, 2, 2) of the true place by the place on the old map, at places (m, 2)."""
         u = self.plane(old)
         found = [self.terms.gradients(part).swapaxes(1, 2) @ self.coefficients for part in self._parts(u)]
         return np.asarray(np.concatenate(found).swapaxes(1, 2) @ self.plane.matrix)
 
     def standard_error(self, old: FloatArray, by_jacobian: FloatArray) -> float:
-        """That of a number with the derivatives (m, 2, 2) by the Jacobians at places (m, 2), by the residuals.
+        """Standard error of a number with the derivatives (m, 2, 2) by the Jacobians at places (m, 2).
 
-        The errors of the points' true coordinates are taken as independent, and as large at all points.
+        The errors of the points' true coordinates are assumed independent and equally large, as the residuals show.
         """
         u = self.plane(old)
         slopes = by_jacobian @ self.plane.matrix.T
@@ -154,16 +145,17 @@ class Fit:
         return self.noise * float(np.sqrt((self.influence(parts) ** 2).sum()))
 
     def _parts(self, u: FloatArray) -> list[FloatArray]:
+        """Places in portions whose terms fit into memory."""
         return np.array_split(u, u.shape[0] * len(self.coefficients) // _CHUNK + 1)
 
 
 def fit(points: ControlPoints, model: str = "tps", smoothing: float | None = None) -> Fit:
-    """The map of a model that fits control points.
+    """The map of a model, fitted to control points.
 
-    "helmert", "affine", "polynomial2" and "polynomial3" by least squares; "tps", the thin-plate spline, by the least
-    sum of squares plus `smoothing` times its bending. Lengths are then in units of the points' standard deviation along
-    an axis, after the affine fit. Without a smoothing it is that of the least generalized cross-validation (Craven &
-    Wahba 1979). Raises ValueError.
+    "helmert", "affine", "polynomial2" and "polynomial3" minimise the sum of squares; "tps", the thin-plate spline,
+    that plus `smoothing` times its bending, with lengths in units of the points' standard deviation along an axis after
+    the affine fit. The default smoothing minimises the generalized cross-validation (Craven & Wahba 1979). Raises
+    ValueError.
     """
     check_choice("model", model, MODELS)
     if smoothing is not None and (not 0.0 <= check_number("smoothing", smoothing) < np.inf or model != "tps"):
@@ -174,7 +166,7 @@ def fit(points: ControlPoints, model: str = "tps", smoothing: float | None = Non
 
 
 def normalised(points: ControlPoints, linear: Affine | None = None) -> Affine:
-    """A linear fit, affine if not given, and a shift and a scale to a mean of 0 and a variance of 1 of the points."""
+    """A linear fit, by default affine, followed by a shift and a scale to mean 0 and variance 1 of the points."""
     linear = affine_fit(points) if linear is None else linear
     registered = linear(points.old)
     middle = registered.mean(axis=0)
@@ -183,6 +175,7 @@ def normalised(points: ControlPoints, linear: Affine | None = None) -> Affine:
 
 
 def _similarity(points: ControlPoints, smoothing: None) -> Fit:
+    """The fit of the model helmert."""
     plane = normalised(points, helmert_fit(points))
     u = plane(points.old)
     leverage = 1.0 / len(u) + (u**2).sum(axis=1) / (u**2).sum()
@@ -210,6 +203,8 @@ def _similarity(points: ControlPoints, smoothing: None) -> Fit:
 
 
 def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]:
+    """The fit of polynomials of a degree."""
+
     def polynomial(points: ControlPoints, smoothing: None) -> Fit:
         plane, terms = normalised(points), Monomials(degree)
         basis = terms.values(plane(points.old))
@@ -238,16 +233,16 @@ def _polynomial(degree: int, model: str) -> Callable[[ControlPoints, None], Fit]
 
 
 def _deleted(residuals: FloatArray, leverage: FloatArray) -> FloatArray:
-    """Residuals of points from the fit to the others, for the diagonal of H."""
+    """Residuals of points from the fit without them, by the diagonal of H."""
     rest = 1.0 - leverage
     return residuals / np.where(rest > 1e-9, rest, np.nan)[:, None]
 
 
 class SplineModes:
-    """The modes of splines of an order (2: thin-plate) through places u, and what bending each costs (Wahba 1990).
+    """The modes of splines of an order (2: thin-plate) through places u, and the bending of each (Wahba 1990).
 
-    The weights of the knots are M (B + smoothing)^-1 M^T y, the columns of M a basis of what no polynomial below the
-    order reaches; `flat` is how many of these there are.
+    The weights of the knots are M (B + smoothing)^-1 M^T y, with B the bending and the columns of M a basis of the
+    space orthogonal to polynomials below the order; `flat` is the number of these polynomials.
     """
 
     def __init__(self, u: FloatArray, order: int = 2) -> None:
@@ -258,27 +253,27 @@ class SplineModes:
         part = self.kernel @ self.Q
         part -= 0.5 * self.Q @ (self.Q.T @ part)
         bent = self.kernel - part @ self.Q.T - self.Q @ part.T
-        # The polynomials, which cost nothing, come first with a cost below 0.
+        # The polynomials, which do not bend, get a bending below 0 and come first.
         bending, modes = np.linalg.eigh(bent - np.linalg.norm(bent) * (self.Q @ self.Q.T))
         self.bending, self.modes = bending[self.flat :], modes[:, self.flat :]
         self.is_singular = bool(self.bending.size and self.bending[0] <= _SMALLEST * self.bending[-1])
         self.bending = np.maximum(self.bending, _SMALLEST * self.bending.max(initial=0.0))
 
     def cross_validated(self, y: AnyArray) -> float:
-        """The smoothing of the least n RSS / tr(1 - H)^2, within interpolation and the polynomial."""
+        """The smoothing with the least n RSS / tr(1 - H)^2, between interpolation and the polynomial."""
         parts = self.modes.T @ y
         square = (np.abs(parts.reshape(len(parts), -1)) ** 2).sum(axis=1)
         low, high = np.log(1e-2 * self.bending[0]), np.log(1e4 * self.bending[-1])
         for _ in range(2):
             tried = np.linspace(low, high, _SMOOTHINGS)
-            rest = 1.0 / (1.0 + np.exp(np.log(self.bending) - tried[:, None]))  # what each mode leaves
+            rest = 1.0 / (1.0 + np.exp(np.log(self.bending) - tried[:, None]))  # share that each mode leaves
             score = (rest**2 @ square) / rest.sum(axis=1) ** 2
             best = int(np.argmin(score))
             low, high = tried[max(best - 1, 0)], tried[min(best + 1, _SMOOTHINGS - 1)]
         return float(np.exp(tried[best]))
 
     def root(self, smoothing: float) -> FloatArray:
-        """F of 1 - H = F F^T, which takes the truth to the residuals."""
+        """F with 1 - H = F F^T, the matrix from true coordinates to residuals."""
         return np.asarray(self.modes * np.sqrt(smoothing / (self.bending + smoothing)))
 
 
@@ -289,6 +284,7 @@ def _kernel(u: FloatArray, knots: FloatArray, order: int = 2) -> FloatArray:
 
 
 def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
+    """The fit of the model tps."""
     if len(points.old) <= 3:
         raise ValueError("Invalid control points for model 'tps'. There must be 4 or more.")
     plane = normalised(points)
@@ -325,6 +321,7 @@ def _spline(points: ControlPoints, smoothing: float | None) -> Fit:
 
 
 def _closest(u: FloatArray) -> tuple[int, int]:
+    """Numbers of the two closest points."""
     distance = ((u[:, None] - u) ** 2).sum(axis=-1)
     np.fill_diagonal(distance, np.inf)
     one, other = divmod(int(np.argmin(distance)), len(u))
@@ -343,15 +340,15 @@ MODELS: dict[str, Callable[..., Fit]] = {
 # ---- outliers ------------------------------------------------------------------------------------
 
 
-FALSE_ALARM = 0.05  # the chance that any point of a set without wrong ones is named
+FALSE_ALARM = 0.05  # probability that a point is named in a set without wrong ones
 _ORDERS = (2, 3)
-_MOST = 4  # one point in so many may be wrong
-_HIDDEN = 10  # one in so many is left out in search of others that they hide
+_MOST = 4  # one point in four may be wrong
+_HIDDEN = 10  # one point in ten is left out to find others that it masks
 _ROUNDING = 1e-9  # of the extent in truth
 
 
 class _Residuals(NamedTuple):
-    """Squares of lengths, their variances and degrees of freedom, of one spline."""
+    """Squared residuals from one spline, their variances and degrees of freedom."""
 
     square: FloatArray
     variance: FloatArray
@@ -359,11 +356,12 @@ class _Residuals(NamedTuple):
 
 
 def wrong_points(points: ControlPoints) -> BoolArray:
-    """Which points are wrong.
+    """True for wrong points.
 
-    The worst are left out one after the other, a tenth of the points beyond the last wrong one, so that none hides
-    another. A quarter of those up to the last wrong one go, and the splines' smoothing is found anew without them, till
-    no point is wrong; what then fits the others is taken back. Of fewer than eight points none is wrong.
+    The worst points are left out one after the other, until a tenth of the points after the last wrong one, so that
+    none masks another. A quarter of those up to the last wrong one are removed and the splines' smoothing is found
+    anew, until no point is wrong; points that then fit the others are taken back. Fewer than eight points have no wrong
+    ones.
     """
     kept = np.ones(len(points.old), dtype=bool)
     while len(found := _worst(points.chosen(kept))):
@@ -377,14 +375,14 @@ def wrong_points(points: ControlPoints) -> BoolArray:
 
 
 def _plane(points: ControlPoints, kept: BoolArray) -> tuple[FloatArray, AnyArray, float]:
-    """Places in units of those kept, the truth as complex numbers about its mean, and what of it is rounding."""
+    """Normalised places, true places as complex numbers about their mean, and their rounding, by the kept points."""
     chosen = points.chosen(kept)
     truth = points.new - chosen.new.mean(axis=0)
     return normalised(chosen)(points.old), truth @ [1.0, 1.0j], _ROUNDING * float(np.ptp(chosen.new))
 
 
 def _worst(points: ControlPoints) -> list[int]:
-    """A quarter of the points that are wrong, by splines through all."""
+    """Numbers of the worst quarter of the wrong points, by splines through all points."""
     count = len(points.old)
     u, z, rounding = _plane(points, np.ones(count, dtype=bool))
     splines = [SplineModes(u, order) for order in _ORDERS]
@@ -395,7 +393,7 @@ def _worst(points: ControlPoints) -> list[int]:
     out: list[int] = []
     wrong = 0
     while len(out) < min(most, wrong + max(count // _HIDDEN, 1)) and _has_freedom(splines, count - len(out) - 1):
-        chance = _log_chance([one.residuals() for one in others], rounding)
+        chance = _log_probability([one.residuals() for one in others], rounding)
         chance[out] = np.inf
         worst = int(np.argmin(chance))
         out.append(worst)
@@ -407,14 +405,15 @@ def _worst(points: ControlPoints) -> list[int]:
 
 
 def _has_freedom(splines: list[SplineModes], count: int) -> bool:
+    """True if so many points leave degrees of freedom to all splines."""
     return all(count > spline.flat for spline in splines)
 
 
 class _Others:
-    """The spline of cross-validated smoothing through points, of which at most so many are left out one by one.
+    """The spline of cross-validated smoothing through points, of which up to `most` are left out one by one.
 
-    Without the points D the matrix 1 - H becomes G - G_D (G_DD)^-1 G_D^T: a point is a step of its Cholesky
-    factorisation, which takes the columns of D alone.
+    Without the points D the matrix G = 1 - H becomes G - G_D (G_DD)^-1 G_D^T: each point is a step of a Cholesky
+    factorisation that needs only the columns of D.
     """
 
     def __init__(self, spline: SplineModes, z: AnyArray, most: int) -> None:
@@ -426,7 +425,7 @@ class _Others:
         self._columns, self._pivots = np.empty((len(z), most), order="F"), np.empty(most)
 
     def leave_out(self, point: int) -> None:
-        """Fit the spline, with its smoothing, to the others."""
+        """Leave out one more point, with the same smoothing."""
         known = len(self._out)
         columns, pivots = self._columns[:, :known], self._pivots[:known]
         column = self._root @ self._root[point] - columns @ (columns[point] / pivots)
@@ -437,7 +436,7 @@ class _Others:
         self._out.append(point)
 
     def residuals(self) -> _Residuals:
-        """Of each point that is left from the spline through the others; 0 of those left out."""
+        """Residuals of the remaining points, each from the spline through the others; 0 for points left out."""
         square, diagonal = np.abs(self._product) ** 2, self._diagonal.copy()
         square[self._out], diagonal[self._out] = 0.0, 1.0
         own = square / diagonal
@@ -448,7 +447,7 @@ class _Others:
 
 
 def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
-    """Which of the points that are not kept fit those that are."""
+    """True for points not kept that fit the kept ones."""
     u, z, rounding = _plane(points, kept)
     out, count = np.flatnonzero(~kept), int(kept.sum())
     residuals = []
@@ -464,12 +463,12 @@ def _fitting(points: ControlPoints, kept: BoolArray) -> BoolArray:
         freedom = count - spline.flat
         residuals.append(_Residuals(np.abs(away) ** 2, rest / freedom * covariance.diagonal(), freedom))
     fitting = np.zeros(len(kept), dtype=bool)
-    fitting[out] = _log_chance(residuals, rounding) >= np.log(FALSE_ALARM / (count + 1))
+    fitting[out] = _log_probability(residuals, rounding) >= np.log(FALSE_ALARM / (count + 1))
     return fitting
 
 
-def _log_chance(residuals: list[_Residuals], rounding: float) -> FloatArray:
-    """The logarithm of the chance of residuals as long, by the spline that makes most of it."""
+def _log_probability(residuals: list[_Residuals], rounding: float) -> FloatArray:
+    """Logarithm of the probability of residuals this large, by the splines' smallest residual and largest variance."""
     square = np.min([one.square for one in residuals], axis=0)
     variance = np.maximum(np.max([one.variance for one in residuals], axis=0), rounding**2)
     freedom = min(one.freedom for one in residuals)

@@ -1,4 +1,4 @@
-"""Control points of old maps: where places stand on the old map, and where they are in truth."""
+"""Control points of old maps: places on the old map and their true places."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from projdist.projections import (
 )
 from projdist.support import check_path, comma_hint, is_number, number_of, read_text, rows_of_text, tell
 
-# Beside our own names those of QGIS, whose `mapX` is the truth, and of ArcGIS; without blanks and underscores.
+# Names of columns, our own, those of QGIS (its `mapX` is the true place) and of ArcGIS; without blanks and underscores.
 _COLUMNS = {
     "id": ("id", "name", "no", "nr", "point", "label", "link"),
     "x_old": ("xold", "oldx", "sourcex", "xsource", "pixelx", "pixel", "column", "col", "px"),
@@ -41,17 +41,17 @@ _CRS_LINE = re.compile(r"\s*#\s*CRS\s*:(.*)", re.IGNORECASE)
 _GCP = ("-gcp", "--gcp")
 _STATED_BY = ("-a_srs", "-s_srs")  # of gdal_translate and gdalwarp: the CRS of the points
 _LEAST = 3
-_FARTHEST = 1e15  # in any unit; there doubles stand 0.1 apart, and far beyond their squares are infinite
+_FARTHEST = 1e15  # in any unit; there doubles are 0.1 apart, and squares of far larger ones are infinite
 _DEGREES = (180.0, 90.0)  # the largest longitude and latitude
-_THIN = 1e-9  # of their length: points within a strip as narrow lie on one line
+_THIN = 1e-9  # of their length: points within a strip this narrow lie on one line
 
 
 @dataclass(frozen=True, eq=False)
 class ControlPoints:
-    """Points (n, 2) on the old map, in any unit, and in truth, in metres of a plane with x east and y north.
+    """Points (n, 2) on the old map, in any unit, and their true places in metres of a plane with x east and y north.
 
-    `names` tells them apart; `note` says what is doubtful; `crs` is the one whose plane the truth is in, if that is
-    known. Raises ValueError for fewer than three points, and for points on one line.
+    `names` are unique; `note` is a remark on doubtful points; `crs` is the CRS of the true places, if known. Raises
+    ValueError for fewer than three points, and for points on one line.
     """
 
     old: FloatArray
@@ -97,28 +97,28 @@ class ControlPoints:
 
 
 def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | None = None) -> ControlPoints:
-    """The control points of a table with commas, semicolons, tabs or spaces between its columns, or of GDAL's `-gcp`.
+    """Read control points from a table separated by commas, semicolons, tabs or spaces, or from GDAL's `-gcp`.
 
-    Without a header these are x and y on the old map, and x and y in truth, perhaps with an id before them, and
-    residuals behind them as in a link table of ArcGIS. With a header they have any usual names (x_old, y_old, x_new,
-    y_new; QGIS's sourceX, sourceY, mapX, mapY), or, for the truth, lon and lat. What is not enabled is left out, and
-    told. Words `-gcp pixel line easting northing [elevation]` may stand in any number on a line, also in a command of
-    GDAL's.
+    Without a header the columns are x and y on the old map and true x and y, optionally with an id before them, and
+    residuals after them as in a link table of ArcGIS. With a header they have any usual names (x_old, y_old, x_new,
+    y_new; QGIS's sourceX, sourceY, mapX, mapY), or, for true places, lon and lat. Points that are not enabled are left
+    out, with a notice. Any number of `-gcp pixel line easting northing [elevation]` may stand on a line, also in a
+    command of GDAL's.
 
     Parameters
     ----------
     path : str or path
         A text file of three points or more.
     crs : ProjectionLike, optional
-        Anything that a `Projection` is made from: the plane of the truth. Without one it is the CRS that the file
-        states, in QGIS's line `#CRS:` or by GDAL's `-a_srs`; if both are given and differ, this one holds, which is
-        told. Most of the points within 180 and 90, or a header that says so, are longitudes and latitudes in degrees,
-        to be projected with it; else they are its coordinates, in its unit.
+        The CRS of the true places: anything that a `Projection` is made from. By default it is the CRS stated in the
+        file, by QGIS's line `#CRS:` or GDAL's `-a_srs`; if both are given and differ, this one is used, with a notice.
+        If the header says so, or most points are within 180 and 90, the true places are longitudes and latitudes in
+        degrees and are projected; otherwise they are coordinates of the CRS, in its unit.
 
     Returns
     -------
     ControlPoints
-        Places (n, 2) on the old map, in any unit, and in truth, in metres; the points' names, and their CRS.
+        Places (n, 2) on the old map, in any unit, and true places in metres; the points' names, and their CRS.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def read_control_points(path: str | os.PathLike[str], *, crs: ProjectionLike | N
 
 
 class _PointTable(NamedTuple):
-    """What the columns are, whether the truth is named in degrees, the rows with the numbers of lines, the CRS told."""
+    """Names of columns, whether true places are named lon and lat, rows with their line numbers, and the stated CRS."""
 
     columns: list[str]
     is_degrees: bool
@@ -186,13 +186,16 @@ class _PointTable(NamedTuple):
     crs: str
 
 
-# ---- the truth ------------------------------------------------------------------------------
+# ---- true places ----------------------------------------------------------------------------
 
 
 def _in_plane(
     new: FloatArray, table: _PointTable, given: Projection | None, path: Path
 ) -> tuple[FloatArray, Projection | None, str]:
-    """The truth in metres of a plane, whose it is, and what is doubtful; raises ValueError without a beginning."""
+    """True places in metres, the CRS of their plane, and a remark on doubtful ones; raises ValueError.
+
+    The message of the error lacks its beginning, the name of the file.
+    """
     stated = _stated(table.crs, given)
     if stated is not None and not stated.is_geographic:
         plane = Projection.from_user_input(table.crs)
@@ -213,7 +216,7 @@ def _in_plane(
 
 
 def _stated(text: str, given: Projection | None) -> CRS | None:
-    """The CRS that a file states; what is none is passed over where one is given, else ValueError is raised."""
+    """The CRS that a file states, None if it states none; an invalid one raises ValueError unless another is given."""
     try:
         stated = crs_of(text) if text else None
         if stated is not None and not stated.is_geographic:
@@ -226,7 +229,7 @@ def _stated(text: str, given: Projection | None) -> CRS | None:
 
 
 def _is_same_plane(one: Projection, other: Projection) -> bool:
-    """Whether coordinates of two CRSs are the same, in the same unit."""
+    """True if two CRSs have the same coordinates in the same unit."""
     planes = projected_crs_of(one), projected_crs_of(other)
     if planes[0] is None or planes[1] is None:
         return False
@@ -234,15 +237,16 @@ def _is_same_plane(one: Projection, other: Projection) -> bool:
 
 
 def _are_mostly_degrees(new: FloatArray) -> bool:
+    """True if most places are within 180 and 90."""
     return bool((np.abs(new) <= _DEGREES).all(axis=1).mean() > 0.5)
 
 
 def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> FloatArray:
-    """The truth in metres of a projection's plane, of degrees or of coordinates of the CRS."""
+    """True places in metres of a projection's plane, from degrees or from coordinates of the CRS."""
     if is_degrees or _are_mostly_degrees(new):
         return np.stack(projection(*check_degrees(*new.T)), axis=-1)
     plane = projected_crs_of(projection)
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused by its name
+    with np.errstate(over="ignore", invalid="ignore"):  # points that are not finite are refused later, by name
         return new if plane is None else np.asarray(new @ plane.to_metres.T)
 
 
@@ -250,7 +254,7 @@ def _in_metres(new: FloatArray, projection: Projection, is_degrees: bool) -> Flo
 
 
 def _table(content: str, text: str) -> _PointTable:
-    """A table with or without a header."""
+    """The rows of a table with or without a header."""
     rows = rows_of_text(content, text)
     first = rows[0][1]
     stated = next((match[1].strip() for line in content.splitlines() if (match := _CRS_LINE.match(line))), "")
@@ -272,7 +276,7 @@ def _table(content: str, text: str) -> _PointTable:
 
 
 def _header(words: list[str], text: str) -> tuple[list[str], bool]:
-    """Our names of the columns of a header, and whether the truth is in degrees."""
+    """Our names of a header's columns, and whether the true places are in degrees."""
     found = [re.sub(r"[\s_]", "", word.lower()) for word in words]
     ours = {}
     for column, names in _COLUMNS.items():
@@ -287,7 +291,7 @@ def _header(words: list[str], text: str) -> tuple[list[str], bool]:
 
 
 def _gcps(content: str, text: str) -> _PointTable:
-    """The words behind each `-gcp` of a text, up to the next that is no number, and the CRS that is named beside."""
+    """The numbers after each `-gcp` of a text, and the CRS of an option `-a_srs` or `-s_srs`."""
     rows: list[tuple[int, list[str]]] = []
     crs = ""
     words = _words(content, text)
@@ -304,18 +308,18 @@ def _gcps(content: str, text: str) -> _PointTable:
 
 
 def _words(content: str, text: str) -> list[tuple[int, str]]:
-    """The words of commands, some in quotation marks, and the numbers of their lines."""
+    """The words of commands, quoted ones as one, with their line numbers."""
     words: list[tuple[int, str]] = []
     for number, line in enumerate(content.splitlines(), start=1):
         try:
             found = shlex.split(line.strip().removesuffix("\\").removesuffix("^"), comments=True)
-        except ValueError as error:  # a quotation mark that nothing closes
+        except ValueError as error:  # an open quotation mark
             raise ValueError(f"{text} Line {number} has a quotation mark that does not end on the line.") from error
         words += [(number, part) for word in found for part in _parts(word)]
     return words
 
 
 def _parts(word: str) -> list[str]:
-    """A word, or the numbers between commas of `100,-150,500187,3999702`, as GDAL's newer commands have them."""
+    """A word, or the numbers of a word as `100,-150,500187,3999702`, which GDAL's newer commands use."""
     numbers = word.split(",")
     return numbers if len(numbers) >= len(_NUMBERS) and all(map(is_number, numbers)) else [word]

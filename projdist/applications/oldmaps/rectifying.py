@@ -1,4 +1,4 @@
-"""The way back: places on an old map of places in truth."""
+"""From true places back to old maps: rectified scans, and several old maps on their common ground."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from projdist._typing import AnyArray, BoolArray, FloatArray
 from projdist.applications.mosaics import check_pixels, open_image
-from projdist.applications.oldmaps.field import OldMap, hull_nodes
+from projdist.applications.oldmaps.field import RECTIFICATIONS, OldMap, hull_nodes
 from projdist.matrices import Affine
 from projdist.projections import Projection, projected_crs_of
 from projdist.support import check_choice, check_instance, check_number, check_path
@@ -20,9 +20,9 @@ _STEPS, _CONVERGED = 30, 1e-8  # of Newton's method; of the extent of the old ma
 
 
 def old_places(found: OldMap, new: FloatArray) -> FloatArray:
-    """Places (m, 2) on the old map that the fit brings to places in truth; NaN where there are none, or it folds.
+    """Places (m, 2) on the old map that the fit maps to true places; NaN if there are none, and on folds.
 
-    Newton's method from where the affine fit has them.
+    By Newton's method, starting from the affine fit.
     """
     fit = found.fit
     old = found.rectifications["affine"].affine.inverse()(new)
@@ -42,21 +42,21 @@ def old_places(found: OldMap, new: FloatArray) -> FloatArray:
 
 
 def _regular(J: FloatArray) -> FloatArray:
-    """Matrices, the identity for what cannot be inverted."""
+    """Matrices, with singular ones replaced by the identity."""
     return np.where((np.linalg.det(J) == 0.0)[:, None, None], np.eye(2), J)
 
 
 # ---- scans ---------------------------------------------------------------------------------------
 
 
-_BEYOND = 0.05  # of a side: points as far outside are still on a scan that was cut
+_BEYOND = 0.05  # of a side: points may be this far outside, as scans are cropped
 
 
 def scan_extent(found: OldMap, width: int, height: int, invalid: str) -> tuple[float, float, float, float]:
-    """The old map's coordinates of the left, right, bottom and top side of a scan in whose pixels its points are.
+    """Coordinates of the left, right, bottom and top side of a scan, for control points in its pixels.
 
-    Rows are counted downwards, or, where that is not so, upwards, or downwards by negative numbers as QGIS does. Raises
-    ValueError, which begins as told, where points are outside.
+    Rows are counted downwards if the map is mirrored, else upwards, or downwards by negative numbers as in QGIS. Raises
+    ValueError, whose message begins with `invalid`, for points outside.
     """
     old = found.points.old
     if found.is_mirrored:
@@ -79,15 +79,15 @@ def scan_extent(found: OldMap, width: int, height: int, invalid: str) -> tuple[f
 # ---- rectifying ----------------------------------------------------------------------------------
 
 
-RECTIFIED_BY = ("fit", "mdt", "affine", "helmert")
-"""By the map that was fitted, or by one of the rectifications."""
+RECTIFIED_BY = ("fit", *RECTIFICATIONS)
+"""By the fitted map, or by one of the rectifications."""
 
 _MOST_PIXELS = 1e8
 _COARSEST = 32  # pixels between the places that are computed; those between are interpolated
-_INTERPOLATION = 0.05  # pixels of the scan that this may cost
-_AROUND = 0.1  # of the affine fit's sides: farther out no fitted map is drawn
-_RIM = 33  # places along a side of the scan, by which the extent is found
-_WHOLE = 1e-6  # of a pixel: a side that ends so near to a pixel's edge ends there
+_INTERPOLATION = 0.05  # pixels of the scan: largest error of this interpolation
+_AROUND = 0.1  # of the affine fit's sides: a fitted map is not drawn farther out
+_RIM = 33  # places along a side of the scan that determine the extent
+_WHOLE = 1e-6  # of a pixel: a side that ends this near to a pixel's edge ends there
 _ROWS = 256  # drawn at a time
 _DEEP = 257  # 65535 / 255
 _GREY = ("1", "L", "LA", "La")
@@ -106,25 +106,10 @@ class RectifiedScan(NamedTuple):
 
 
 class _Scan(NamedTuple):
-    """Pixels (height, width, 1 or 3) and where places on the old map have them: 0, 0 in the middle of the first."""
+    """Pixels (height, width, 1 or 3), and the map from places on the old map to them, 0, 0 the middle of the first."""
 
     pixels: AnyArray
-    size: tuple[int, int]
     place: Affine
-
-
-class _Inverse(NamedTuple):
-    """The way from truth to the pixels of a scan."""
-
-    found: OldMap
-    by: str
-    scan: _Scan
-
-    def __call__(self, new: FloatArray) -> FloatArray:
-        """Pixels (m, 2); NaN where the fit has none, or folds."""
-        if self.by == "fit":
-            return self.scan.place(old_places(self.found, new))
-        return self.scan.place(self.found.rectifications[self.by].affine.inverse()(new))
 
 
 def rectify(
@@ -137,12 +122,12 @@ def rectify(
     found : OldMap
         The old map, whose control points are in pixels of the scan.
     image : str or path
-        The scan, in any format that Pillow reads; deep colours become 8 bits.
+        The scan, in any format that Pillow reads; colours of more than 8 bits are reduced to 8.
     by : str
-        "fit": by the map that was fitted, which brings control points to their places as well as it does and bends all
-        between; "mdt", "affine" or "helmert": by that linear rectification, which keeps what is straight straight.
+        "fit": by the fitted map, which moves control points near their true places and bends lines; "mdt", "affine" or
+        "helmert": by that linear rectification, which keeps lines straight.
     resolution : float, optional
-        Metres of a pixel's side; by default two digits of what a pixel of the scan has on average.
+        Side of a pixel in metres; by default the mean side of a pixel of the scan, to two digits.
 
     Returns
     -------
@@ -151,7 +136,7 @@ def rectify(
     Raises
     ------
     ValueError
-        For what is no image, points outside of it, an unknown `by`, and too many pixels.
+        For a file that is not an image, points outside it, an unknown `by`, and too many pixels.
 
     Examples
     --------
@@ -175,7 +160,6 @@ def rectify(
     scale = float(found.rectifications["mdt"].parts.scale)
     side = float(f"{scale:.2g}") if resolution is None else float(resolution)
     scan = _read(check_path("image", image), found, max(int(side / scale), 1))
-    inverse = _Inverse(found, by, scan)
     west, south, east, north = _bounds(found, by, scan)
     first, last = np.floor(west / side + _WHOLE), np.ceil(north / side - _WHOLE)
     columns, rows = int(np.ceil(east / side - _WHOLE) - first), int(last - np.floor(south / side + _WHOLE))
@@ -184,10 +168,11 @@ def rectify(
     left, top = float(first * side), float(last * side)
 
     def places(step: float, shift: float = 0.0) -> FloatArray:
-        """Pixels of the scan (2, rows, columns) at every so many pixels of the picture, the first in the middle."""
+        """Pixels of the scan (2, rows, columns) at every `step` pixels of the picture, from the first one's middle."""
         u, v = np.meshgrid(*(0.5 + step * (np.arange(np.ceil(n / step) + 1) + shift) for n in (columns, rows)))
-        found = inverse(np.stack([left + side * u.ravel(), top - side * v.ravel()], axis=-1))
-        return np.moveaxis(found.reshape(*u.shape, 2), -1, 0)
+        new = np.stack([left + side * u.ravel(), top - side * v.ravel()], axis=-1)
+        old = old_places(found, new) if by == "fit" else found.rectifications[by].affine.inverse()(new)
+        return np.moveaxis(scan.place(old).reshape(*u.shape, 2), -1, 0)
 
     step = _COARSEST
     while True:
@@ -200,7 +185,7 @@ def rectify(
 
 
 def _read(path: str | os.PathLike[str], found: OldMap, coarser: int) -> _Scan:
-    """The scan, its pixels by so many together."""
+    """The scan, reduced by a whole factor."""
     from PIL import Image  # slow to load, and few need it
 
     text = f"Invalid image '{path}'."
@@ -213,11 +198,11 @@ def _read(path: str | os.PathLike[str], found: OldMap, coarser: int) -> _Scan:
         pixels = np.asarray(plain.reduce(coarser))
     left, right, bottom, top = scan_extent(found, *size, text)
     spread = np.array([size[0] / (right - left), size[1] / (bottom - top)]) / coarser
-    return _Scan(np.atleast_3d(pixels), size, Affine(np.diag(spread), -0.5 - spread * [left, top]))
+    return _Scan(np.atleast_3d(pixels), Affine(np.diag(spread), -0.5 - spread * [left, top]))
 
 
 def _bounds(found: OldMap, by: str, scan: _Scan) -> tuple[float, float, float, float]:
-    """West, south, east and north of the scan in truth; of a fit not far beyond what the affine fit has."""
+    """True west, south, east and north of the scan; by a fit not far beyond those by the affine fit."""
     height, width = scan.pixels.shape[:2]
     u, v = np.meshgrid(*(np.linspace(-0.5, n - 0.5, _RIM) for n in (width, height)))
     old = scan.place.inverse()(np.stack([u.ravel(), v.ravel()], axis=-1))
@@ -231,7 +216,7 @@ def _bounds(found: OldMap, by: str, scan: _Scan) -> tuple[float, float, float, f
 
 
 def _drawn(scan: AnyArray, lattice: FloatArray, step: int, shape: tuple[int, int]) -> AnyArray:
-    """The picture, whose pixels lie in the scan as the lattice says; bilinear, some rows at a time."""
+    """The picture, with the pixels of the scan that the lattice gives, interpolated linearly, some rows at a time."""
     from scipy.ndimage import map_coordinates  # slow to load, and few need it
 
     rows, columns = shape
@@ -254,13 +239,12 @@ def _drawn(scan: AnyArray, lattice: FloatArray, step: int, shape: tuple[int, int
 # ---- several old maps -----------------------------------------------------------------------------
 
 
-_SAME_PLACE = 0.01  # metres: zones in feet have their origins rounded to 0.1 mm
+_SAME_PLACE = 0.01  # metres; origins of zones in feet are rounded to 0.1 mm
 _COMMON_ROWS = 50  # of places, and places in a row
-_BY = ("mdt", "affine", "helmert")
 
 
 class CommonGround(NamedTuple):
-    """Places x, y (n,) in metres of the true plane, Jacobians (k, n, 2, 2) of k maps, and what each place counts."""
+    """Places x, y (n,) in metres of the true plane, Jacobians (k, n, 2, 2) of k maps, and weights of the places."""
 
     x: FloatArray
     y: FloatArray
@@ -269,31 +253,30 @@ class CommonGround(NamedTuple):
 
 
 def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
-    """Several old maps over the ground that all of them show: what `mean_plane_map` takes.
+    """Jacobian fields of several old maps over the ground that all of them show, as `mean_plane_map` takes them.
 
-    Each is a map of the same true plane, in its own unit, turned and stretched as its paper is. So each is taken after
-    its own rectification, which has the scale 1 on average; what is left is the distortion that no affine map mends.
-    The mean of these fields is the map that is nearest to all the old ones: what they have in common, as maps that were
-    copied from one another, or surveyed in the same way, do. Its own distortion is the common part, its mean distance
-    from them what each has for itself.
+    Each is a map of the same true plane, in its own unit, rotated and stretched like its paper. Each is therefore taken
+    after its own rectification, with scale 1 on average; what remains is the distortion that no affine map removes.
+    The mean of these fields is the map nearest to all of them. Its distortion is what they have in common, as maps that
+    were copied from each other or surveyed in the same way have; its mean distance from them is what they do not.
 
     Parameters
     ----------
     maps : sequence of OldMap
-        Two or more, whose control points' truth is in one plane.
+        Two or more, with true places in one plane.
     by : str
-        The rectification that each is taken after: "mdt", "affine" or "helmert", which leaves a stretch as it is.
+        The rectification after which each is taken: "mdt", "affine" or "helmert", which keeps a stretch.
 
     Returns
     -------
     CommonGround
-        x, y, jacobians and area, by area in truth, where the hulls of all maps' control points overlap and none folds.
+        Places where the hulls of all maps' control points overlap and none folds, weighted by true area.
 
     Raises
     ------
     ValueError
-        For fewer than two maps, an unknown rectification, truth in planes that are not the same, and maps that have no
-        ground in common.
+        For fewer than two maps, an unknown rectification, true places in different planes, and maps without common
+        ground.
 
     References
     ----------
@@ -316,7 +299,7 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
     >>> round(float(np.log(J[1, 0, 0] / J[0, 0, 0]) / 0.8), 1)
     0.2
     """
-    check_choice("rectification", by, _BY)
+    check_choice("rectification", by, RECTIFICATIONS)
     for one in maps:
         check_instance("old map", one, OldMap, "an OldMap")
     if len(maps) < 2:
@@ -334,7 +317,7 @@ def common_ground(maps: Sequence[OldMap], *, by: str = "mdt") -> CommonGround:
 
 
 def _check_one_plane(maps: Sequence[OldMap]) -> None:
-    """Raise ValueError where the control points are in CRSs in which the same ground is elsewhere, in metres."""
+    """Raise ValueError if the control points are in CRSs that give the same ground different places in metres."""
     known = [(one.points.new, one.points.crs) for one in maps if one.points.crs is not None]
     for (new, crs), (_, other) in itertools.pairwise(known):
         if not _is_same_ground(new, crs, other):
@@ -343,7 +326,7 @@ def _check_one_plane(maps: Sequence[OldMap]) -> None:
 
 
 def _is_same_ground(new: FloatArray, crs: Projection, other: Projection) -> bool:
-    """Whether places in metres of the plane of a CRS have the same in that of another."""
+    """True if places in metres of the plane of a CRS are the same in that of another."""
     plane = projected_crs_of(crs)
     if crs.definition == other.definition or plane is None or not plane.has_inverse:
         return True
@@ -353,7 +336,7 @@ def _is_same_ground(new: FloatArray, crs: Projection, other: Projection) -> bool
 
 
 def _is_within(places: FloatArray, points: FloatArray) -> BoolArray:
-    """Which places lie in the convex hull of points."""
+    """True for places in the convex hull of points."""
     from scipy.spatial import ConvexHull  # slow to load, and few need it
 
     hull = ConvexHull(points)

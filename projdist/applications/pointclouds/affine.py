@@ -1,10 +1,10 @@
-"""The affine map between two sets of points that correspond, in any dimension.
+"""The affine map between two sets of corresponding points in any dimension, and points that do not correspond.
 
 Both sets are whitened, Y - mean = U R with orthonormal columns U. The singular values of U_z^T U_y are the canonical
-correlations of the sets (Hotelling 1936), which no affine map of either changes. Least squares, z = A y + t with errors
-in z alone, multiplies each canonical axis by its correlation: it shrinks what it maps wherever there is noise. The
-symmetric fit has the orthogonal polar factor in the place of U_z^T U_y: the map back is its inverse, the covariance of
-the mapped points is that of their targets, and nothing shrinks. In one dimension it is the reduced major axis.
+correlations of the sets (Hotelling 1936), which affine maps of either set do not change. Least squares, z = A y + t
+with errors in z alone, multiplies each canonical axis by its correlation: noise makes it shrink the points. The
+symmetric fit uses the orthogonal polar factor of U_z^T U_y instead: exchanging the sets gives the inverse map, the
+mapped points have the covariance of their targets, and nothing shrinks. In one dimension it is the reduced major axis.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.matrices import Affine
 from projdist.support import listed
 
-_FLAT = 1e-12  # of the greatest extent: an extent below it is rounding
-_ROUNDING = 8.0 * float(np.finfo(float).eps)  # of the coordinates themselves, which may lie far from their origin
+_FLAT = 1e-12  # of the largest extent: a smaller extent is rounding
+_ROUNDING = 8.0 * float(np.finfo(float).eps)  # of the coordinates themselves, which may be far from the origin
 
 
 @dataclass(frozen=True, eq=False)
 class AffineFit(Affine):
-    """The map z = A y + shift, and the n canonical correlations, greatest first; 1 where the sets agree exactly."""
+    """The map z = A y + shift, and the n canonical correlations in descending order; 1 for sets that agree exactly."""
 
     correlations: FloatArray
 
 
-class Whitened(NamedTuple):
+class WhitenedPoints(NamedTuple):
     """Points (M, n) as centre + basis @ root, the basis (M, n) with orthonormal columns.
 
-    Of points with weights its rows are times their roots.
+    For weighted points the rows of the basis are multiplied by the square roots of the weights.
     """
 
     centre: FloatArray
@@ -43,15 +43,13 @@ class Whitened(NamedTuple):
 
 
 def _polar(link: FloatArray) -> FloatArray:
+    """The orthogonal polar factor."""
     U, _, V = np.linalg.svd(link)
     return U @ V
 
 
-def _itself(link: FloatArray) -> FloatArray:
-    return link
-
-
-FITS: dict[str, Callable[[FloatArray], FloatArray]] = {"symmetric": _polar, "least_squares": _itself}
+FITS: dict[str, Callable[[FloatArray], FloatArray]] = {"symmetric": _polar, "least_squares": np.asarray}
+"""The map between whitened coordinates, by the method, of their covariance U_z^T U_y."""
 
 
 def affine_fit(
@@ -59,9 +57,9 @@ def affine_fit(
 ) -> AffineFit:
     """The affine map of points (M, n) onto as many others; row k of one corresponds to row k of the other.
 
-    `method` "symmetric": exchanging the sets gives the inverse map. "least_squares": errors are all in
-    the target; it shrinks. `weights` (M,): what each row counts; one of weight 2 is as two rows, one of 0 as none.
-    Raises ValueError for points that are not finite, for sets that are too few or lie in a plane of fewer dimensions,
+    `method`: "symmetric", for which exchanging the sets gives the inverse map, or "least_squares", with all errors in
+    the target, which shrinks. `weights` (M,): a row of weight 2 counts as two rows, one of weight 0 as none.
+    Raises ValueError for points that are not finite, for too few points or points in a subspace of fewer dimensions,
     and for weights that are negative, not finite, or all 0.
 
     >>> affine_fit([[0, 0], [1, 0], [0, 1]], [[5, 5], [7, 5], [5, 6]]).matrix.round(12) + 0.0
@@ -87,7 +85,7 @@ def affine_fit(
 
 
 def checked_weights(given: ArrayLike, missing: BoolArray, invalid: str) -> FloatArray:
-    """Weights of points, 0 of those that are missing; raises ValueError, which begins as told."""
+    """Weights of points, 0 for missing ones; raises ValueError, whose message begins with `invalid`."""
     try:
         weights = np.asarray(given, dtype=float)
     except (TypeError, ValueError) as error:
@@ -105,18 +103,18 @@ def checked_weights(given: ArrayLike, missing: BoolArray, invalid: str) -> Float
 
 
 def pair_weights(one: FloatArray, other: FloatArray) -> FloatArray:
-    """What pairs of points count: weights are inverse variances, and the variances of the two add up."""
+    """Weights of pairs of points, whose variances, the inverse weights, add up; of equal weights w it is w."""
     return np.asarray(2.0 * one * other / (one + other))
 
 
 def check_fit(method: str) -> None:
-    """Raise ValueError for a method that there is not."""
+    """Raise ValueError for an unknown method."""
     if method not in FITS:
         raise ValueError(f"Invalid method '{method}'. It must be {listed(list(FITS), 'or')}.")
 
 
 def rank(points: FloatArray, weights: FloatArray) -> int:
-    """How many dimensions points (M, n) with weights (M,) above 0 span; rounding spans none."""
+    """Number of dimensions that points (M, n) with weights (M,) above 0 span beyond rounding."""
     if not len(points):
         return 0
     centre = weights @ points / weights.sum()
@@ -125,14 +123,14 @@ def rank(points: FloatArray, weights: FloatArray) -> int:
     return int(np.sum(extents > max(_FLAT * extents[0], rounding)))
 
 
-def whitened(points: FloatArray, weights: FloatArray) -> Whitened:
-    """Points (M, n), whose rank is n, with weights (M,) above 0, whitened."""
+def whitened(points: FloatArray, weights: FloatArray) -> WhitenedPoints:
+    """Whitened form of points (M, n) of rank n with weights (M,) above 0."""
     centre = weights @ points / weights.sum()
     U, extents, V = np.linalg.svd(np.sqrt(weights)[:, None] * (points - centre), full_matrices=False)
-    return Whitened(centre, U, extents[:, None] * V)
+    return WhitenedPoints(centre, U, extents[:, None] * V)
 
 
-def fit_whitened(y: Whitened, z: Whitened, method: str) -> AffineFit:
+def fit_whitened(y: WhitenedPoints, z: WhitenedPoints, method: str) -> AffineFit:
     """The fit of one whitened set onto another."""
     link = z.basis.T @ y.basis
     # z - centre = root_z^T w for the whitened w, and w_z = O w_y.
@@ -144,17 +142,17 @@ def fit_whitened(y: Whitened, z: Whitened, method: str) -> AffineFit:
 # ---- outliers ------------------------------------------------------------------------------------
 
 
-FALSE_ALARM = 0.05  # the chance that any point of clouds without wrong partners is named
-_KERNEL = 4.685  # standard deviations, beyond which a point does not count
+FALSE_ALARM = 0.05  # probability that a point is named in clouds without wrong partners
+_KERNEL = 4.685  # standard deviations, beyond which a point has no weight
 _STEPS = 50
-_RESIDUAL_ROUNDING = 1e-9  # of the spread: residuals below are rounding, which chance has no part in
+_RESIDUAL_ROUNDING = 1e-9  # of the spread: smaller residuals are rounding, not noise
 _SAME = 1e-10  # of weights, from step to step
 
 
 class Suspects(NamedTuple):
-    """What lies where it should not, (N, M), and the distances of all points from where the others have them.
+    """Flags of wrong partners (N, M), and distances of points from the places that other clouds give them, (N, M).
 
-    `left_out` (N, M): as the fit of the cloud without the point has it, in the frame; NaN where it cannot be told.
+    `left_out` is in the frame, from the fit of the cloud without the point; NaN if unknown.
     """
 
     wrong: BoolArray
@@ -162,7 +160,7 @@ class Suspects(NamedTuple):
 
 
 def wrong_partners(placed: FloatArray, weights: FloatArray) -> Suspects:
-    """The wrong points among clouds that were placed in one frame, (N, M, n), with weights (N, M)."""
+    """The wrong partners among clouds placed in one frame, (N, M, n), with weights (N, M)."""
     count, n, seen = len(placed), placed.shape[-1], weights > 0.0
     wrong, left_out = np.zeros(seen.shape, dtype=bool), np.full(seen.shape, np.nan)
     shared = seen & (seen.sum(axis=0) > 1)
@@ -181,19 +179,19 @@ def wrong_partners(placed: FloatArray, weights: FloatArray) -> Suspects:
 
 
 def _of_one_cloud(wrong: BoolArray, left_out: FloatArray) -> BoolArray:
-    """Of each point the worst cloud alone: where it is wrong, it has drawn away the place that the others have."""
+    """For each point only the worst cloud, which shifted the place that the others were compared with."""
     far = np.where(wrong, left_out, -np.inf)
     return np.asarray(wrong & (far == far.max(axis=0)) & (np.cumsum(wrong & (far == far.max(axis=0)), axis=0) == 1))
 
 
 def _medians(places: FloatArray, weights: FloatArray) -> FloatArray:
-    """Of each of m points the median, axis by axis, of its places (N, m, n) with weights (N, m)."""
+    """Weighted medians, axis by axis, of the places (N, m, n) of m points with weights (N, m)."""
     places = np.where((weights > 0.0)[..., None], places, np.inf)
     order = np.argsort(places, axis=0)
     places = np.take_along_axis(places, order, axis=0)
     sums = np.cumsum(np.take_along_axis(np.broadcast_to(weights[..., None], places.shape), order, axis=0), axis=0)
     half = 0.5 * sums[-1]
-    # Where the weights halve exactly, but for rounding, the median is in the middle of two places.
+    # Where the weights split into exact halves, up to rounding, the median is the middle of two places.
     low, high = (
         np.argmax(sums >= (1.0 + rounding) * half, axis=0) for rounding in (-_RESIDUAL_ROUNDING, _RESIDUAL_ROUNDING)
     )
@@ -203,7 +201,7 @@ def _medians(places: FloatArray, weights: FloatArray) -> FloatArray:
 def _wrong_rows(
     place: FloatArray, points: FloatArray, weights: FloatArray, level: float
 ) -> tuple[BoolArray, FloatArray]:
-    """Which of a cloud's points (m, n) are not at their place (m, n), and how far each is, left out of the fit."""
+    """Which of a cloud's points (m, n) are not at their place (m, n), and their distances from it, each left out."""
     from scipy.stats import chi2, f  # imported here: scipy is slow to load, and few need it
 
     n = points.shape[1]
@@ -219,10 +217,10 @@ def _wrong_rows(
         if kept.sum() < 2 * n + 3:
             return np.zeros(len(points), dtype=bool), distances / root[:, 0]
         statistic, distances = _left_out_squares(X, points, kept, scale)
-        freedom = kept.sum() - kept.astype(int) - (n + 1)  # of the covariance, to which a kept point does not count
+        freedom = kept.sum() - kept.astype(int) - (n + 1)  # of the covariance, without the point itself
         F = statistic * (freedom - n + 1) / (n * freedom)
         found = f.sf(F, n, freedom - n + 1) < level
-        # What is as near as chance lets it be comes back; of those that were kept only the worst may go at a time.
+        # Points that are near enough come back; of the kept points only the worst is dropped at a time.
         worst = found & kept
         if worst.any():
             worst &= statistic == statistic[worst].max()
@@ -234,7 +232,7 @@ def _wrong_rows(
 
 
 def _left_out_squares(X: FloatArray, y: FloatArray, kept: BoolArray, scale: float) -> tuple[FloatArray, FloatArray]:
-    """T^2 of each point as the fit to the kept ones without it has it, and its distance from there."""
+    """Hotelling's T^2 and distance of each point from the fit to the kept points without it."""
     Q, R = np.linalg.qr(X[kept])
     beta = np.linalg.solve(R, Q.T @ y[kept])
     residual = y - X @ beta
@@ -242,7 +240,7 @@ def _left_out_squares(X: FloatArray, y: FloatArray, kept: BoolArray, scale: floa
     leverage = np.minimum(leverage, np.where(kept, 1.0 - 1e-9, np.inf))
     n, count = y.shape[1], int(kept.sum())
     total = residual[kept].T @ residual[kept] + (_RESIDUAL_ROUNDING * scale) ** 2 * count * np.eye(n)
-    # A kept point leaves the sum of squares: Sherman & Morrison's formula for the inverse of what remains.
+    # A kept point leaves the sum of squares: the Sherman-Morrison formula gives the inverse of what remains.
     factor = np.where(kept, 1.0 / (1.0 - leverage), 1.0 / (1.0 + leverage))
     whole = np.einsum("mi,ij,mj->m", residual, np.linalg.inv(total), residual)
     square = np.where(kept, whole / np.maximum(1.0 - factor * whole, 1e-12), whole)
@@ -252,7 +250,7 @@ def _left_out_squares(X: FloatArray, y: FloatArray, kept: BoolArray, scale: floa
 
 
 def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
-    """The squared distances, in robust standard deviations, from the robust fit."""
+    """Squared distances from a robust fit, in robust standard deviations."""
     from scipy.stats import chi2
 
     n = y.shape[1]
@@ -267,7 +265,7 @@ def _robust_squares(X: FloatArray, y: FloatArray, scale: float) -> FloatArray:
             again = 1.0 / np.maximum(np.sqrt(squares), 1e-6 * np.sqrt(np.mean(squares)) + 1e-300)
             again /= again.max()
         else:
-            # Of normal errors half have less than the median of chi^2; a fit of p numbers to m points leaves less.
+            # Half of normal errors are below the median of chi^2; a fit of p parameters to m points makes them smaller.
             sigma2 = np.median(squares) / half * len(y) / (len(y) - X.shape[1])
             squares = squares / max(sigma2, 1e-300)
             u = squares / (_KERNEL**2 * n)

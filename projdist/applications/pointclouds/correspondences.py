@@ -1,4 +1,4 @@
-"""Which points of several clouds are the same one: by rows, by ids, or by closest points."""
+"""Corresponding points of several clouds: by rows, by ids, or by closest points (ICP)."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from projdist.applications.pointclouds.groupwise import consensus, kept_clouds
 from projdist.matrices import Affine
 from projdist.support import listed
 
-_EXACT = 1e-6  # of the spacing: what is nearer is no better proof
-_SHARES = -700.0, 5.0  # logarithms of the volumes around points: what is less or more rounds to chances of 0 or 1
+_EXACT = 1e-6  # of the spacing: smaller distances are no better evidence
+_SHARES = -700.0, 5.0  # logarithms of volumes around points: beyond these, probabilities round to 0 or 1
 
 
 def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
-    """The logarithm of the number of false alarms of an affine map in n dimensions, the least of all precisions.
+    """Logarithm of the number of false alarms of an affine map in n dimensions, the least over all precisions.
 
-    `distances` (M,): of points from the nearest of a cloud that was mapped onto them; `apart`: their spacing. By chance
-    the nearest is within r with the probability p = 1 - 2^(-(r / apart)^n), as among points spread evenly. That k of
-    them are has (M - n - 1) C(M, k) p^(k - n - 1) false alarms: n + 1 may have made the map, so many k are tried.
+    `distances` (M,) are those of points from the nearest of a cloud mapped onto them, `apart` is the points' spacing.
+    By chance the nearest is within r with probability p = 1 - 2^(-(r / apart)^n), as among evenly spread points. For k
+    of the points that makes (M - n - 1) C(M, k) p^(k - n - 1) false alarms: n + 1 points may have determined the map,
+    and M - n - 1 values of k are tried.
     """
     near, least = np.sort(distances), n + 1
     k = np.arange(least + 1, len(near) + 1)
@@ -38,32 +39,32 @@ def log_false_alarms(distances: FloatArray, apart: float, n: int) -> float:
 # ---- icp -----------------------------------------------------------------------------------------
 
 
-_STEPS = 100  # at most; some 20 do, and partners that come again end it sooner
-_TURNS = 48  # starts all around the plane; 24 miss one in twenty sets with noise, missing and strange points
-_TURNS_IN_SPACE = 1000  # of which the nearest is 12 degrees off on average, 22 at most
+_STEPS = 100  # at most; about 20 suffice, and partners that repeat end it sooner
+_TURNS = 48  # starts around the plane; 24 miss one in twenty sets with noise, missing and extra points
+_TURNS_IN_SPACE = 1000  # the nearest is 12 degrees off on average, 22 at most
 _SPIRAL = np.sqrt(2.0), 1.533751168755204288118041  # Alexa's constants: the second solves x^4 = x + 4
-_LOOKED_AT = 200  # points of a cloud, by which starts are compared
-_PROMISING = 12  # of the starts in space; 24 find no more of the benchmark's sets
-_ENOUGH = 0.95  # of the points of the smaller cloud: with so many partners there is nothing to look for
-_FAR = 4.0  # median distances of the pairs, beyond which a pair is none
+_LOOKED_AT = 200  # points of a cloud that are used to compare starts
+_PROMISING = 12  # starts in space that are followed; 24 find no more of the benchmark's sets
+_ENOUGH = 0.95  # of the points of the smaller cloud: with so many partners no other start is tried
+_FAR = 4.0  # median distances, beyond which a pair is dropped
 
 
 class WeightedCloud(NamedTuple):
-    """Points (M, n), and what each counts in fits, (M,), above 0."""
+    """Points (M, n) and their weights (M,), above 0."""
 
     points: FloatArray
     weights: FloatArray
 
     @property
     def is_flat(self) -> bool:
-        """Whether the points span fewer dimensions than they have."""
+        """True if the points span fewer than n dimensions."""
         return rank(*self) < self.points.shape[1]
 
 
 def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]:
-    """The points of clouds that correspond to the template's, (N, M, n), NaN where none does, and their weights (N, M).
+    """Points of clouds that correspond to the largest cloud's, (N, M, n), NaN without a partner, and weights (N, M).
 
-    Clouds of which too few points find partners have none.
+    A cloud in which too few points find partners has none.
     """
     first = int(np.argmax([0 if cloud.is_flat else len(cloud.points) for cloud in clouds]))
     if clouds[first].is_flat:
@@ -92,10 +93,10 @@ def nearest_points(clouds: list[WeightedCloud]) -> tuple[FloatArray, FloatArray]
 
 
 def _pairwise(cloud: WeightedCloud, template: WeightedCloud) -> IntArray:
-    """For each point of the template the number of a cloud's point, or -1, once a cloud is laid onto the template.
+    """For each point of the template the number of the cloud's partner, or -1, after a fit by closest points.
 
-    It starts as it lies and, if few points find partners so, with equal moments and turned. The start counts that would
-    be as good by chance most seldom.
+    The fit starts from the cloud as given and, if few points find partners, also from rotations of it with equal
+    moments. The start with the fewest false alarms wins.
     """
     if cloud.is_flat:
         return np.full(len(template.points), -1)
@@ -103,19 +104,19 @@ def _pairwise(cloud: WeightedCloud, template: WeightedCloud) -> IntArray:
     found = [_laid(cloud, cloud.points, template, apart)]
     if np.sum(found[0].partners >= 0) < _ENOUGH * min(len(cloud.points), len(template.points)):
         found += [_laid(cloud, start, template, apart) for start in _turned(cloud, template)]
-    # Where chance would do as well as all of them, the most pairs are the best guess.
+    # If none is better than chance, the most pairs are the best guess.
     return min(found, key=lambda laid: (min(laid.false_alarms, 0.0), -int(np.sum(laid.partners >= 0)))).partners
 
 
 class _Laid(NamedTuple):
-    """The partners where affine fits and partners agree, and the logarithm of the number of false alarms."""
+    """Partners that affine fits no longer change, and the logarithm of the number of false alarms."""
 
     partners: IntArray
     false_alarms: float
 
 
 def _turns(n: int) -> FloatArray:
-    """Rotations (k, n, n) to start from: evenly all around in the plane and in space, else none."""
+    """Rotations (k, n, n) to start from, evenly spread in the plane and in space; the identity in other dimensions."""
     if n == 2:
         a = 2.0 * np.pi * np.arange(_TURNS) / _TURNS
         return np.moveaxis(np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]), -1, 0)
@@ -131,7 +132,7 @@ def _turns(n: int) -> FloatArray:
 
 
 def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
-    """A cloud with the moments of the template, turned onto it in each way to which closest points lead."""
+    """A cloud with the moments of the template, in each rotation to which closest points converge."""
     (basis, _), (target, laid) = _equal_moments(cloud), _equal_moments(template)
     starts = _promising(basis.points, target.points, _turns(basis.points.shape[1]))
     found = dict(_closest_turn(basis, target, turn) for turn in starts)
@@ -139,7 +140,7 @@ def _turned(cloud: WeightedCloud, template: WeightedCloud) -> list[FloatArray]:
 
 
 def _equal_moments(cloud: WeightedCloud) -> tuple[WeightedCloud, Affine]:
-    """A cloud about 0 with the variance 1 along all axes, not turned: by a symmetric root; and the way back."""
+    """A cloud about 0 with variance 1 along all axes, by a symmetric root, so not rotated; and the map back."""
     white = whitened(*cloud)
     _, extents, V = np.linalg.svd(white.root)
     back = Affine((V.T * extents) @ V / np.sqrt(cloud.weights.sum()), white.centre)
@@ -147,7 +148,7 @@ def _equal_moments(cloud: WeightedCloud) -> tuple[WeightedCloud, Affine]:
 
 
 def _promising(basis: FloatArray, target: FloatArray, turns: FloatArray) -> FloatArray:
-    """Of many rotations those that bring most of a cloud's points next to some of the target."""
+    """The rotations with the least median distance of a cloud's points from the target; all if there are few."""
     if len(turns) <= _TURNS:
         return turns
     some = basis[:: -(-len(basis) // _LOOKED_AT)]
@@ -156,7 +157,7 @@ def _promising(basis: FloatArray, target: FloatArray, turns: FloatArray) -> Floa
 
 
 def _closest_turn(basis: WeightedCloud, target: WeightedCloud, turn: FloatArray) -> tuple[bytes, FloatArray]:
-    """Where closest points lead to from a rotation: a mark of the partners, and the rotation."""
+    """The rotation to which closest points converge from a start, and a key of its partners."""
     known: set[bytes] = set()
     while True:
         found = _partners(basis.points @ turn.T, target.points)
@@ -171,14 +172,14 @@ def _closest_turn(basis: WeightedCloud, target: WeightedCloud, turn: FloatArray)
 def _pairs(
     cloud: WeightedCloud, template: WeightedCloud, partners: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The points of both that are partners, and what each pair counts."""
+    """The points of both clouds that are partners, and the weights of the pairs."""
     there = partners >= 0
     pairs = partners[there]
     return cloud.points[pairs], template.points[there], pair_weights(cloud.weights[pairs], template.weights[there])
 
 
 def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apart: float) -> _Laid:
-    """A cloud laid onto the template, whose points are so far apart, by affine fits to closest points, from a start."""
+    """A cloud fitted to the template, of spacing `apart`, by affine fits to closest points from a start."""
     moved, known = start, set[bytes]()
     while True:
         partners = _partners(moved, template.points)
@@ -192,7 +193,7 @@ def _laid(cloud: WeightedCloud, start: FloatArray, template: WeightedCloud, apar
 
 
 def _spacing(points: FloatArray) -> float:
-    """The median distance of points from their nearest neighbours, those at one place being one."""
+    """Median distance of distinct points from their nearest neighbours."""
     from scipy.spatial import KDTree  # imported here: scipy is slow to load, and few need it
 
     places = np.unique(points, axis=0)
@@ -201,7 +202,7 @@ def _spacing(points: FloatArray) -> float:
 
 
 def _again(partners: IntArray, known: set[bytes]) -> bool:
-    """Whether these partners have been met, or steps enough have been made; else they are met now."""
+    """True if these partners are known or the steps are used up; adds them to the known ones."""
     mark = partners.tobytes()
     ended = mark in known or len(known) >= _STEPS
     known.add(mark)
@@ -209,7 +210,7 @@ def _again(partners: IntArray, known: set[bytes]) -> bool:
 
 
 def _partners(cloud: FloatArray, template: FloatArray) -> IntArray:
-    """Mutual nearest neighbours that lie no farther apart than most."""
+    """Numbers of mutual nearest neighbours, -1 without one or if it is much farther away than most."""
     there, distance = _nearest(cloud, template)
     back, _ = _nearest(template, cloud)
     mutual = back[there] == np.arange(len(template))
@@ -218,7 +219,7 @@ def _partners(cloud: FloatArray, template: FloatArray) -> IntArray:
 
 
 def _nearest(cloud: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The numbers of a cloud's points that are nearest to points, and how far they are."""
+    """Numbers of a cloud's points that are nearest to points, and their distances."""
     from scipy.spatial import KDTree  # imported here: scipy is slow to load, and few need it
 
     distance, number = KDTree(cloud).query(points)
@@ -226,6 +227,7 @@ def _nearest(cloud: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArra
 
 
 def _arranged(clouds: list[WeightedCloud], partners: list[IntArray]) -> tuple[FloatArray, FloatArray]:
+    """Points (N, M, n), NaN without a partner, and weights (N, M)."""
     seen = np.stack(partners) >= 0
     points = np.stack([cloud.points[pairs] for cloud, pairs in zip(clouds, partners, strict=True)])
     points[~seen] = np.nan
@@ -238,19 +240,19 @@ def _arranged(clouds: list[WeightedCloud], partners: list[IntArray]) -> tuple[Fl
 
 CORRESPONDENCES = ("rows", "id", "icp")
 
-_FARTHEST = 1e50  # in any unit; of far larger numbers squares are infinite, of which LAPACK prints on the terminal
+_FARTHEST = 1e50  # in any unit; squares of much larger numbers are infinite, and LAPACK prints on the terminal
 
 
-def arranged(
+def corresponding_points(
     clouds: list[FloatArray],
     weights: list[FloatArray],
     names: Sequence[str],
     correspond: str,
     ids: Sequence[Sequence[str]] | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (N, M, n) of which those with the same number are the same, and their weights (N, M), 0 where missing.
+    """Points (N, M, n), those with the same number corresponding, and their weights (N, M), 0 where missing.
 
-    Raises ValueError for an unknown way, and for clouds that do not have what it needs.
+    Raises ValueError for an unknown correspondence, and for clouds that do not fit it.
     """
     if correspond not in CORRESPONDENCES:
         raise ValueError(f"Invalid correspondence '{correspond}'. It must be {listed(CORRESPONDENCES, 'or')}.")
@@ -272,6 +274,7 @@ def arranged(
 
 
 def _by_rows(clouds: list[FloatArray], names: Sequence[str]) -> FloatArray:
+    """Clouds of equally many rows, (N, M, n)."""
     for name, cloud in zip(names, clouds, strict=True):
         if len(cloud) != len(clouds[0]):
             raise ValueError(
@@ -282,6 +285,7 @@ def _by_rows(clouds: list[FloatArray], names: Sequence[str]) -> FloatArray:
 
 
 def _by_ids(clouds: list[FloatArray], names: Sequence[str], ids: Sequence[Sequence[str]] | None) -> FloatArray:
+    """Clouds with a row for each id of any of them, (N, M, n), NaN where an id is missing."""
     if ids is None or len(ids) != len(clouds):
         raise ValueError("Invalid ids. There must be a list of them for each cloud.")
     for name, cloud, marks in zip(names, clouds, ids, strict=True):

@@ -1,12 +1,12 @@
-"""Files of points: read, and written again with the points moved and all else as it was.
+"""Files of points, which are read, and written with the points moved and everything else unchanged.
 
-PLY and PCD have readers of their own (`records`), which keep all else byte for byte; the library plyfile is under the
-GPL.
+PLY and PCD are read by `records`, which keeps everything else byte for byte; the library plyfile is under the GPL.
 """
 
 from __future__ import annotations
 
 import csv
+import functools
 import io
 import math
 import operator
@@ -47,25 +47,25 @@ _CLOUDCOMPARE = "//"  # before the names of the columns
 class CloudFile:
     """The points of a file, shape (M, n), NaN where missing; their ids if it has any, else None.
 
-    `weights` (M,): of the column that was asked for, NaN where it is empty; None if none was, or it is not there.
+    `weights` (M,): the requested column, NaN where it is empty; None if none was requested or it is missing.
     """
 
     path: Path
     points: FloatArray
     ids: tuple[str, ...] | None
     normals: FloatArray | None
-    content: _Table | Records
+    content: _CellTable | Records
     weights: FloatArray | None = None
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names in the file's header, in small letters, or of PLY's properties; none where there are none."""
+        """The names in the file's header in lower case, or of PLY's properties; empty without a header."""
         return self.content.names
 
     def write(self, path: str | os.PathLike[str], A: FloatArray, shift: FloatArray, *, overwrite: bool = False) -> None:
-        """The same file with its points at A y + shift, and normals, named nx, ny, nz, turned with them.
+        """Write the file with its points y at A y + shift, and normals, columns nx, ny, nz, transformed accordingly.
 
-        Raises FileExistsError where there is one and it is not to be overwritten, and OSError.
+        Raises FileExistsError for an existing file that is not to be overwritten, and OSError.
         """
         normals = None if self.normals is None else _turned(self.normals, A)
         with replacing(Path(path), overwrite=overwrite) as new:
@@ -75,13 +75,12 @@ class CloudFile:
 def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> CloudFile:
     """The points of a .csv, .xyz, .asc, .ply or .pcd file.
 
-    CSV, with commas, semicolons or tabs: with a header, columns x, y and perhaps z, or, where there are
-    no such, all; a column id, name, label or point has the ids. Without a header all columns are
-    coordinates, and the first has the ids if it is no number. Empty is missing; a point with some of its coordinates is
-    missing, too, which is told. XYZ and ASC: the first three numbers of each line, or those that a header names, as
-    CloudCompare's `//X Y Z`. PLY and PCD: ascii or binary. Numbers of text may have decimal commas where cells stand
-    apart by anything else. `weights`: the name of a column of a header, which is then no coordinate; a file may lack
-    it. Raises ValueError.
+    CSV, with commas, semicolons or tabs: with a header, the columns x, y and perhaps z, or, without these, all; a
+    column id, name, label or point has the ids. Without a header all columns are coordinates, except a first column
+    that has no numbers, which has the ids. Empty cells are missing; a point that lacks some coordinates is missing,
+    too, with a notice. XYZ and ASC: the first three numbers of each line, or the columns that a header names, as
+    CloudCompare's `//X Y Z`. PLY and PCD: ascii or binary. Numbers may have decimal commas if commas do not separate
+    cells. `weights`: the name of a column, which is then not a coordinate; a file may lack it. Raises ValueError.
     """
     path = Path(path)
     read = _READERS.get(path.suffix.lower())
@@ -100,7 +99,7 @@ def read_cloud(path: str | os.PathLike[str], *, weights: str | None = None) -> C
 
 
 def _whole(points: FloatArray, path: Path) -> FloatArray:
-    """Points that lack one of their coordinates as missing, which is told; raises CloudError for infinite ones."""
+    """Points, all NaN if any coordinate is missing, with a notice; raises CloudError for infinite ones."""
     infinite = np.flatnonzero(np.isinf(points).any(axis=1))
     if infinite.size:
         raise CloudError(f"Point {infinite[0] + 1} is infinitely far away.")
@@ -115,7 +114,7 @@ def _whole(points: FloatArray, path: Path) -> FloatArray:
 
 
 def _turned(normals: FloatArray, A: FloatArray) -> FloatArray:
-    """Normals of a surface that A maps, of length 1; where there is none (0, 0, 0), none."""
+    """Unit normals of a surface after the map A; a normal (0, 0, 0) stays 0."""
     turned = np.linalg.solve(A.T, normals.T).T
     length = np.linalg.norm(turned, axis=1, keepdims=True)
     return turned / np.where(length == 0.0, 1.0, length)
@@ -125,29 +124,39 @@ def _turned(normals: FloatArray, A: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Table:
-    """Rows of cells, and in which columns the coordinates, the normals and the ids stand.
+class _CellTable:
+    """Rows of cells below lines of a head, and the numbers of the columns with coordinates and ids.
 
-    `plain` are the rows with decimal points. `missing` is written for what is missing: nothing where a header tells
-    which cells there are, else nan.
+    `missing` is written for missing numbers: "" below a header, else nan.
     """
 
-    head: str
+    head: list[str]
     rows: list[list[str]]
-    plain: list[list[str]]
     separator: str
     axes: list[int]
-    normal_axes: list[int]
-    id_column: int | None
+    id_column: int | None = None
     names: tuple[str, ...] = ()
     missing: str = "nan"
 
+    @functools.cached_property
+    def plain(self) -> list[list[str]]:
+        """Rows with decimal points; the same list objects for rows that had them."""
+        return [row for _, row in with_decimal_points(list(enumerate(self.rows)))]
+
+    @property
+    def normal_axes(self) -> list[int]:
+        """The columns of normals; empty unless there are as many as coordinates."""
+        found = [self.names.index(name) for name in _NORMALS[: len(self.axes)] if name in self.names]
+        return found if len(found) == len(self.axes) else []
+
     @property
     def points(self) -> FloatArray:
+        """Shape (M, n), NaN where a cell is empty."""
         return self._numbers(self.axes)
 
     @property
     def normals(self) -> FloatArray | None:
+        """Shape (M, n), None without such columns."""
         if not self.normal_axes:
             return None
         normals = self._numbers(self.normal_axes)
@@ -155,11 +164,12 @@ class _Table:
 
     @property
     def ids(self) -> tuple[str, ...] | None:
+        """The texts of the column with ids, None without one."""
         k = self.id_column
         return None if k is None else tuple(row[k].strip() if k < len(row) else "" for row in self.rows)
 
     def column(self, name: str) -> FloatArray | None:
-        """The numbers of a column, NaN where its cells are empty, None where there is none; raises CloudError."""
+        """The numbers of a column, NaN where a cell is empty; None without that column; raises CloudError."""
         if name.lower() not in self.names:
             return None
         k = self.names.index(name.lower())
@@ -170,6 +180,7 @@ class _Table:
         return np.array([number_of(cell or "nan") for cell in cells])
 
     def _numbers(self, columns: Sequence[int]) -> FloatArray:
+        """The numbers of columns, NaN where a cell is empty; raises CloudError."""
         numbers = []
         for number, row in enumerate(self.plain, start=1):
             cells = [row[column].strip() if column < len(row) else "?" for column in columns]
@@ -182,7 +193,7 @@ class _Table:
         return np.array(numbers)
 
     def moved(self, points: FloatArray, normals: FloatArray | None) -> bytes:
-        """The file with other points, and other normals if it has some."""
+        """The content of the file with other points and normals."""
         text = io.StringIO()
         writer = csv.writer(text, delimiter=self.separator, lineterminator="\n")
         columns = self.axes + self.normal_axes
@@ -193,10 +204,10 @@ class _Table:
             for column, number in zip(columns, numbers, strict=True):
                 cells[column] = self.missing if math.isnan(number) else repr(number).replace(".", mark)
             writer.writerow(cells)
-        return (self.head + text.getvalue()).encode()
+        return ("".join(f"{line}\n" for line in self.head) + text.getvalue()).encode()
 
 
-def _read_csv(data: bytes, weights: str | None) -> _Table:
+def _read_csv(data: bytes, weights: str | None) -> _CellTable:
     comments, lines = _split_comments(_lines(data), "#")
     separator = separator_of(lines[-1])
     if separator is None:
@@ -206,52 +217,30 @@ def _read_csv(data: bytes, weights: str | None) -> _Table:
     if any(map(is_number, header)) or any(map(has_decimal_comma, header)) or not any(header):
         ids = 0 if header[0] and not _is_decimal(header[0]) else None
         axes = [k for k in range(len(header)) if k != ids]
-        return _Table(
-            head="".join(f"{line}\n" for line in comments),
-            rows=rows,
-            plain=_plain(rows),
-            separator=separator,
-            axes=axes,
-            normal_axes=[],
-            id_column=ids,
-        )
+        return _CellTable(head=comments, rows=rows, separator=separator, axes=axes, id_column=ids)
     header[0] = header[0].removeprefix(_CLOUDCOMPARE)
     ids = next((header.index(name) for name in _IDS if name in header), None)
     axes = [header.index(name) for name in _AXES if name in header]
     if not {"x", "y"} <= set(header):
         beside = (ids, header.index(weights.lower()) if weights and weights.lower() in header else None)
         axes = [k for k in range(len(header)) if k not in beside]
-    head = "".join(f"{line}\n" for line in [*comments, lines[0]])
-    return _Table(
-        head=head,
+    return _CellTable(
+        head=[*comments, lines[0]],
         rows=rows[1:],
-        plain=_plain(rows[1:]),
         separator=separator,
         axes=axes,
-        normal_axes=_normal_axes(header, len(axes)),
         id_column=ids,
         names=tuple(header),
         missing="",
     )
 
 
-def _normal_axes(header: Sequence[str], dimension: int) -> list[int]:
-    """The columns of normals in a space of that dimension; none unless all of them are there."""
-    found = [header.index(name) for name in _NORMALS[:dimension] if name in header]
-    return found if len(found) == dimension else []
-
-
-def _plain(rows: list[list[str]]) -> list[list[str]]:
-    """Rows with decimal points; the same lists where they have had these."""
-    return [row for _, row in with_decimal_points(list(enumerate(rows)))]
-
-
 def _is_decimal(cell: str) -> bool:
-    """Whether a cell is a number, perhaps with a decimal comma."""
+    """True for a number, perhaps with a decimal comma."""
     return is_number(cell) or has_decimal_comma(cell)
 
 
-def _read_xyz(data: bytes, weights: str | None) -> _Table:
+def _read_xyz(data: bytes, weights: str | None) -> _CellTable:
     head, lines = _split_comments(_lines(data), ("#", _CLOUDCOMPARE))
     names = _names_of(head[-1].removeprefix(_CLOUDCOMPARE)) if head and head[-1].startswith(_CLOUDCOMPARE) else ()
     if _names_of(lines[0])[0] == "ncols":
@@ -271,20 +260,11 @@ def _read_xyz(data: bytes, weights: str | None) -> _Table:
         longer = next((k for k, row in enumerate(rows, start=1) if len(row) > len(axes)), None)
         if len(axes) < 3 and longer is not None:
             raise CloudError(f"Row 1 has {len(axes)} numbers, row {longer} more.")
-    return _Table(
-        head="".join(f"{line}\n" for line in head),
-        rows=rows,
-        plain=_plain(rows),
-        separator=separator or " ",
-        axes=axes,
-        normal_axes=_normal_axes(names, len(axes)),
-        id_column=None,
-        names=names,
-    )
+    return _CellTable(head=head, rows=rows, separator=separator or " ", axes=axes, names=names)
 
 
 def _names_of(line: str) -> tuple[str, ...]:
-    """The words of a header, in small letters."""
+    """The words of a header in lower case."""
     return tuple(re.split(r"[\s,;]+", line.strip().lower()))
 
 
@@ -297,7 +277,7 @@ def _cells(line: str, separator: str | None, number: int) -> list[str]:
 
 
 def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:
-    """The cells of lines, in none of which there are more than in the first, but for empty ones."""
+    """The cells of lines; CloudError for a line with more cells than the first, except empty ones."""
     rows: list[list[str]] = []
     for number, line in enumerate(lines, start=1):
         rows.append(_cells(line, separator, number))
@@ -307,18 +287,19 @@ def _rows(lines: Sequence[str], separator: str) -> list[list[str]]:
 
 
 def _lines(data: bytes) -> list[str]:
+    """The lines of a text that are not blank."""
     return [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
 
 
 def _split_comments(lines: list[str], marks: str | tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """The comments at the beginning, which begin with marks, and the rest; raises CloudError where that is nothing."""
+    """The leading comment lines, which begin with marks, and the other lines; raises CloudError without others."""
     first = next((k for k, line in enumerate(lines) if not line.startswith(marks)), None)
     if first is None:
         raise CloudError("There are no points in it.")
     return lines[:first], lines[first:]
 
 
-_READERS: dict[str, Callable[[bytes, str | None], _Table | Records]] = {
+_READERS: dict[str, Callable[[bytes, str | None], _CellTable | Records]] = {
     ".csv": _read_csv,
     ".xyz": _read_xyz,
     ".asc": _read_xyz,
@@ -335,18 +316,14 @@ _NAMED_CLOUDS = 3  # clouds in a notice
 
 
 class WeightsFile(NamedTuple):
-    """Numbers (M,) of the rows of all clouds, or of ids, if the file has them."""
+    """Weights (M,) for the rows of all clouds, or for ids if the file has them."""
 
     path: Path
     numbers: FloatArray
     ids: tuple[str, ...] | None
 
-    def of_rows(self) -> FloatArray:
-        """Of points that correspond by rows."""
-        return self.numbers
-
     def of_ids(self, cloud: CloudFile) -> FloatArray:
-        """Of the points of a cloud, by ids; raises ValueError for those that the file does not have."""
+        """Weights of a cloud's points by their ids; raises ValueError for ids missing from the file."""
         if self.ids is None:
             raise ValueError(f"Invalid weights '{self.path}'. By ids it must have two columns, id and number.")
         known = dict(zip(self.ids, self.numbers.tolist(), strict=True))
@@ -357,7 +334,7 @@ class WeightsFile(NamedTuple):
 
 
 def read_weights(path: str | os.PathLike[str]) -> WeightsFile:
-    """The weights of a text file: a number a line, or id and number, perhaps after a header. Raises ValueError."""
+    """The weights in a text file: a number per line, or id and number, perhaps below a header. Raises ValueError."""
     text = f"Invalid weights '{path}'."
     rows = numbered_rows(Path(path), text)
     width = len(rows[0][1])
@@ -375,10 +352,10 @@ def read_weights(path: str | os.PathLike[str]) -> WeightsFile:
 
 
 def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) -> list[FloatArray]:
-    """Of each cloud, by its column, which one of them must have; raises ValueError, for wrong numbers, too.
+    """Weights of each cloud's points from a column, which at least one cloud must have; raises ValueError.
 
-    A point of a cloud without the column weighs as its partners do on average, and as all points do where no partner
-    has a weight or nobody knows which it is: whatever the numbers' unit. That is told.
+    A point of a cloud without the column gets the mean weight of its partners, or of all points if no partner has a
+    weight or the partners are unknown, in whatever unit. A notice says so.
     """
     numbers = [cloud.weights for cloud in clouds if cloud.weights is not None]
     if not numbers:
@@ -401,7 +378,7 @@ def column_weights(clouds: Sequence[CloudFile], column: str, correspond: str) ->
 
 
 def _tell_of_lacking(clouds: Sequence[CloudFile], column: str, correspond: str) -> None:
-    """Which clouds do not have a column, and what is done."""
+    """Give notice of clouds without a column, and of their points' weights."""
     lacking = [f"'{cloud.path}'" for cloud in clouds if cloud.weights is None]
     shown = listed(lacking, "and") if len(lacking) <= _NAMED_CLOUDS else f"{len(lacking)} of {len(clouds)} clouds"
     like = "the others do on average" if correspond == "icp" else "their partners do"
@@ -409,14 +386,14 @@ def _tell_of_lacking(clouds: Sequence[CloudFile], column: str, correspond: str) 
 
 
 def _marks(cloud: CloudFile, correspond: str) -> Sequence[Hashable]:
-    """What points that may be partners have in common: an id, a row, or nothing that tells them apart."""
+    """Keys that partners share: ids, or rows, or None for all points if partners are unknown."""
     if correspond == "id" and cloud.ids is not None:
         return cloud.ids
     return range(len(cloud.points)) if correspond == "rows" else [None] * len(cloud.points)
 
 
 def _mean_weights(clouds: Sequence[CloudFile], marks: Sequence[Sequence[Hashable]]) -> dict[Hashable, float]:
-    """The mean of what is given to points with the same mark."""
+    """The mean weight of points with the same key."""
     given = defaultdict(list)
     for cloud, some in zip(clouds, marks, strict=True):
         for mark, number in zip(some, [] if cloud.weights is None else cloud.weights.tolist(), strict=False):

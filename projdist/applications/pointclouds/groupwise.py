@@ -1,10 +1,10 @@
-"""Affine maps of many clouds into one frame, from points of which each is in some of the clouds.
+"""Affine maps of many clouds into one frame, from points that some of the clouds have in common.
 
-Weights (N, M) tell what each point counts, 0 where a cloud does not have it; the mean is one by weights. The symmetric
-answer is self-consistent: each cloud lies by its symmetric fit onto the mean of all, and no cloud is the reference. The
-mean is known up to an affine map, and is kept whitened. With every point in every cloud this is a
-generalised Procrustes analysis (Gower 1975) of whitened clouds. It starts from the largest roots of generalised
-canonical correlations (Kettenring 1971; with missing points, van de Velden & Takane 2012), a symmetric eigenproblem.
+Weights (N, M) are 0 where a cloud lacks a point; the mean is weighted. The symmetric answer is self-consistent: each
+cloud is placed by its symmetric fit onto the mean of all, and no cloud is the reference. The mean is determined up to
+an affine map and kept whitened. With every point in every cloud this is a generalised Procrustes analysis (Gower 1975)
+of whitened clouds. It starts from the largest roots of generalised canonical correlations (Kettenring 1971; with
+missing points, van de Velden & Takane 2012), a symmetric eigenproblem.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from projdist._typing import BoolArray, FloatArray
 from projdist.applications.pointclouds.affine import AffineFit, fit_whitened, pair_weights, rank, whitened
 from projdist.matrices import Rotation, mean_rotation, principal_scales
 
-_STEPS = 300  # 3 to 30 do, but for chains of thirty clouds with noise of a tenth of their spread
-_SETTLED, _SETTLED_ENOUGH = 1e-14, 1e-10  # of the spread of the mean: where steps stop, and what still is an answer
+_STEPS = 300  # 3 to 30 suffice, except for chains of thirty clouds with noise of a tenth of their spread
+_CONVERGED, _ACCEPTED = 1e-14, 1e-10  # of the spread of the mean: steps at which to stop, and that still count
 _ROUNDING = 1e-10  # of a squared length of 1
 
 
 class Group(NamedTuple):
-    """The maps A_i y + shift_i of N clouds, their canonical correlations with the mean."""
+    """The maps A_i y + shift_i of N clouds, and their canonical correlations with the mean."""
 
     A: FloatArray  # (N, n, n)
     shift: FloatArray  # (N, n)
-    correlations: FloatArray  # (N, n), greatest first
-    settled: bool  # whether the steps came to an end
+    correlations: FloatArray  # (N, n), in descending order
+    converged: bool
 
 
 class Kept(NamedTuple):
-    """The clouds that can be registered together, and why the others cannot, by number."""
+    """Numbers of the clouds that can be registered together, and the reasons why others cannot."""
 
     clouds: list[int]
     reasons: dict[int, str]
@@ -42,10 +42,10 @@ class Kept(NamedTuple):
 
 
 def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = False) -> Kept:
-    """The most clouds that hang together: points (N, M, n), and what they count in each cloud, (N, M).
+    """The largest connected set of clouds, points (N, M, n) with weights (N, M).
 
-    A cloud joins where the points that it shares with those already there span all n dimensions;
-    with `first_only` where those that it shares with the first cloud do.
+    A cloud joins the set if the points that it shares with it span all n dimensions; with `first_only`, if those that
+    it shares with the first cloud do.
     """
     n = points.shape[-1]
     reasons = {}
@@ -68,12 +68,13 @@ def kept_clouds(points: FloatArray, weights: FloatArray, *, first_only: bool = F
 
 
 def _span(points: FloatArray, weights: FloatArray, i: int, there: BoolArray | None = None) -> int:
-    """How many dimensions the points of cloud i span, or those of them that are there."""
+    """Number of dimensions that the points of cloud i span, or those of them marked in `there`."""
     some = (weights[i] > 0.0) if there is None else there & (weights[i] > 0.0)
     return rank(points[i][some], weights[i][some])
 
 
 def _grown(points: FloatArray, weights: FloatArray, able: list[int], seed: int, first_only: bool) -> list[int]:
+    """The connected set of clouds that contains the cloud `seed`."""
     members, there = [seed], weights[seed] > 0.0
     waiting = [i for i in able if i != seed]
     while True:
@@ -88,6 +89,7 @@ def _grown(points: FloatArray, weights: FloatArray, able: list[int], seed: int, 
 
 
 def _reason(count: int, dimensions: int, n: int, what: str) -> str:
+    """Why so many points, which span so many dimensions, are too few."""
     if count <= n:
         return f"{what} {count} point{'s' if count != 1 else ''}, and {n + 1} are needed"
     return f"the {count} points that {what} span {dimensions} of {n} dimensions"
@@ -97,7 +99,7 @@ def _reason(count: int, dimensions: int, n: int, what: str) -> str:
 
 
 def onto_first(points: FloatArray, weights: FloatArray) -> Group:
-    """Least squares onto the first cloud, one cloud after the other: what shrinks, for comparison."""
+    """Least-squares fits of each cloud onto the first, which shrink, for comparison."""
     fits = []
     for cloud, counts in zip(points, weights, strict=True):
         both = (counts > 0.0) & (weights[0] > 0.0)
@@ -107,32 +109,33 @@ def onto_first(points: FloatArray, weights: FloatArray) -> Group:
 
 
 def consensus(points: FloatArray, weights: FloatArray) -> Group:
-    """The self-consistent symmetric fit of clouds that hang together (see `kept_clouds`).
+    """The self-consistent symmetric fit of connected clouds (see `kept_clouds`).
 
-    Laying all clouds on their mean anew converges slowly along chains of clouds, so that each step
-    goes as far as all those that would follow it, were the fits linear.
+    Alternating fits and means converges slowly along chains of clouds; each step is therefore extrapolated to the limit
+    that it would have if the fits were linear.
     """
     shared = (weights > 0.0).sum(axis=0) > 1
     clouds = _Clouds(points[:, shared], weights[:, shared])
     mean = clouds.start
     for _ in range(_STEPS):
-        move = clouds.laid_anew(mean) - mean
+        move = clouds.next_mean(mean) - mean
         change = float(np.linalg.norm(clouds.roots * move)) / np.sqrt(mean.size)
-        if change < _SETTLED:
+        if change < _CONVERGED:
             break
-        mean = clouds.rounded(mean + clouds.prolonged(move))
-    return _grouped(clouds.fits(mean), change < _SETTLED_ENOUGH)
+        mean = clouds.whitened_mean(mean + clouds.extrapolated(move))
+    return _grouped(clouds.fits(mean), change < _ACCEPTED)
 
 
-def _grouped(fits: list[AffineFit], settled: bool) -> Group:
+def _grouped(fits: list[AffineFit], converged: bool) -> Group:
+    """Fits of clouds as one group."""
     A, shift, correlations = map(
         np.stack, zip(*((one.matrix, one.shift, one.correlations) for one in fits), strict=True)
     )
-    return Group(A, shift, correlations, settled)
+    return Group(A, shift, correlations, converged)
 
 
 class _Clouds:
-    """Clouds to be laid onto a mean, M points that are in two clouds at least."""
+    """Clouds to be fitted onto a mean of M points, each in at least two of the clouds."""
 
     def __init__(self, points: FloatArray, weights: FloatArray) -> None:
         self.rows = [np.flatnonzero(counts) for counts in weights]
@@ -143,10 +146,10 @@ class _Clouds:
         self.start, self.values, self.vectors = self._linear(points.shape[-1])
 
     def _linear(self, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The mean that least-squares fits, all at once, leave nearest to itself; and how far they take other moves.
+        """The mean that simultaneous least-squares fits change least, and the other eigenvalues and vectors.
 
-        Those fits are projections onto the affine functions of each cloud. The largest n + 1
-        eigenvalues of their mean belong to the mean of the clouds and to the constant.
+        The fits are projections onto the affine functions of each cloud. The n + 1 largest eigenvalues of their mean
+        belong to the mean of the clouds and to the constant; the others say how much of a move each step keeps.
         """
         F = np.zeros((len(self.roots), len(self.rows) * (n + 1)))
         for i, (row, cloud, w) in enumerate(zip(self.rows, self.whitened, self.weights, strict=True)):
@@ -161,30 +164,31 @@ class _Clouds:
         return basis / self.roots, np.minimum(values[: -n - 1], 1.0 - _ROUNDING), U[:, : -n - 1]
 
     def fits(self, mean: FloatArray) -> list[AffineFit]:
-        """Of each cloud onto the mean."""
+        """Symmetric fits of each cloud onto the mean."""
         clouds = zip(self.rows, self.whitened, self.weights, strict=True)
         return [fit_whitened(cloud, whitened(mean[row], w), "symmetric") for row, cloud, w in clouds]
 
-    def laid_anew(self, mean: FloatArray) -> FloatArray:
-        """The whitened mean of the clouds laid onto a mean, turned onto that: nothing else tells their axes."""
+    def next_mean(self, mean: FloatArray) -> FloatArray:
+        """The whitened mean of the clouds fitted onto a mean, rotated onto that, as whitening leaves axes free."""
         total = np.zeros_like(mean)
         for row, cloud, w, fit in zip(self.rows, self.points, self.weights, self.fits(mean), strict=True):
             total[row] += w[:, None] * fit(cloud)
-        image = self.rounded(total / self.roots**2)
+        image = self.whitened_mean(total / self.roots**2)
         U, _, V = np.linalg.svd((self.roots * image).T @ (self.roots * mean))
         return image @ U @ V
 
-    def prolonged(self, move: FloatArray) -> FloatArray:
-        """The sum of all the moves that would follow a move, were the fits linear."""
+    def extrapolated(self, move: FloatArray) -> FloatArray:
+        """The sum of a move and all moves that would follow it if the fits were linear."""
         parts = self.vectors.T @ (self.roots * move)
         return move + self.vectors @ ((self.values / (1.0 - self.values))[:, None] * parts) / self.roots
 
-    def rounded(self, points: FloatArray) -> FloatArray:
-        """Points about their centre, the nearest whose columns, times the roots of the weights, are orthonormal."""
+    def whitened_mean(self, points: FloatArray) -> FloatArray:
+        """The nearest centred points whose columns, times the square roots of the weights, are orthonormal."""
         U, _, V = np.linalg.svd(self.roots * self._centred(points), full_matrices=False)
         return U @ V / self.roots
 
     def _centred(self, points: FloatArray) -> FloatArray:
+        """Points minus their weighted mean."""
         w = self.roots**2
         return np.asarray(points - (w * points).sum(axis=0) / w.sum())
 
@@ -198,9 +202,9 @@ def dist_squares(T: FloatArray, A: FloatArray) -> FloatArray:
 
 
 def upright(group: Group) -> tuple[Group, BoolArray]:
-    """The same maps into a frame that most clouds are no mirror images in, and which clouds are.
+    """The maps into a frame in which most clouds are not mirrored, and flags of the mirrored ones.
 
-    Of equally many the first is none.
+    With equally many of both the first cloud is not mirrored.
     """
     signs = np.linalg.slogdet(group.A)[0]
     most = np.sign(signs.sum()) or signs[0]
@@ -219,7 +223,7 @@ def into_cloud(group: Group, reference: int) -> tuple[FloatArray, FloatArray]:
 def into_mdt(
     group: Group, T: FloatArray, mirrored: BoolArray, points: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray, Rotation]:
-    """Matrices and shifts into the frame of the MDT, where points (N, M, n) keep their mean orientation and place."""
+    """Matrices and shifts into the frame of the MDT; points (N, M, n) keep their mean rotation and position."""
     rotation = mean_rotation(group.A[~mirrored], T=T)
     A, shift = (np.einsum("ij,nj...->ni...", rotation.q @ np.linalg.inv(T), part) for part in (group.A, group.shift))
     moves, there = points - placed(A, shift, points), weights > 0.0
@@ -228,14 +232,14 @@ def into_mdt(
 
 
 def placed(A: FloatArray, shift: FloatArray, points: FloatArray) -> FloatArray:
-    """The places of points (N, M, n)."""
+    """Points (N, M, n) mapped into the frame."""
     return np.einsum("nij,nmj->nmi", A, points) + shift[:, None]
 
 
 def squared_residuals(places: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of each cloud the sum by weights of the squared distances from the points' mean places, and that of the weights.
+    """Weighted sums of squared distances from the points' mean places, and sums of the weights, both (N,).
 
-    Points of one cloud alone do not count.
+    Points of only one cloud do not count.
     """
     shared = (weights > 0.0).sum(axis=0) > 1
     places, weights = places[:, shared], weights[:, shared]

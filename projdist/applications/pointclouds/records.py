@@ -1,12 +1,11 @@
-"""Files of points behind a header that names their columns, ascii or binary: PLY and PCD.
+"""Readers of PLY and PCD, files of points behind a header that names their columns, ascii or binary.
 
-PLY: G. Turk, "The PLY polygon file format", 1994. What stands before and behind its vertices, faces mostly, is carried
-along byte for byte. PCD: the Point Cloud Library's documentation, "The PCD (Point Cloud Data) file format", version .7.
+PLY: G. Turk, "The PLY polygon file format", 1994. Data before and after the vertices, mostly faces, are kept byte for
+byte. PCD: the Point Cloud Library's documentation, "The PCD (Point Cloud Data) file format", version .7.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -22,16 +21,16 @@ _TYPES = {
 }
 _ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _END = b"end_header"
-_SHOWN = 60  # letters of a line in a message
+_SHOWN = 60  # characters of a line in a message
 
 
 class CloudError(ValueError):
-    """What is wrong with the content of a file, a sentence."""
+    """An error in the content of a file; the message is a sentence."""
 
 
 @dataclass(frozen=True, eq=False)
 class Records:
-    """A PLY or PCD file: what stands before its points, these as a structured array, and what follows them."""
+    """A PLY or PCD file: the bytes before its points, the points as a structured array, and the bytes after them."""
 
     header: bytes
     vertices: AnyArray
@@ -46,25 +45,26 @@ class Records:
 
     @property
     def normals(self) -> FloatArray | None:
-        """Shape (M, 3), if there are any."""
+        """Shape (M, 3), None if there are none."""
         names = ["nx", "ny", "nz"]
         return self._columns(names) if {*names, "z"} <= set(self.names) else None
 
     def column(self, name: str) -> FloatArray | None:
-        """A column, None where there is none, or one of several numbers a point."""
+        """A column by its name; None if it is missing or has several numbers per point."""
         there = name in self.names and not self.vertices.dtype[name].shape
         return self._columns([name])[:, 0] if there else None
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the columns."""
+        """Names of the columns."""
         return self.vertices.dtype.names or ()
 
     def _columns(self, names: list[str]) -> FloatArray:
+        """Columns by their names, (M, k)."""
         return np.stack([self.vertices[name].astype(float) for name in names], axis=1)
 
     def moved(self, points: FloatArray, normals: FloatArray | None) -> bytes:
-        """The file with other points, and other normals if it has some; in the types that it has."""
+        """The content of the file with other points and normals, in the file's own types."""
         vertices = self.vertices.copy()
         for names, values in (("x", "y", "z"), points), (("nx", "ny", "nz"), normals):
             if values is not None:
@@ -78,7 +78,7 @@ class Records:
 
 
 def _flat(vertices: AnyArray) -> list[list[Any]]:
-    """The columns of numbers, of those of several numbers a point one after the other."""
+    """Columns of single numbers; a column of several numbers per point becomes several."""
     columns = [vertices[name].reshape(len(vertices), -1) for name in vertices.dtype.names or ()]
     return [list(column) for several in columns for column in several.T]
 
@@ -87,7 +87,7 @@ def _flat(vertices: AnyArray) -> list[list[Any]]:
 
 
 class _Property(NamedTuple):
-    """A property of an element: its name and type, and the type of its length if it is a list, else ""."""
+    """A property of an element: its name, its type, and the type of its length if it is a list, else ""."""
 
     name: str
     kind: str
@@ -96,7 +96,7 @@ class _Property(NamedTuple):
 
 @dataclass(frozen=True)
 class _Element:
-    """An element of a header: how many there are, with which properties."""
+    """An element of a header: its name, its number and its properties."""
 
     name: str
     count: int
@@ -104,15 +104,16 @@ class _Element:
 
 
 def read_ply(data: bytes) -> Records:
-    """The parts of a file; raises CloudError."""
+    """The records of a PLY file; raises CloudError."""
     end = data.find(_END)
     line_end = data.find(b"\n", end)
     if not data.startswith(b"ply") or end < 0 or line_end < 0:
         raise CloudError("It is no PLY file: its header must begin with ply and end with end_header.")
     order, elements = _elements(data[:line_end].decode("ascii", errors="replace").splitlines())
-    before, vertex = _up_to_vertices(elements)
-    if order not in _ORDERS or vertex is None:
+    place = next((k for k, element in enumerate(elements) if element.name == "vertex"), None)
+    if order not in _ORDERS or place is None:
         raise CloudError("Its header must name a format and an element vertex.")
+    vertex = elements[place]
     kinds = {one.name: one.kind for one in vertex.properties}
     if len(kinds) < len(vertex.properties):
         raise CloudError("Its vertices have two properties of one name.")
@@ -121,13 +122,13 @@ def read_ply(data: bytes) -> Records:
     dtype = np.dtype([(name, _ORDERS[order] + kind) for name, kind in kinds.items()])
     _check_axes(dtype, "Its vertices must have x, y and perhaps z of type float or double.")
     start = line_end + 1
-    for element in before:
+    for element in elements[:place]:
         start = _behind(data, start, element, order)
     return _records(data, start, vertex.count, dtype, is_ascii=order == "ascii")
 
 
 def _elements(lines: list[str]) -> tuple[str, list[_Element]]:
-    """The format that a header names, and its elements."""
+    """The format and the elements that a header names."""
     order, elements = "", list[_Element]()
     for line in lines:
         words = line.split()
@@ -136,8 +137,8 @@ def _elements(lines: list[str]) -> tuple[str, list[_Element]]:
                 order = words[1]
             elif words[:1] == ["element"]:
                 elements.append(_Element(words[1], int(words[2]), []))
-            elif words[:1] == ["property"] and elements[-1].name != "vertex" and _has_vertices(elements):
-                continue  # of what is carried along
+            elif words[:1] == ["property"] and "vertex" in [element.name for element in elements[:-1]]:
+                continue  # of an element after the vertices
             elif words[:2] == ["property", "list"]:
                 elements[-1].properties.append(_Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
             elif words[:1] == ["property"]:
@@ -147,18 +148,8 @@ def _elements(lines: list[str]) -> tuple[str, list[_Element]]:
     return order, elements
 
 
-def _has_vertices(elements: list[_Element]) -> bool:
-    return any(element.name == "vertex" for element in elements)
-
-
-def _up_to_vertices(elements: list[_Element]) -> tuple[list[_Element], _Element | None]:
-    """The elements before the vertices, and these."""
-    place = next((k for k, element in enumerate(elements) if element.name == "vertex"), None)
-    return (elements, None) if place is None else (elements[:place], elements[place])
-
-
 def _behind(data: bytes, start: int, element: _Element, order: str) -> int:
-    """Where the data of an element end; raises CloudError where the file ends before."""
+    """The end of an element's data; raises CloudError if the file ends before."""
     if order == "ascii":  # a line each
         for _ in range(max(0, element.count)):
             start = data.find(b"\n", start) + 1
@@ -186,7 +177,7 @@ _PCD_HEADER = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", 
 
 
 def read_pcd(data: bytes) -> Records:
-    """The parts of a file; raises CloudError."""
+    """The records of a PCD file; raises CloudError."""
     words, start = _pcd_header(data)
     form = " ".join(words.get("DATA", [])).lower()
     if form == "binary_compressed":
@@ -199,7 +190,9 @@ def read_pcd(data: bytes) -> Records:
         counts = [int(count) for count in words.get("COUNT", ["1"] * len(names))]
         kinds = zip(words.get("TYPE", []), words.get("SIZE", []), strict=True)
         codes = ["<" + _PCD_KINDS[kind.upper()] + size for kind, size in kinds]
-        columns = zip(_told_apart(names), codes, counts, strict=True)
+        # Padding between columns has the same name again and again.
+        unique = [name if names.count(name) == 1 else f"{name} {number}" for number, name in enumerate(names)]
+        columns = zip(unique, codes, counts, strict=True)
         dtype = np.dtype([(name, code, (count,)) if count != 1 else (name, code) for name, code, count in columns])
         points = int(words["POINTS"][0]) if "POINTS" in words else int(words["WIDTH"][0]) * int(words["HEIGHT"][0])
     except (KeyError, ValueError, TypeError, IndexError) as error:
@@ -209,7 +202,7 @@ def read_pcd(data: bytes) -> Records:
 
 
 def _pcd_header(data: bytes) -> tuple[dict[str, list[str]], int]:
-    """The words of a header by what they begin with, and where it ends."""
+    """The words of a header's lines by the keyword before them, and the end of the header."""
     words: dict[str, list[str]] = {}
     start = 0
     while "DATA" not in words:
@@ -225,16 +218,11 @@ def _pcd_header(data: bytes) -> tuple[dict[str, list[str]], int]:
     return words, start
 
 
-def _told_apart(names: Sequence[str]) -> list[str]:
-    """Names of columns; what fills the room between others has the same one again and again."""
-    return [name if names.count(name) == 1 else f"{name} {number}" for number, name in enumerate(names)]
-
-
 # ---- both -----------------------------------------------------------------------------------
 
 
 def _check_axes(dtype: np.dtype[Any], otherwise: str) -> None:
-    """Raise CloudError unless x, y and, if it is there, z are single numbers with fractions."""
+    """Raise CloudError unless x, y and z, if present, are columns of floating-point numbers."""
     names = dtype.names or ()
     axes = [name for name in ("x", "y", "z") if name in names]
     if not {"x", "y"} <= set(axes) or any(dtype[name].kind != "f" for name in axes):
@@ -244,7 +232,7 @@ def _check_axes(dtype: np.dtype[Any], otherwise: str) -> None:
 def _records(
     data: bytes, start: int, count: int, dtype: np.dtype[Any], *, is_ascii: bool, named: str = "Vertex"
 ) -> Records:
-    """So many points, which begin somewhere in a file; raises CloudError."""
+    """The records of a file with `count` points from `start` on; raises CloudError."""
     if count < 1:
         raise CloudError("There are no points in it.")
     if not is_ascii:
@@ -253,7 +241,7 @@ def _records(
             what = "vertices do" if named == "Vertex" else "points do"
             raise CloudError(f"It ends before its {count} {what}.")
         return Records(data[:start], np.frombuffer(data, dtype, count, start), data[start + size :], False)
-    # A header may claim more points than there are numbers for: what there are of lines counts.
+    # A header may claim more points than there are lines.
     content = data[start:]
     *lines, tail = content.split(b"\n", min(count, len(content)))
     if len(lines) < count:
@@ -262,7 +250,7 @@ def _records(
 
 
 def _ascii_points(lines: list[bytes], count: int, dtype: np.dtype[Any], named: str) -> AnyArray:
-    """The points of the first lines; raises CloudError for the first one that its columns cannot hold."""
+    """The points of the first lines; raises CloudError for the first that does not fit the columns."""
     width = sum(int(np.prod(dtype[name].shape)) for name in dtype.names or ())
     rows = []
     for k in range(count):
@@ -289,7 +277,7 @@ def _ascii_points(lines: list[bytes], count: int, dtype: np.dtype[Any], named: s
 
 
 def _is_held(columns: FloatArray, kind: np.dtype[Any]) -> BoolArray:
-    """Whether a type can hold numbers: an integer one whole numbers within its limits, others all that are finite."""
+    """True for numbers that a type can hold: of integers whole ones within limits, of floats finite ones."""
     if kind.kind == "f":
         return ~(np.isfinite(columns) & (np.abs(columns) > np.finfo(kind).max))
     limits = np.iinfo(kind)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import BoolArray, FloatArray, IntArray
 from projdist.applications.pointclouds.affine import FALSE_ALARM, check_fit, checked_weights, wrong_partners
-from projdist.applications.pointclouds.correspondences import arranged
+from projdist.applications.pointclouds.correspondences import corresponding_points
 from projdist.applications.pointclouds.groupwise import (
     Group,
     consensus,
@@ -28,24 +28,24 @@ from projdist.matrices import Affine, Modes, mdt, modes
 from projdist.support import Answer, check_bool, listed
 
 FRAMES = ("first", "last", "central", "best", "mdt")
-_SHRUNK = 0.01  # of the volume; what is less nobody sees
-_NOISY = 0.5  # of a cloud's variance along an axis: less that agrees with the others is no measurement of it
-_SINGULAR = 1e3  # the condition of a matrix: a thousandth of the extent that the others have along an axis
+_SHRUNK = 0.01  # of the volume; less is not visible
+_NOISY = 0.5  # of a cloud's variance along an axis: with less in agreement with the others the axis is uncertain
+_SINGULAR = 1e3  # condition of a matrix: a thousandth of the extent of the others along an axis
 _FEW = 0.5  # of the points of a cloud
 _SHOWN = 10  # names in one message
-_ROUNDS = 30  # in which wrong points are found: one of each number a round
-_WORST = 5  # points of a cloud that are told
+_ROUNDS = 30  # of searching wrong points; each finds at most one cloud wrong at each point
+_WORST = 5  # points of a cloud in a report
 
 
 class LeftOut(NamedTuple):
-    """A cloud that cannot be registered, and why."""
+    """A cloud that cannot be registered, and the reason."""
 
     name: str
     reason: str
 
 
 class WrongPoint(NamedTuple):
-    """A point that is not the partner of those it is said to be, and how far it is from where they have it."""
+    """A point that does not correspond to its given partners, and its distance from the place that they give it."""
 
     cloud: str
     point: str
@@ -56,21 +56,20 @@ class WrongPoint(NamedTuple):
 class Registration(Answer):
     """Clouds in one frame: `matrices` (N, n, n) and `shifts` (N, n) take the points y of cloud i to M_i y + t_i.
 
-    `names`: of the N clouds that could be registered; `left_out` has the others. `method`,
-    `correspond`, `frame`: as asked for; `reference`: the cloud whose coordinates the frame is, None for
-    the MDT. `distortions` (N,): Dist_F of each cloud's matrix. `sums` (N,): the sum of their squares if
-    cloud k were the reference, `mdt_sum` for the MDT; they do not depend on the frame. `rms` (N,):
-    the distance of a cloud's points from the means of their places in the frame, `rms_total` of all.
-    `used` (N,): points that are in other clouds too. `correlations` (N, n): the canonical correlations
-    with the mean of all, or with the first cloud for least squares. `shrinkage` (N,): ln of the volume
-    over that of the target, 0 for the symmetric fit. `mirrored` (N,): whether a cloud is a mirror image
-    of most. `conditions` (N,): of the matrices into the frame of the MDT. `points`: of the registered
-    clouds, as given. `settled`: whether the fit came to its end. `note`: what is to be said of the
-    mean orientation. `wrong`: points that chance does not put where they are, with a chance of 5 % that any is named
-    where all are right; `robust`: whether they were left out. `left_out_distances` (N, M): in the frame, how far each
-    point is from where the others have it by the fit without it, NaN where that is not known; `point_names` (M,).
-    `weights`: of the registered clouds, (M_i,), the greatest of all 1, None where none were given. They count in all
-    fits and in `rms`; `used` counts points whose weight is not 0.
+    `names`: the N registered clouds; `left_out` has the others. `method`, `correspond`, `frame`: as requested.
+    `reference`: the number of the cloud whose coordinates are the frame, None for the MDT. `distortions` (N,): Dist_F
+    of each cloud's matrix. `sums` (N,): the sum of squared distortions with cloud k as the reference, `mdt_sum` with
+    the MDT; they do not depend on the frame. `rms` (N,): RMS distance of a cloud's points from their mean places in the
+    frame, `rms_total` of all. `used` (N,): number of points, of weight above 0, that other clouds have too.
+    `correlations` (N, n): canonical correlations with the mean of all, or with the first cloud for least squares.
+    `shrinkage` (N,): ln of the ratio of the volume to that of the target, 0 for the symmetric fit. `mirrored` (N,):
+    True for mirror images of most clouds. `conditions` (N,): condition of the matrices into the frame of the MDT.
+    `points`: the registered clouds as given. `converged`: True if the fit has converged. `note`: a remark on the mean
+    rotation, or "". `wrong`: points that do not correspond to their partners, with a probability of 5 % that any is
+    named if all do; `robust`: True if they were left out. `left_out_distances` (N, M): distance in the frame of each
+    point from the place that the others give it by the fit without it, NaN if unknown; `point_names` (M,). `weights`:
+    those of the registered clouds, (M_i,), the largest of all 1, None if none were given; they count in all fits and in
+    `rms`.
     """
 
     names: tuple[str, ...]
@@ -92,7 +91,7 @@ class Registration(Answer):
     conditions: FloatArray
     left_out: tuple[LeftOut, ...]
     points: tuple[FloatArray, ...]
-    settled: bool
+    converged: bool
     note: str
     robust: bool
     wrong: tuple[WrongPoint, ...]
@@ -102,7 +101,7 @@ class Registration(Answer):
 
     @property
     def worst(self) -> list[list[WrongPoint]]:
-        """Of each cloud the points that are farthest from where the others have them, at most five."""
+        """For each cloud the points farthest from the places that the others give them, at most five."""
         found = []
         for name, distances in zip(self.names, self.left_out_distances, strict=True):
             order = np.argsort(-np.nan_to_num(distances, nan=-1.0), kind="stable")[:_WORST]
@@ -122,7 +121,7 @@ class Registration(Answer):
 
     @property
     def warnings(self) -> list[str]:
-        """What a reader of the figures must know, a line each; mostly nothing."""
+        """Warnings about the figures, one line each; usually none."""
         counted = self.weights or [np.ones(len(cloud)) for cloud in self.points]
         few = self.used < _FEW * np.array([np.sum(counts > 0.0) for counts in counted])
         noisy = self.correlations[:, -1] ** 2 < _NOISY
@@ -132,23 +131,22 @@ class Registration(Answer):
             "Nearly singular beside the others": self.conditions > _SINGULAR,
             "Less than half of the points have a partner": few & (self.correspond == "icp"),
         }
-        said = [f"{what}: {_some(self.names, chosen)}." for what, chosen in clouds.items() if chosen.any()]
+        said = [f"{what}: {_shown(np.array(self.names)[some])}." for what, some in clouds.items() if some.any()]
         if (mean := float(self.shrinkage[1:].mean())) < -_SHRUNK:
             left = f"{100 * np.exp(mean):.2g} % of their volume"
             said.append(f"Least squares shrinks the clouds, on average to {left}; the symmetric fit shrinks none.")
         if self.wrong:
-            named = [f"{one.point} of '{one.cloud}'" for one in self.wrong]
-            more = f" and {len(named) - _SHOWN} more" if len(named) > _SHOWN else ""
+            named = _shown([f"{one.point} of '{one.cloud}'" for one in self.wrong])
             what = "Left out as wrong partners" if self.robust else "Wrong partners, which a robust fit leaves out"
             chance = f"with a chance of {100 * FALSE_ALARM:g} % that any is named where all are right"
-            said.append(f"{what} ({chance}): point {', '.join(named[:_SHOWN])}{more}.")
-        if not self.settled:
-            said.append("The fit has not settled: the clouds hang together too loosely, or are too noisy.")
+            said.append(f"{what} ({chance}): point {named}.")
+        if not self.converged:
+            said.append("The fit has not converged: the clouds share too few points, or are too noisy.")
         return [*said, self.note] if self.note else said
 
     @property
     def frames(self) -> dict[str, tuple[str | None, float]]:
-        """For each choice of frame the cloud that it is, None for the MDT, and the sum of Dist_F^2."""
+        """For each frame the cloud that it belongs to, None for the MDT, and the sum of Dist_F^2."""
         numbers = {name: _number(name, self.sums) for name in FRAMES[:-1]}
         chosen: dict[str, tuple[str | None, float]] = {
             name: (self.names[k], float(self.sums[k])) for name, k in numbers.items()
@@ -182,6 +180,7 @@ class Registration(Answer):
         }
 
     def _columns(self) -> dict[str, list[Any]]:
+        """Columns of a table with a row per cloud."""
         return {
             "name": list(self.names),
             "points": [len(cloud) for cloud in self.points],
@@ -195,7 +194,7 @@ class Registration(Answer):
         }
 
     def _table(self) -> dict[str, Any]:
-        """A row a cloud; its matrix as M_00, M_01, ..., its shift as t_0, t_1, ..."""
+        """A row per cloud, with its matrix as M_00, M_01, ... and its shift as t_0, t_1, ..."""
         n = self.shifts.shape[1]
         entries = {f"M_{i}{j}": self.matrices[:, i, j] for i in range(n) for j in range(n)}
         return self._columns() | entries | {f"t_{i}": self.shifts[:, i] for i in range(n)}
@@ -214,22 +213,22 @@ def register(
 ) -> Registration:
     """Register clouds of shape (M_i, n), at least two, in one frame by an affine map each.
 
-    `correspond`: "rows", row k of each cloud is the same point, or missing where it is NaN; "id", equal
-    `ids`, texts for each row of each cloud, are; "icp", nobody knows, and closest points are found from
-    the way that the clouds lie. `frame`: "mdt", the mean distorting transformation of all, or the
-    coordinates of a cloud: "first", "last", "central" (the middle one as given), "best" (the least sum
-    of Dist_F^2), a name or a number. With the MDT the clouds keep their mean orientation and place.
-    `method`: "symmetric", no cloud is a reference and none shrinks; "least_squares" fits all to the
-    first cloud, which shrinks them. `names`: of the clouds, for messages; numbers if not given.
-    `robust`: points that are no partners of those they are said to be are left out; else they are told. They are found
-    by iteratively reweighted least squares with Tukey's biweight, and by Hotelling's T^2 of what it suspects; of clouds
-    without such points 5 % have one named. Not with "icp", which finds partners itself.
-    `weights`: what each point counts in all fits and in the RMS, (M,) for the rows of all clouds, or (M_i,) for each
-    cloud. A row of weight 2 is as two rows, one of 0 as none, and only ratios count. Where points are judged, a weight
-    is an inverse variance: residuals are taken times its root. Each cloud counts the same in the MDT.
+    `correspond`: "rows", row k of each cloud is the same point, missing if NaN; "id", rows with equal `ids`, texts for
+    each row of each cloud, are the same point; "icp", closest points are matched, starting from the clouds as given.
+    `frame`: "mdt", the mean distorting transformation of all, or the coordinates of a cloud: "first", "last", "central"
+    (the middle one as given), "best" (the least sum of Dist_F^2), a name or a number. In the frame of the MDT the
+    clouds keep their mean rotation and position.
+    `method`: "symmetric", with no reference cloud and no shrinkage, or "least_squares", which fits all clouds to the
+    first and shrinks them. `names`: names of the clouds for messages, by default numbers.
+    `robust`: leave out points that do not correspond to their given partners; otherwise they are only reported. They
+    are found by iteratively reweighted least squares with Tukey's biweight, then tested by Hotelling's T^2; in 5 % of
+    sets without such points one is named. Not with "icp", which finds partners itself.
+    `weights`: weights of points in all fits and in the RMS, (M,) for the rows of all clouds, or (M_i,) for each cloud.
+    A row of weight 2 counts as two rows, one of weight 0 as none; only ratios matter. In tests of points a weight is an
+    inverse variance. Each cloud counts the same in the MDT.
 
-    Raises ValueError where fewer than two clouds share enough points (n + 1, not in one plane), and for weights that
-    are negative, not finite, all 0 of a cloud, or not as many as points.
+    Raises ValueError if fewer than two clouds share enough points (n + 1, not in one plane), and for weights that are
+    negative, not finite, all 0 in a cloud, or not as many as points.
 
     >>> import numpy as np
     >>> points = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
@@ -246,7 +245,7 @@ def register(
     arrays, labels = _checked(clouds, names)
     wanted = _frame(frame, labels)
     counted = _weights(weights, arrays, labels)
-    points, counts = arranged(arrays, counted, labels, correspond, ids)
+    points, counts = corresponding_points(arrays, counted, labels, correspond, ids)
     kept = kept_clouds(points, counts, first_only=method == "least_squares")
     left_out = tuple(LeftOut(labels[i], reason) for i, reason in kept.reasons.items())
     if len(kept.clouds) < 2:
@@ -268,7 +267,7 @@ def register(
     squares, total = squared_residuals(placed(A, shift, points), chosen)
     distances = np.full(counts.shape, np.nan)
     if correspond != "icp":
-        # Of a wrong point from where the right ones have it, and of these from where the other right ones have them.
+        # From the place that the right points give, of a wrong point and, left out, of a right one.
         places = placed(A, shift, points)
         by_all, by_right = (wrong_partners(places, some).left_out for some in (counts, right))
         distances = np.where(wrong | np.isnan(by_right), by_all, by_right)
@@ -288,12 +287,13 @@ def register(
         rms_total=float(np.sqrt(squares.sum() / total.sum())),
         used=(chosen[:, (chosen > 0.0).sum(axis=0) > 1] > 0.0).sum(axis=1),
         correlations=group.correlations,
-        shrinkage=_shrinkage(group, method),
+        # Least squares multiplies each canonical axis by its correlation.
+        shrinkage=np.log(group.correlations).sum(axis=1) if method == "least_squares" else np.zeros(len(group.A)),
         mirrored=mirrored,
         conditions=np.linalg.cond(np.linalg.solve(found.T, group.A)),
         left_out=left_out,
         points=tuple(arrays),
-        settled=group.settled,
+        converged=group.converged,
         note=rotation.note,
         robust=robust,
         wrong=tuple(
@@ -307,7 +307,7 @@ def register(
 
 
 def _wrong(fit: Callable[[FloatArray, FloatArray], Group], points: FloatArray, weights: FloatArray) -> BoolArray:
-    """The points that are no partners of the others, (N, M), once what is wrong is no part of the fit."""
+    """Flags of points that do not correspond to the others, (N, M), by fits without the wrong ones."""
     wrong = np.zeros(weights.shape, dtype=bool)
     for _ in range(_ROUNDS):
         kept = np.where(wrong, 0.0, weights)
@@ -322,13 +322,13 @@ def _wrong(fit: Callable[[FloatArray, FloatArray], Group], points: FloatArray, w
 
 
 def _point_names(correspond: str, ids: Sequence[Sequence[str]] | None, count: int) -> tuple[str, ...]:
-    """The ids, or the numbers of the rows from 1 on."""
+    """The ids, or the numbers of the rows from 1."""
     if correspond == "id" and ids is not None:
         return tuple(dict.fromkeys(str(mark) for marks in ids for mark in marks))
     return tuple(str(k + 1) for k in range(count))
 
 
-# ---- what is asked for ----------------------------------------------------------------------
+# ---- arguments ------------------------------------------------------------------------------
 
 
 def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[list[FloatArray], list[str]]:
@@ -355,7 +355,7 @@ def _checked(clouds: Sequence[ArrayLike], names: Sequence[str] | None) -> tuple[
 def _weights(
     given: Sequence[ArrayLike] | ArrayLike | None, clouds: list[FloatArray], names: list[str]
 ) -> list[FloatArray]:
-    """Of each cloud, the greatest of all 1; what they are where a point is missing does not count."""
+    """Weights of each cloud's points, scaled so that the largest of all is 1; those of missing points are 0."""
     if given is None:
         return [np.ones(len(cloud)) for cloud in clouds]
     several: list[Any] = list(given) if isinstance(given, (Sequence, np.ndarray)) else [given]
@@ -376,12 +376,12 @@ def _weights(
 
 
 def _number(frame: str, sums: FloatArray) -> int:
-    """Which cloud a word of `FRAMES` but the last is."""
+    """Number of the cloud for a name in `FRAMES` other than "mdt"."""
     return {"first": 0, "last": len(sums) - 1, "central": len(sums) // 2, "best": int(np.argmin(sums))}[frame]
 
 
 def _frame(frame: str | int, names: list[str]) -> str:
-    """A word of `FRAMES`, or the name of a cloud."""
+    """The frame as a name in `FRAMES` or of a cloud; raises ValueError for others."""
     if isinstance(frame, int) and 0 <= frame < len(names):
         return names[frame]
     if isinstance(frame, str) and (frame in FRAMES or frame in names):
@@ -390,7 +390,7 @@ def _frame(frame: str | int, names: list[str]) -> str:
 
 
 def _reference(frame: str, names: list[str], left_out: tuple[LeftOut, ...], sums: FloatArray) -> int | None:
-    """The number among the registered clouds of a frame's cloud; None for the MDT."""
+    """Number of a frame's cloud among the registered ones; None for the MDT."""
     for one in left_out:
         if one.name == frame:
             raise ValueError(f"Invalid frame '{frame}'. That cloud is left out: {one.reason}.")
@@ -399,14 +399,6 @@ def _reference(frame: str, names: list[str], left_out: tuple[LeftOut, ...], sums
     return None if frame == "mdt" else _number(frame, sums)
 
 
-def _shrinkage(group: Group, method: str) -> FloatArray:
-    """ln of the volumes over those of the targets: least squares multiplies each canonical axis by its correlation."""
-    if method != "least_squares":
-        return np.zeros(len(group.A))
-    return np.asarray(np.log(group.correlations).sum(axis=1))
-
-
-def _some(names: Sequence[str], chosen: BoolArray) -> str:
-    """The names chosen, not too many."""
-    found = [name for name, one in zip(names, chosen, strict=True) if one]
-    return ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")
+def _shown(names: Sequence[str]) -> str:
+    """The first ten names and the number of others."""
+    return ", ".join(names[:_SHOWN]) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
