@@ -18,7 +18,7 @@ import numpy as np
 
 from projdist._typing import FloatArray
 from projdist.answers.summaries import Summary, summary_of
-from projdist.field import Spread, sample, sample_panels
+from projdist.field import Spread, field_resolving, sample
 from projdist.matrices import Decomposition, Rotation, areal_scale, decompose, field_rotation, orientation
 from projdist.projections import (
     Projection,
@@ -318,14 +318,14 @@ def _without_noise(matrix: FloatArray, noise: float) -> FloatArray:
 
 def _rotation(projection: Projection, region: Place, T: FloatArray, tolerance: float) -> Rotation:
     """The rotation after which the corrected map's mean orientation is north."""
-    samples = sample_panels(projection, region, tolerance=tolerance)
-    side = orientation(samples.jacobian)
+    field = field_resolving(projection, region, tolerance=tolerance)
+    side = orientation(field.jacobian)
     # Mirrored maps have their east turned about, so that their north tells the orientation.
-    common = 1.0 if np.sum(samples.weight * np.nan_to_num(side)) > 0 else -1.0
+    common = 1.0 if np.sum(field.weight * np.nan_to_num(side)) > 0 else -1.0
     defined = side == common
-    if samples.weight[side == -common].sum() > _TURNED_OVER * samples.weight.sum():
+    if field.weight[side == -common].sum() > _TURNED_OVER * field.weight.sum():
         raise ProjectionError(
             f"Invalid projection '{projection.label}' for a free rotation. It mirrors a part of the region, so that "
             "it has no mean orientation; keep north."
         )
-    return field_rotation(samples.jacobian[defined] * [common, 1.0], samples.weight[defined], T)
+    return field_rotation(field.jacobian[defined] * [common, 1.0], field.weight[defined], T)

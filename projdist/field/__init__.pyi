@@ -1,17 +1,7 @@
 from .at_points import Derivatives, Quality, derivatives, jacobian
-from .cubature import (
-    UNDEFINED,
-    UNDEFINED_AT_KINKS,
-    AiryKavrayskiy,
-    GeometricMedian,
-    Samples,
-    Spread,
-    airy_kavrayskiy_of,
-    dense,
-    sample_panels,
-)
+from .cubature import AiryKavrayskiy, GeometricMedian, Samples, Spread, airy_kavrayskiy_of, sample_panels
 from .extremes import Extreme, Goal, find_extremes, measure_at
-from .field import DEFAULT_TOLERANCE, Field, named_measures, sample, tell_of_contradiction
+from .field import DEFAULT_TOLERANCE, Field, field_resolving, named_measures, sample, tell_of_contradiction
 from .figures import FIGURES, AnyFigure, Figure, get_figure
 from .given_fields import Nodes, field_of, nodes_at, nodes_of
 from .interpolants import Interpolant, interpolant
@@ -23,8 +13,6 @@ from .tears import Links, Map, cut_length, drawn, evaluate, find_tears, is_inter
 __all__ = [
     "DEFAULT_TOLERANCE",
     "FIGURES",
-    "UNDEFINED",
-    "UNDEFINED_AT_KINKS",
     "AiryKavrayskiy",
     "AnyFigure",
     "Derivatives",
@@ -43,11 +31,11 @@ __all__ = [
     "Spread",
     "airy_kavrayskiy_of",
     "cut_length",
-    "dense",
     "derivatives",
     "drawn",
     "evaluate",
     "field_of",
+    "field_resolving",
     "find_extremes",
     "find_tears",
     "get_figure",

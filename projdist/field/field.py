@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from projdist._typing import FloatArray
 from projdist.field.cubature import (
+    MAX_EVALUATIONS,
     UNDEFINED,
     UNDEFINED_AT_KINKS,
     AiryKavrayskiy,
@@ -24,7 +25,8 @@ from projdist.field.cubature import (
     sample_panels,
 )
 from projdist.field.extremes import Extreme, Goal, find_extremes
-from projdist.field.figures import AnyFigure, get_figure
+from projdist.field.figures import AnyFigure, Figure, get_figure
+from projdist.field.panel_mesh import Integrand
 from projdist.matrices import (
     Measure,
     Modes,
@@ -241,6 +243,13 @@ class Field:
         return self._dense_jacobians.whole
 
     @functools.cached_property
+    def dense_jacobian(self) -> tuple[FloatArray, FloatArray]:
+        """J (m, 2, 2) at very many points, interpolated entry by entry, and their weights (m,)."""
+        entries = np.moveaxis(self._samples.jacobian, (-2, -1), (0, 1)).reshape(4, *self._samples.weight.shape)
+        dense_entries, weights = dense(self.region, self._samples, entries)
+        return dense_entries.T.reshape(-1, 2, 2), weights
+
+    @functools.cached_property
     def _dense_jacobians(self) -> DenseJacobians:
         return DenseJacobians(self.region, self._samples)
 
@@ -248,13 +257,17 @@ class Field:
         """The values (n,) of a measure at the nodes; raises ValueError."""
         return self._values(self._measure(measure)).ravel()
 
-    def mean(self, measure: AnyMeasure | ArrayLike) -> Estimate:
+    def mean(self, measure: AnyMeasure | ArrayLike, *, slope: ArrayLike | None = None) -> Estimate:
         """The mean by true area; NaN where it diverges. Raises ValueError.
+
+        `slope` (n,) is the change of the values with the logarithms of the scales, for the error; without it, twice the
+        values.
 
         >>> sample("plate-carree", "globe").mean("s").value  # the mean of 1 / cos(lat) by area is pi / 2
         1.57079632...
         """
-        return self._with_coarser(*self._given(measure), lambda field, one, values: field._mean(one, values))
+        known = None if slope is None else np.reshape(np.asarray(slope, dtype=float), self._samples.weight.shape)
+        return self._with_coarser(*self._given(measure), lambda field, one, values: field._mean(one, values, known))
 
     def rms(self, measure: AnyMeasure | ArrayLike) -> Estimate:
         """The root mean square by true area; NaN where it diverges. Raises ValueError."""
@@ -262,30 +275,16 @@ class Field:
 
     def maximum(self, measure: AnyMeasure) -> Extreme:
         """The largest value over the region, its place, and by how much it may be missed. Raises ValueError."""
-        return self.extremes([measure])[0][1]
+        return self._extremes([(self._measure(measure), True)])[0]
 
     def minimum(self, measure: AnyMeasure) -> Extreme:
         """The smallest value over the region, its place, and by how much it may be missed. Raises ValueError."""
-        return self.extremes([measure])[0][0]
+        return self._extremes([(self._measure(measure), False)])[0]
 
     def extremes(self, measures: Iterable[AnyMeasure]) -> list[tuple[Extreme, Extreme]]:
         """The smallest and the largest value of each measure; several together cost little more than one."""
-        chosen = [self._measure(one) for one in measures]
-        values = [self._values(one) for one in chosen]
-        goals = [
-            Goal(one, at_nodes, largest)
-            for one, at_nodes in zip(chosen, values, strict=True)
-            for largest in (True, False)
-        ]
-        found = find_extremes(self.projection, self._samples, goals)
-        if self._coarser is not None and self.projection is None:
-            coarse = [extreme for pair in self._coarser.extremes(chosen) for extreme in reversed(pair)]
-            found = [_missed(*both) for both in zip(found, coarse, strict=True)]
-        pairs = zip(found[1::2], found[0::2], strict=True)
-        return [
-            self._unbounded(*pair, at_nodes) if not one.bounded and self._samples.diverges(at_nodes) else pair
-            for one, at_nodes, pair in zip(chosen, values, pairs, strict=True)
-        ]
+        found = self._extremes([(self._measure(one), largest) for one in measures for largest in (False, True)])
+        return list(zip(found[0::2], found[1::2], strict=True))
 
     def statistic(self, measure: AnyMeasure | ArrayLike, criterion: Any = "mean") -> Estimate:
         """A figure by the name of its criterion (mean, rms, std, median, pNN, max, min), or a function.
@@ -317,10 +316,32 @@ class Field:
         >>> round(sample("plate-carree", "globe").figure("airy_kavrayskiy").value, 8)
         0.52124046
         """
-        chosen = get_figure(figure)
-        if chosen.is_airy_kavrayskiy:
-            return Estimate(getattr(self.airy_kavrayskiy, chosen.version or "raw"), self.error)
-        return self.statistic(chosen.measure, chosen.statistic)
+        return next(iter(self.figures([figure]).values()))
+
+    def figures(self, figures: Iterable[AnyFigure]) -> dict[str, Estimate]:
+        """Several figures by their names; largest values are searched for together, which costs little more than one.
+
+        Raises ValueError.
+
+        >>> found = sample("mercator", "box:-10,0,10,60").figures(["max_omega", "max_areal_error_ppm"])
+        >>> round(found["max_areal_error_ppm"].value)
+        3000000
+        """
+        chosen = [get_figure(one) for one in figures]
+        searched = list(dict.fromkeys(one.measure for one in chosen if one.is_maximum))
+        largest = dict(zip(searched, self._extremes([(one, True) for one in searched]), strict=True))
+        return {
+            one.name: Estimate(largest[one.measure].value, largest[one.measure].error)
+            if one.is_maximum
+            else self._mean_figure(one)
+            for one in chosen
+        }
+
+    def _mean_figure(self, figure: Figure) -> Estimate:
+        """A figure that is a mean or a root mean square."""
+        if figure.is_airy_kavrayskiy:
+            return Estimate(getattr(self.airy_kavrayskiy, figure.version or "raw"), self.error)
+        return self.statistic(figure.measure, figure.statistic)
 
     def many(self, measure: AnyMeasure | ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Values (m,) and weights (m,) at very many points, none of them negative: for quantiles and shares."""
@@ -365,10 +386,26 @@ class Field:
         other = figure(self._coarser, measure, self._coarser._values(measure))
         return found._replace(error=found.error + abs(found.value - other.value))
 
-    def _mean(self, measure: Measure | None, values: FloatArray) -> Estimate:
+    def _extremes(self, wanted: Sequence[tuple[Measure, bool]]) -> list[Extreme]:
+        """The extreme of each measure, the largest or the smallest as is wanted, from one search."""
+        goals = [Goal(one, self._values(one), largest) for one, largest in wanted]
+        found = find_extremes(self.projection, self._samples, goals)
+        if self._coarser is not None and self.projection is None:
+            found = [_missed(*both) for both in zip(found, self._coarser._extremes(wanted), strict=True)]
+        return [self._unbounded(goal, one) for goal, one in zip(goals, found, strict=True)]
+
+    def _unbounded(self, goal: Goal, found: Extreme) -> Extreme:
+        """An extreme, infinite where the integral of its measure diverges to that side."""
+        if goal.measure.bounded or not self._samples.diverges(goal.values):
+            return found
+        upward = np.nansum(self._samples.weight * goal.values) >= 0
+        return found if goal.largest != upward else found._replace(value=goal.sign * np.inf, error=np.nan)
+
+    def _mean(self, measure: Measure | None, values: FloatArray, slope: FloatArray | None = None) -> Estimate:
         if not (measure and measure.bounded) and self._samples.diverges(values):
             return Estimate(np.nan, np.nan)
-        return Estimate(*self._samples.mean(values, _STEEPNESS * np.abs(values), most=_undefined(measure)))
+        slope = _STEEPNESS * np.abs(values) if slope is None else slope
+        return Estimate(*self._samples.mean(values, slope, most=_undefined(measure)))
 
     def _rms(self, measure: Measure | None, values: FloatArray) -> Estimate:
         if not (measure and measure.bounded) and self._samples.diverges(values**2):
@@ -382,12 +419,6 @@ class Field:
     def _many(self, values: FloatArray, thinned: bool = False) -> tuple[FloatArray, FloatArray]:
         (many,), weights = dense(self.region, self._samples, values[None], thinned=thinned)
         return many, weights
-
-    def _unbounded(self, bottom: Extreme, top: Extreme, values: FloatArray) -> tuple[Extreme, Extreme]:
-        """The extremes of a measure whose integral diverges: the end at which it does is infinite."""
-        if np.nansum(self._samples.weight * values) < 0:
-            return bottom._replace(value=-np.inf, error=np.nan), top
-        return bottom, top._replace(value=np.inf, error=np.nan)
 
 
 def _missed(fine: Extreme, coarse: Extreme) -> Extreme:
@@ -484,9 +515,35 @@ def _field(projection: Projection, region: Place, measures: dict[str, Measure], 
     integrands = [integrand for measure in of_J for integrand in (measure, _squared(measure))]
     # The squares of flexion and skewness diverge on most maps.
     of_H = [measure for measure in measures.values() if measure.needs_hessian]
-    samples = sample_panels(projection, region, tolerance=tolerance, integrands=integrands, second_order=of_H)
-    return Field(projection=projection, region=region, measures=measures, _samples=samples)
+    field = field_resolving(projection, region, integrands, of_H, tolerance=tolerance)
+    return replace(field, measures=measures)
 
 
-def _squared(measure: Measure) -> Any:
+def _squared(measure: Measure) -> Integrand:
     return lambda J: measure(J) ** 2
+
+
+def field_resolving(
+    projection: Projection,
+    region: Place,
+    integrands: Sequence[Integrand] = (),
+    second_order: Sequence[Measure] = (),
+    *,
+    tolerance: float,
+    max_evaluations: int = MAX_EVALUATIONS,
+) -> Field:
+    """The field of a projection over a region, without the notice and the second pass that `sample` has.
+
+    It resolves the raw and the scaled Airy-Kavrayskiy error to `tolerance`, the mean m of each integrand, a function of
+    J (n, p, p, 2, 2), to max(tolerance, 1e-6) * max(1, |m|), and that of each measure of `second_order` to 1e-5. The
+    means may take a quarter of `max_evaluations` each beyond these. Raises ValueError and ProjectionError as `sample`.
+    """
+    samples = sample_panels(
+        projection,
+        region,
+        tolerance=tolerance,
+        integrands=integrands,
+        second_order=second_order,
+        max_evaluations=max_evaluations,
+    )
+    return Field(projection=projection, region=region, measures={}, _samples=samples)

@@ -23,7 +23,7 @@ from projdist.answers.published_indices import (
     indices,
     terms,
 )
-from projdist.answers.published_indices.index import ScaledField
+from projdist.answers.published_indices.index import ScaleField
 from projdist.answers.published_indices.registry import score_of
 from projdist.answers.published_indices.terms import boundary_cuts
 from projdist.numerics.statistics import Estimate
@@ -313,7 +313,7 @@ def test_the_error_of_the_score():
     values = {symbol: 0.3 + 0.1 * k for k, symbol in enumerate("IAFSDB")}
     errors = {symbol: 1e-7 * (k + 1) for k, symbol in enumerate("IAFSDB")}
     figures = {symbol: lambda *_, s=symbol: Estimate(values[s], errors[s]) for symbol in values}
-    found = score_of(figures)(ScaledField(None, None, None), 1.0)
+    found = score_of(figures)(ScaleField(None, None, None), 1.0)
     up = goldberg_gott_score({symbol: values[symbol] + errors[symbol] for symbol in values})
     assert found.value == goldberg_gott_score(values)
     assert found.error == pytest.approx(up - found.value, rel=1e-5)
@@ -458,7 +458,7 @@ def test_cuts_are_of_the_globe():
     """Over a box, and on a map of a part of the globe, there is no B, and nothing is looked for."""
     mercator = Projection.from_user_input("mercator")
     for region, coverage in ((get_region("box:0,0,10,10"), 1.0), (GLOBE, 0.5)):
-        found = boundary_cuts(ScaledField(mercator, region, SimpleNamespace(coverage=coverage)), 1.0)
+        found = boundary_cuts(ScaleField(mercator, region, SimpleNamespace(coverage=coverage)), 1.0)
         assert math.isnan(found.value)
         assert math.isnan(found.error)
 

@@ -120,6 +120,41 @@ def test_it_is_what_summarize_says():
     assert field.error == summary.error_estimate
 
 
+@pytest.fixture(scope="module")
+def mercator():
+    """Of the sphere, to 60 degrees: scales are 1 / cos(lat), in all directions alike."""
+    return sample("mercator", "box:-10,0,10,60", measures=["areal_error_ppm"], tolerance=1e-9)
+
+
+def test_several_figures_at_once(mercator):
+    """Their closed forms; each is what it is alone."""
+    names = ["max_areal_error_ppm", "mean_areal_error_ppm", "max_scale_error_ppm", "max_log_scale", "airy_kavrayskiy"]
+    found = mercator.figures(names)
+    assert list(found) == names
+    assert found["max_areal_error_ppm"].value == pytest.approx(3e6, rel=1e-9)
+    assert found["max_scale_error_ppm"].value == pytest.approx(1e6, rel=1e-9)
+    assert found["max_log_scale"].value == pytest.approx(math.log(2), rel=1e-9)
+    mean = math.log(2 + math.sqrt(3)) / math.sin(math.radians(60))
+    assert found["mean_areal_error_ppm"].value == pytest.approx(1e6 * (mean - 1), rel=1e-6)
+    assert {name: mercator.figure(name) for name in names} == found
+
+
+def test_a_slope_counts_for_the_error_only():
+    """Of a noisy map: values that do not change with the scales are known better than those that do."""
+    field = sample("ESRI:54029", "box:-5,-5,5,5", measures=["s"], tolerance=1e-3)
+    values = field.values("s")
+    steady, steep = (field.mean(values, slope=slope * values) for slope in (0.0, 2.0))
+    assert steady.value == steep.value == field.mean("s").value
+    assert steady.error < steep.error == field.mean("s").error
+
+
+def test_dense_jacobians(plate_carree):
+    """The areal scale at very many points: half of the globe is within 30 degrees of the equator."""
+    J, weights = plate_carree.dense_jacobian
+    found = projdist.MEASURES["areal_scale"](J)
+    assert weights[found < 1 / math.cos(math.radians(30))].sum() / weights.sum() == pytest.approx(0.5, abs=LATTICE)
+
+
 def test_given_jacobians_have_the_same_figures():
     """What is put in at the points of a set is what is measured there."""
     points = PointSet(np.array([10.0, 20.0, 30.0]), np.array([45.0, 60.0, 5.0]), np.array([1.0, 3.0, 2.0]))

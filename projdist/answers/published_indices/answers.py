@@ -1,17 +1,17 @@
-"""What is the value of this index: the answer for a map and a region."""
+"""Indices of a map over a region: `indices` and its answer."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.answers.published_indices.index import Index, ScaledField, Scales
+from projdist.answers.published_indices.index import Index, ScaleField, Scales
 from projdist.answers.published_indices.registry import get_index, get_indices
-from projdist.field import Integrand, sample_panels
+from projdist.field import field_resolving
 from projdist.matrices import get_measure, principal_scales
 from projdist.numerics import Estimate
 from projdist.projections import Projection, ProjectionLike
@@ -132,7 +132,7 @@ def indices(
     chosen = get_indices(names)
     if not chosen:
         raise ValueError(f"Invalid indices {quoted(names)}. There must be at least one.")
-    fields: dict[float | None, ScaledField] = {}
+    fields: dict[float | None, ScaleField] = {}
     values: dict[str, IndexValue] = {}
     for band in dict.fromkeys(index.band for index in chosen):
         together = [index for index in chosen if index.band == band]
@@ -143,8 +143,8 @@ def indices(
         projection=projection,
         given=given or projection.label,
         region=place,
-        coverage=whole.samples.coverage,
-        evaluations=sum(field.samples.evaluations for field in fields.values()),
+        coverage=whole.jacobians.coverage,
+        evaluations=sum(field.jacobians.evaluations for field in fields.values()),
         values={index.name: values[index.name] for index in chosen},
     )
 
@@ -156,23 +156,24 @@ def _within(region: Place, band: float | None) -> Place:
 
 def _field(
     projection: Projection, region: Place, chosen: list[Index], tolerance: float, scale: float = 1.0
-) -> ScaledField:
-    """Samples that resolve the means that some indices are made of, at a scale."""
+) -> ScaleField:
+    """The scales, at nodes that resolve the means of some indices at a scale."""
     terms = dict.fromkeys(term for index in chosen for term in index.terms)
     bent = dict.fromkeys(name for index in chosen for name in index.second_order)
-    samples = sample_panels(
+    field = field_resolving(
         projection,
         region,
+        [_integrand(term, scale) for term in terms],
+        [get_measure(name) for name in bent],
         tolerance=tolerance,
         max_evaluations=_MAX_EVALUATIONS,
-        integrands=[_integrand(term, scale) for term in terms],
-        second_order=[get_measure(name) for name in bent],
     )
-    return ScaledField(projection, region, samples)
+    return ScaleField(projection, region, field)
 
 
-def _integrand(term: Scales, scale: float) -> Integrand:
+def _integrand(term: Scales, scale: float) -> Callable[[FloatArray], FloatArray]:
     def integrand(J: FloatArray) -> FloatArray:
+        """The term of Jacobians, NaN where they are singular."""
         scales = scale * principal_scales(J)
         scales[~(scales[..., 1] > 0)] = np.nan
         return term(scales[..., 0], scales[..., 1])
@@ -180,7 +181,7 @@ def _integrand(term: Scales, scale: float) -> Integrand:
     return integrand
 
 
-def _value(index: Index, field: ScaledField, tolerance: float) -> IndexValue:
+def _value(index: Index, field: ScaleField, tolerance: float) -> IndexValue:
     nominal = field.once(index.value)
     if index.best_scale is None:
         return IndexValue(*nominal, *nominal, 1.0)

@@ -1,4 +1,4 @@
-"""What an index is, and the field of scales that it is computed from."""
+"""An index, and the principal scales that it is computed from."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from projdist._typing import FloatArray
-from projdist.field import UNDEFINED_AT_KINKS, Figure, Goal, Samples, dense, find_extremes
-from projdist.matrices import get_measure, principal_scales
+from projdist.field import Extreme, Field, Figure
+from projdist.matrices import principal_scales
 from projdist.numerics import Estimate
 from projdist.projections import Projection
 from projdist.regions import Place
@@ -24,77 +24,57 @@ _STEP = 1e-3  # of the logarithms of the scales, for slopes that enter errors on
 
 
 @dataclass(frozen=True)
-class ScaledField:
-    """The scales of a projection over a region, at the nodes of samples that resolve what is asked of them."""
+class ScaleField:
+    """The principal scales of a field, whose means, extremes and shares the indices are made of."""
 
     projection: Projection
     region: Place
-    samples: Samples
+    jacobians: Field
     known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
-    def once(self, figure: Callable[[ScaledField, float], T], scale: float = 1.0) -> T:
-        """What a figure of the field at a scale is, computed when it is first asked for."""
+    def once(self, figure: Callable[[ScaleField, float], T], scale: float = 1.0) -> T:
+        """A figure of the field at a scale, computed when first asked for."""
         if (figure, scale) not in self.known:
             self.known[figure, scale] = figure(self, scale)
         return self.known[figure, scale]
 
     @functools.cached_property
     def scales(self) -> tuple[FloatArray, FloatArray]:
-        """The principal scales a and b at the nodes; NaN where the map is singular."""
-        scales = principal_scales(self.samples.jacobian)
+        """The principal scales a and b (n,) at the nodes; NaN where the map is singular."""
+        scales = principal_scales(self.jacobians.jacobian)
         scales[~(scales[..., 1] > 0)] = np.nan
         return scales[..., 0], scales[..., 1]
 
     def mean(self, term: Scales, scale: float = 1.0) -> Estimate:
-        """The mean of a term by true area, of the map made larger by a scale."""
-        a, b = (scale * value for value in self.scales)
-        values = term(a, b)
-        if not np.isfinite(scale) or self.samples.diverges(values):
+        """The mean of a term by true area, of the map enlarged by a scale."""
+        if not np.isfinite(scale):
             return Estimate(np.nan, np.nan)
+        a, b = (scale * value for value in self.scales)
         up, down = 1.0 + _STEP, 1.0 - _STEP
         slope = np.abs(term(up * a, b) - term(down * a, b)) + np.abs(term(a, up * b) - term(a, down * b))
-        return Estimate(*self.samples.mean(values, slope / (2.0 * _STEP)))
+        return self.jacobians.mean(term(a, b), slope=slope / (2.0 * _STEP))
 
     def sum(self, term: Scales, scale: float) -> float:
         """The sum over the nodes that the mean is made of, and nothing else: for searches."""
         a, b = self.scales
-        return float(np.nansum(self.samples.weight * term(scale * a, scale * b)))
-
-    def mean_of_second_order(self, measure: str) -> Estimate:
-        """The mean by true area of a measure of the second derivatives."""
-        values = get_measure(measure)(self.samples.jacobian, self.samples.hessian)
-        if self.samples.diverges(values):
-            return Estimate(np.nan, np.nan)
-        return Estimate(*self.samples.mean(values, np.abs(values), most=UNDEFINED_AT_KINKS))
+        return float(np.nansum(self.jacobians.weight * term(scale * a, scale * b)))
 
     @functools.cached_property
-    def largest(self) -> Estimate:
+    def largest(self) -> Extreme:
         """The largest scale in any direction; infinite where there is no bound."""
-        return self._extreme("tissot_semimajor", largest=True)
+        return self.jacobians.maximum("tissot_semimajor")
 
     @functools.cached_property
-    def smallest(self) -> Estimate:
+    def smallest(self) -> Extreme:
         """The smallest scale in any direction."""
-        return self._extreme("tissot_semiminor", largest=False)
-
-    @functools.cached_property
-    def smallest_area(self) -> Estimate:
-        """The smallest areal scale."""
-        return self._extreme("areal_scale", largest=False)
-
-    def _extreme(self, name: str, *, largest: bool) -> Estimate:
-        measure = get_measure(name)
-        goal = Goal(measure, measure(self.samples.jacobian), largest)
-        (found,) = find_extremes(self.projection, self.samples, [goal])
-        return Estimate(found.value, found.error)
+        return self.jacobians.minimum("tissot_semiminor")
 
     @functools.cached_property
     def dense(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The scales a, b and weights that sum to 1 at many points, for shares of the area."""
         # The Jacobian is smooth where its principal scales cross, and they are not.
-        J = np.moveaxis(self.samples.jacobian, (-2, -1), (0, 1)).reshape(4, *self.samples.lon.shape)
-        entries, weights = dense(self.region, self.samples, J)
-        a, b = principal_scales(entries.T.reshape(-1, 2, 2)).T
+        J, weights = self.jacobians.dense_jacobian
+        a, b = principal_scales(J).T
         return a, b, weights / weights.sum()
 
 
@@ -116,8 +96,8 @@ class Index:
     definition: str
     normalisation: str
     source: str
-    value: Callable[[ScaledField, float], Estimate]
-    best_scale: Callable[[ScaledField], float] | None = None
+    value: Callable[[ScaleField, float], Estimate]
+    best_scale: Callable[[ScaleField], float] | None = None
     terms: tuple[Scales, ...] = ()
     second_order: tuple[str, ...] = ()
     band: float | None = None

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from projdist.answers.published_indices import terms
-from projdist.answers.published_indices.index import Index, ScaledField
+from projdist.answers.published_indices.index import Index, ScaleField
 from projdist.field import FIGURES
 from projdist.numerics import Estimate
 from projdist.support import Registry, check_number, check_text, listed_values, quoted
@@ -64,11 +64,11 @@ def goldberg_gott_score(values: Mapping[str, float], normalisers: Mapping[str, f
 
 
 def score_of(
-    values: Mapping[str, Callable[[ScaledField, float], Estimate]],
-) -> Callable[[ScaledField, float], Estimate]:
+    values: Mapping[str, Callable[[ScaleField, float], Estimate]],
+) -> Callable[[ScaleField, float], Estimate]:
     """The score of a field, of what its six indices are by symbol; NaN where one of them is undefined."""
 
-    def score(field: ScaledField, scale: float) -> Estimate:
+    def score(field: ScaleField, scale: float) -> Estimate:
         found = {symbol: field.once(value) for symbol, value in values.items()}
         # Six errors that may all have one sign.
         error = sum(2.0 * abs(one.value) * one.error / NORMALISERS[symbol] ** 2 for symbol, one in found.items())
@@ -97,7 +97,7 @@ def _view(
     symbol: str,
     group: str,
     normalisation: str,
-    best_scale: Callable[[ScaledField], float] | None = None,
+    best_scale: Callable[[ScaleField], float] | None = None,
     *,
     figure: str = "",
     factor: float = 1.0,

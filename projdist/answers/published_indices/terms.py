@@ -12,13 +12,13 @@ import numpy as np
 from projdist._typing import BoolArray, FloatArray
 from projdist.answers.distances import distance_distortions, great_circle_bending
 from projdist.answers.finite_distortions import best_scale_of_distances, gott, peters
-from projdist.answers.published_indices.index import ScaledField, Scales
+from projdist.answers.published_indices.index import ScaleField, Scales
 from projdist.field import FIGURES, Figure, evaluate, find_tears
 from projdist.numerics import Estimate, least_between
 from projdist.projections import Projection
 from projdist.regions import GLOBE
 
-Value = Callable[[ScaledField, float], Estimate]
+Value = Callable[[ScaleField, float], Estimate]
 
 # ---- functions of the scales ----------------------------------------------------------------
 
@@ -75,14 +75,14 @@ def value_of(figure: Figure, factor: float = 1.0) -> Value:
     """A figure of a field, times a factor."""
     term = term_of(figure)
 
-    def value(field: ScaledField, scale: float) -> Estimate:
+    def value(field: ScaleField, scale: float) -> Estimate:
         found = field.mean(term, scale)
         return Estimate(*(factor * part for part in (found.root() if figure.statistic == "rms" else found)))
 
     return value
 
 
-def deviation_of_log_area(field: ScaledField, scale: float) -> Estimate:
+def deviation_of_log_area(field: ScaleField, scale: float) -> Estimate:
     """The standard deviation of ln(ab), which does not depend on the scale."""
     level, level_error = field.mean(log_area)
     square, square_error = field.mean(log_area_squared)
@@ -95,27 +95,27 @@ def deviation_of_log_area(field: ScaledField, scale: float) -> Estimate:
 
 def second_order(measure: str) -> Value:
     """The mean of a measure of the second derivatives."""
-    return lambda field, scale: field.mean_of_second_order(measure)
+    return lambda field, scale: field.jacobians.mean(measure, slope=np.abs(field.jacobians.values(measure)))
 
 
-def largest_error(field: ScaledField, scale: float) -> Estimate:
+def largest_error(field: ScaleField, scale: float) -> Estimate:
     """The largest |ln scale| in any place and direction."""
     worst = max(math.log(scale * field.largest.value), -_log(scale * field.smallest.value))
     return _found(worst, _relative_error(field))
 
 
-def scale_ratio(field: ScaledField, scale: float) -> Estimate:
+def scale_ratio(field: ScaleField, scale: float) -> Estimate:
     """The largest scale over the smallest."""
     ratio = field.largest.value / field.smallest.value if field.smallest.value > 0 else math.inf
     return _found(ratio, _relative_error(field) * ratio)
 
 
-def log_scale_ratio(field: ScaledField, scale: float) -> Estimate:
+def log_scale_ratio(field: ScaleField, scale: float) -> Estimate:
     """Its logarithm."""
     return _found(math.log(scale_ratio(field, scale).value), _relative_error(field))
 
 
-def _relative_error(field: ScaledField) -> float:
+def _relative_error(field: ScaleField) -> float:
     """The relative errors of the largest and the smallest scale, together."""
     return sum(one.error / one.value if one.value > 0 else math.nan for one in (field.largest, field.smallest))
 
@@ -138,16 +138,16 @@ _KNOWN = 0.1  # of the smallest areal scale: a larger error is no knowledge
 _THINNED = 2
 
 
-def share_above_smallest(field: ScaledField, scale: float) -> Estimate:
+def share_above_smallest(field: ScaleField, scale: float) -> Estimate:
     """Percentage of the area with omega <= 40 degrees and s <= 1.5 times the least s."""
     a, b, weights = field.dense
-    least = field.smallest_area
+    least = field.jacobians.minimum("areal_scale")
     # Where a map's rounding is all that is known of the place, as at an antipode, the points tell the least.
     smallest = least.value if least.error <= _KNOWN * least.value else float(np.min(a * b))
     return _share((omega(a, b) <= _MOST_OMEGA) & (a * b <= _MOST_RATIO * smallest), weights)
 
 
-def share_near_nominal(field: ScaledField, scale: float) -> Estimate:
+def share_near_nominal(field: ScaleField, scale: float) -> Estimate:
     """Percentage of the area with omega <= 40 degrees and s within a factor of 1.5 of 1."""
     a, b, weights = field.dense
     good = (omega(a, b) <= _MOST_OMEGA) & (np.abs(_logs(scale**2 * a * b)) <= math.log(_MOST_RATIO))
@@ -164,39 +164,39 @@ def _share(good: BoolArray, weights: FloatArray) -> Estimate:
 # ---- best scales ----------------------------------------------------------------------------
 
 
-def best_for_airy(field: ScaledField) -> float:
+def best_for_airy(field: ScaleField) -> float:
     """sum (a + b) / sum (a^2 + b^2), a linear least-squares problem."""
     return field.mean(_total).value / field.mean(_squares).value
 
 
-def best_for_balance(field: ScaledField) -> float:
+def best_for_balance(field: ScaleField) -> float:
     """The same for areas: the square of the scale."""
     return math.sqrt(field.mean(_area).value / field.mean(_area_squared).value)
 
 
-def best_for_jordan(field: ScaledField) -> float:
+def best_for_jordan(field: ScaleField) -> float:
     """The mean of the scale over that of its square, both over all places and directions."""
     square = 0.5 * field.mean(_squares).value
     return 0.5 * (square + 1.0 - field.mean(jordan_squared).value) / square
 
 
-def best_for_jordan_kavrayskiy(field: ScaledField) -> float:
+def best_for_jordan_kavrayskiy(field: ScaleField) -> float:
     """exp(-mean ln of the scale)."""
     return math.exp(-field.mean(log_mean_scale).value)
 
 
-def best_for_logarithms(field: ScaledField) -> float:
+def best_for_logarithms(field: ScaleField) -> float:
     """exp(-mean ln(ab) / 2), the geometric mean."""
     return math.exp(-0.5 * field.mean(log_area).value)
 
 
-def best_for_largest(field: ScaledField) -> float:
+def best_for_largest(field: ScaleField) -> float:
     """1 / sqrt(max a min b), the geometric middle."""
     middle = field.largest.value * field.smallest.value
     return 1.0 / math.sqrt(middle) if 0 < middle < math.inf else math.nan
 
 
-def best_for_share(field: ScaledField) -> float:
+def best_for_share(field: ScaleField) -> float:
     """The middle of the interval of ln s, 2 ln 1.5 wide, that holds most of the area where omega is small."""
     a, b, weights = field.dense
     small = omega(a, b) <= _MOST_OMEGA
@@ -215,11 +215,11 @@ def best_for_share(field: ScaledField) -> float:
 _REACH = 3.0  # of ln scale to either side of the geometric mean
 
 
-def searched(figure: Figure) -> Callable[[ScaledField], float]:
+def searched(figure: Figure) -> Callable[[ScaleField], float]:
     """The scale that makes the mean of a term least, which is a convex function of its logarithm."""
     term = term_of(figure)
 
-    def best(field: ScaledField) -> float:
+    def best(field: ScaleField) -> float:
         if not math.isfinite(field.mean(term).value):
             return math.nan
         middle = math.log(best_for_logarithms(field))
@@ -243,9 +243,9 @@ _TOGETHER = 1e-6  # degrees, between the two sides of one tear
 _WHOLE = 0.999  # of the globe
 
 
-def boundary_cuts(field: ScaledField, scale: float) -> Estimate:
+def boundary_cuts(field: ScaleField, scale: float) -> Estimate:
     """The length of the cuts over 4 pi; NaN where the region is not the globe, or the map shows a part of it only."""
-    if field.region != GLOBE or field.samples.coverage < _WHOLE:
+    if field.region != GLOBE or field.jacobians.coverage < _WHOLE:
         return Estimate(math.nan, math.nan)
     length, error = cut_length(field.projection)
     return Estimate(length / (4.0 * math.pi), error / (4.0 * math.pi))
@@ -384,7 +384,7 @@ class Pairs(NamedTuple):
     best: Estimate
 
 
-def pairs(field: ScaledField, scale: float) -> Pairs:
+def pairs(field: ScaleField, scale: float) -> Pairs:
     """The measures of distances, all of the same pairs."""
     found = distance_distortions(
         field.projection,
@@ -394,28 +394,28 @@ def pairs(field: ScaledField, scale: float) -> Pairs:
     return Pairs(*(Estimate(one.value, one.error) for one in found))
 
 
-def spread(field: ScaledField, scale: float) -> Estimate:
+def spread(field: ScaleField, scale: float) -> Estimate:
     """The standard deviation of ln(d_map / d_globe), which does not depend on the scale."""
     return field.once(pairs).gott
 
 
-def distance_index(field: ScaledField, scale: float) -> Estimate:
+def distance_index(field: ScaleField, scale: float) -> Estimate:
     """The distance index of Peters."""
     return field.once(pairs, scale).peters
 
 
-def finite_scale_factor(field: ScaledField, scale: float) -> Estimate:
+def finite_scale_factor(field: ScaleField, scale: float) -> Estimate:
     """Canters' mean finite scale factor (1 + D) / (1 - D), with D the index of Peters."""
     index, error = distance_index(field, scale)
     return Estimate((1.0 + index) / (1.0 - index), 2.0 * error / (1.0 - index) ** 2)
 
 
-def best_for_distances(field: ScaledField) -> float:
+def best_for_distances(field: ScaleField) -> float:
     """The scale that makes both least."""
     return math.exp(field.once(pairs).best.value)
 
 
-def bending(field: ScaledField, scale: float) -> Estimate:
+def bending(field: ScaleField, scale: float) -> Estimate:
     """How far great circles are from straight lines."""
     found = great_circle_bending(field.projection, field.region)
     return Estimate(found.value, found.error)
