@@ -7,6 +7,7 @@ from .ellipsoid import (
     Discontinuities,
     Ellipsoid,
     chord_angle,
+    data_rows,
     destination,
     latitude_text,
     longitude_text,
@@ -16,9 +17,11 @@ from .ellipsoid import (
 from .natural_earth import (
     GEOS_ARITHMETIC,
     RESOLUTIONS,
+    Cities,
     CountryBorder,
     borders,
     chords,
+    cities,
     closed_round_pole,
     coastlines,
     cut_at_antimeridian,
@@ -35,7 +38,6 @@ from .natural_earth import (
     state_outline,
     unwrapped,
 )
-from .places import Cities, cities, data_rows
 
 __all__ = [
     "GEOS_ARITHMETIC",

@@ -1,7 +1,9 @@
-"""The ellipsoid, points on the sphere, discontinuities of maps, and longitudes and latitudes as text."""
+"""The ellipsoid, points on the sphere, discontinuities of maps, longitudes and latitudes as text, shipped tables."""
 
 from __future__ import annotations
 
+import csv
+import importlib.resources
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -185,19 +187,21 @@ def latitude_text(lat: float, *, minutes: bool = False) -> str:
 
 
 def _text(value: float, letters: str, end: float, minutes: bool) -> str:
+    if minutes:  # and seconds to hundredths, without trailing zeros
+        degrees, rest = divmod(int(np.rint(abs(value) * 360_000.0)), 360_000)
+        minute, hundredths = divmod(rest, 6_000)
+        second = f"{hundredths / 100.0:05.2f}".rstrip("0").rstrip(".") + "″" if hundredths else ""
+        text = f"{degrees}°" + (f"{minute:02d}′" if rest else "") + second
+    else:
+        text = f"{abs(value):.7g}°"
     # The equator, the prime meridian and its antimeridian get no letter.
-    letter = "" if value == 0.0 or (end == 180.0 and value == end) else letters[int(value < 0)]
-    return f"{_sexagesimal(abs(value)) if minutes else f'{abs(value):.7g}°'}{letter}"
+    return text + ("" if value == 0.0 or (end == 180.0 and value == end) else letters[int(value < 0)])
 
 
-def _sexagesimal(value: float) -> str:
-    """Degrees, minutes and seconds to hundredths, without trailing zeros."""
-    hundredths = int(np.rint(value * 360_000.0))
-    degrees, rest = divmod(hundredths, 360_000)
-    minutes, seconds = divmod(rest, 6_000)
-    text = f"{degrees}°"
-    if rest:
-        text += f"{minutes:02d}′"
-    if seconds:
-        text += f"{seconds / 100.0:05.2f}".rstrip("0").rstrip(".") + "″"
-    return text
+# ---- shipped tables ------------------------------------------------------------------------------
+
+
+def data_rows(name: str) -> list[dict[str, str]]:
+    """The rows of a CSV file shipped in projdist/data, by column."""
+    file = importlib.resources.files("projdist") / "data" / name
+    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))

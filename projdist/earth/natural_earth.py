@@ -1,20 +1,22 @@
-"""Land, lakes, countries, states of the USA and their borders, from the shipped data."""
+"""Land, lakes, countries, states of the USA, their borders, and cities, from the shipped data."""
 
 from __future__ import annotations
 
+import csv
 import functools
 import importlib.resources
 import io
 import json
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from projdist._typing import BoolArray, FloatArray
-from projdist.earth.places import data_rows
+from projdist._typing import BoolArray, FloatArray, IntArray
+from projdist.earth.ellipsoid import data_rows
 
 _HALF_TURN, _TURN = 180.0, 360.0
 _HALVINGS = 20  # of an interval: a curve that is not smooth is left alone
@@ -113,7 +115,9 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
     has the area under the curve by Simpson's rule.
     """
     lon, lat = curve(t)
-    size = _size(lon, lat)
+    lam, phi = np.radians(lon), np.radians(lat)
+    space = np.column_stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
+    size = float(np.degrees(np.ptp(space, axis=0).max()))  # degrees of arc
     nearest = min(tolerance, _NEAR * size)
     middles = np.full((t.size - 1, 2), np.nan)
     new = np.arange(t.size - 1)
@@ -142,13 +146,6 @@ def chords(curve: Curve, t: FloatArray, tolerance: float) -> FloatArray:
     return np.insert(np.column_stack([lon, lat]), moved + 1, middles[moved], axis=0)
 
 
-def _size(lon: FloatArray, lat: FloatArray) -> float:
-    """Extent of points in degrees of arc, anywhere on the sphere."""
-    lam, phi = np.radians(lon), np.radians(lat)
-    space = np.column_stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)])
-    return float(np.degrees(np.ptp(space, axis=0).max()))
-
-
 # ---- TopoJSON ------------------------------------------------------------------------------------
 
 
@@ -169,27 +166,22 @@ class Topology(NamedTuple):
 def topology(name: str) -> Topology:
     """The topology of a shipped file: TopoJSON, or packed by tools/make_outlines.py."""
     file = importlib.resources.files("projdist") / "data" / name
-    if name.endswith(".npz"):
-        return _unpacked(file.read_bytes())
+    if name.endswith(".npz"):  # steps with the sign in the lowest bit, stored by byte rank
+        with np.load(io.BytesIO(file.read_bytes())) as packed:
+            unsigned = np.ascontiguousarray(packed["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
+            ends, scale, origin = np.cumsum(packed["sizes"]), packed["scale"], packed["origin"]
+            objects = json.loads(packed["objects"].tobytes())
+        steps = np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2)
+        return Topology(objects, [np.cumsum(arc, axis=0) * scale + origin for arc in np.split(steps, ends[:-1])])
     content = json.loads(file.read_text(encoding="utf-8"))
     scale, origin = np.array(content["transform"]["scale"]), np.array(content["transform"]["translate"])
     arcs = [np.cumsum(np.array(arc), axis=0) * scale + origin for arc in content["arcs"]]
     return Topology({key: one["geometries"] for key, one in content["objects"].items()}, arcs)
 
 
-def _unpacked(content: bytes) -> Topology:
-    """Topology of a packed file: steps with the sign in the lowest bit, stored by byte rank."""
-    with np.load(io.BytesIO(content)) as file:
-        unsigned = np.ascontiguousarray(file["steps"].transpose(2, 1, 0)).view("<u4")[..., 0].astype(np.int64)
-        ends, scale, origin = np.cumsum(file["sizes"]), file["scale"], file["origin"]
-        objects = json.loads(file["objects"].tobytes())
-    steps = np.where(unsigned % 2, -(unsigned + 1) // 2, unsigned // 2)
-    return Topology(objects, [np.cumsum(arc, axis=0) * scale + origin for arc in np.split(steps, ends[:-1])])
-
-
 def arcs_used(geometry: Geometry) -> set[int]:
-    """Indices of the arcs of a geometry, without direction."""
-    return {_forward(index) for rings in _polygons(geometry) for ring in rings for index in ring}
+    """Indices of the arcs of a geometry, without direction; ~i means arc i backwards."""
+    return {max(index, ~index) for rings in _polygons(geometry) for ring in rings for index in ring}
 
 
 @GEOS_ARITHMETIC
@@ -205,7 +197,10 @@ def decoded(geometry: Geometry, arcs: Sequence[FloatArray]) -> shapely.MultiPoly
 def as_stored(geometry: Geometry, arcs: Sequence[FloatArray]) -> Iterator[shapely.Polygon]:
     """The polygons of a geometry, closed along the poles, with unwrapped longitudes; some cross themselves."""
     for rings in _polygons(geometry):
-        points = [unwrapped(_join(arcs, ring)) for ring in rings]
+        points: list[FloatArray] = []
+        for ring in rings:
+            parts = [arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring]
+            points.append(unwrapped(np.concatenate([parts[0], *(part[1:] for part in parts[1:])])))
         # A tiny ring round the pole may precede Antarctica's coast as if it were the shell.
         shell, *holes = (ring for ring in points if np.abs(ring[:, 1]).min() < POLE_CAP)
         yield shapely.Polygon(closed_round_pole(shell), [beside(hole, shell) for hole in holes])
@@ -216,33 +211,11 @@ def _polygons(geometry: Geometry) -> list[list[list[int]]]:
     return geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
 
 
-def _forward(index: int) -> int:
-    """Arc number of an index; ~i means arc i backwards."""
-    return index if index >= 0 else ~index
-
-
-def _join(arcs: Sequence[FloatArray], ring: list[int]) -> FloatArray:
-    parts = [arcs[index] if index >= 0 else arcs[~index][::-1] for index in ring]
-    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
-
-
 # ---- Natural Earth -------------------------------------------------------------------------------
 
 
 RESOLUTIONS = ("110m", "50m", "10m")
 """Scales of the data, in millionths: for the world, for parts of it, and for small countries."""
-
-_FILES = {
-    ("land", "110m"): "land-110m.json",
-    ("land", "50m"): "land-50m.json",
-    ("land", "10m"): "countries-10m.npz",
-    ("countries", "110m"): "countries-110m.json",
-    ("countries", "50m"): "countries-50m.json",
-    ("countries", "10m"): "countries-10m.npz",
-    ("lakes", "110m"): "lakes-110m.json",
-    ("lakes", "50m"): "lakes-50m.json",
-}
-
 
 Bounds = tuple[float, float, float, float]
 
@@ -261,7 +234,7 @@ class CountryBorder(NamedTuple):
 @functools.cache
 def land(resolution: str = "110m") -> shapely.MultiPolygon:
     """The land as polygons in degrees, longitudes -180 to 180; 10m takes some seconds."""
-    return _only("land", resolution)
+    return decoded(*_only("land", resolution))
 
 
 def land_within(bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
@@ -279,28 +252,19 @@ def _within(what: str, bounds: Bounds, resolution: str) -> shapely.MultiPolygon:
     polygons = _stored(what, resolution)
     west, south, east, north = bounds
     parts: list[shapely.Polygon] = []
-    for turn in _TURNS:
+    w, s, e, n = shapely.bounds(polygons).T
+    for turn in (-360.0, 0.0, 360.0):
         window = west + turn, south, east + turn, north
+        touching = (w < window[2]) & (e > window[0]) & (s < north) & (n > south)
         # Self-crossing rings take seconds to repair as a whole; few cross inside a small window.
-        clipped = shapely.make_valid(shapely.clip_by_rect(polygons[_touching(polygons, window)], *window))
+        clipped = shapely.make_valid(shapely.clip_by_rect(polygons[touching], *window))
         parts.extend(part for one in clipped if not one.is_empty for part in cut_at_antimeridian(one))
     return merged(parts)
 
 
-_TURNS = (-360.0, 0.0, 360.0)
-
-
-def _touching(polygons: NDArray[np.object_], window: tuple[float, float, float, float]) -> BoolArray:
-    """Mask of polygons whose bounds overlap a window."""
-    west, south, east, north = shapely.bounds(polygons).T
-    return np.asarray((west < window[2]) & (east > window[0]) & (south < window[3]) & (north > window[1]))
-
-
 @functools.cache
 def _stored(what: str, resolution: str) -> NDArray[np.object_]:
-    objects, arcs = _topology(what, resolution)
-    (geometry,) = objects[what]
-    return np.array(list(as_stored(geometry, arcs)))
+    return np.array(list(as_stored(*_only(what, resolution))))
 
 
 @functools.cache
@@ -312,7 +276,7 @@ def lakes(resolution: str = "50m") -> shapely.MultiPolygon:
     At 1 : 50 million vertices are accurate to 2 km for 253 lakes and to 4 km for 22 of Siberia, New Zealand and
     Australia; Tanganyika and Balkhash are as at 1 : 110 million.
     """
-    return _only("lakes", resolution)
+    return decoded(*_only("lakes", resolution))
 
 
 @functools.cache
@@ -383,8 +347,7 @@ def shores(resolution: str = "50m") -> tuple[FloatArray, ...]:
 
 def _arcs(what: str, resolution: str) -> list[FloatArray]:
     """Arcs of the only geometry of a file."""
-    objects, arcs = _topology(what, resolution)
-    (geometry,) = objects[what]
+    geometry, arcs = _only(what, resolution)
     return [arcs[index] for index in sorted(arcs_used(geometry))]
 
 
@@ -407,22 +370,22 @@ def borders(resolution: str = "50m") -> tuple[CountryBorder, ...]:
     )
 
 
-def _only(what: str, resolution: str) -> shapely.MultiPolygon:
-    """The only geometry of a file as polygons."""
-    objects, arcs = _topology(what, resolution)
-    (geometry,) = objects[what]
-    return decoded(geometry, arcs)
-
-
 def _key(geometry: Geometry) -> str:
     return str(geometry.get("id", geometry["properties"]["name"]))
 
 
 def _topology(what: str, resolution: str) -> Topology:
-    allowed = [scale for name, scale in _FILES if name == what]
+    allowed = RESOLUTIONS[:2] if what == "lakes" else RESOLUTIONS
     if resolution not in allowed:
         raise ValueError(f"Invalid resolution '{resolution}'. It must be one of {', '.join(allowed)}.")
-    return topology(_FILES[what, resolution])
+    return topology("countries-10m.npz" if resolution == "10m" else f"{what}-{resolution}.json")
+
+
+def _only(what: str, resolution: str) -> tuple[Geometry, list[FloatArray]]:
+    """The only geometry of a file, and the arcs."""
+    objects, arcs = _topology(what, resolution)
+    (geometry,) = objects[what]
+    return geometry, arcs
 
 
 _ON_CUT = 1e-6  # degrees
@@ -460,3 +423,43 @@ def state_outline(fips: str) -> shapely.MultiPolygon:
     objects, arcs = topology("states-10m.npz")
     (geometry,) = (one for one in objects["states"] if one["id"] == fips)
     return decoded(geometry, arcs)
+
+
+# ---- cities --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cities:
+    """Cities as columns, ordered by population times the number of names in other languages."""
+
+    name: NDArray[np.str_]
+    """English if there is an English name, else local with accents."""
+    lon: FloatArray
+    """Degrees, to 0.001, -180 to 180."""
+    lat: FloatArray
+    """Degrees, to 0.001."""
+    population: IntArray
+    country: NDArray[np.str_]
+    """ISO 3166 codes of two letters, also of territories (GF for French Guiana)."""
+    is_capital: BoolArray
+    """True for the capital of the country or territory."""
+
+
+@functools.cache
+def cities() -> Cities:
+    """All capitals, and towns at a distance from better known ones.
+
+    The distance is 12 km for 100,000 people or more, 25 km for 15,000, 80 km for fewer: no suburbs, but the village of
+    a remote island. The data is GeoNames (https://www.geonames.org), CC BY 4.0.
+    """
+    file = importlib.resources.files("projdist") / "data" / "cities.csv"
+    _, *rows = csv.reader(file.read_text(encoding="utf-8").splitlines())
+    name, lon, lat, population, country, capital = zip(*rows, strict=True)
+    return Cities(
+        name=np.array(name),
+        lon=np.array(lon, dtype=float),
+        lat=np.array(lat, dtype=float),
+        population=np.array(population, dtype=int),
+        country=np.array(country),
+        is_capital=np.array(capital) == "1",
+    )
